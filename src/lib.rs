@@ -1,0 +1,21 @@
+//! stickslip: high-accuracy reference runs of friction-induced vibration.
+//!
+//! A rotor is braked by a stator. Their contact has a torsional mode of about 4 kHz and a friction
+//! that falls with speed; near the stop it sticks and slips dozens of times within milliseconds.
+//! The crate integrates that brake with SUNDIALS, locates every switch, and stores the run in HDF5.
+//!
+//! The layers, each of which knows only those before it:
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`sundials`] | safe CVODE and ARKODE; no physics |
+//! | [`model`] | the physics: pure functions of parameters and state; no solver |
+//! | [`hybrid`] | the event automaton: modes, guards, transitions, generic over the model |
+//! | [`simulation`] | the brake run by the automaton: which solver where, samples, events |
+//! | [`results`] | the HDF5 result file: schema, writer, reader |
+//! | [`case`] | the TOML case file: units, validation, overrides |
+//! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
+//! | [`cli`] | arguments to validated options to a call |
+
+pub mod model;
+pub mod simulation;

@@ -1,0 +1,140 @@
+//! The parameters of the brake, in SI units and radians.
+
+/// Everything that defines the physical problem, in SI units and radians.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    pub axial: Axial,
+    pub actuation: Actuation,
+    pub torsion: Torsion,
+    pub contact: Contact,
+    pub friction: Friction,
+    pub initial: Initial,
+    /// In the order given; times need not be sorted.
+    pub perturbations: Vec<Kick>,
+}
+
+/// The axial oscillator, equations (1) and (11).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axial {
+    /// m, kg.
+    pub mass: f64,
+    /// k_e, N/m.
+    pub stiffness: f64,
+    /// c_a, N s/m.
+    pub damping: f64,
+}
+
+/// The actuating force F(t), N, positive when it presses the disks together.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Actuation {
+    /// F = force t / rise_time up to `rise_time` (s), then `force` (N). `rise_time = 0` is a step at t = 0.
+    Ramp { force: f64, rise_time: f64 },
+    /// Piecewise linear through (time (s), force (N)); `time` increases strictly. Before the first
+    /// point the first force holds, after the last point the last.
+    Table { time: Vec<f64>, force: Vec<f64> },
+}
+
+/// The torsional contact, per disk, equations (2) to (4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Torsion {
+    /// I, kg m^2.
+    pub rotor_inertia: f64,
+    /// J, kg m^2, of each contact surface.
+    pub surface_inertia: f64,
+    /// k_t, N m/rad, of each disk.
+    pub stiffness: f64,
+    /// c_t, N m s/rad, of each disk.
+    pub damping: f64,
+}
+
+/// The friction contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// r, effective friction radius, m.
+    pub radius: f64,
+    pub breakaway_test: BreakawayTest,
+}
+
+/// Which torque is held against mu_0 r F_n to decide between stick and slip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BreakawayTest {
+    /// T_f = (T_r + T_s)/2, the exact constraint torque of the interface.
+    #[default]
+    Transmitted,
+    /// T_s alone, the paper's stator force in (10).
+    Stator,
+    /// T_r alone, the paper's rotor force in (10).
+    Rotor,
+}
+
+/// The friction law (8): mu(x) = mu_d + (mu_s - mu_d) exp(-alpha x), x = |omega_r| > 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// mu_0, at rest.
+    pub breakaway: f64,
+    /// mu_s, the limit at vanishing sliding speed.
+    pub low_speed: f64,
+    /// mu_d, at high speed.
+    pub high_speed: f64,
+    /// alpha, s/rad.
+    pub decay: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Initial {
+    /// omega_0, rad/s, of the rotor and of its surface.
+    pub speed: f64,
+}
+
+/// A jump of the relative velocity, half on each surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kick {
+    pub time: KickTime,
+    /// delta, rad/s: phi2_dot += delta/2, phi1_dot -= delta/2.
+    pub relative_velocity: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KickTime {
+    /// At a time, s.
+    At(f64),
+    /// At the first zero of the stability margin of steady sliding.
+    Instability,
+}
+
+/// What the contact does. The numbers are those of the result file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Mode {
+    Separated = 0,
+    Stick = 1,
+    SlipForward = 2,
+    SlipBackward = 3,
+}
+
+impl Mode {
+    pub const ALL: [Mode; 4] = [Mode::Separated, Mode::Stick, Mode::SlipForward, Mode::SlipBackward];
+
+    /// The code in result files.
+    pub fn code(self) -> i8 {
+        self as i8
+    }
+
+    /// The name in result files and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Separated => "separated",
+            Mode::Stick => "stick",
+            Mode::SlipForward => "slip-forward",
+            Mode::SlipBackward => "slip-backward",
+        }
+    }
+
+    /// Sign of the relative velocity in slip, 0 otherwise.
+    pub fn sense(self) -> i8 {
+        match self {
+            Mode::SlipForward => 1,
+            Mode::SlipBackward => -1,
+            Mode::Separated | Mode::Stick => 0,
+        }
+    }
+}

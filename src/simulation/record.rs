@@ -1,0 +1,174 @@
+//! What a run hands to whoever records it: samples, events and segments, in SI units.
+
+use crate::model::Mode;
+
+/// Defines the struct of channels once: field, unit (UDUNITS), description with the paper's symbol.
+macro_rules! channels {
+    ($(#[$doc:meta])* $name:ident { $($field:ident, $unit:literal, $long_name:literal;)+ }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        pub struct $name { $(#[doc = concat!($long_name, " [", $unit, "]")] pub $field: f64,)+ }
+        impl $name {
+            /// (name, UDUNITS unit, description) of each channel, in the order of [`Self::values`].
+            pub const DESCRIPTIONS: &'static [(&'static str, &'static str, &'static str)] =
+                &[$((stringify!($field), $unit, $long_name),)+];
+            pub const COUNT: usize = Self::DESCRIPTIONS.len();
+            /// The values in the order of [`Self::DESCRIPTIONS`].
+            pub fn values(&self) -> [f64; Self::COUNT] {
+                [$(self.$field,)+]
+            }
+        }
+    };
+}
+
+channels! {
+    /// The mechanical state, stored before and after every event.
+    State {
+        z, "m", "axial displacement z";
+        z_dot, "m s-1", "axial velocity z'";
+        theta, "rad", "rotor angle theta";
+        theta_dot, "rad s-1", "rotor speed theta'";
+        phi1, "rad", "stator surface angle phi_1 (the stator twist)";
+        phi1_dot, "rad s-1", "stator surface speed phi_1'";
+        phi2, "rad", "rotor surface angle phi_2";
+        phi2_dot, "rad s-1", "rotor surface speed phi_2'";
+        rotor_twist, "rad", "rotor twist theta - phi_2";
+        rotor_twist_rate, "rad s-1", "rotor twist rate theta' - phi_2'";
+        relative_velocity, "rad s-1", "relative velocity omega_r = phi_2' - phi_1'";
+        slip_displacement, "rad", "slip displacement phi_2 - phi_1";
+    }
+}
+
+channels! {
+    /// Forces, torques and energies at a sample.
+    Channels {
+        applied_force, "N", "actuating force F";
+        normal_force, "N", "contact force F_n";
+        friction_torque, "N m", "torque on the stator surface through the interface";
+        transmitted_torque, "N m", "T_f = (T_r + T_s)/2";
+        energy_kinetic, "J", "kinetic energy";
+        energy_elastic, "J", "elastic energy";
+        work_applied, "J", "work of the actuating force since the start";
+        work_perturbation, "J", "work of the kicks since the start";
+        dissipated_friction, "J", "energy dissipated by friction since the start";
+        dissipated_damping, "J", "energy dissipated by c_a and c_t since the start";
+        energy_residual, "J", "kinetic + elastic + dissipated - works - initial energy";
+    }
+}
+
+/// One row of the trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// s; strictly increasing from sample to sample.
+    pub time: f64,
+    pub mode: Mode,
+    /// Index of the segment that holds it.
+    pub segment: u32,
+    pub state: State,
+    pub channels: Channels,
+}
+
+/// What happened. The numbers are those of the result file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    Stick = 0,
+    Slip = 1,
+    Reversal = 2,
+    Separation = 3,
+    Contact = 4,
+    Kick = 5,
+    Corner = 6,
+    Destabilised = 7,
+    Restabilised = 8,
+}
+
+impl EventKind {
+    pub const ALL: [EventKind; 9] = [
+        EventKind::Stick,
+        EventKind::Slip,
+        EventKind::Reversal,
+        EventKind::Separation,
+        EventKind::Contact,
+        EventKind::Kick,
+        EventKind::Corner,
+        EventKind::Destabilised,
+        EventKind::Restabilised,
+    ];
+
+    /// The code in result files.
+    pub fn code(self) -> i8 {
+        self as i8
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            EventKind::Stick => "stick",
+            EventKind::Slip => "slip",
+            EventKind::Reversal => "reversal",
+            EventKind::Separation => "separation",
+            EventKind::Contact => "contact",
+            EventKind::Kick => "kick",
+            EventKind::Corner => "corner",
+            EventKind::Destabilised => "destabilised",
+            EventKind::Restabilised => "restabilised",
+        }
+    }
+
+    /// Whether it belongs to the event sequence (the "mode word"); the others are information.
+    pub fn in_mode_word(self) -> bool {
+        matches!(
+            self,
+            EventKind::Stick | EventKind::Slip | EventKind::Reversal | EventKind::Separation | EventKind::Contact
+        )
+    }
+}
+
+/// One event, with the state on both sides of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// s; events may be simultaneous.
+    pub time: f64,
+    pub kind: EventKind,
+    /// Mode after the event; its sense is the sign of the relative velocity in slip, 0 otherwise.
+    pub mode_after: Mode,
+    /// Index of the segment that the event ends (or stands in, where it ends none).
+    pub segment: u32,
+    pub before: State,
+    pub after: State,
+    /// T_f / r just before the event, N.
+    pub internal_force: f64,
+}
+
+/// A stretch integrated without a restart, with what it cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// s.
+    pub start: f64,
+    /// s.
+    pub end: f64,
+    pub mode: Mode,
+    /// Which solver integrated it: "cvode-bdf", "cvode-adams", "erk", "esdirk" or "closed-form".
+    pub solver: &'static str,
+    pub steps: u64,
+    pub rhs_evaluations: u64,
+    pub jacobian_evaluations: u64,
+    pub linear_solver_setups: u64,
+    pub error_test_failures: u64,
+    pub nonlinear_iterations: u64,
+    pub nonlinear_convergence_failures: u64,
+    pub root_evaluations: u64,
+    /// Order of the last step, 0 where it has no meaning.
+    pub last_order: u32,
+    /// Last step, s.
+    pub last_step: f64,
+}
+
+/// A recorder failed (a full disk, for example); the run stops and says so.
+pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Takes the run as it is computed. Rows arrive in order of time.
+pub trait Recorder {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
+}
