@@ -1,9 +1,16 @@
 //! The physics of the two-disk brake: pure functions of parameters and state, no solver, no I/O.
 //!
-//! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction
-//! Coupling", Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
+//! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
+//! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
 
+pub mod axial;
+pub mod closed_form;
+pub mod friction;
+pub mod linear_flow;
+pub mod oscillator;
 pub mod parameters;
+pub mod stability;
+pub mod torsion;
 
 pub use parameters::{
     Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Mode, Parameters, Torsion,

@@ -1,0 +1,177 @@
+//! Stick and separation in closed form.
+//!
+//! In both the torsional system is linear with constant coefficients, whatever F(t) does: the contact force enters
+//! neither. The matrix exponential is exact at any time, costs less than one step of an integrator, and its energy
+//! proves when a stick can never break away again.
+
+use super::axial::AxialMotion;
+use super::linear_flow::{Functional, LinearFlow};
+use super::torsion::{TorsionModel, TorsionState, index::*};
+use super::{BreakawayTest, Torsion};
+use nalgebra::{Matrix4, RowVector4, Vector4};
+
+/// When a stick breaks away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Breakaway {
+    /// A time `after` (s) from the start, into slip with this sense.
+    After { after: f64, sense: f64 },
+    /// Not within the stretch asked for.
+    NotYet,
+    /// Not for as long as F(t) is defined, by the energy bound.
+    Never,
+}
+
+/// The linear motions of one brake.
+#[derive(Debug, Clone)]
+pub struct ClosedForm {
+    model: TorsionModel,
+    /// Twists are scaled by this to the size of their rates.
+    omega: f64,
+    stick: LinearFlow,
+    separated: LinearFlow,
+    tested: Functional,
+}
+
+impl ClosedForm {
+    pub fn new(model: &TorsionModel) -> Self {
+        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k_t, damping: c_t } = model.torsion;
+        let omega = 2f64.powi(model.natural_angular_frequency().log2().round() as i32);
+        let k = k_t / omega;
+        let half = 1.0 / (2.0 * j);
+        // x = (omega u, u', omega v, v'), equation (4) with phi_2' = phi_1'
+        #[rustfmt::skip]
+        let stick = Matrix4::new(
+            0.0, omega, 0.0, 0.0,
+            -k / i - k * half, -c_t / i - c_t * half, k * half, c_t * half,
+            0.0, 0.0, 0.0, omega,
+            k * half, c_t * half, -k * half, -c_t * half,
+        );
+        let elastic = k_t / (omega * omega);
+        // I (u' + v')^2 + 2 J v'^2 + k_t (u^2 + v^2)
+        #[rustfmt::skip]
+        let stick_energy = Matrix4::new(
+            elastic, 0.0, 0.0, 0.0,
+            0.0, i, 0.0, i,
+            0.0, 0.0, elastic, 0.0,
+            0.0, i, 0.0, i + 2.0 * j,
+        );
+        #[rustfmt::skip]
+        let separated = Matrix4::new(
+            0.0, omega, 0.0, 0.0,
+            -k / i - k / j, -c_t / i - c_t / j, 0.0, 0.0,
+            0.0, 0.0, 0.0, omega,
+            0.0, 0.0, -k / j, -c_t / j,
+        );
+        let separated_energy = Matrix4::from_diagonal(&Vector4::new(elastic, i * j / (i + j), elastic, j));
+        let flow = |a, energy| LinearFlow::new(a, energy).expect("the energy of positive inertias is positive");
+        let stick = flow(stick, stick_energy);
+        let (rotor, stator) = match model.contact.breakaway_test {
+            BreakawayTest::Transmitted => (0.5, 0.5),
+            BreakawayTest::Stator => (0.0, 1.0),
+            BreakawayTest::Rotor => (1.0, 0.0),
+        };
+        let tested = stick.functional(RowVector4::new(rotor * k, rotor * c_t, stator * k, stator * c_t));
+        ClosedForm { model: *model, omega, separated: flow(separated, separated_energy), stick, tested }
+    }
+
+    fn reduced(&self, y: &TorsionState) -> Vector4<f64> {
+        Vector4::new(
+            self.omega * y[ROTOR_TWIST],
+            y[ROTOR_TWIST_RATE],
+            self.omega * y[STATOR_TWIST],
+            y[STATOR_TWIST_RATE],
+        )
+    }
+
+    /// The state a time `tau >= 0` (s) into a stick that began with `y`.
+    pub fn stick(&self, y: &TorsionState, tau: f64) -> TorsionState {
+        let start = self.reduced(y);
+        let x = self.stick.advance(&start, tau);
+        let mut state = self.expanded(y, &x);
+        state[RELATIVE_VELOCITY] = 0.0;
+        state[DAMPING_LOSS] += self.energy_loss(&self.stick, &start, &x);
+        state
+    }
+
+    /// The state a time `tau >= 0` (s) into a separation that began with `y`.
+    pub fn separated(&self, y: &TorsionState, tau: f64) -> TorsionState {
+        let start = self.reduced(y);
+        let x = self.separated.advance(&start, tau);
+        let mut state = self.expanded(y, &x);
+        // Rotor and rotor surface keep I theta' + J phi_2' = (I + J) theta' - J u'.
+        let Torsion { rotor_inertia: i, surface_inertia: j, .. } = self.model.torsion;
+        let share = j / (i + j);
+        let rate_change = state[ROTOR_TWIST_RATE] - y[ROTOR_TWIST_RATE];
+        state[RELATIVE_VELOCITY] = y[RELATIVE_VELOCITY]
+            + (share - 1.0) * rate_change
+            - (state[STATOR_TWIST_RATE] - y[STATOR_TWIST_RATE]);
+        let twist_change = state[ROTOR_TWIST] - y[ROTOR_TWIST];
+        let turned = self.model.rotor_speed(y) * tau + share * (twist_change - y[ROTOR_TWIST_RATE] * tau);
+        state[SLIP] = y[SLIP] + turned - twist_change - (state[STATOR_TWIST] - y[STATOR_TWIST]);
+        state[DAMPING_LOSS] += self.energy_loss(&self.separated, &start, &x);
+        state
+    }
+
+    fn expanded(&self, y: &TorsionState, x: &Vector4<f64>) -> TorsionState {
+        let mut state = *y;
+        state[ROTOR_TWIST] = x[0] / self.omega;
+        state[ROTOR_TWIST_RATE] = x[1];
+        state[STATOR_TWIST] = x[2] / self.omega;
+        state[STATOR_TWIST_RATE] = x[3];
+        state
+    }
+
+    fn energy_loss(&self, flow: &LinearFlow, start: &Vector4<f64>, end: &Vector4<f64>) -> f64 {
+        let (from, to) = (flow.energy_norm(start), flow.energy_norm(end));
+        0.5 * (from - to) * (from + to)
+    }
+
+    /// The first time within `within` (s) of `t` at which the tested torque reaches mu_0 r F_n, in a stick that began
+    /// at `t` with `y`. No corner of F may lie inside. The search steps over times in which bounds on the curvature
+    /// exclude a root, and so passes over none.
+    pub fn next_breakaway(&self, axial: &AxialMotion, t: f64, y: &TorsionState, within: f64) -> Breakaway {
+        let capacity = self.model.friction.breakaway * self.model.contact.radius;
+        let start = self.reduced(y);
+        let mut tau = 0.0;
+        for round in 0u64.. {
+            let x = self.stick.advance(&start, tau);
+            let energy = self.stick.energy_norm(&x);
+            let axial_state = axial.at(t + tau);
+            let limit = capacity * axial_state.pressing_force;
+            if round % 16 == 4
+                && capacity * axial.lowest_pressing_force_after(t + tau) > self.tested.largest_later(energy)
+            {
+                return Breakaway::Never;
+            }
+            let limit_rate = capacity * axial_state.pressing_rate;
+            let curvature =
+                capacity * axial.curvature_bound(t + tau) + self.tested.largest_curvature_later(energy);
+            let (torque, torque_rate) = (self.tested.value(&x), self.tested.rate(&x));
+            // Until delta, the distance to the limit is at least g + g' delta - curvature delta^2 / 2 > 0.
+            let (mut delta, mut sense) = (f64::INFINITY, 0.0);
+            for s in [1.0, -1.0] {
+                let (g, rate) = (limit - s * torque, limit_rate - s * torque_rate);
+                let step = if g <= 0.0 {
+                    0.0
+                } else if curvature > 0.0 {
+                    (rate + (rate * rate + 2.0 * curvature * g).sqrt()) / curvature
+                } else if rate < 0.0 {
+                    -g / rate
+                } else {
+                    f64::INFINITY
+                };
+                if step < delta {
+                    (delta, sense) = (step, s);
+                }
+            }
+            if delta <= f64::EPSILON * tau.max(1e-4 * self.model.natural_period()) {
+                return Breakaway::After { after: tau, sense };
+            }
+            tau += delta;
+            if tau >= within {
+                return Breakaway::NotYet;
+            }
+        }
+        unreachable!("the search ends by a root or at its end")
+    }
+}

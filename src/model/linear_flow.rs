@@ -1,0 +1,107 @@
+//! Linear motion with constant coefficients, x' = A x, by its matrix exponential.
+
+use nalgebra::{Matrix4, RowVector4, Vector4};
+
+/// Number of doublings of the smallest tabulated time.
+const LEVELS: usize = 48;
+
+/// x' = A x with an energy x^T P x that never grows.
+///
+/// exp(A h 2^k) is tabulated, so that exp(A tau) x takes one product for each binary digit of tau / h and a short
+/// Taylor series for the rest. That needs no eigenvectors, and so loses nothing near a double eigenvalue. The energy
+/// bounds every linear function of x for all later times, which makes root isolation and "never again" provable.
+#[derive(Debug, Clone)]
+pub struct LinearFlow {
+    a: Matrix4<f64>,
+    energy: Matrix4<f64>,
+    energy_inverse: Matrix4<f64>,
+    base: f64,
+    powers: Vec<Matrix4<f64>>,
+}
+
+/// A linear function c x of the state, with what bounds it and its second derivative by the energy.
+#[derive(Debug, Clone, Copy)]
+pub struct Functional {
+    row: RowVector4<f64>,
+    rate_row: RowVector4<f64>,
+    /// |c x| <= value_bound sqrt(x^T P x)
+    value_bound: f64,
+    /// |(c x)''| <= curvature_bound sqrt(x^T P x)
+    curvature_bound: f64,
+}
+
+impl LinearFlow {
+    /// `a` must be scaled so that its entries are of one size; `energy` is P, symmetric positive definite.
+    pub fn new(a: Matrix4<f64>, energy: Matrix4<f64>) -> Option<Self> {
+        let energy_inverse = energy.try_inverse()?;
+        let norm = a.abs().row_sum().max().max(a.abs().column_sum().max());
+        // ||A h|| <= 1/16: the Taylor series of order 11 leaves 2e-15^... below rounding.
+        let base = 2f64.powi(-((16.0 * norm).log2().ceil() as i32));
+        let mut powers = Vec::with_capacity(LEVELS);
+        powers.push((a * base).exp());
+        for k in 1..LEVELS {
+            let last = &powers[k - 1];
+            powers.push(last * last);
+        }
+        Some(LinearFlow { a, energy, energy_inverse, base, powers })
+    }
+
+    pub fn functional(&self, row: RowVector4<f64>) -> Functional {
+        let bound = |r: &RowVector4<f64>| (r * self.energy_inverse * r.transpose())[0].max(0.0).sqrt();
+        let second = row * self.a * self.a;
+        Functional { row, rate_row: row * self.a, value_bound: bound(&row), curvature_bound: bound(&second) }
+    }
+
+    /// exp(A tau) x for tau >= 0.
+    pub fn advance(&self, x: &Vector4<f64>, tau: f64) -> Vector4<f64> {
+        let units = (tau / self.base).floor();
+        let longest = (1u64 << LEVELS) as f64;
+        let mut x = *x;
+        let mut whole = units;
+        while whole >= longest {
+            x = self.powers[LEVELS - 1] * (self.powers[LEVELS - 1] * x);
+            whole -= longest;
+        }
+        let mut bits = whole as u64;
+        let mut k = 0;
+        while bits != 0 {
+            if bits & 1 == 1 {
+                x = self.powers[k] * x;
+            }
+            bits >>= 1;
+            k += 1;
+        }
+        let rest = tau - units * self.base;
+        let mut term = x;
+        for n in 1..=11 {
+            term = self.a * term * (rest / f64::from(n));
+            x += term;
+        }
+        x
+    }
+
+    /// sqrt(x^T P x).
+    pub fn energy_norm(&self, x: &Vector4<f64>) -> f64 {
+        (x.transpose() * self.energy * x)[0].max(0.0).sqrt()
+    }
+}
+
+impl Functional {
+    pub fn value(&self, x: &Vector4<f64>) -> f64 {
+        (self.row * x)[0]
+    }
+
+    pub fn rate(&self, x: &Vector4<f64>) -> f64 {
+        (self.rate_row * x)[0]
+    }
+
+    /// The largest |c x| from here on, given the energy norm here.
+    pub fn largest_later(&self, energy_norm: f64) -> f64 {
+        self.value_bound * energy_norm
+    }
+
+    /// The largest |(c x)''| from here on, given the energy norm here.
+    pub fn largest_curvature_later(&self, energy_norm: f64) -> f64 {
+        self.curvature_bound * energy_norm
+    }
+}

@@ -1,0 +1,74 @@
+//! The loss of stability of steady sliding, foreseen.
+
+use super::axial::AxialMotion;
+use super::torsion::TorsionModel;
+
+/// Rigid sliding ahead of a given instant: the rotor and its surface as one inertia, slowed by quasi-steady friction.
+/// It leaves out the twists (relative error about J/I and omega_r / omega_n), which is enough to decide ahead of time
+/// where an integrator has to resolve the fast mode; it never enters a result.
+#[derive(Debug, Clone)]
+pub struct Forecast {
+    /// (t (s), damping in e-folds of the relative mode since the start).
+    path: Vec<(f64, f64)>,
+    /// When sliding turns unstable, or the relative velocity reaches zero, whichever comes first.
+    pub trouble: Option<f64>,
+}
+
+impl Forecast {
+    pub fn new(model: &TorsionModel, axial: &AxialMotion, t: f64, relative_velocity: f64, until: f64) -> Self {
+        let sense = if relative_velocity < 0.0 { -1.0 } else { 1.0 };
+        let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
+        let surface = model.torsion.surface_inertia;
+        let radius = model.contact.radius;
+        let slowing = |t: f64, x: f64| {
+            model.friction.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia
+        };
+        let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.applied_force(t).max(0.0));
+        let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
+        let mut path = vec![(t, damping)];
+        let mut trouble = None;
+        let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
+        while t < until {
+            let here = margin(t, x);
+            if here < 0.0 || x <= 0.0 {
+                trouble = Some(t);
+                break;
+            }
+            let rate = slowing(t, x);
+            let corner = axial.next_corner(t).unwrap_or(f64::INFINITY);
+            let mut step = coarsest.min(until - t);
+            if t + step > corner {
+                step = corner - t;
+            }
+            // Resolve the fall of the speed and of the friction's exponential.
+            let fall = (0.02 * x + 1e-6).min(0.05 / model.friction.decay.max(1e-3));
+            let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
+            if ahead * step > fall {
+                step = fall / ahead;
+            }
+            if t + step <= t {
+                trouble = Some(t);
+                break;
+            }
+            let middle = slowing(t + step / 2.0, x - rate * step / 2.0);
+            x -= middle * step;
+            t += step;
+            damping += here / (2.0 * surface) * step;
+            path.push((t, damping));
+        }
+        Forecast { path, trouble }
+    }
+
+    /// The latest time before which `e_folds` of damping still lie ahead of the trouble; `None` without trouble.
+    pub fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
+        self.trouble?;
+        let total = self.path.last()?.1;
+        let last = self.path.iter().rev().find(|(_, damping)| total - damping >= e_folds);
+        Some(last.map_or(self.path[0].0, |(t, _)| *t))
+    }
+
+    /// The time by which `e_folds` of damping have passed since the start, if that comes before any trouble.
+    pub fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
+        self.path.iter().find(|(_, damping)| *damping >= e_folds).map(|(t, _)| *t)
+    }
+}

@@ -1,0 +1,254 @@
+//! The torsional equations in twist coordinates.
+//!
+//! The rotor turns through some 350 rad while its twist is a few microradians: absolute angles would leave eight digits
+//! of torque. The state holds the twists themselves, and the relative velocity itself rather than the rotor speed, so
+//! that the guard of a stick is a component of the state and not a difference.
+
+use super::{BreakawayTest, Contact, Friction, Parameters, Torsion};
+use nalgebra::DMatrixViewMut;
+
+/// Number of components of the torsional state.
+pub const DIMENSION: usize = 8;
+
+/// Positions in the torsional state vector.
+pub mod index {
+    /// u = theta - phi_2, rotor twist, rad.
+    pub const ROTOR_TWIST: usize = 0;
+    /// u', rad/s.
+    pub const ROTOR_TWIST_RATE: usize = 1;
+    /// v = phi_1, stator twist, rad.
+    pub const STATOR_TWIST: usize = 2;
+    /// v' = phi_1', rad/s.
+    pub const STATOR_TWIST_RATE: usize = 3;
+    /// omega_r = phi_2' - phi_1', rad/s.
+    pub const RELATIVE_VELOCITY: usize = 4;
+    /// phi_2 - phi_1, rad. A quadrature: nothing depends on it.
+    pub const SLIP: usize = 5;
+    /// Energy dissipated by friction, J. A quadrature.
+    pub const FRICTION_LOSS: usize = 6;
+    /// Energy dissipated by c_t of both disks, J. A quadrature.
+    pub const DAMPING_LOSS: usize = 7;
+}
+use index::*;
+
+/// The torsional state: [`index`] names its components.
+pub type TorsionState = [f64; DIMENSION];
+
+/// The torsional system with its friction, without time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TorsionModel {
+    pub torsion: Torsion,
+    pub contact: Contact,
+    pub friction: Friction,
+}
+
+impl TorsionModel {
+    pub fn new(parameters: &Parameters) -> Self {
+        TorsionModel { torsion: parameters.torsion, contact: parameters.contact, friction: parameters.friction }
+    }
+
+    /// T_r = c_t u' + k_t u, equation (2), N m.
+    #[inline]
+    pub fn rotor_torque(&self, y: &[f64]) -> f64 {
+        self.torsion.damping * y[ROTOR_TWIST_RATE] + self.torsion.stiffness * y[ROTOR_TWIST]
+    }
+
+    /// T_s = c_t v' + k_t v, N m.
+    #[inline]
+    pub fn stator_torque(&self, y: &[f64]) -> f64 {
+        self.torsion.damping * y[STATOR_TWIST_RATE] + self.torsion.stiffness * y[STATOR_TWIST]
+    }
+
+    /// T_f = (T_r + T_s)/2, N m: in stick the exact torque of the constraint.
+    pub fn transmitted_torque(&self, y: &[f64]) -> f64 {
+        (self.rotor_torque(y) + self.stator_torque(y)) / 2.0
+    }
+
+    /// The torque that the breakaway test holds against mu_0 r F_n, N m.
+    pub fn tested_torque(&self, y: &[f64]) -> f64 {
+        match self.contact.breakaway_test {
+            BreakawayTest::Transmitted => self.transmitted_torque(y),
+            BreakawayTest::Stator => self.stator_torque(y),
+            BreakawayTest::Rotor => self.rotor_torque(y),
+        }
+    }
+
+    /// mu_0 r F_n, N m.
+    pub fn breakaway_torque(&self, normal_force: f64) -> f64 {
+        self.friction.breakaway * self.contact.radius * normal_force
+    }
+
+    /// s mu(s omega_r) r F_n: the interface torque of slip with sense `s`, N m.
+    #[inline]
+    pub fn sliding_torque(&self, sense: f64, y: &[f64], normal_force: f64) -> f64 {
+        sense * self.friction.coefficient(sense * y[RELATIVE_VELOCITY]) * self.contact.radius * normal_force
+    }
+
+    /// Slip with sense `s` (+1 or -1), equations (2) and (3). `normal_force` F_n in N.
+    #[inline]
+    pub fn slip_rhs(&self, sense: f64, normal_force: f64, y: &[f64], dydt: &mut [f64]) {
+        let friction = self.sliding_torque(sense, y, normal_force);
+        self.free_rhs(friction, y, dydt);
+        dydt[FRICTION_LOSS] = friction * y[RELATIVE_VELOCITY];
+    }
+
+    /// No contact: the surfaces are free.
+    pub fn separated_rhs(&self, y: &[f64], dydt: &mut [f64]) {
+        self.free_rhs(0.0, y, dydt);
+        dydt[FRICTION_LOSS] = 0.0;
+    }
+
+    /// Both surfaces on their own, with the interface torque `t_i` between them.
+    #[inline]
+    fn free_rhs(&self, t_i: f64, y: &[f64], dydt: &mut [f64]) {
+        let Torsion { rotor_inertia: i, surface_inertia: j, damping: c_t, .. } = self.torsion;
+        let (t_r, t_s) = (self.rotor_torque(y), self.stator_torque(y));
+        let phi2_ddot = (t_r - t_i) / j;
+        let phi1_ddot = (t_i - t_s) / j;
+        dydt[ROTOR_TWIST] = y[ROTOR_TWIST_RATE];
+        dydt[ROTOR_TWIST_RATE] = -t_r / i - phi2_ddot;
+        dydt[STATOR_TWIST] = y[STATOR_TWIST_RATE];
+        dydt[STATOR_TWIST_RATE] = phi1_ddot;
+        dydt[RELATIVE_VELOCITY] = (t_r + t_s - 2.0 * t_i) / j;
+        dydt[SLIP] = y[RELATIVE_VELOCITY];
+        dydt[DAMPING_LOSS] = c_t
+            * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
+    }
+
+    /// Stick, equation (4): the surfaces move as one.
+    pub fn stick_rhs(&self, y: &[f64], dydt: &mut [f64]) {
+        let Torsion { rotor_inertia: i, surface_inertia: j, damping: c_t, .. } = self.torsion;
+        let (t_r, t_s) = (self.rotor_torque(y), self.stator_torque(y));
+        let phi_ddot = (t_r - t_s) / (2.0 * j);
+        dydt[ROTOR_TWIST] = y[ROTOR_TWIST_RATE];
+        dydt[ROTOR_TWIST_RATE] = -t_r / i - phi_ddot;
+        dydt[STATOR_TWIST] = y[STATOR_TWIST_RATE];
+        dydt[STATOR_TWIST_RATE] = phi_ddot;
+        dydt[RELATIVE_VELOCITY] = 0.0;
+        dydt[SLIP] = 0.0;
+        dydt[FRICTION_LOSS] = 0.0;
+        dydt[DAMPING_LOSS] = c_t
+            * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
+    }
+
+    /// Jacobian of [`Self::slip_rhs`], DIMENSION x DIMENSION, into a zeroed matrix.
+    pub fn slip_jacobian(&self, sense: f64, normal_force: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
+        let (mu, slope) = self.friction.coefficient_and_slope(sense * y[RELATIVE_VELOCITY]);
+        let r_fn = self.contact.radius * normal_force;
+        // d(s mu(s w))/dw = mu'(s w)
+        self.free_jacobian(slope * r_fn, y, jac);
+        jac[(FRICTION_LOSS, RELATIVE_VELOCITY)] = sense * mu * r_fn + slope * r_fn * y[RELATIVE_VELOCITY];
+    }
+
+    /// Jacobian of [`Self::separated_rhs`], into a zeroed matrix.
+    pub fn separated_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
+        self.free_jacobian(0.0, y, jac);
+    }
+
+    fn free_jacobian(&self, torque_slope: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
+        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k_t, damping: c_t } = self.torsion;
+        jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
+        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t / j;
+        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST_RATE)] = -c_t / i - c_t / j;
+        jac[(ROTOR_TWIST_RATE, RELATIVE_VELOCITY)] = torque_slope / j;
+        jac[(STATOR_TWIST, STATOR_TWIST_RATE)] = 1.0;
+        jac[(STATOR_TWIST_RATE, STATOR_TWIST)] = -k_t / j;
+        jac[(STATOR_TWIST_RATE, STATOR_TWIST_RATE)] = -c_t / j;
+        jac[(STATOR_TWIST_RATE, RELATIVE_VELOCITY)] = torque_slope / j;
+        for (column, value) in [
+            (ROTOR_TWIST, k_t),
+            (ROTOR_TWIST_RATE, c_t),
+            (STATOR_TWIST, k_t),
+            (STATOR_TWIST_RATE, c_t),
+            (RELATIVE_VELOCITY, -2.0 * torque_slope),
+        ] {
+            jac[(RELATIVE_VELOCITY, column)] = value / j;
+        }
+        jac[(SLIP, RELATIVE_VELOCITY)] = 1.0;
+        self.damping_loss_jacobian(y, jac);
+    }
+
+    /// Jacobian of [`Self::stick_rhs`], into a zeroed matrix.
+    pub fn stick_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
+        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k_t, damping: c_t } = self.torsion;
+        let half = 1.0 / (2.0 * j);
+        jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
+        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t * half;
+        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST_RATE)] = -c_t / i - c_t * half;
+        jac[(ROTOR_TWIST_RATE, STATOR_TWIST)] = k_t * half;
+        jac[(ROTOR_TWIST_RATE, STATOR_TWIST_RATE)] = c_t * half;
+        jac[(STATOR_TWIST, STATOR_TWIST_RATE)] = 1.0;
+        jac[(STATOR_TWIST_RATE, ROTOR_TWIST)] = k_t * half;
+        jac[(STATOR_TWIST_RATE, ROTOR_TWIST_RATE)] = c_t * half;
+        jac[(STATOR_TWIST_RATE, STATOR_TWIST)] = -k_t * half;
+        jac[(STATOR_TWIST_RATE, STATOR_TWIST_RATE)] = -c_t * half;
+        self.damping_loss_jacobian(y, jac);
+    }
+
+    fn damping_loss_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
+        jac[(DAMPING_LOSS, ROTOR_TWIST_RATE)] = 2.0 * self.torsion.damping * y[ROTOR_TWIST_RATE];
+        jac[(DAMPING_LOSS, STATOR_TWIST_RATE)] = 2.0 * self.torsion.damping * y[STATOR_TWIST_RATE];
+    }
+
+    /// The state with both surfaces at their mean speed: exact momentum balance of two equal inertias.
+    pub fn joined(&self, y: &[f64]) -> TorsionState {
+        let mut joined = copy(y);
+        let half = y[RELATIVE_VELOCITY] / 2.0;
+        joined[ROTOR_TWIST_RATE] += half;
+        joined[STATOR_TWIST_RATE] += half;
+        joined[RELATIVE_VELOCITY] = 0.0;
+        joined
+    }
+
+    /// The state after a kick that adds `delta` to the relative velocity: phi2_dot + delta/2, phi1_dot - delta/2.
+    pub fn kicked(&self, y: &[f64], delta: f64) -> TorsionState {
+        let mut kicked = copy(y);
+        kicked[ROTOR_TWIST_RATE] -= delta / 2.0;
+        kicked[STATOR_TWIST_RATE] -= delta / 2.0;
+        kicked[RELATIVE_VELOCITY] += delta;
+        kicked
+    }
+
+    /// theta' = omega_r + u' + v', rad/s.
+    pub fn rotor_speed(&self, y: &[f64]) -> f64 {
+        y[RELATIVE_VELOCITY] + y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE]
+    }
+
+    /// Kinetic energy of rotor and surfaces, J.
+    pub fn kinetic_energy(&self, y: &[f64]) -> f64 {
+        let Torsion { rotor_inertia, surface_inertia, .. } = self.torsion;
+        let phi1_dot = y[STATOR_TWIST_RATE];
+        let phi2_dot = y[RELATIVE_VELOCITY] + phi1_dot;
+        let theta_dot = self.rotor_speed(y);
+        0.5 * (rotor_inertia * theta_dot * theta_dot
+            + surface_inertia * (phi1_dot * phi1_dot + phi2_dot * phi2_dot))
+    }
+
+    /// Elastic energy of both twists, J.
+    pub fn elastic_energy(&self, y: &[f64]) -> f64 {
+        0.5 * self.torsion.stiffness * (y[ROTOR_TWIST] * y[ROTOR_TWIST] + y[STATOR_TWIST] * y[STATOR_TWIST])
+    }
+
+    /// c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha |omega_r|), N m s/rad: the damping left to the relative mode in
+    /// steady sliding with sense `s`. Its zero is what the project calls instability.
+    pub fn stability_margin(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> f64 {
+        let (_, slope) = self.friction.coefficient_and_slope(sense * relative_velocity);
+        self.torsion.damping + 2.0 * self.contact.radius * normal_force * slope
+    }
+
+    /// Natural angular frequency of the relative mode, sqrt(k_t/J), rad/s.
+    pub fn natural_angular_frequency(&self) -> f64 {
+        (self.torsion.stiffness / self.torsion.surface_inertia).sqrt()
+    }
+
+    /// T_n = 2 pi sqrt(J/k_t), s.
+    pub fn natural_period(&self) -> f64 {
+        std::f64::consts::TAU / self.natural_angular_frequency()
+    }
+}
+
+fn copy(y: &[f64]) -> TorsionState {
+    let mut state = [0.0; DIMENSION];
+    state.copy_from_slice(&y[..DIMENSION]);
+    state
+}
