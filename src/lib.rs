@@ -18,4 +18,3 @@
 //! | [`cli`] | arguments to validated options to a call |
 
 pub mod model;
-pub mod simulation;

@@ -5,6 +5,7 @@
 //! the contact force, its zeros (separation, contact) and the axial energies functions of time alone; an integrator
 //! would carry a 0.5 kHz mode through seconds of standstill for the same numbers.
 
+use super::bounds::positive_for;
 use super::oscillator::DampedOscillator;
 use super::{Actuation, Axial};
 
@@ -66,7 +67,11 @@ struct Piece {
 impl AxialMotion {
     pub fn new(axial: &Axial, actuation: &Actuation) -> Self {
         let oscillator = DampedOscillator::new(axial.mass, axial.damping, axial.stiffness);
-        let mut motion = AxialMotion { axial: *axial, oscillator, pieces: Vec::new() };
+        let mut motion = AxialMotion {
+            axial: *axial,
+            oscillator,
+            pieces: Vec::new(),
+        };
         let (mut z, mut z_dot, mut work, mut dissipated) = (0.0, 0.0, 0.0, 0.0);
         let breaks = force_pieces(actuation);
         for (index, &(start, force, slope)) in breaks.iter().enumerate() {
@@ -87,7 +92,11 @@ impl AxialMotion {
     }
 
     fn piece(&self, start: f64, end: f64, force: f64, slope: f64, z: (f64, f64), sums: (f64, f64)) -> Piece {
-        let Axial { mass, stiffness, damping } = self.axial;
+        let Axial {
+            mass,
+            stiffness,
+            damping,
+        } = self.axial;
         let drift = -slope / stiffness;
         let offset = -(force + damping * drift) / stiffness;
         let free = (z.0 - offset, z.1 - drift);
@@ -103,7 +112,20 @@ impl AxialMotion {
         } else {
             f64::INFINITY
         };
-        Piece { start, end, force, slope, offset, drift, free, ringing, silent_after, work: sums.0, dissipated: sums.1, lowest_later: f64::INFINITY }
+        Piece {
+            start,
+            end,
+            force,
+            slope,
+            offset,
+            drift,
+            free,
+            ringing,
+            silent_after,
+            work: sums.0,
+            dissipated: sums.1,
+            lowest_later: f64::INFINITY,
+        }
     }
 
     /// The state at time `t >= 0` (s).
@@ -132,10 +154,9 @@ impl AxialMotion {
     /// F at its largest magnitude over the run, N.
     pub fn largest_force(&self) -> f64 {
         let last = self.pieces.last().map_or(0.0, |p| p.force.abs());
-        self.pieces
-            .iter()
-            .filter(|p| p.end.is_finite())
-            .fold(last, |m, p| m.max(p.force.abs()).max((p.force + p.slope * (p.end - p.start)).abs()))
+        self.pieces.iter().filter(|p| p.end.is_finite()).fold(last, |m, p| {
+            m.max(p.force.abs()).max((p.force + p.slope * (p.end - p.start)).abs())
+        })
     }
 
     /// A bound on |d^2/dt^2| of the pressing force from `t` to the next corner, N/s^2.
@@ -145,7 +166,11 @@ impl AxialMotion {
         if tau >= piece.silent_after {
             return 0.0;
         }
-        let Axial { mass, stiffness, damping } = self.axial;
+        let Axial {
+            mass,
+            stiffness,
+            damping,
+        } = self.axial;
         let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
         // The energy m q'^2 + k q^2 of the free part never grows: it bounds |q| and |q'|, and the equation then |q''|.
         let twice_energy = mass * rate * rate + stiffness * q * q;
@@ -161,11 +186,18 @@ impl AxialMotion {
     fn lowest_in_piece(&self, piece: &Piece, t: f64) -> f64 {
         let tau = (t - piece.start).max(0.0);
         let from = piece.force + piece.slope * tau;
-        let to = if piece.end.is_finite() { piece.force + piece.slope * (piece.end - piece.start) } else { from };
+        let to = if piece.end.is_finite() {
+            piece.force + piece.slope * (piece.end - piece.start)
+        } else {
+            from
+        };
         let ringing = if tau >= piece.silent_after {
             0.0
         } else {
-            ringing_amplitude(&self.axial, self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau))
+            ringing_amplitude(
+                &self.axial,
+                self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau),
+            )
         };
         from.min(to) - ringing
     }
@@ -220,7 +252,11 @@ impl AxialMotion {
             }
             let state = self.evaluate(piece, t);
             let (g, rate) = (sign * state.pressing_force, sign * state.pressing_rate);
-            let curvature = if t - piece.start >= piece.silent_after { 0.0 } else { self.curvature_bound(t) };
+            let curvature = if t - piece.start >= piece.silent_after {
+                0.0
+            } else {
+                self.curvature_bound(t)
+            };
             let delta = if departing {
                 // g is zero up to rounding: step over the neighbourhood in which it provably grows.
                 departing = false;
@@ -231,13 +267,8 @@ impl AxialMotion {
                 }
             } else if g <= 0.0 {
                 return Some(t);
-            } else if curvature > 0.0 {
-                // Until delta, g >= g + rate delta - curvature delta^2 / 2 > 0.
-                (rate + (rate * rate + 2.0 * curvature * g).sqrt()) / curvature
-            } else if rate < 0.0 {
-                -g / rate
             } else {
-                return None;
+                positive_for(g, rate, curvature)
             };
             if t + delta <= t {
                 return Some(t);
@@ -260,7 +291,11 @@ impl AxialMotion {
     }
 
     fn evaluate(&self, piece: &Piece, t: f64) -> AxialState {
-        let Axial { mass, stiffness, damping } = self.axial;
+        let Axial {
+            mass,
+            stiffness,
+            damping,
+        } = self.axial;
         let tau = t - piece.start;
         let force = piece.force + piece.slope * tau;
         let (mut free, mut ringing) = ((0.0, 0.0), (0.0, 0.0));
@@ -278,8 +313,7 @@ impl AxialMotion {
         let work = -(force * displacement - piece.force * start_displacement) + piece.slope * integral;
         // c_a times the integral of (drift + h')^2; the free part's own loss is the loss of its energy.
         let free_loss = (mass * (v0 * v0 - free.1 * free.1) + stiffness * (h0 * h0 - free.0 * free.0)) / 2.0;
-        let dissipated =
-            damping * (piece.drift * piece.drift * tau + 2.0 * piece.drift * (free.0 - h0)) + free_loss;
+        let dissipated = damping * (piece.drift * piece.drift * tau + 2.0 * piece.drift * (free.0 - h0)) + free_loss;
         AxialState {
             displacement,
             velocity: piece.drift + free.1,

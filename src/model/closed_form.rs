@@ -5,6 +5,7 @@
 //! proves when a stick can never break away again.
 
 use super::axial::AxialMotion;
+use super::bounds::positive_for;
 use super::linear_flow::{Functional, LinearFlow};
 use super::torsion::{TorsionModel, TorsionState, index::*};
 use super::{BreakawayTest, Torsion};
@@ -34,7 +35,12 @@ pub struct ClosedForm {
 
 impl ClosedForm {
     pub fn new(model: &TorsionModel) -> Self {
-        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k_t, damping: c_t } = model.torsion;
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            stiffness: k_t,
+            damping: c_t,
+        } = model.torsion;
         let omega = 2f64.powi(model.natural_angular_frequency().log2().round() as i32);
         let k = k_t / omega;
         let half = 1.0 / (2.0 * j);
@@ -71,7 +77,13 @@ impl ClosedForm {
             BreakawayTest::Rotor => (1.0, 0.0),
         };
         let tested = stick.functional(RowVector4::new(rotor * k, rotor * c_t, stator * k, stator * c_t));
-        ClosedForm { model: *model, omega, separated: flow(separated, separated_energy), stick, tested }
+        ClosedForm {
+            model: *model,
+            omega,
+            separated: flow(separated, separated_energy),
+            stick,
+            tested,
+        }
     }
 
     fn reduced(&self, y: &TorsionState) -> Vector4<f64> {
@@ -99,12 +111,15 @@ impl ClosedForm {
         let x = self.separated.advance(&start, tau);
         let mut state = self.expanded(y, &x);
         // Rotor and rotor surface keep I theta' + J phi_2' = (I + J) theta' - J u'.
-        let Torsion { rotor_inertia: i, surface_inertia: j, .. } = self.model.torsion;
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            ..
+        } = self.model.torsion;
         let share = j / (i + j);
         let rate_change = state[ROTOR_TWIST_RATE] - y[ROTOR_TWIST_RATE];
-        state[RELATIVE_VELOCITY] = y[RELATIVE_VELOCITY]
-            + (share - 1.0) * rate_change
-            - (state[STATOR_TWIST_RATE] - y[STATOR_TWIST_RATE]);
+        state[RELATIVE_VELOCITY] =
+            y[RELATIVE_VELOCITY] + (share - 1.0) * rate_change - (state[STATOR_TWIST_RATE] - y[STATOR_TWIST_RATE]);
         let twist_change = state[ROTOR_TWIST] - y[ROTOR_TWIST];
         let turned = self.model.rotor_speed(y) * tau + share * (twist_change - y[ROTOR_TWIST_RATE] * tau);
         state[SLIP] = y[SLIP] + turned - twist_change - (state[STATOR_TWIST] - y[STATOR_TWIST]);
@@ -144,21 +159,16 @@ impl ClosedForm {
                 return Breakaway::Never;
             }
             let limit_rate = capacity * axial_state.pressing_rate;
-            let curvature =
-                capacity * axial.curvature_bound(t + tau) + self.tested.largest_curvature_later(energy);
+            let curvature = capacity * axial.curvature_bound(t + tau) + self.tested.largest_curvature_later(energy);
             let (torque, torque_rate) = (self.tested.value(&x), self.tested.rate(&x));
-            // Until delta, the distance to the limit is at least g + g' delta - curvature delta^2 / 2 > 0.
+            // Until delta, neither distance to the limit can have reached zero.
             let (mut delta, mut sense) = (f64::INFINITY, 0.0);
             for s in [1.0, -1.0] {
                 let (g, rate) = (limit - s * torque, limit_rate - s * torque_rate);
                 let step = if g <= 0.0 {
                     0.0
-                } else if curvature > 0.0 {
-                    (rate + (rate * rate + 2.0 * curvature * g).sqrt()) / curvature
-                } else if rate < 0.0 {
-                    -g / rate
                 } else {
-                    f64::INFINITY
+                    positive_for(g, rate, curvature)
                 };
                 if step < delta {
                     (delta, sense) = (step, s);

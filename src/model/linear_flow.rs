@@ -43,13 +43,24 @@ impl LinearFlow {
             let last = &powers[k - 1];
             powers.push(last * last);
         }
-        Some(LinearFlow { a, energy, energy_inverse, base, powers })
+        Some(LinearFlow {
+            a,
+            energy,
+            energy_inverse,
+            base,
+            powers,
+        })
     }
 
     pub fn functional(&self, row: RowVector4<f64>) -> Functional {
         let bound = |r: &RowVector4<f64>| (r * self.energy_inverse * r.transpose())[0].max(0.0).sqrt();
         let second = row * self.a * self.a;
-        Functional { row, rate_row: row * self.a, value_bound: bound(&row), curvature_bound: bound(&second) }
+        Functional {
+            row,
+            rate_row: row * self.a,
+            value_bound: bound(&row),
+            curvature_bound: bound(&second),
+        }
     }
 
     /// exp(A tau) x for tau >= 0.

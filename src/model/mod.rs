@@ -4,6 +4,7 @@
 //! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
 
 pub mod axial;
+pub mod bounds;
 pub mod closed_form;
 pub mod friction;
 pub mod linear_flow;

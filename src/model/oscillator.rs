@@ -10,7 +10,10 @@ pub struct DampedOscillator {
 impl DampedOscillator {
     /// From mass, damping and stiffness of m q'' + c q' + k q = 0.
     pub fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
-        DampedOscillator { sigma: damping / (2.0 * mass), omega0_squared: stiffness / mass }
+        DampedOscillator {
+            sigma: damping / (2.0 * mass),
+            omega0_squared: stiffness / mass,
+        }
     }
 
     /// (q, q') a time `tau >= 0` after (q, q') = (`q`, `rate`).
@@ -40,7 +43,10 @@ impl DampedOscillator {
         if (discriminant * tau * tau).abs() < 1e-7 {
             let x = discriminant * tau * tau;
             let decay = (-self.sigma * tau).exp();
-            return (decay * (1.0 - x / 2.0 + x * x / 24.0), decay * tau * (1.0 - x / 6.0 + x * x / 120.0));
+            return (
+                decay * (1.0 - x / 2.0 + x * x / 24.0),
+                decay * tau * (1.0 - x / 6.0 + x * x / 120.0),
+            );
         }
         if discriminant > 0.0 {
             let w = discriminant.sqrt();

@@ -20,9 +20,8 @@ impl Forecast {
         let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
         let surface = model.torsion.surface_inertia;
         let radius = model.contact.radius;
-        let slowing = |t: f64, x: f64| {
-            model.friction.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia
-        };
+        let slowing =
+            |t: f64, x: f64| model.friction.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia;
         let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.applied_force(t).max(0.0));
         let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
         let mut path = vec![(t, damping)];
@@ -69,6 +68,9 @@ impl Forecast {
 
     /// The time by which `e_folds` of damping have passed since the start, if that comes before any trouble.
     pub fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
-        self.path.iter().find(|(_, damping)| *damping >= e_folds).map(|(t, _)| *t)
+        self.path
+            .iter()
+            .find(|(_, damping)| *damping >= e_folds)
+            .map(|(t, _)| *t)
     }
 }

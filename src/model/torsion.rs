@@ -44,7 +44,11 @@ pub struct TorsionModel {
 
 impl TorsionModel {
     pub fn new(parameters: &Parameters) -> Self {
-        TorsionModel { torsion: parameters.torsion, contact: parameters.contact, friction: parameters.friction }
+        TorsionModel {
+            torsion: parameters.torsion,
+            contact: parameters.contact,
+            friction: parameters.friction,
+        }
     }
 
     /// T_r = c_t u' + k_t u, equation (2), N m.
@@ -101,7 +105,12 @@ impl TorsionModel {
     /// Both surfaces on their own, with the interface torque `t_i` between them.
     #[inline]
     fn free_rhs(&self, t_i: f64, y: &[f64], dydt: &mut [f64]) {
-        let Torsion { rotor_inertia: i, surface_inertia: j, damping: c_t, .. } = self.torsion;
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            damping: c_t,
+            ..
+        } = self.torsion;
         let (t_r, t_s) = (self.rotor_torque(y), self.stator_torque(y));
         let phi2_ddot = (t_r - t_i) / j;
         let phi1_ddot = (t_i - t_s) / j;
@@ -111,13 +120,18 @@ impl TorsionModel {
         dydt[STATOR_TWIST_RATE] = phi1_ddot;
         dydt[RELATIVE_VELOCITY] = (t_r + t_s - 2.0 * t_i) / j;
         dydt[SLIP] = y[RELATIVE_VELOCITY];
-        dydt[DAMPING_LOSS] = c_t
-            * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
+        dydt[DAMPING_LOSS] =
+            c_t * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
     }
 
     /// Stick, equation (4): the surfaces move as one.
     pub fn stick_rhs(&self, y: &[f64], dydt: &mut [f64]) {
-        let Torsion { rotor_inertia: i, surface_inertia: j, damping: c_t, .. } = self.torsion;
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            damping: c_t,
+            ..
+        } = self.torsion;
         let (t_r, t_s) = (self.rotor_torque(y), self.stator_torque(y));
         let phi_ddot = (t_r - t_s) / (2.0 * j);
         dydt[ROTOR_TWIST] = y[ROTOR_TWIST_RATE];
@@ -127,8 +141,8 @@ impl TorsionModel {
         dydt[RELATIVE_VELOCITY] = 0.0;
         dydt[SLIP] = 0.0;
         dydt[FRICTION_LOSS] = 0.0;
-        dydt[DAMPING_LOSS] = c_t
-            * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
+        dydt[DAMPING_LOSS] =
+            c_t * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
     }
 
     /// Jacobian of [`Self::slip_rhs`], DIMENSION x DIMENSION, into a zeroed matrix.
@@ -146,7 +160,12 @@ impl TorsionModel {
     }
 
     fn free_jacobian(&self, torque_slope: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k_t, damping: c_t } = self.torsion;
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            stiffness: k_t,
+            damping: c_t,
+        } = self.torsion;
         jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
         jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t / j;
         jac[(ROTOR_TWIST_RATE, ROTOR_TWIST_RATE)] = -c_t / i - c_t / j;
@@ -170,7 +189,12 @@ impl TorsionModel {
 
     /// Jacobian of [`Self::stick_rhs`], into a zeroed matrix.
     pub fn stick_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k_t, damping: c_t } = self.torsion;
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            stiffness: k_t,
+            damping: c_t,
+        } = self.torsion;
         let half = 1.0 / (2.0 * j);
         jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
         jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t * half;
@@ -216,12 +240,15 @@ impl TorsionModel {
 
     /// Kinetic energy of rotor and surfaces, J.
     pub fn kinetic_energy(&self, y: &[f64]) -> f64 {
-        let Torsion { rotor_inertia, surface_inertia, .. } = self.torsion;
+        let Torsion {
+            rotor_inertia,
+            surface_inertia,
+            ..
+        } = self.torsion;
         let phi1_dot = y[STATOR_TWIST_RATE];
         let phi2_dot = y[RELATIVE_VELOCITY] + phi1_dot;
         let theta_dot = self.rotor_speed(y);
-        0.5 * (rotor_inertia * theta_dot * theta_dot
-            + surface_inertia * (phi1_dot * phi1_dot + phi2_dot * phi2_dot))
+        0.5 * (rotor_inertia * theta_dot * theta_dot + surface_inertia * (phi1_dot * phi1_dot + phi2_dot * phi2_dot))
     }
 
     /// Elastic energy of both twists, J.

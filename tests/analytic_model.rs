@@ -1,0 +1,247 @@
+//! The model against closed forms, differences and balances.
+
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+use stickslip::model::axial::AxialMotion;
+use stickslip::model::closed_form::{Breakaway, ClosedForm};
+use stickslip::model::friction::{uniform_pressure_radius, uniform_wear_radius};
+use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Torsion};
+
+const AXIAL: Axial = Axial {
+    mass: 4.54,
+    stiffness: 55.38e6,
+    damping: 8760.0,
+};
+
+fn model() -> TorsionModel {
+    TorsionModel {
+        torsion: Torsion {
+            rotor_inertia: 2.262,
+            surface_inertia: 0.0113,
+            stiffness: 7.71e6,
+            damping: 22.606,
+        },
+        contact: Contact {
+            radius: 0.052388,
+            breakaway_test: BreakawayTest::Transmitted,
+        },
+        friction: Friction {
+            breakaway: 0.6,
+            low_speed: 0.6,
+            high_speed: 0.3,
+            decay: 3.5,
+        },
+    }
+}
+
+/// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...
+#[test]
+fn analytic_effective_radii() {
+    assert!((uniform_wear_radius(0.13, 0.08) - 0.0525).abs() < 1e-17);
+    let direct = (0.13f64.powi(3) - 0.08f64.powi(3)) / (3.0 * (0.13f64.powi(2) - 0.08f64.powi(2)));
+    assert!((uniform_pressure_radius(0.13, 0.08) - direct).abs() < 1e-15);
+    // a ring without width
+    assert!((uniform_pressure_radius(0.1, 0.1) - 0.05).abs() < 1e-17);
+}
+
+fn tables() -> impl Strategy<Value = Actuation> {
+    prop::collection::vec((0.001..0.05f64, -500.0..3000.0f64), 1..6).prop_map(|rows| {
+        let mut t = 0.0;
+        let (time, force) = rows
+            .into_iter()
+            .map(|(dt, f)| {
+                t += dt;
+                (t, f)
+            })
+            .unzip();
+        Actuation::Table { time, force }
+    })
+}
+
+proptest! {
+    /// m z'' + c z' + k z = -F by central differences of the closed form, in every damping regime.
+    #[test]
+    fn property_axial_motion_satisfies_its_equation(
+        actuation in tables(), damping in 0.0..60_000.0f64, t in 0.0001..0.2f64,
+    ) {
+        let axial = Axial { damping, ..AXIAL };
+        let motion = AxialMotion::new(&axial, &actuation);
+        let h = 1e-7;
+        prop_assume!(motion.corners().all(|c| (c - t).abs() > 2.0 * h));
+        let (before, here, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
+        let velocity = (after.displacement - before.displacement) / (2.0 * h);
+        // Difference error h^2/6 * omega^2 * v, plus the rounding of z over h.
+        prop_assert!((velocity - here.velocity).abs() < 1e-6 * (0.2 + here.velocity.abs()));
+        let acceleration = (after.velocity - before.velocity) / (2.0 * h);
+        let residual = axial.mass * acceleration + here.force - here.pressing_force;
+        prop_assert!(residual.abs() < 1e-3 * (3000.0 + here.force.abs()), "{residual}");
+        let pressing = -axial.damping * here.velocity - axial.stiffness * here.displacement;
+        prop_assert!((pressing - here.pressing_force).abs() < 1e-8 * (3000.0 + pressing.abs()));
+        let slope = (after.pressing_force - before.pressing_force) / (2.0 * h);
+        prop_assert!((slope - here.pressing_rate).abs() < 1e-4 * (1e6 + slope.abs()));
+    }
+
+    /// Kinetic + elastic + dissipated - work = 0 from rest; each has its own closed form.
+    #[test]
+    fn property_axial_energy_balances(
+        actuation in tables(), damping in 0.0..60_000.0f64, t in 0.0..0.5f64,
+    ) {
+        let axial = Axial { damping, ..AXIAL };
+        let s = AxialMotion::new(&axial, &actuation).at(t);
+        let stored = 0.5 * (axial.mass * s.velocity.powi(2) + axial.stiffness * s.displacement.powi(2));
+        prop_assert!((stored + s.dissipated - s.work).abs() < 1e-12);
+        prop_assert!(s.dissipated > -1e-14);
+    }
+
+    /// The zeros of the pressing force are those that dense sampling sees, and none is missed.
+    #[test]
+    fn property_contact_changes_are_all_found(actuation in tables(), damping in 0.0..20_000.0f64) {
+        let motion = AxialMotion::new(&Axial { damping, ..AXIAL }, &actuation);
+        let (end, n) = (0.3, 60_000);
+        let mut sampled = Vec::new();
+        let mut closed = motion.closed_at_start();
+        let started_closed = closed;
+        for k in 1..=n {
+            let t = end * k as f64 / n as f64;
+            let force = motion.pressing_force(t);
+            // what rounding and the ringing floor leave open is no change
+            if (force > 1.0) != closed && force.abs() > 1.0 {
+                closed = force > 0.0;
+                sampled.push(t);
+            }
+        }
+        let mut found = Vec::new();
+        let (mut t, mut closed) = (0.0, started_closed);
+        let mut departing = true;
+        while let Some(next) = motion.next_contact_change(t, closed, departing, end) {
+            prop_assert!(next >= t);
+            found.push(next);
+            (t, closed, departing) = (next, !closed, true);
+            prop_assert!(found.len() < 10_000);
+        }
+        for s in sampled {
+            prop_assert!(found.iter().any(|f| (f - s).abs() < 2e-3), "{s} not among {found:?}");
+        }
+        for f in &found {
+            prop_assert!(motion.pressing_force(*f).abs() < 1e-5, "{f}: {}", motion.pressing_force(*f));
+        }
+    }
+
+    /// Analytic Jacobians against central differences, in all modes and senses.
+    #[test]
+    fn property_jacobians_match_differences(
+        y in prop::array::uniform8(-1.0..1.0f64), force in 0.0..3000.0f64, mode in 0..4usize, decay in 0.0..10.0f64,
+    ) {
+        let mut model = model();
+        model.friction.decay = decay;
+        let scale = [1e-5, 0.2, 1e-5, 0.2, 0.5, 1.0, 1.0, 1.0];
+        let y: Vec<f64> = y.iter().zip(scale).map(|(a, b)| a * b).collect();
+        let rhs = |y: &[f64]| {
+            let mut out = [0.0; DIMENSION];
+            match mode {
+                0 => model.slip_rhs(1.0, force, y, &mut out),
+                1 => model.slip_rhs(-1.0, force, y, &mut out),
+                2 => model.stick_rhs(y, &mut out),
+                _ => model.separated_rhs(y, &mut out),
+            }
+            out
+        };
+        let mut jacobian = DMatrix::zeros(DIMENSION, DIMENSION);
+        match mode {
+            0 => model.slip_jacobian(1.0, force, &y, &mut jacobian.as_view_mut()),
+            1 => model.slip_jacobian(-1.0, force, &y, &mut jacobian.as_view_mut()),
+            2 => model.stick_jacobian(&y, &mut jacobian.as_view_mut()),
+            _ => model.separated_jacobian(&y, &mut jacobian.as_view_mut()),
+        }
+        for column in 0..DIMENSION {
+            let h = 1e-6 * scale[column];
+            let (mut up, mut down) = (y.clone(), y.clone());
+            up[column] += h;
+            down[column] -= h;
+            let (up, down) = (rhs(&up), rhs(&down));
+            for row in 0..DIMENSION {
+                let difference = (up[row] - down[row]) / (2.0 * h);
+                let exact = jacobian[(row, column)];
+                // rounding of torques of 80 N m over J, divided by h
+                let noise = 1e-13 * (80.0 / model.torsion.surface_inertia) / h;
+                prop_assert!((difference - exact).abs() < 1e-6 * exact.abs() + noise, "({row}, {column})");
+            }
+        }
+    }
+
+    /// The closed forms of stick and separation satisfy their equations and compose.
+    #[test]
+    fn property_closed_forms_satisfy_the_equations(
+        y in prop::array::uniform4(-1.0..1.0f64), w in -1.0..1.0f64, tau in 0.0..0.02f64, stick: bool,
+    ) {
+        let model = model();
+        let closed = ClosedForm::new(&model);
+        let w = if stick { 0.0 } else { w };
+        let start: TorsionState = [y[0] * 1e-5, y[1] * 0.2, y[2] * 1e-5, y[3] * 0.2, w, 0.0, 0.0, 0.0];
+        let at = |t: f64| if stick { closed.stick(&start, t) } else { closed.separated(&start, t) };
+        let h = 2e-8;
+        let (before, here, after) = (at((tau - h).max(0.0)), at(tau), at(tau + h));
+        let span = tau + h - (tau - h).max(0.0);
+        prop_assume!(tau > h);
+        let mut rhs = [0.0; DIMENSION];
+        if stick { model.stick_rhs(&here, &mut rhs) } else { model.separated_rhs(&here, &mut rhs) }
+        // sizes of the derivatives of a 26 krad/s oscillation of 1e-5 rad and 0.2 rad/s
+        let size = [0.5, 1.2e4, 0.5, 1.2e4, 1.2e4, 1.0, 1.0, 2.0];
+        for k in 0..DIMENSION {
+            let difference = (after[k] - before[k]) / span;
+            prop_assert!((difference - rhs[k]).abs() < 1e-6 * size[k], "{k}: {difference} {}", rhs[k]);
+        }
+        // composition
+        let again = if stick { closed.stick(&here, tau) } else { closed.separated(&here, tau) };
+        let once = at(2.0 * tau);
+        for k in 0..DIMENSION {
+            prop_assert!((again[k] - once[k]).abs() < 1e-12 * size[k], "{k}");
+        }
+    }
+
+    /// A breakaway is where the tested torque meets its limit, and not before.
+    #[test]
+    fn property_breakaway_is_the_first_root(
+        y in prop::array::uniform4(-1.0..1.0f64), force in 500.0..2500.0f64,
+    ) {
+        let model = model();
+        let closed = ClosedForm::new(&model);
+        let axial = AxialMotion::new(&AXIAL, &Actuation::Ramp { force, rise_time: 0.0 });
+        let t = 1.0;
+        let v = y[3] * 0.2;
+        let start: TorsionState = [y[0] * 9e-6, y[1] * 0.2, y[2] * 9e-6, v, 0.0, 0.0, 0.0, 0.0];
+        let limit = model.breakaway_torque(force);
+        prop_assume!(model.tested_torque(&start).abs() < 0.999 * limit);
+        let within = 0.05;
+        let end = match closed.next_breakaway(&axial, t, &start, within) {
+            Breakaway::After { after, sense } => {
+                let torque = model.tested_torque(&closed.stick(&start, after));
+                prop_assert!((sense * torque - limit).abs() < 1e-9 * limit);
+                after
+            }
+            Breakaway::NotYet | Breakaway::Never => within,
+        };
+        for k in 0..2000 {
+            let tau = end * k as f64 / 2000.0;
+            prop_assert!(model.tested_torque(&closed.stick(&start, tau)).abs() <= limit * (1.0 + 1e-12));
+        }
+    }
+
+    /// A kick and a joining of the surfaces keep the momenta that they must keep.
+    #[test]
+    fn property_jumps_keep_momentum(y in prop::array::uniform8(-1.0..1.0f64), delta in -1.0..1.0f64) {
+        let model = model();
+        let momenta = |y: &[f64]| {
+            let (phi1_dot, theta_dot) = (y[STATOR_TWIST_RATE], model.rotor_speed(y));
+            (theta_dot, phi1_dot, phi1_dot + y[RELATIVE_VELOCITY])
+        };
+        let (theta, phi1, phi2) = momenta(&y);
+        let (theta_k, phi1_k, phi2_k) = momenta(&model.kicked(&y, delta));
+        prop_assert!((theta_k - theta).abs() < 1e-15);
+        prop_assert!((phi2_k - phi2 - delta / 2.0).abs() < 1e-15 && (phi1_k - phi1 + delta / 2.0).abs() < 1e-15);
+        let (theta_j, phi1_j, phi2_j) = momenta(&model.joined(&y));
+        prop_assert!((theta_j - theta).abs() < 1e-15);
+        prop_assert!((phi1_j + phi2_j - phi1 - phi2).abs() < 1e-15 && phi1_j == phi2_j);
+    }
+}

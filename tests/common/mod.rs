@@ -1,0 +1,184 @@
+//! What several test files share: the multiprecision truth and runs held in memory.
+#![allow(dead_code)]
+
+use std::ops::ControlFlow;
+use stickslip::model::{
+    Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion,
+};
+use stickslip::simulation::{
+    EventKind, MemoryRecorder, Method, OutputOptions, RunReport, Sample, SolverOptions, simulate,
+};
+
+/// An event or a sample of the independent multiprecision code, rounded to double.
+pub struct TruthState {
+    pub time: f64,
+    pub kind: String,
+    /// (channel, value)
+    pub state: Vec<(String, f64)>,
+}
+
+pub struct Truth {
+    pub parameters: Parameters,
+    pub end_time: f64,
+    pub events: Vec<TruthState>,
+    pub samples: Vec<TruthState>,
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_str().expect("a decimal string").parse().expect("a number")
+}
+
+/// Reads data/truth/NAME.json.
+pub fn truth(name: &str) -> Truth {
+    let path = format!("{}/data/truth/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let p = |key: &str| number(&json["parameters"][key]);
+    let perturbations = match json["parameters"].get("kick_time") {
+        Some(time) => vec![Kick {
+            time: KickTime::At(number(time)),
+            relative_velocity: p("kick_relative_velocity"),
+        }],
+        None => Vec::new(),
+    };
+    let states = |key: &str, state: &str| {
+        json[key]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|row| TruthState {
+                time: number(&row["time"]),
+                kind: row.get("kind").and_then(|k| k.as_str()).unwrap_or_default().to_owned(),
+                state: row[state]
+                    .as_object()
+                    .unwrap()
+                    .iter()
+                    .map(|(k, v)| (k.clone(), number(v)))
+                    .collect(),
+            })
+            .collect()
+    };
+    Truth {
+        parameters: Parameters {
+            axial: Axial {
+                mass: p("m"),
+                stiffness: p("k_e"),
+                damping: p("c_a"),
+            },
+            actuation: Actuation::Ramp {
+                force: p("F_0"),
+                rise_time: p("t_0"),
+            },
+            torsion: Torsion {
+                rotor_inertia: p("I"),
+                surface_inertia: p("J"),
+                stiffness: p("k_t"),
+                damping: p("c_t"),
+            },
+            contact: Contact {
+                radius: p("r"),
+                breakaway_test: BreakawayTest::Transmitted,
+            },
+            friction: Friction {
+                breakaway: p("mu_0"),
+                low_speed: p("mu_s"),
+                high_speed: p("mu_d"),
+                decay: p("alpha"),
+            },
+            initial: Initial { speed: p("omega_0") },
+            perturbations,
+        },
+        end_time: p("t_end"),
+        events: states("events", "state_after"),
+        samples: states("samples", "state"),
+    }
+}
+
+/// A run kept in memory.
+pub fn run(parameters: &Parameters, solver: &SolverOptions, output: &OutputOptions) -> (MemoryRecorder, RunReport) {
+    let mut recorder = MemoryRecorder::default();
+    let report = simulate(parameters, solver, output, &mut recorder, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .expect("a run");
+    (recorder, report)
+}
+
+pub fn solver(method: Method, rtol: f64) -> SolverOptions {
+    SolverOptions {
+        method,
+        rtol,
+        ..SolverOptions::default()
+    }
+}
+
+pub fn output(end_time: f64, interval: f64) -> OutputOptions {
+    OutputOptions {
+        end_time,
+        interval,
+        windows: Vec::new(),
+        steps: false,
+    }
+}
+
+/// The channel of a sample by the name that the truth files use.
+pub fn channel(sample: &Sample, name: &str) -> f64 {
+    let s = &sample.state;
+    match name {
+        "z" => s.z,
+        "z_dot" => s.z_dot,
+        "rotor_twist" => s.rotor_twist,
+        "stator_twist" => s.phi1,
+        "theta_dot" => s.theta_dot,
+        "phi2_dot" => s.phi2_dot,
+        "phi1_dot" => s.phi1_dot,
+        other => panic!("no channel {other}"),
+    }
+}
+
+/// The mode word of a run: (kind, time).
+pub fn mode_word(recorder: &MemoryRecorder) -> Vec<(EventKind, f64)> {
+    recorder
+        .events
+        .iter()
+        .filter(|e| e.kind.in_mode_word())
+        .map(|e| (e.kind, e.time))
+        .collect()
+}
+
+/// Asserts the truth's events in order, none extra, and returns the largest error of a time, s.
+pub fn largest_event_error(truth: &Truth, recorder: &MemoryRecorder) -> f64 {
+    let word = mode_word(recorder);
+    let kinds: Vec<&str> = word.iter().map(|(k, _)| k.name()).collect();
+    let expected: Vec<&str> = truth.events.iter().map(|e| e.kind.as_str()).collect();
+    assert_eq!(
+        kinds.len(),
+        expected.len(),
+        "number of events; first {:?}",
+        word.first()
+    );
+    assert_eq!(kinds, expected);
+    word.iter()
+        .zip(&truth.events)
+        .map(|((_, t), e)| (t - e.time).abs())
+        .fold(0.0, f64::max)
+}
+
+/// The largest error of a sampled channel relative to the channel's largest absolute value in the samples.
+pub fn largest_sample_error(truth: &Truth, recorder: &MemoryRecorder) -> (f64, String) {
+    let mut worst = (0.0, String::new());
+    for (index, (name, _)) in truth.samples[0].state.iter().enumerate() {
+        let scale = truth.samples.iter().map(|s| s.state[index].1.abs()).fold(0.0, f64::max);
+        for expected in &truth.samples {
+            let sample = recorder
+                .samples
+                .iter()
+                .find(|s| (s.time - expected.time).abs() < 1e-12)
+                .unwrap_or_else(|| panic!("no sample at {}", expected.time));
+            let error = (channel(sample, name) - expected.state[index].1).abs() / scale;
+            if error > worst.0 {
+                worst = (error, format!("{name} at {}", expected.time));
+            }
+        }
+    }
+    worst
+}
