@@ -17,4 +17,5 @@
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
 //! | [`cli`] | arguments to validated options to a call |
 
+pub mod case;
 pub mod model;

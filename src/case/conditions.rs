@@ -1,0 +1,78 @@
+//! The conditions between the values of a case.
+
+use super::Case;
+use crate::model::Actuation;
+
+/// More samples than this are a slip of the pen: a terabyte.
+const MOST_SAMPLES: f64 = 1e9;
+
+/// What is violated: the path of the value to change, and the message.
+pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut complain = |path: &str, message: String| found.push((path.to_owned(), message));
+
+    let friction = &case.parameters.friction;
+    if friction.breakaway < friction.low_speed {
+        complain(
+            "friction.breakaway",
+            format!(
+                "must be at least friction.low_speed: {:?} is below {:?}, and between the two torques neither stick nor \
+                 slip is consistent; raise breakaway or lower low_speed",
+                friction.breakaway, friction.low_speed
+            ),
+        );
+    }
+
+    if let Actuation::Table { time, force } = &case.parameters.actuation {
+        if time.is_empty() {
+            complain("actuation.time", "must hold at least one time".to_owned());
+        }
+        if time.len() != force.len() {
+            complain(
+                "actuation.force",
+                format!(
+                    "must be as long as actuation.time: {} forces for {} times",
+                    force.len(),
+                    time.len()
+                ),
+            );
+        }
+        if let Some(index) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
+            complain(
+                &format!("actuation.time.{}", index + 1),
+                format!(
+                    "times must increase: {:?} s follows {:?} s",
+                    time[index + 1],
+                    time[index]
+                ),
+            );
+        }
+    }
+
+    let output = &case.output;
+    for (index, window) in output.windows.iter().enumerate() {
+        if window.from >= window.to {
+            complain(
+                &format!("output.window.{index}.to"),
+                format!("must be after from: {:?} s is not after {:?} s", window.to, window.from),
+            );
+        }
+    }
+    let samples = |span: f64, interval: f64| span.max(0.0) / interval;
+    let mut total = samples(output.end_time, output.interval);
+    let mut densest = ("output.interval".to_owned(), total);
+    for (index, window) in output.windows.iter().enumerate() {
+        let here = samples(window.to.min(output.end_time) - window.from, window.interval);
+        total += here;
+        if here > densest.1 {
+            densest = (format!("output.window.{index}.interval"), here);
+        }
+    }
+    if total.is_nan() || total > MOST_SAMPLES {
+        complain(
+            &densest.0,
+            format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval"),
+        );
+    }
+    found
+}

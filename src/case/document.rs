@@ -1,0 +1,324 @@
+//! The case file as a tree of values, each of which knows its place: a line of the file, or an override.
+
+use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
+
+use super::error::{CaseError, Problem};
+
+/// Where a value was written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Place {
+    /// 1-based.
+    Line(usize),
+    /// The key of an override.
+    Override(String),
+}
+
+impl Place {
+    /// `paper.toml:12` or `--set torsion.damping`.
+    pub(super) fn show(&self, label: &str) -> String {
+        match self {
+            Place::Line(line) => format!("{label}:{line}"),
+            Place::Override(key) => format!("--set {key}"),
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub(super) value: Value,
+    pub(super) place: Place,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    Table(Vec<(String, Node)>),
+    Array(Vec<Node>),
+    Text(String),
+    Integer(i64),
+    Float(f64),
+    Flag(bool),
+    Date,
+}
+
+impl Value {
+    /// What the value is, with its article, for messages.
+    pub(super) fn describe(&self) -> String {
+        match self {
+            Value::Table(_) => "a table".to_owned(),
+            Value::Array(_) => "an array".to_owned(),
+            Value::Text(text) => format!("the text \"{text}\""),
+            Value::Integer(number) => format!("the number {number}"),
+            Value::Float(number) => format!("the number {number:?}"),
+            Value::Flag(flag) => flag.to_string(),
+            Value::Date => "a date".to_owned(),
+        }
+    }
+}
+
+impl Node {
+    /// The node at a path of keys and indices.
+    pub(super) fn at(&self, path: &str) -> Option<&Node> {
+        path.split('.').try_fold(self, |node, segment| node.child(segment))
+    }
+
+    /// The node at `path`, or the closest one above it.
+    pub(super) fn closest(&self, path: &str) -> &Node {
+        let mut node = self;
+        for segment in path.split('.') {
+            match node.child(segment) {
+                Some(child) => node = child,
+                None => break,
+            }
+        }
+        node
+    }
+
+    fn child(&self, segment: &str) -> Option<&Node> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|(key, _)| key == segment).map(|(_, node)| node),
+            Value::Array(elements) => elements.get(segment.parse::<usize>().ok()?),
+            _ => None,
+        }
+    }
+}
+
+/// Reads TOML text; `label` stands for it in errors.
+pub(super) fn read(text: &str, label: &str) -> Result<Node, CaseError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let lines = Lines::new(text);
+    let document = Document::parse(text).map_err(|error| {
+        let line = error.span().map_or(1, |span| lines.line(span.start));
+        CaseError::one(format!("{label}:{line}"), "", syntax_message(error.message()))
+    })?;
+    let place = |at: usize| Place::Line(lines.line(at));
+    Ok(Node {
+        value: from_table(document.as_table(), 0, &place),
+        place: Place::Line(1),
+    })
+}
+
+fn syntax_message(message: &str) -> String {
+    format!("not valid TOML: {}", message.lines().collect::<Vec<_>>().join(", "))
+}
+
+/// Offsets of line starts, to turn a byte offset into a line number.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn new(text: &str) -> Lines {
+        Lines(
+            std::iter::once(0)
+                .chain(text.match_indices('\n').map(|(at, _)| at + 1))
+                .collect(),
+        )
+    }
+
+    fn line(&self, offset: usize) -> usize {
+        self.0.partition_point(|&start| start <= offset)
+    }
+}
+
+type PlaceAt<'a> = &'a dyn Fn(usize) -> Place;
+
+/// `at` is the offset of what contains the value, for values that carry no span of their own.
+fn from_table(table: &Table, at: usize, place: PlaceAt) -> Value {
+    from_table_like(table, at, place)
+}
+
+fn from_table_like(table: &dyn TableLike, at: usize, place: PlaceAt) -> Value {
+    let entries = table.iter().map(|(name, item)| {
+        let key = table.key(name).and_then(|key| key.span()).map(|span| span.start);
+        let at = key.or(item.span().map(|span| span.start)).unwrap_or(at);
+        (name.to_owned(), from_item(item, at, place))
+    });
+    Value::Table(entries.collect())
+}
+
+fn from_item(item: &Item, at: usize, place: PlaceAt) -> Node {
+    match item {
+        Item::Value(value) => from_value(value, at, place),
+        Item::Table(table) => Node {
+            value: from_table(table, at, place),
+            place: place(at),
+        },
+        Item::ArrayOfTables(tables) => Node {
+            value: Value::Array(
+                tables
+                    .iter()
+                    .map(|table| {
+                        let at = table.span().map_or(at, |span| span.start);
+                        Node {
+                            value: from_table(table, at, place),
+                            place: place(at),
+                        }
+                    })
+                    .collect(),
+            ),
+            place: place(at),
+        },
+        Item::None => Node {
+            value: Value::Table(Vec::new()),
+            place: place(at),
+        },
+    }
+}
+
+fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> Node {
+    let own = match value {
+        TomlValue::String(text) => Value::Text(text.value().clone()),
+        TomlValue::Integer(number) => Value::Integer(*number.value()),
+        TomlValue::Float(number) => Value::Float(*number.value()),
+        TomlValue::Boolean(flag) => Value::Flag(*flag.value()),
+        TomlValue::Datetime(_) => Value::Date,
+        TomlValue::Array(array) => {
+            let element = |value: &TomlValue| from_value(value, value.span().map_or(at, |span| span.start), place);
+            Value::Array(array.iter().map(element).collect())
+        }
+        TomlValue::InlineTable(table) => from_table_like(table, at, place),
+    };
+    Node {
+        value: own,
+        place: place(at),
+    }
+}
+
+/// A value set from outside the file, by the dotted path of its key.
+#[derive(Debug, Clone)]
+pub struct Override {
+    /// As given, with `[0]` written as `.0`.
+    path: String,
+    value: Value,
+}
+
+impl Override {
+    /// Reads `KEY=VALUE`. The key is a dotted path; an element of an array is `perturbation.0.time` or
+    /// `perturbation[0].time`. The value is read as TOML (`perturbation=[]`, `actuation={profile="ramp", ...}`)
+    /// or, if it is not valid TOML, taken as text: `200 lbf in s/rad`, `cvode-bdf`.
+    ///
+    /// # Errors
+    /// If there is no `=` or no key. Whether key and value fit is found by [`super::Case::parse`].
+    pub fn parse(text: &str) -> Result<Override, CaseError> {
+        let place = || format!("--set {text}");
+        let Some((key, value)) = text.split_once('=') else {
+            return Err(CaseError::one(
+                place(),
+                "",
+                "expected KEY=VALUE, such as torsion.damping=22.6",
+            ));
+        };
+        let path = key.trim().replace('[', ".").replace(']', "");
+        if path.split('.').any(|segment| segment.trim().is_empty()) {
+            return Err(CaseError::one(
+                place(),
+                "",
+                format!(
+                    "\"{}\" is not a key: expected a dotted path, such as torsion.damping",
+                    key.trim()
+                ),
+            ));
+        }
+        Ok(Override {
+            value: override_value(value.trim(), &path),
+            path,
+        })
+    }
+
+    /// Sets a number, in SI.
+    pub fn number(path: &str, value: f64) -> Override {
+        Override {
+            path: path.to_owned(),
+            value: Value::Float(value),
+        }
+    }
+
+    /// The dotted path that is set.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+}
+
+fn override_value(text: &str, path: &str) -> Value {
+    if let Ok(value) = text.parse::<TomlValue>() {
+        let place = |_| Place::Override(path.to_owned());
+        return from_value(&value, 0, &place).value;
+    }
+    // Numbers that TOML spells differently: .5, 5., 007.
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Value::Float(number),
+        _ => Value::Text(text.to_owned()),
+    }
+}
+
+/// Puts an override into the tree, creating the tables on its way.
+pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
+    let place = Place::Override(change.path.clone());
+    let problem = |message: String| Problem {
+        place: place.show(""),
+        key: change.path.clone(),
+        message,
+    };
+    let empty = || Node {
+        value: Value::Table(Vec::new()),
+        place: place.clone(),
+    };
+    let mut node = root;
+    let mut walked: Vec<&str> = Vec::new();
+    for segment in change.path.split('.') {
+        // The first element of an array that is not there yet makes the array.
+        if segment == "0" && matches!(&node.value, Value::Table(entries) if entries.is_empty()) {
+            node.value = Value::Array(Vec::new());
+        }
+        node = match &mut node.value {
+            Value::Table(entries) => {
+                let index = entries.iter().position(|(key, _)| key == segment).unwrap_or_else(|| {
+                    entries.push((segment.to_owned(), empty()));
+                    entries.len() - 1
+                });
+                &mut entries[index].1
+            }
+            Value::Array(elements) => {
+                let count = elements.len();
+                let Ok(index) = segment.parse::<usize>() else {
+                    return Err(problem(format!(
+                        "{} is an array: its elements are numbered, as in {}.0",
+                        walked.join("."),
+                        walked.join(".")
+                    )));
+                };
+                if index > count {
+                    return Err(problem(format!(
+                        "{} has {count} elements, numbered from 0; index {count} would add one",
+                        walked.join(".")
+                    )));
+                }
+                if index == count {
+                    elements.push(empty());
+                }
+                &mut elements[index]
+            }
+            other => {
+                return Err(problem(format!(
+                    "{} is {}, which has nothing inside",
+                    walked.join("."),
+                    other.describe()
+                )));
+            }
+        };
+        walked.push(segment);
+    }
+    *node = Node {
+        value: change.value.clone(),
+        place: place.clone(),
+    };
+    re_place(node, &place);
+    Ok(())
+}
+
+fn re_place(node: &mut Node, place: &Place) {
+    node.place = place.clone();
+    match &mut node.value {
+        Value::Table(entries) => entries.iter_mut().for_each(|(_, child)| re_place(child, place)),
+        Value::Array(elements) => elements.iter_mut().for_each(|child| re_place(child, place)),
+        _ => {}
+    }
+}

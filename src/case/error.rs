@@ -1,0 +1,48 @@
+//! What is wrong with a case, and where.
+
+use std::fmt;
+
+/// Everything found wrong with a case file, its overrides or a value set in a case.
+///
+/// Displayed as one line for each problem: `paper.toml:12: torsion.damping: what is wrong; what to do`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct CaseError {
+    /// At least one, in the order of the file.
+    pub problems: Vec<Problem>,
+}
+
+/// One thing that is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// `paper.toml:12`, `--set torsion.damping`, or empty for a value set by the program.
+    pub place: String,
+    /// The dotted path of the key; empty if the problem belongs to none.
+    pub key: String,
+    pub message: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.place.is_empty() {
+            write!(f, "{}: ", self.place)?;
+        }
+        // An override already names its key.
+        if !self.key.is_empty() && self.place != format!("--set {}", self.key) {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl CaseError {
+    pub(super) fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
+        CaseError {
+            problems: vec![Problem {
+                place: place.into(),
+                key: key.into(),
+                message: message.into(),
+            }],
+        }
+    }
+}

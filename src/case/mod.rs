@@ -1,0 +1,112 @@
+//! The TOML case file: units, validation, overrides.
+//!
+//! A [`CaseSource`] is text and where it is from; [`Case::parse`] turns it, with overrides, into a valid [`Case`]
+//! in SI or into a [`CaseError`] that names every problem by file, line and key. The keys are those of
+//! [`schema::keys`], the units those of [`quantity::UNITS`], the built-in cases [`builtin::CASES`].
+//!
+//! ```
+//! use stickslip::case::{Case, CaseSource, Override};
+//!
+//! let source = CaseSource::built_in("paper")?;
+//! let case = Case::parse(&source, &[Override::parse("torsion.damping=200 lbf in s/rad")?])?;
+//! assert_eq!(case.number("torsion.damping")?, 22.59696580552334);
+//! # Ok::<(), stickslip::case::CaseError>(())
+//! ```
+
+pub mod builtin;
+pub mod quantity;
+pub mod schema;
+
+mod conditions;
+mod document;
+mod error;
+mod numbers;
+mod reader;
+mod resolved;
+mod source;
+
+pub use document::Override;
+pub use error::{CaseError, Problem};
+pub use source::{CaseSource, Origin};
+
+use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};
+use crate::simulation::{OutputOptions, SolverOptions};
+
+/// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    pub title: String,
+    pub parameters: Parameters,
+    pub solver: SolverOptions,
+    pub output: OutputOptions,
+}
+
+impl Case {
+    /// Reads a case and applies the overrides, in their order.
+    ///
+    /// # Errors
+    /// All problems that were found, each with its place, its key and what to do.
+    pub fn parse(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
+        reader::read(source, overrides)
+    }
+
+    /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the
+    /// identical case. Diameters of the contact have become the radius.
+    pub fn resolved(&self) -> String {
+        resolved::write(self)
+    }
+
+    /// A case with the defaults of the schema, and NaN for what has none.
+    fn blank(title: String) -> Case {
+        Case {
+            title,
+            parameters: Parameters {
+                axial: Axial {
+                    mass: f64::NAN,
+                    stiffness: f64::NAN,
+                    damping: f64::NAN,
+                },
+                actuation: Actuation::Ramp {
+                    force: f64::NAN,
+                    rise_time: f64::NAN,
+                },
+                torsion: Torsion {
+                    rotor_inertia: f64::NAN,
+                    surface_inertia: f64::NAN,
+                    stiffness: f64::NAN,
+                    damping: f64::NAN,
+                },
+                contact: Contact {
+                    radius: f64::NAN,
+                    breakaway_test: BreakawayTest::default(),
+                },
+                friction: Friction {
+                    breakaway: f64::NAN,
+                    low_speed: f64::NAN,
+                    high_speed: f64::NAN,
+                    decay: f64::NAN,
+                },
+                initial: Initial { speed: f64::NAN },
+                perturbations: Vec::new(),
+            },
+            solver: SolverOptions::default(),
+            output: OutputOptions {
+                end_time: 10.0,
+                interval: f64::NAN,
+                windows: Vec::new(),
+                steps: false,
+            },
+        }
+    }
+}
+
+/// The known name that an unknown one most likely means, if any is close.
+fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // Below this similarity, suggestions on misspelt keys are more often wrong than right.
+    const CLOSE: f64 = 0.8;
+    known
+        .map(|name| (name, strsim::jaro_winkler(unknown, name)))
+        .filter(|&(_, similarity)| similarity >= CLOSE)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(name, _)| name)
+}

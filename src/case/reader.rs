@@ -1,0 +1,442 @@
+//! From the tree of values to a valid case, with every problem on the way.
+
+use super::document::{self, Node, Override, Place, Value};
+use super::error::{CaseError, Problem};
+use super::quantity::{self, Dimension};
+use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
+use super::{Case, CaseSource, conditions, suggest};
+use crate::model::KickTime;
+
+pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
+    let label = source.label();
+    let mut root = document::read(&source.text, &label)?;
+    let mut problems = Vec::new();
+    for change in overrides {
+        if let Err(problem) = document::apply(&mut root, change) {
+            problems.push(problem);
+        }
+    }
+    let mut reader = Reader { root, label, problems };
+    let root = reader.root.clone();
+    reader.check_names(&root, "", "");
+    let mut case = Case::blank(source.name());
+    reader.fill(&mut case);
+    reader.contact(&mut case);
+    fill_intervals(&mut case);
+    // Conditions between values mean nothing while some are missing.
+    if reader.problems.is_empty() {
+        for (path, message) in conditions::violated(&case) {
+            reader.report(&path, message);
+        }
+    }
+    if reader.problems.is_empty() {
+        Ok(case)
+    } else {
+        Err(CaseError {
+            problems: reader.problems,
+        })
+    }
+}
+
+/// The sampling intervals that follow from others, where they were left out.
+fn fill_intervals(case: &mut Case) {
+    const SAMPLES: f64 = 1000.0;
+    if case.output.interval.is_nan() {
+        case.output.interval = case.output.end_time / SAMPLES;
+    }
+    for window in &mut case.output.windows {
+        if window.interval.is_nan() {
+            window.interval = (window.to - window.from) / SAMPLES;
+        }
+    }
+}
+
+struct Reader {
+    root: Node,
+    label: String,
+    problems: Vec<Problem>,
+}
+
+impl Reader {
+    /// Reports a problem at the value of `path`, or at what would contain it.
+    fn report(&mut self, path: &str, message: impl Into<String>) {
+        let node = self.root.closest(path);
+        // The root is on no line worth naming.
+        let place = if std::ptr::eq(node, &self.root) {
+            self.label.clone()
+        } else {
+            node.place.show(&self.label)
+        };
+        self.problems.push(Problem {
+            place,
+            key: path.to_owned(),
+            message: message.into(),
+        });
+    }
+
+    /// Finds unknown keys, and tables and arrays where they do not belong. `path` is where `node` is; `pattern`
+    /// is the same with `[]` for indices, as in the schema.
+    fn check_names(&mut self, node: &Node, path: &str, pattern: &str) {
+        let Value::Table(entries) = &node.value else {
+            return self.report(path, format!("expected a table, but got {}", node.value.describe()));
+        };
+        for (name, child) in entries {
+            let path = join(path, name);
+            let pattern_here = join(pattern, name);
+            let inside = format!("{pattern_here}.");
+            if ARRAYS.iter().any(|array| array.path == pattern_here) {
+                match &child.value {
+                    Value::Array(elements) => {
+                        for (index, element) in elements.iter().enumerate() {
+                            self.check_names(element, &join(&path, &index.to_string()), &format!("{pattern_here}[]"));
+                        }
+                    }
+                    _ => self.report(
+                        &path,
+                        format!("expected an array of tables: write [[{path}]], or {path} = []"),
+                    ),
+                }
+            } else if schema::keys().iter().any(|key| key.path.starts_with(&inside)) {
+                self.check_names(child, &path, &pattern_here);
+            } else if !schema::keys().iter().any(|key| key.path == pattern_here) {
+                self.report(&path, unknown_key(name, pattern));
+            }
+        }
+    }
+
+    /// Reads every key of the schema into the case.
+    fn fill(&mut self, case: &mut Case) {
+        for array in ARRAYS {
+            if let Some(Value::Array(elements)) = self.root.at(array.path).map(|node| &node.value) {
+                (array.resize)(case, elements.len());
+            }
+        }
+        for key in schema::keys() {
+            let count = schema::array_of(key).map_or(1, |(array, _)| (array.length)(case));
+            for index in 0..count {
+                self.fill_key(case, key, index);
+            }
+        }
+    }
+
+    fn fill_key(&mut self, case: &mut Case, key: &Key, index: usize) {
+        let path = schema::concrete(key, index);
+        if let Presence::Profile(profile) = key.presence {
+            match self.chosen_profile() {
+                Some(chosen) if chosen == profile => {}
+                Some(chosen) => {
+                    // A path that the chosen profile has too is its own.
+                    let shared = |other: &&Key| other.path == key.path && other.presence != key.presence;
+                    if !schema::keys().iter().any(|other| shared(&other)) && self.root.at(&path).is_some() {
+                        self.report(&path, misplaced_in_profile(profile, chosen));
+                    }
+                    return;
+                }
+                None => return,
+            }
+        }
+        let Some(node) = self.root.at(&path).cloned() else {
+            if matches!(key.presence, Presence::Required | Presence::Profile(_)) {
+                self.report(&path, format!("missing: {}{}", key.description, how_to_write(key)));
+            }
+            return;
+        };
+        if let Err(complaints) = store(case, key, index, &node) {
+            for (inner, message) in complaints {
+                self.report(&format!("{path}{inner}"), message);
+            }
+        }
+    }
+
+    /// The profile of the actuation, if it is one that exists.
+    fn chosen_profile(&self) -> Option<&str> {
+        match self.root.at("actuation.profile").map(|node| &node.value) {
+            Some(Value::Text(name)) => [schema::RAMP, schema::TABLE].into_iter().find(|known| known == name),
+            _ => None,
+        }
+    }
+
+    /// The friction radius, given or from the diameters of the contact.
+    fn contact(&mut self, case: &mut Case) {
+        let [outer, inner, wear] = ["contact.outer_diameter", "contact.inner_diameter", "contact.wear"];
+        let given: Vec<&str> = [outer, inner, wear]
+            .into_iter()
+            .filter(|path| self.root.at(path).is_some())
+            .collect();
+        let radius = self.root.at("contact.radius").map(|node| node.place.clone());
+        match (radius, given.first()) {
+            (Some(radius), Some(&first)) => self.radius_twice(&radius, first),
+            (Some(_), None) => {}
+            (None, None) => self.report(
+                "contact.radius",
+                "missing: r, the effective friction radius; give radius, or outer_diameter, inner_diameter and wear",
+            ),
+            (None, Some(_)) => {
+                let values = (
+                    self.source_number(outer),
+                    self.source_number(inner),
+                    self.source_choice(wear),
+                );
+                let (Some(outer_diameter), Some(inner_diameter), Some(wear)) = values else {
+                    return;
+                };
+                if inner_diameter >= outer_diameter {
+                    return self.report(
+                        inner,
+                        format!("must be smaller than outer_diameter: {inner_diameter:?} m is not below {outer_diameter:?} m"),
+                    );
+                }
+                case.parameters.contact.radius = effective_radius(outer_diameter, inner_diameter, &wear);
+            }
+        }
+    }
+
+    fn radius_twice(&mut self, radius: &Place, diameter: &str) {
+        let other = self.root.closest(diameter).place.clone();
+        // The override is what to change, or the later line.
+        let overridden = |place: &Place| matches!(place, Place::Override(_));
+        let (path, conflict, place) = if overridden(&other) && !overridden(radius) {
+            (diameter, "contact.radius", radius.clone())
+        } else {
+            ("contact.radius", diameter, other)
+        };
+        let at = place.show(&self.label);
+        self.report(
+            path,
+            format!(
+                "the radius is given twice, with {conflict} ({at}): keep either radius, or outer_diameter, \
+                 inner_diameter and wear; an override replaces the whole table with contact={{radius=...}}"
+            ),
+        );
+    }
+
+    fn source_number(&mut self, path: &str) -> Option<f64> {
+        let key = schema::keys().iter().find(|key| key.path == path)?;
+        let Kind::Source(dimension, domain) = key.kind else {
+            return None;
+        };
+        let Some(node) = self.root.at(path) else {
+            self.report(path, format!("missing: {}{}", key.description, how_to_write(key)));
+            return None;
+        };
+        match number(&node.value, dimension, domain) {
+            Ok(value) => Some(value),
+            Err(message) => {
+                self.report(path, message);
+                None
+            }
+        }
+    }
+
+    fn source_choice(&mut self, path: &str) -> Option<String> {
+        let key = schema::keys().iter().find(|key| key.path == path)?;
+        let Some(node) = self.root.at(path) else {
+            self.report(path, format!("missing: {}{}", key.description, how_to_write(key)));
+            return None;
+        };
+        match choice(&node.value, &key.choices()) {
+            Ok(name) => Some(name.to_owned()),
+            Err(message) => {
+                self.report(path, message);
+                None
+            }
+        }
+    }
+}
+
+/// Equations (6), uniform wear, and (7), uniform pressure; D, d and the result in m.
+fn effective_radius(outer_diameter: f64, inner_diameter: f64, wear: &str) -> f64 {
+    let (big_d, d) = (outer_diameter, inner_diameter);
+    match wear {
+        // (D^3 - d^3) / (3 (D^2 - d^2)) with the common factor D - d taken out, so that nothing cancels.
+        schema::UNIFORM_PRESSURE => (big_d * big_d + big_d * d + d * d) / (3.0 * (big_d + d)),
+        _ => (big_d + d) / 4.0,
+    }
+}
+
+/// What is wrong with a value, each with the path of the element from the key on (`""` for the value itself).
+type Complaints = Vec<(String, String)>;
+
+fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Complaints> {
+    let value = &node.value;
+    let whole = |message: String| vec![(String::new(), message)];
+    match &key.kind {
+        Kind::Text(access) => match value {
+            Value::Text(text) => (access.set)(case, index, text.clone()),
+            other => return Err(whole(format!("expected text in quotes, but got {}", other.describe()))),
+        },
+        Kind::Flag(access) => match value {
+            Value::Flag(flag) => (access.set)(case, index, *flag),
+            other => return Err(whole(format!("expected true or false, but got {}", other.describe()))),
+        },
+        Kind::Count(access) => match value {
+            Value::Integer(count) if *count >= 1 => {
+                (access.set)(case, index, usize::try_from(*count).unwrap_or(usize::MAX));
+            }
+            other => {
+                return Err(whole(format!(
+                    "expected a whole number of at least 1, but got {}",
+                    other.describe()
+                )));
+            }
+        },
+        Kind::Choice(names, access) => {
+            let name = choice(value, &names()).map_err(whole)?;
+            (access.set)(case, index, name);
+        }
+        Kind::Number(dimension, domain, access) => {
+            let number = number(value, *dimension, *domain).map_err(whole)?;
+            (access.set)(case, index, number);
+        }
+        Kind::Moment(access) => {
+            let time = match value {
+                Value::Text(word) if word == schema::INSTABILITY => KickTime::Instability,
+                Value::Text(word) if !word.contains(|c: char| c.is_ascii_digit()) => {
+                    return Err(whole(format!(
+                        "expected a time, s, or \"{}\", but got \"{word}\"",
+                        schema::INSTABILITY
+                    )));
+                }
+                other => KickTime::At(number(other, Dimension::Time, Domain::NotNegative).map_err(whole)?),
+            };
+            (access.set)(case, index, time);
+        }
+        Kind::Series(dimension, access) => {
+            let Value::Array(elements) = value else {
+                return Err(whole(format!(
+                    "expected an array of numbers, but got {}",
+                    value.describe()
+                )));
+            };
+            let mut numbers = Vec::with_capacity(elements.len());
+            let mut complaints = Vec::new();
+            for (index, element) in elements.iter().enumerate() {
+                match number(&element.value, *dimension, Domain::Any) {
+                    Ok(value) => numbers.push(value),
+                    Err(message) => complaints.push((format!(".{index}"), message)),
+                }
+            }
+            if !complaints.is_empty() {
+                return Err(complaints);
+            }
+            (access.set)(case, index, numbers);
+        }
+        // Read by `Reader::contact`.
+        Kind::Source(..) | Kind::SourceChoice(_) => {}
+    }
+    Ok(())
+}
+
+fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, String> {
+    let number = match value {
+        Value::Integer(number) => *number as f64,
+        Value::Float(number) => *number,
+        Value::Text(text) => quantity::parse(text, dimension)?,
+        other => {
+            return Err(format!(
+                "expected {}, but got {}",
+                quantity::expectation(dimension),
+                other.describe()
+            ));
+        }
+    };
+    match domain.complaint(number) {
+        None => Ok(number),
+        Some(complaint) => Err(format!("{complaint}, but is {}", shown(value, number, dimension))),
+    }
+}
+
+/// The value as written, and in SI if it was written in another unit.
+fn shown(value: &Value, number: f64, dimension: Dimension) -> String {
+    match value {
+        Value::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit()),
+        _ => format!("{number:?}"),
+    }
+}
+
+fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String> {
+    let listed = || {
+        names
+            .iter()
+            .map(|name| format!("\"{name}\""))
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let Value::Text(text) = value else {
+        return Err(format!("expected one of {}, but got {}", listed(), value.describe()));
+    };
+    names.iter().find(|name| *name == text).copied().ok_or_else(|| {
+        let hint = suggest(text, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
+        format!(
+            "expected one of {}, but got \"{text}\"{}",
+            listed(),
+            hint.unwrap_or_default()
+        )
+    })
+}
+
+fn misplaced_in_profile(profile: &str, chosen: &str) -> String {
+    let whole = match chosen {
+        schema::TABLE => "profile=\"table\", time=[...], force=[...]",
+        _ => "profile=\"ramp\", force=..., rise_time=...",
+    };
+    format!(
+        "belongs to profile \"{profile}\", but the profile is \"{chosen}\": remove it; an override replaces the \
+         whole table with actuation={{{whole}}}"
+    )
+}
+
+/// "; write torsion.damping = \"200 lbf in s/rad\", or a number in N m s/rad".
+fn how_to_write(key: &Key) -> String {
+    let name = key.path.rsplit('.').next().unwrap_or(key.path);
+    let choices = key.choices();
+    match key.dimension() {
+        Some(Dimension::Number) => format!("; write {name} = a number"),
+        Some(dimension) if matches!(key.kind, Kind::Series(..)) => {
+            format!("; write {name} = [...], numbers in {}", dimension.unit())
+        }
+        Some(dimension) => format!(
+            "; write {name} = a number in {} or \"{}\"",
+            dimension.unit(),
+            dimension.example()
+        ),
+        None if choices.is_empty() => String::new(),
+        None => format!("; write {name} = \"{}\"", choices.join("\" or \"")),
+    }
+}
+
+/// What to say about a key that does not exist; `pattern` is where it was found, in the notation of the schema.
+fn unknown_key(name: &str, pattern: &str) -> String {
+    let start = if pattern.is_empty() {
+        String::new()
+    } else {
+        format!("{pattern}.")
+    };
+    let mut here: Vec<&str> = schema::keys()
+        .iter()
+        .filter_map(|key| key.path.strip_prefix(start.as_str()))
+        .map(|rest| rest.split(['.', '[']).next().unwrap_or(rest))
+        .collect();
+    here.dedup();
+    if let Some(close) = suggest(name, here.iter().copied()) {
+        return format!("unknown key; did you mean {}?", join(pattern, close));
+    }
+    let elsewhere = schema::keys()
+        .iter()
+        .find(|key| key.path.rsplit('.').next() == Some(name));
+    if let Some(key) = elsewhere {
+        return format!("unknown key; did you mean {}?", key.path);
+    }
+    match pattern {
+        "" => format!("unknown key; there are {}", here.join(", ")),
+        _ => format!("unknown key; [{pattern}] has {}", here.join(", ")),
+    }
+}
+
+fn join(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
+    }
+}

@@ -1,0 +1,70 @@
+//! A case as TOML in SI, at full precision.
+
+use std::fmt::Write;
+
+use toml_edit::Value;
+
+use super::Case;
+use super::schema::{self, ARRAYS, Key, Kind};
+use crate::model::KickTime;
+
+/// Every value of the case, in the order of the schema.
+pub(super) fn write(case: &Case) -> String {
+    let mut text = String::new();
+    let mut heading = String::new();
+    for key in schema::keys().iter().filter(|key| schema::array_of(key).is_none()) {
+        let (table, name) = key.path.split_once('.').unwrap_or(("", key.path));
+        if let Some(value) = value(case, key, 0) {
+            if table != heading {
+                heading = table.to_owned();
+                text.push_str(&format!("\n[{table}]\n"));
+            }
+            line(&mut text, key, name, &value);
+        }
+    }
+    for array in ARRAYS {
+        for index in 0..(array.length)(case) {
+            text.push_str(&format!("\n[[{}]]\n", array.path));
+            for key in schema::keys() {
+                let Some((of, name)) = schema::array_of(key) else {
+                    continue;
+                };
+                if of.path != array.path {
+                    continue;
+                }
+                if let Some(value) = value(case, key, index) {
+                    line(&mut text, key, name, &value);
+                }
+            }
+        }
+    }
+    text
+}
+
+/// A `String` takes whatever is written to it.
+fn line(text: &mut String, key: &Key, name: &str, value: &str) {
+    let unit = key
+        .unit()
+        .filter(|&unit| unit != "1")
+        .map(|unit| format!(", {unit}"))
+        .unwrap_or_default();
+    let _ = writeln!(text, "{name} = {value} # {}{unit}", key.description);
+}
+
+fn value(case: &Case, key: &Key, index: usize) -> Option<String> {
+    let text = |text: &str| Value::from(text).to_string();
+    match &key.kind {
+        Kind::Text(access) => (access.get)(case, index).map(|value| text(&value)),
+        Kind::Flag(access) => (access.get)(case, index).map(|value| value.to_string()),
+        Kind::Count(access) => (access.get)(case, index).map(|value| value.to_string()),
+        Kind::Choice(_, access) => (access.get)(case, index).map(text),
+        // Debug prints the shortest decimal that reads back as the same double.
+        Kind::Number(_, _, access) => (access.get)(case, index).map(|value| format!("{value:?}")),
+        Kind::Moment(access) => (access.get)(case, index).map(|time| match time {
+            KickTime::At(time) => format!("{time:?}"),
+            KickTime::Instability => text(schema::INSTABILITY),
+        }),
+        Kind::Series(_, access) => (access.get)(case, index).map(|values| format!("{values:?}")),
+        Kind::Source(..) | Kind::SourceChoice(_) => None,
+    }
+}

@@ -1,0 +1,531 @@
+//! The keys of a case file: the one place that knows their paths, units, limits and defaults.
+//!
+//! Reading, writing, unknown-key detection, sweeps and the documentation are driven by [`keys`].
+
+use super::Case;
+use super::quantity::Dimension;
+use crate::model::{Actuation, BreakawayTest, Kick, KickTime};
+use crate::simulation::{Method, OutputWindow};
+
+/// One key of the case file.
+#[derive(Debug)]
+pub struct Key {
+    /// Dotted path; `[]` marks the elements of an array of tables, as in `perturbation[].time`.
+    pub path: &'static str,
+    /// One line, beginning with the paper's symbol where there is one.
+    pub description: &'static str,
+    pub presence: Presence,
+    pub(super) kind: Kind,
+}
+
+/// What happens if a key is absent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Presence {
+    Required,
+    /// Required with, and only allowed with, this `actuation.profile`.
+    Profile(&'static str),
+    /// One of the two ways to give the radius: `contact.radius`, or the diameters and the wear.
+    Alternative,
+    /// Takes this default, in words.
+    Default(&'static str),
+}
+
+/// The limits of a number. Every number must be finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Domain {
+    Any,
+    Positive,
+    NotNegative,
+    /// Above 0 and at most 0.1.
+    Tolerance,
+}
+
+impl Domain {
+    pub(super) fn complaint(self, value: f64) -> Option<&'static str> {
+        let (fits, complaint) = match self {
+            Domain::Any => (true, ""),
+            Domain::Positive => (value > 0.0, "must be greater than 0"),
+            Domain::NotNegative => (value >= 0.0, "must not be negative"),
+            Domain::Tolerance => (value > 0.0 && value <= 0.1, "must be greater than 0 and at most 0.1"),
+        };
+        match (value.is_finite(), fits) {
+            (false, _) => Some("must be finite"),
+            (true, false) => Some(complaint),
+            (true, true) => None,
+        }
+    }
+}
+
+/// How a value of a key is read from a case and put into it; the index is that of the array element.
+pub(super) struct Access<T> {
+    /// `None` if the case has no such value: an option left to its default, another profile, no such element.
+    pub(super) get: fn(&Case, usize) -> Option<T>,
+    /// Does nothing if the case has no place for the value.
+    pub(super) set: fn(&mut Case, usize, T),
+}
+
+impl<T> std::fmt::Debug for Access<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Access")
+    }
+}
+
+#[derive(Debug)]
+pub(super) enum Kind {
+    Text(Access<String>),
+    Flag(Access<bool>),
+    Count(Access<usize>),
+    Choice(fn() -> Vec<&'static str>, Access<&'static str>),
+    Number(Dimension, Domain, Access<f64>),
+    /// Only ever turned into another value of the case.
+    Source(Dimension, Domain),
+    SourceChoice(&'static [&'static str]),
+    Moment(Access<KickTime>),
+    Series(Dimension, Access<Vec<f64>>),
+}
+
+impl Key {
+    /// The SI unit of a number, `1` if it is a plain number; `None` for text, choices and switches.
+    pub fn unit(&self) -> Option<&'static str> {
+        self.dimension().map(Dimension::unit)
+    }
+
+    pub fn dimension(&self) -> Option<Dimension> {
+        match self.kind {
+            Kind::Number(dimension, ..) | Kind::Source(dimension, _) | Kind::Series(dimension, _) => Some(dimension),
+            Kind::Moment(_) => Some(Dimension::Time),
+            Kind::Count(_) => Some(Dimension::Number),
+            Kind::Text(_) | Kind::Flag(_) | Kind::Choice(..) | Kind::SourceChoice(_) => None,
+        }
+    }
+
+    /// The names that the key accepts, if it takes one of a list.
+    pub fn choices(&self) -> Vec<&'static str> {
+        match self.kind {
+            Kind::Choice(names, _) => names(),
+            Kind::SourceChoice(names) => names.to_vec(),
+            Kind::Moment(_) => vec![INSTABILITY],
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether [`Case::number`] and [`Case::set_number`] know the key.
+    pub fn is_number(&self) -> bool {
+        matches!(self.kind, Kind::Number(..) | Kind::Moment(_) | Kind::Series(..))
+    }
+}
+
+/// Every key, in the order in which a case is written.
+pub fn keys() -> &'static [Key] {
+    KEYS
+}
+
+/// The word for a kick at the loss of stability.
+pub const INSTABILITY: &str = "instability";
+pub(super) const RAMP: &str = "ramp";
+pub(super) const TABLE: &str = "table";
+pub(super) const KICK: &str = "kick";
+pub(super) const UNIFORM_WEAR: &str = "uniform-wear";
+pub(super) const UNIFORM_PRESSURE: &str = "uniform-pressure";
+
+/// Access to a field that is always there.
+macro_rules! field {
+    ($($field:tt)+) => {
+        Access { get: |case, _| Some(case.$($field)+.clone()), set: |case, _, value| case.$($field)+ = value }
+    };
+}
+
+/// Access to an optional field.
+macro_rules! optional {
+    ($($field:tt)+) => {
+        Access { get: |case, _| case.$($field)+, set: |case, _, value| case.$($field)+ = Some(value) }
+    };
+}
+
+/// Access to a field of an array element.
+macro_rules! element {
+    ($field:ident in $($array:tt)+) => {
+        Access {
+            get: |case, index| case.$($array)+.get(index).map(|element| element.$field),
+            set: |case, index, value| {
+                if let Some(element) = case.$($array)+.get_mut(index) {
+                    element.$field = value;
+                }
+            },
+        }
+    };
+}
+
+/// Access to a field of one variant of the actuation.
+macro_rules! profile {
+    ($variant:ident . $field:ident) => {
+        Access {
+            get: |case, _| match &case.parameters.actuation {
+                Actuation::$variant { $field, .. } => Some($field.clone()),
+                _ => None,
+            },
+            set: |case, _, value| {
+                if let Actuation::$variant { $field, .. } = &mut case.parameters.actuation {
+                    *$field = value;
+                }
+            },
+        }
+    };
+}
+
+const fn key(path: &'static str, description: &'static str, presence: Presence, kind: Kind) -> Key {
+    Key {
+        path,
+        description,
+        presence,
+        kind,
+    }
+}
+
+use Dimension as D;
+use Domain::{Any, NotNegative, Positive};
+use Presence::{Alternative, Default, Profile, Required};
+
+const KEYS: &[Key] = &[
+    key(
+        "title",
+        "what the case is, for people",
+        Default("the name of the case"),
+        Kind::Text(field!(title)),
+    ),
+    key(
+        "axial.mass",
+        "m, the rotor mass",
+        Required,
+        Kind::Number(D::Mass, Positive, field!(parameters.axial.mass)),
+    ),
+    key(
+        "axial.stiffness",
+        "k_e, equivalent axial stiffness",
+        Required,
+        Kind::Number(D::Stiffness, Positive, field!(parameters.axial.stiffness)),
+    ),
+    key(
+        "axial.damping",
+        "c_a, axial damping",
+        Required,
+        Kind::Number(D::Damping, NotNegative, field!(parameters.axial.damping)),
+    ),
+    key(
+        "actuation.profile",
+        "whether the force is a ramp that then holds, or a table",
+        Required,
+        Kind::Choice(
+            || vec![RAMP, TABLE],
+            Access {
+                get: |case, _| {
+                    Some(match case.parameters.actuation {
+                        Actuation::Ramp { .. } => RAMP,
+                        Actuation::Table { .. } => TABLE,
+                    })
+                },
+                set: |case, _, name| {
+                    case.parameters.actuation = match name {
+                        TABLE => Actuation::Table {
+                            time: Vec::new(),
+                            force: Vec::new(),
+                        },
+                        _ => Actuation::Ramp {
+                            force: f64::NAN,
+                            rise_time: f64::NAN,
+                        },
+                    }
+                },
+            },
+        ),
+    ),
+    key(
+        "actuation.force",
+        "F_0, actuating force at the end of the ramp; positive presses the disks together",
+        Profile(RAMP),
+        Kind::Number(D::Force, Any, profile!(Ramp.force)),
+    ),
+    key(
+        "actuation.rise_time",
+        "t_0, application time; 0 is a step at t = 0",
+        Profile(RAMP),
+        Kind::Number(D::Time, NotNegative, profile!(Ramp.rise_time)),
+    ),
+    key(
+        "actuation.time",
+        "times of the corners of F(t), increasing; the first and last force hold outside",
+        Profile(TABLE),
+        Kind::Series(D::Time, profile!(Table.time)),
+    ),
+    key(
+        "actuation.force",
+        "F at these times, linear in between; positive presses the disks together",
+        Profile(TABLE),
+        Kind::Series(D::Force, profile!(Table.force)),
+    ),
+    key(
+        "torsion.rotor_inertia",
+        "I, the rotor inertia",
+        Required,
+        Kind::Number(D::Inertia, Positive, field!(parameters.torsion.rotor_inertia)),
+    ),
+    key(
+        "torsion.surface_inertia",
+        "J, inertia of each contact surface",
+        Required,
+        Kind::Number(D::Inertia, Positive, field!(parameters.torsion.surface_inertia)),
+    ),
+    key(
+        "torsion.stiffness",
+        "k_t, torsional contact stiffness of each disk",
+        Required,
+        Kind::Number(D::TorsionalStiffness, Positive, field!(parameters.torsion.stiffness)),
+    ),
+    key(
+        "torsion.damping",
+        "c_t, torsional contact damping of each disk",
+        Required,
+        Kind::Number(D::TorsionalDamping, NotNegative, field!(parameters.torsion.damping)),
+    ),
+    key(
+        "contact.radius",
+        "r, effective friction radius",
+        Alternative,
+        Kind::Number(D::Length, Positive, field!(parameters.contact.radius)),
+    ),
+    key(
+        "contact.outer_diameter",
+        "D, outer diameter of the contact, with inner_diameter and wear instead of radius",
+        Alternative,
+        Kind::Source(D::Length, Positive),
+    ),
+    key(
+        "contact.inner_diameter",
+        "d, inner diameter of the contact",
+        Alternative,
+        Kind::Source(D::Length, NotNegative),
+    ),
+    key(
+        "contact.wear",
+        "which formula gives r: uniform wear (6) or uniform pressure (7)",
+        Alternative,
+        Kind::SourceChoice(&[UNIFORM_WEAR, UNIFORM_PRESSURE]),
+    ),
+    key(
+        "contact.breakaway_test",
+        "the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone",
+        Default("transmitted"),
+        Kind::Choice(
+            || BREAKAWAY_TESTS.iter().map(|&(name, _)| name).collect(),
+            Access {
+                get: |case, _| {
+                    let test = case.parameters.contact.breakaway_test;
+                    BREAKAWAY_TESTS
+                        .iter()
+                        .find(|entry| entry.1 == test)
+                        .map(|entry| entry.0)
+                },
+                set: |case, _, name| {
+                    if let Some(entry) = BREAKAWAY_TESTS.iter().find(|entry| entry.0 == name) {
+                        case.parameters.contact.breakaway_test = entry.1;
+                    }
+                },
+            },
+        ),
+    ),
+    key(
+        "friction.breakaway",
+        "mu_0, friction coefficient at rest; at least low_speed",
+        Required,
+        Kind::Number(D::Number, NotNegative, field!(parameters.friction.breakaway)),
+    ),
+    key(
+        "friction.low_speed",
+        "mu_s, friction coefficient at vanishing sliding speed",
+        Required,
+        Kind::Number(D::Number, NotNegative, field!(parameters.friction.low_speed)),
+    ),
+    key(
+        "friction.high_speed",
+        "mu_d, friction coefficient at high sliding speed",
+        Required,
+        Kind::Number(D::Number, NotNegative, field!(parameters.friction.high_speed)),
+    ),
+    key(
+        "friction.decay",
+        "alpha, decay of the friction coefficient with sliding speed",
+        Required,
+        Kind::Number(D::FrictionDecay, NotNegative, field!(parameters.friction.decay)),
+    ),
+    key(
+        "initial.speed",
+        "omega_0, initial speed of the rotor and of its surface",
+        Required,
+        Kind::Number(D::AngularVelocity, Any, field!(parameters.initial.speed)),
+    ),
+    key(
+        "perturbation[].kind",
+        "what the perturbation is: a jump of the relative velocity",
+        Default("kick"),
+        Kind::Choice(
+            || vec![KICK],
+            Access {
+                get: |case, index| case.parameters.perturbations.get(index).map(|_| KICK),
+                set: |_, _, _| {},
+            },
+        ),
+    ),
+    key(
+        "perturbation[].time",
+        "when the kick comes: a time, or \"instability\"",
+        Required,
+        Kind::Moment(element!(time in parameters.perturbations)),
+    ),
+    key(
+        "perturbation[].relative_velocity",
+        "delta, jump of omega_r, half on each surface",
+        Required,
+        Kind::Number(
+            D::AngularVelocity,
+            Any,
+            element!(relative_velocity in parameters.perturbations),
+        ),
+    ),
+    key(
+        "solver.method",
+        "integration method",
+        Default("auto"),
+        Kind::Choice(
+            || Method::ALL.into_iter().map(Method::name).collect(),
+            Access {
+                get: |case, _| Some(case.solver.method.name()),
+                set: |case, _, name| {
+                    if let Some(method) = Method::from_name(name) {
+                        case.solver.method = method;
+                    }
+                },
+            },
+        ),
+    ),
+    key(
+        "solver.rtol",
+        "relative tolerance; smaller is more accurate in every phase",
+        Default("1e-10"),
+        Kind::Number(D::Number, Domain::Tolerance, field!(solver.rtol)),
+    ),
+    key(
+        "solver.atol_twist",
+        "absolute tolerance of the twists",
+        Default("derived from rtol"),
+        Kind::Number(D::Angle, Positive, optional!(solver.atol_twist)),
+    ),
+    key(
+        "solver.atol_rate",
+        "absolute tolerance of the twist rates",
+        Default("derived from rtol"),
+        Kind::Number(D::AngularVelocity, Positive, optional!(solver.atol_rate)),
+    ),
+    key(
+        "solver.atol_speed",
+        "absolute tolerance of the relative velocity",
+        Default("derived from rtol"),
+        Kind::Number(D::AngularVelocity, Positive, optional!(solver.atol_speed)),
+    ),
+    key(
+        "solver.max_step",
+        "upper bound of every step",
+        Default("derived from the natural period"),
+        Kind::Number(D::Time, Positive, optional!(solver.max_step)),
+    ),
+    key(
+        "solver.max_events",
+        "transitions after which a run is ended with an error",
+        Default("100000"),
+        Kind::Count(field!(solver.max_events)),
+    ),
+    key(
+        "output.end_time",
+        "when the run ends",
+        Default("10 s"),
+        Kind::Number(D::Time, Positive, field!(output.end_time)),
+    ),
+    key(
+        "output.interval",
+        "sampling interval outside the windows",
+        Default("end_time / 1000"),
+        Kind::Number(D::Time, Positive, field!(output.interval)),
+    ),
+    key(
+        "output.steps",
+        "whether every step of the integrator is recorded too",
+        Default("false"),
+        Kind::Flag(field!(output.steps)),
+    ),
+    key(
+        "output.window[].from",
+        "start of a stretch that is sampled more densely",
+        Required,
+        Kind::Number(D::Time, NotNegative, element!(from in output.windows)),
+    ),
+    key(
+        "output.window[].to",
+        "end of that stretch",
+        Required,
+        Kind::Number(D::Time, Positive, element!(to in output.windows)),
+    ),
+    key(
+        "output.window[].interval",
+        "sampling interval there",
+        Default("(to - from) / 1000"),
+        Kind::Number(D::Time, Positive, element!(interval in output.windows)),
+    ),
+];
+
+const BREAKAWAY_TESTS: [(&str, BreakawayTest); 3] = [
+    ("transmitted", BreakawayTest::Transmitted),
+    ("stator", BreakawayTest::Stator),
+    ("rotor", BreakawayTest::Rotor),
+];
+
+pub(super) const NEW_KICK: Kick = Kick {
+    time: KickTime::At(f64::NAN),
+    relative_velocity: f64::NAN,
+};
+
+pub(super) const NEW_WINDOW: OutputWindow = OutputWindow {
+    from: f64::NAN,
+    to: f64::NAN,
+    interval: f64::NAN,
+};
+
+/// The arrays of tables: their path, how long they are in a case, and how to make room for `n` new elements.
+pub(super) struct ArrayOfTables {
+    pub(super) path: &'static str,
+    pub(super) length: fn(&Case) -> usize,
+    pub(super) resize: fn(&mut Case, usize),
+}
+
+pub(super) const ARRAYS: &[ArrayOfTables] = &[
+    ArrayOfTables {
+        path: "perturbation",
+        length: |case| case.parameters.perturbations.len(),
+        resize: |case, count| case.parameters.perturbations = vec![NEW_KICK; count],
+    },
+    ArrayOfTables {
+        path: "output.window",
+        length: |case| case.output.windows.len(),
+        resize: |case, count| case.output.windows = vec![NEW_WINDOW; count],
+    },
+];
+
+/// The array of tables that a key is in, and the key's name there.
+pub(super) fn array_of(key: &Key) -> Option<(&'static ArrayOfTables, &'static str)> {
+    let (path, name) = key.path.split_once("[].")?;
+    let array = ARRAYS.iter().find(|array| array.path == path)?;
+    Some((array, name))
+}
+
+/// The path of a key in a case: `perturbation[].time` with index 2 is `perturbation.2.time`.
+pub(super) fn concrete(key: &Key, index: usize) -> String {
+    key.path.replace("[]", &format!(".{index}"))
+}

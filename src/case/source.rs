@@ -1,0 +1,92 @@
+//! The text of a case and where it is from.
+
+use std::path::{Path, PathBuf};
+
+use super::builtin;
+use super::error::CaseError;
+
+/// The text of a case file, and where it is from for messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CaseSource {
+    pub text: String,
+    pub origin: Origin,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// A TOML file.
+    File(PathBuf),
+    /// One of [`builtin::CASES`].
+    BuiltIn(String),
+    /// The input kept in a result file.
+    Result(PathBuf),
+}
+
+impl CaseSource {
+    /// Reads a case file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not UTF-8 text.
+    pub fn file(path: &Path) -> Result<CaseSource, CaseError> {
+        let label = path.display().to_string();
+        let bytes = std::fs::read(path)
+            .map_err(|error| CaseError::one(&label, "", format!("the case file cannot be read: {error}")))?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| CaseError::one(&label, "", "not a case file: expected TOML, which is UTF-8 text"))?;
+        Ok(CaseSource {
+            text,
+            origin: Origin::File(path.to_owned()),
+        })
+    }
+
+    /// A built-in case.
+    ///
+    /// # Errors
+    /// If there is none of that name; the text lists those there are.
+    pub fn built_in(name: &str) -> Result<CaseSource, CaseError> {
+        let Some(case) = builtin::find(name) else {
+            let names: Vec<&str> = builtin::CASES.iter().map(|case| case.name).collect();
+            let hint = super::suggest(name, names.iter().copied())
+                .map(|close| format!("did you mean {close}? "))
+                .unwrap_or_default();
+            return Err(CaseError::one(
+                "",
+                "",
+                format!(
+                    "there is no built-in case \"{name}\": {hint}There are {}",
+                    names.join(", ")
+                ),
+            ));
+        };
+        Ok(CaseSource {
+            text: case.text.to_owned(),
+            origin: Origin::BuiltIn(case.name.to_owned()),
+        })
+    }
+
+    /// The case text kept in a result file.
+    pub fn result(path: &Path, text: String) -> CaseSource {
+        CaseSource {
+            text,
+            origin: Origin::Result(path.to_owned()),
+        }
+    }
+
+    /// How messages refer to the text: `paper.toml`, `built-in case paper`, `the case in paper.h5`.
+    pub fn label(&self) -> String {
+        match &self.origin {
+            Origin::File(path) => path.display().to_string(),
+            Origin::BuiltIn(name) => format!("built-in case {name}"),
+            Origin::Result(path) => format!("the case in {}", path.display()),
+        }
+    }
+
+    /// The name of the case, after which results are named: the file's without extension.
+    pub fn name(&self) -> String {
+        let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        match &self.origin {
+            Origin::File(path) | Origin::Result(path) => stem(path).unwrap_or_else(|| "case".to_owned()),
+            Origin::BuiltIn(name) => name.clone(),
+        }
+    }
+}
