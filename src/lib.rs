@@ -19,3 +19,5 @@
 
 pub mod case;
 pub mod model;
+pub mod results;
+pub mod simulation;

@@ -17,6 +17,10 @@ macro_rules! channels {
             pub fn values(&self) -> [f64; Self::COUNT] {
                 [$(self.$field,)+]
             }
+            /// The inverse of [`Self::values`].
+            pub fn from_values([$($field,)+]: [f64; Self::COUNT]) -> Self {
+                Self { $($field,)+ }
+            }
         }
     };
 }

@@ -1,0 +1,134 @@
+//! What can go wrong with a result file: what, where, and what to do.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// An error of the result file; each message names the file and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ResultError {
+    #[error("{path}: this is an input of the run, and a run never overwrites its input; choose another name with -o")]
+    IsInput { path: PathBuf },
+    #[error("{path}: this is a folder; name a file in it with -o, for example {}", .path.join("result.h5").display())]
+    IsFolder { path: PathBuf },
+    #[error("{path}: not a usable file name; name a file with -o")]
+    NoFileName { path: PathBuf },
+    #[error("{path}: the folder {folder} does not exist; create it, or choose another with -o")]
+    NoFolder { path: PathBuf, folder: PathBuf },
+    #[error(
+        "{path}: no permission to write there; change the permissions of {folder}, or choose another folder with -o"
+    )]
+    NoPermission { path: PathBuf, folder: PathBuf },
+    #[error("{path}: the file system is read-only; choose another folder with -o")]
+    ReadOnly { path: PathBuf },
+    #[error(
+        "{path}: exists and is not a result of this program, so it is not replaced; choose another name with -o, or replace it with --force"
+    )]
+    Foreign { path: PathBuf },
+    #[error(
+        "{path}: in use by another program, which holds a lock on it; close it there, or choose another name with -o"
+    )]
+    InUse { path: PathBuf },
+    #[error("{path}: another run is writing this file; wait for its end, or choose another name with -o")]
+    AnotherRun { path: PathBuf },
+    #[error("{path}: the disk is full (or the quota used up); free some space, or choose another folder with -o{}", and_kept(.kept))]
+    DiskFull { path: PathBuf, kept: bool },
+    #[error("{path}: writing failed: {detail}; check the disk and its quota, or choose another folder with -o{}", and_kept(.kept))]
+    Write { path: PathBuf, detail: String, kept: bool },
+    #[error("{path}: {action} failed: {source}; check the file and its folder")]
+    Io {
+        path: PathBuf,
+        action: &'static str,
+        source: io::Error,
+    },
+
+    #[error("{path}: no such file; check the name")]
+    NotFound { path: PathBuf },
+    #[error("{path}: not an HDF5 file; give a result file, as written by `stickslip run`")]
+    NotHdf5 { path: PathBuf },
+    #[error(
+        "{path}: an HDF5 file, but not a result of this program (no root attribute format=\"{}\"); give a result file, as written by `stickslip run`",
+        super::schema::FORMAT
+    )]
+    NotAResult { path: PathBuf },
+    #[error(
+        "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
+    )]
+    Newer { path: PathBuf, found: i64, known: i64 },
+    #[error("{path}: truncated or damaged ({detail}); copy it again, or repeat the run")]
+    Damaged { path: PathBuf, detail: String },
+    #[error("{path}: has no {what}; it was not written by this program, or was changed since")]
+    Missing { path: PathBuf, what: String },
+    #[error("{path}: {what} has an unknown code {code}; use a newer version of the program")]
+    UnknownCode {
+        path: PathBuf,
+        what: &'static str,
+        code: i8,
+    },
+}
+
+fn and_kept(kept: &bool) -> &'static str {
+    if *kept {
+        " (the file is readable up to the last block that was saved)"
+    } else {
+        ""
+    }
+}
+
+impl ResultError {
+    /// An error of the HDF5 library while `path` was written.
+    pub(super) fn write(path: &Path, kept: bool, error: &hdf5::Error) -> Self {
+        let (path, detail) = (path.to_owned(), describe(error));
+        if detail.contains("No space left") || detail.contains("quota") {
+            ResultError::DiskFull { path, kept }
+        } else {
+            ResultError::Write { path, detail, kept }
+        }
+    }
+
+    /// An error of the HDF5 library while `path` was read.
+    pub(super) fn read(path: &Path, error: &hdf5::Error) -> Self {
+        let (path, detail) = (path.to_owned(), describe(error));
+        if detail.contains("unable to lock file") || detail.contains("already open for write") {
+            ResultError::InUse { path }
+        } else {
+            ResultError::Damaged { path, detail }
+        }
+    }
+
+    /// An error of the operating system at `path`.
+    pub(super) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
+        let (path, folder) = (path.to_owned(), super::target::folder_of(path));
+        match source.kind() {
+            io::ErrorKind::NotFound if !folder.exists() => ResultError::NoFolder { path, folder },
+            io::ErrorKind::NotADirectory => ResultError::NoFolder { path, folder },
+            io::ErrorKind::PermissionDenied => ResultError::NoPermission { path, folder },
+            io::ErrorKind::ReadOnlyFilesystem => ResultError::ReadOnly { path },
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => ResultError::DiskFull { path, kept: false },
+            _ => ResultError::Io { path, action, source },
+        }
+    }
+}
+
+/// The outermost and the innermost message of HDF5's error stack, with the operating system's own
+/// words where there are any.
+fn describe(error: &hdf5::Error) -> String {
+    let Some(stack) = error.stack() else {
+        return error.to_string();
+    };
+    let outer = stack.first().map_or("", |frame| frame.desc());
+    let inner = stack.last().map_or("", |frame| frame.desc());
+    let system = stack
+        .iter()
+        .find(|frame| frame.desc().contains("errno"))
+        .map_or(inner, |frame| frame.desc());
+    // HDF5 pads its message with buffers and offsets that help nobody: the system's words suffice.
+    match system
+        .split_once("error message = '")
+        .and_then(|(_, rest)| rest.split_once('\''))
+    {
+        Some((words, _)) => format!("{}: {words}", system.split(':').next().unwrap_or(outer)),
+        None if outer == system => outer.to_owned(),
+        None => format!("{outer}: {system}"),
+    }
+}

@@ -1,0 +1,19 @@
+//! The result file: HDF5 that is also valid netCDF-4. Schema, writer, reader; no physics.
+//!
+//! A run streams into `NAME.partial.h5` through [`ResultWriter`], which is marked interrupted and
+//! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
+//! [`ResultFile`] reads both. Every name, unit and code is in [`schema`].
+
+mod error;
+mod raw;
+mod reader;
+pub mod schema;
+mod stick_slip;
+mod target;
+mod writer;
+
+pub use error::ResultError;
+pub use reader::{AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo};
+pub use stick_slip::{Extra, StickSlipTable};
+pub use target::{Overwrite, check_target, partial_path};
+pub use writer::{Header, MetaValue, ResultWriter, Status};

@@ -1,0 +1,90 @@
+//! The few HDF5 calls that the binding does not have, each behind a safe function.
+
+use std::ffi::{c_char, c_uint};
+
+use hdf5::types::TypeDescriptor;
+use hdf5::{Container, Dataset, Datatype, Group};
+use hdf5_sys::h5::herr_t;
+use hdf5_sys::h5a::H5Aread;
+use hdf5_sys::h5d::{H5Dread, H5Dwrite};
+use hdf5_sys::h5i::{H5I_type_t, hid_t};
+use hdf5_sys::h5p::H5P_DEFAULT;
+use hdf5_sys::h5s::H5S_ALL;
+
+unsafe extern "C" {
+    fn H5DSset_scale(dataset: hid_t, dimension_name: *const c_char) -> herr_t;
+    fn H5DSattach_scale(dataset: hid_t, scale: hid_t, index: c_uint) -> herr_t;
+}
+
+/// Runs one HDF5 call and turns its negative status into the error on HDF5's stack.
+fn call(function: impl FnOnce() -> herr_t) -> hdf5::Result<()> {
+    hdf5::sync::sync(|| {
+        if function() < 0 {
+            Err(hdf5::Error::query()?)
+        } else {
+            Ok(())
+        }
+    })
+}
+
+/// Makes `dataset` a dimension scale: the netCDF dimension `name` with its coordinate variable.
+pub(super) fn set_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
+    let name = std::ffi::CString::new(name).map_err(|error| error.to_string())?;
+    // SAFETY: both arguments outlive the call; `sync` holds the library's lock.
+    call(|| unsafe { H5DSset_scale(dataset.id(), name.as_ptr()) })
+}
+
+/// Puts `dataset`'s only dimension on `scale`.
+pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset) -> hdf5::Result<()> {
+    // SAFETY: both handles are open; `sync` holds the library's lock.
+    call(|| unsafe { H5DSattach_scale(dataset.id(), scale.id(), 0) })
+}
+
+/// Stores `text` as a scalar, fixed-length UTF-8 string: of the forms that hold more than the 64 KiB
+/// of an attribute, the one that every reader shows as a text.
+pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<Dataset> {
+    // HDF5 has no string of length 0.
+    let mut bytes = text.as_bytes().to_vec();
+    bytes.resize(bytes.len().max(1), 0);
+    let descriptor = TypeDescriptor::FixedUnicode(bytes.len());
+    let dataset = group.new_dataset_builder().empty_as(&descriptor).create(name)?;
+    let memory = Datatype::from_descriptor(&descriptor)?;
+    // SAFETY: `bytes` holds the one element of `memory`'s size that the scalar dataset takes.
+    call(|| unsafe {
+        H5Dwrite(
+            dataset.id(),
+            memory.id(),
+            H5S_ALL,
+            H5S_ALL,
+            H5P_DEFAULT,
+            bytes.as_ptr().cast(),
+        )
+    })?;
+    Ok(dataset)
+}
+
+/// Reads a scalar, fixed-length string, such as [`write_text`] writes, of a dataset or an
+/// attribute; `None` if it is something else.
+pub(super) fn read_text(object: &Container) -> hdf5::Result<Option<String>> {
+    let descriptor = object.dtype()?.to_descriptor()?;
+    let (TypeDescriptor::FixedUnicode(length) | TypeDescriptor::FixedAscii(length)) = descriptor else {
+        return Ok(None);
+    };
+    if !object.is_scalar() {
+        return Ok(None);
+    }
+    let mut bytes = vec![0_u8; length];
+    let memory = Datatype::from_descriptor(&descriptor)?;
+    // SAFETY: `bytes` has room for the one element of `memory`'s size.
+    call(|| unsafe {
+        let (buffer, memory) = (bytes.as_mut_ptr().cast(), memory.id());
+        match object.id_type() {
+            H5I_type_t::H5I_ATTR => H5Aread(object.id(), memory, buffer),
+            _ => H5Dread(object.id(), memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, buffer),
+        }
+    })?;
+    while bytes.last() == Some(&0) {
+        bytes.pop();
+    }
+    Ok(String::from_utf8(bytes).ok())
+}

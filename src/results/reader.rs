@@ -1,0 +1,569 @@
+//! Reads result files, complete or partial, and lists what is in them.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
+use hdf5::{Attribute, Dataset, Group, IndexType, IterationOrder, Location};
+use serde::Serialize;
+
+use super::schema::{self, attribute, group, root};
+use super::{Extra, ResultError, Status, StickSlipTable, raw, target};
+use crate::model::Mode;
+use crate::simulation::{Channels, Event, EventKind, Sample, Segment, State};
+
+/// Rows read at a time.
+const BLOCK: usize = 65_536;
+
+/// A result file, open for reading.
+///
+/// A partial file can be read while it is written: each column is then as long as it was when the
+/// file was opened.
+#[derive(Debug)]
+pub struct ResultFile {
+    path: PathBuf,
+    file: hdf5::File,
+    status: Status,
+    title: String,
+}
+
+impl ResultFile {
+    /// Opens a result file and checks that this program understands it.
+    ///
+    /// # Errors
+    ///
+    /// No such file; not HDF5; HDF5, but not a result; of a newer format; truncated or damaged; or
+    /// locked by a program that writes it.
+    pub fn open(path: &Path) -> Result<Self, ResultError> {
+        let path = path.to_owned();
+        if !path.exists() {
+            return Err(ResultError::NotFound { path });
+        }
+        if path.is_dir() {
+            return Err(ResultError::IsFolder { path });
+        }
+        if !target::has_hdf5_signature(&path)? {
+            return Err(ResultError::NotHdf5 { path });
+        }
+        let file = hdf5::File::with_options()
+            .with_fapl(|access| access.file_locking(true))
+            .open(&path)
+            .map_err(|error| ResultError::read(&path, &error))?;
+        if text_attribute(&file, root::FORMAT).as_deref() != Some(schema::FORMAT) {
+            return Err(ResultError::NotAResult { path });
+        }
+        let mut result = ResultFile {
+            path,
+            file,
+            status: Status::Interrupted,
+            title: String::new(),
+        };
+        let found = match result.attribute(&result.file, root::FORMAT_VERSION)? {
+            AttributeValue::Integer(version) => version,
+            _ => return Err(result.missing("integer root attribute format_version")),
+        };
+        let known = i64::from(schema::FORMAT_VERSION);
+        if found > known {
+            return Err(ResultError::Newer {
+                path: result.path,
+                found,
+                known,
+            });
+        }
+        result.status = match result.text(root::STATUS)?.as_str() {
+            "complete" => Status::Complete,
+            "failed" => Status::Failed(text_attribute(&result.file, root::FAILURE).unwrap_or_default()),
+            _ => Status::Interrupted,
+        };
+        result.title = result.text(root::TITLE)?;
+        Ok(result)
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How the run ended. A file that is still being written counts as interrupted.
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// A root attribute that is a text: see [`schema::root`].
+    pub fn text(&self, name: &str) -> Result<String, ResultError> {
+        text_attribute(&self.file, name).ok_or_else(|| self.missing(&format!("text in root attribute {name}")))
+    }
+
+    /// The TOML text as it was given.
+    pub fn case_text(&self) -> Result<String, ResultError> {
+        self.input(schema::INPUT_CASE)
+    }
+
+    /// Every parameter in SI and in full precision, as TOML: what repeats the run.
+    pub fn resolved(&self) -> Result<String, ResultError> {
+        self.input(schema::INPUT_RESOLVED)
+    }
+
+    /// The attributes of /meta, in alphabetical order.
+    pub fn meta(&self) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        self.attributes_of(&*self.group(group::META)?)
+    }
+
+    /// Samples that every column of the trajectory has.
+    pub fn sample_count(&self) -> Result<usize, ResultError> {
+        self.rows(&schema::trajectory())
+    }
+
+    /// Rows `range` of a column of the trajectory, as numbers.
+    pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+        self.values(&self.dataset(group::TRAJECTORY, name)?, range)
+    }
+
+    /// A column of the trajectory, block by block.
+    pub fn column_blocks(
+        &self,
+        name: &str,
+    ) -> Result<impl Iterator<Item = Result<Vec<f64>, ResultError>>, ResultError> {
+        let dataset = self.dataset(group::TRAJECTORY, name)?;
+        Ok(blocks(self.sample_count()?).map(move |range| self.values(&dataset, range)))
+    }
+
+    /// Rows `range` of the trajectory.
+    pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
+        let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
+        let segments: Vec<i32> = self.values(&self.dataset(group::TRAJECTORY, "segment")?, range.clone())?;
+        let times = self.column("time", range.clone())?;
+        let column = |(name, _, _): &(&str, &str, &str)| self.column(name, range.clone());
+        let states = State::DESCRIPTIONS.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let channels = Channels::DESCRIPTIONS
+            .iter()
+            .map(column)
+            .collect::<Result<Vec<_>, _>>()?;
+        let sample = |row: usize| Sample {
+            time: times[row],
+            mode: modes[row],
+            segment: segments[row].max(0) as u32,
+            state: State::from_values(std::array::from_fn(|k| states[k][row])),
+            channels: Channels::from_values(std::array::from_fn(|k| channels[k][row])),
+        };
+        Ok((0..times.len()).map(sample).collect())
+    }
+
+    /// Every event, in order of time.
+    pub fn events(&self) -> Result<Vec<Event>, ResultError> {
+        let all = 0..self.rows(&schema::events())?;
+        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
+            self.values(&self.dataset(group::EVENTS, name)?, all.clone())
+        };
+        let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {
+            State::DESCRIPTIONS
+                .iter()
+                .map(|(name, _, _)| column(&format!("{name}_{side}")))
+                .collect()
+        };
+        let kinds: Vec<i8> = self.values(&self.dataset(group::EVENTS, "kind")?, all.clone())?;
+        let modes = self.modes(group::EVENTS, "mode_after", all.clone())?;
+        let segments: Vec<i32> = self.values(&self.dataset(group::EVENTS, "segment")?, all.clone())?;
+        let (times, forces) = (column("time")?, column("internal_force")?);
+        let (before, after) = (side("before")?, side("after")?);
+        let event = |row: usize| {
+            let kind = EventKind::ALL.into_iter().find(|kind| kind.code() == kinds[row]);
+            Ok(Event {
+                time: times[row],
+                kind: kind.ok_or_else(|| self.unknown("an event's kind", kinds[row]))?,
+                mode_after: modes[row],
+                segment: segments[row].max(0) as u32,
+                before: State::from_values(std::array::from_fn(|k| before[k][row])),
+                after: State::from_values(std::array::from_fn(|k| after[k][row])),
+                internal_force: forces[row],
+            })
+        };
+        all.map(event).collect()
+    }
+
+    /// Every segment, in order of time.
+    pub fn segments(&self) -> Result<Vec<Segment>, ResultError> {
+        let all = 0..self.rows(&schema::segments())?;
+        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
+            self.values(&self.dataset(group::SEGMENTS, name)?, all.clone())
+        };
+        let counts = |name: &str| -> Result<Vec<u64>, ResultError> {
+            let values: Vec<i64> = self.values(&self.dataset(group::SEGMENTS, name)?, all.clone())?;
+            Ok(values.into_iter().map(|value| value.max(0) as u64).collect())
+        };
+        let (starts, ends, last_steps) = (column("start")?, column("end")?, column("last_step")?);
+        let modes = self.modes(group::SEGMENTS, "mode", all.clone())?;
+        let solvers: Vec<i8> = self.values(&self.dataset(group::SEGMENTS, "solver")?, all.clone())?;
+        let orders = counts("last_order")?;
+        let (steps, rhs) = (counts("steps")?, counts("rhs_evaluations")?);
+        let (jacobians, setups) = (counts("jacobian_evaluations")?, counts("linear_solver_setups")?);
+        let (failures, iterations) = (counts("error_test_failures")?, counts("nonlinear_iterations")?);
+        let (divergences, roots) = (counts("nonlinear_convergence_failures")?, counts("root_evaluations")?);
+        let segment = |row: usize| {
+            let solver = schema::SOLVERS.iter().find(|flag| flag.0 == solvers[row]);
+            Ok(Segment {
+                start: starts[row],
+                end: ends[row],
+                mode: modes[row],
+                solver: solver
+                    .ok_or_else(|| self.unknown("a segment's solver", solvers[row]))?
+                    .1,
+                steps: steps[row],
+                rhs_evaluations: rhs[row],
+                jacobian_evaluations: jacobians[row],
+                linear_solver_setups: setups[row],
+                error_test_failures: failures[row],
+                nonlinear_iterations: iterations[row],
+                nonlinear_convergence_failures: divergences[row],
+                root_evaluations: roots[row],
+                last_order: orders[row] as u32,
+                last_step: last_steps[row],
+            })
+        };
+        all.map(segment).collect()
+    }
+
+    /// The statistics of stick-slip; `None` in a file whose run was killed before they were written.
+    pub fn stick_slip(&self) -> Result<Option<StickSlipTable>, ResultError> {
+        let attributes = self.attributes_of(&*self.group(group::STICK_SLIP)?)?;
+        if attributes.is_empty() {
+            return Ok(None);
+        }
+        let find = |name: &str| attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value);
+        let number = |name: &str| match find(name) {
+            Some(AttributeValue::Number(value)) => *value,
+            _ => f64::NAN,
+        };
+        let text = |name: &str, suffix: &str| match find(&format!("{name}{suffix}")) {
+            Some(AttributeValue::Text(text)) => text.clone(),
+            _ => String::new(),
+        };
+        let count = |name: &str| match find(name) {
+            Some(AttributeValue::Integer(value)) => u64::try_from(*value).unwrap_or(0),
+            _ => 0,
+        };
+        let all = 0..self.rows(&schema::stick_slip())?;
+        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
+            self.values(&self.dataset(group::STICK_SLIP, name)?, all.clone())
+        };
+        let mut table = StickSlipTable {
+            stick_duration: column("stick_duration")?,
+            slip_duration: column("slip_duration")?,
+            period: column("period")?,
+            stick_count: count(schema::STICK_SLIP_COUNTS[0].0),
+            slip_count: count(schema::STICK_SLIP_COUNTS[1].0),
+            ..StickSlipTable::default()
+        };
+        table.set_quantities(schema::STICK_SLIP_QUANTITIES.map(|(name, _, _)| number(name)));
+        for (name, value) in &attributes {
+            let known = schema::STICK_SLIP_QUANTITIES.iter().any(|(known, _, _)| known == name);
+            if let (AttributeValue::Number(value), false) = (value, known) {
+                table.extras.push(Extra {
+                    name: name.clone(),
+                    unit: text(name, attribute::UNITS_SUFFIX),
+                    description: text(name, attribute::LONG_NAME_SUFFIX),
+                    value: *value,
+                });
+            }
+        }
+        Ok(Some(table))
+    }
+
+    /// Everything that the file holds, also what later versions of the program have added to it.
+    pub fn contents(&self) -> Result<Contents, ResultError> {
+        let mut contents = Contents {
+            attributes: Vec::new(),
+            variables: Vec::new(),
+        };
+        self.list("/", &self.file, &mut contents)?;
+        Ok(contents)
+    }
+
+    fn list(&self, path: &str, group: &Group, contents: &mut Contents) -> Result<(), ResultError> {
+        for (name, value) in self.attributes_of(group)? {
+            contents.attributes.push(AttributeInfo {
+                group: path.to_owned(),
+                name,
+                value,
+            });
+        }
+        // In the order of creation where the file knows it.
+        let names = group
+            .member_names_by(IndexType::CreationOrder, IterationOrder::Increasing)
+            .or_else(|_| group.member_names())
+            .map_err(|error| self.failed(&error))?;
+        for name in names {
+            if let Ok(dataset) = group.dataset(&name) {
+                contents.variables.push(self.describe(path, name, &dataset)?);
+            } else if let Ok(child) = group.group(&name) {
+                self.list(&format!("{}/{name}", path.trim_end_matches('/')), &child, contents)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn describe(&self, group: &str, name: String, dataset: &Dataset) -> Result<VariableInfo, ResultError> {
+        let descriptor = dataset
+            .dtype()
+            .and_then(|kind| kind.to_descriptor())
+            .map_err(|error| self.failed(&error))?;
+        let kind = type_name(&descriptor);
+        let (mut min, mut max) = (None, None);
+        if is_number(&descriptor) && dataset.ndim() == 1 {
+            for range in blocks(dataset.size()) {
+                for value in self
+                    .values::<f64>(dataset, range)?
+                    .into_iter()
+                    .filter(|value| !value.is_nan())
+                {
+                    min = Some(min.map_or(value, |least: f64| least.min(value)));
+                    max = Some(max.map_or(value, |most: f64| most.max(value)));
+                }
+            }
+        }
+        let codes = match dataset
+            .attr(attribute::FLAG_VALUES)
+            .and_then(|values| values.read_raw::<i64>())
+        {
+            Ok(codes) => codes,
+            Err(_) => Vec::new(),
+        };
+        let meanings = text_attribute(dataset, attribute::FLAG_MEANINGS).unwrap_or_default();
+        let flags = codes.into_iter().zip(meanings.split_whitespace());
+        Ok(VariableInfo {
+            group: group.to_owned(),
+            name,
+            kind,
+            shape: dataset.shape(),
+            units: text_attribute(dataset, attribute::UNITS),
+            long_name: text_attribute(dataset, attribute::LONG_NAME),
+            flags: flags
+                .map(|(value, meaning)| FlagInfo {
+                    value,
+                    meaning: meaning.to_owned(),
+                })
+                .collect(),
+            min,
+            max,
+        })
+    }
+
+    fn input(&self, name: &str) -> Result<String, ResultError> {
+        let dataset = self.dataset(group::INPUT, name)?;
+        raw::read_text(&dataset)
+            .map_err(|error| self.failed(&error))?
+            .ok_or_else(|| self.missing(&format!("text in /{}/{name}", group::INPUT)))
+    }
+
+    /// Rows that every column of a table has. A run that was killed while a block was being saved
+    /// may have left some columns longer than others.
+    fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
+        let mut rows = usize::MAX;
+        for variable in &table.variables {
+            rows = rows.min(self.dataset(table.group, &variable.name)?.size());
+        }
+        Ok(rows)
+    }
+
+    fn modes(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<Mode>, ResultError> {
+        let codes: Vec<i8> = self.values(&self.dataset(group, name)?, range)?;
+        let mode = |code: i8| Mode::ALL.into_iter().find(|mode| mode.code() == code);
+        codes
+            .into_iter()
+            .map(|code| mode(code).ok_or_else(|| self.unknown("a mode", code)))
+            .collect()
+    }
+
+    fn values<T: hdf5::H5Type>(&self, dataset: &Dataset, range: Range<usize>) -> Result<Vec<T>, ResultError> {
+        let size = dataset.size();
+        if range.end > size {
+            return Err(self.missing(&format!("row {} in {}, but {size} rows", range.end - 1, dataset.name())));
+        }
+        let values = dataset
+            .read_slice_1d::<T, _>(range)
+            .map_err(|error| self.failed(&error))?;
+        Ok(values.into_raw_vec_and_offset().0)
+    }
+
+    fn group(&self, name: &str) -> Result<Group, ResultError> {
+        self.file
+            .group(name)
+            .map_err(|_| self.missing(&format!("group /{name}")))
+    }
+
+    fn dataset(&self, group: &str, name: &str) -> Result<Dataset, ResultError> {
+        self.group(group)?
+            .dataset(name)
+            .map_err(|_| self.missing(&format!("variable /{group}/{name}")))
+    }
+
+    fn attribute(&self, location: &Location, name: &str) -> Result<AttributeValue, ResultError> {
+        location
+            .attr(name)
+            .ok()
+            .and_then(|attribute| attribute_value(&attribute))
+            .ok_or_else(|| self.missing(&format!("attribute {name} in {}", location.name())))
+    }
+
+    fn attributes_of(&self, location: &Location) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        let mut attributes = Vec::new();
+        let mut names = location.attr_names().map_err(|error| self.failed(&error))?;
+        names.sort();
+        for name in names {
+            let attribute = location.attr(&name).map_err(|error| self.failed(&error))?;
+            if let Some(value) = attribute_value(&attribute) {
+                attributes.push((name, value));
+            }
+        }
+        Ok(attributes)
+    }
+
+    fn failed(&self, error: &hdf5::Error) -> ResultError {
+        ResultError::read(&self.path, error)
+    }
+
+    fn missing(&self, what: &str) -> ResultError {
+        ResultError::Missing {
+            path: self.path.clone(),
+            what: what.to_owned(),
+        }
+    }
+
+    fn unknown(&self, what: &'static str, code: i8) -> ResultError {
+        ResultError::UnknownCode {
+            path: self.path.clone(),
+            what,
+            code,
+        }
+    }
+}
+
+/// What a result file holds, for a listing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contents {
+    /// Attributes of the root and of the groups.
+    pub attributes: Vec<AttributeInfo>,
+    pub variables: Vec<VariableInfo>,
+}
+
+/// An attribute of a group.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AttributeInfo {
+    /// "/", "/meta", ...
+    pub group: String,
+    pub name: String,
+    pub value: AttributeValue,
+}
+
+/// A variable of a group.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VariableInfo {
+    /// "/trajectory", ...
+    pub group: String,
+    pub name: String,
+    /// "float64", "int8", "string", ...
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Empty for a scalar.
+    pub shape: Vec<usize>,
+    pub units: Option<String>,
+    pub long_name: Option<String>,
+    /// What its codes mean; empty where it is no code.
+    pub flags: Vec<FlagInfo>,
+    /// Least value that is not NaN; `None` where there is none.
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+}
+
+/// The meaning of a code.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FlagInfo {
+    pub value: i64,
+    pub meaning: String,
+}
+
+/// The value of an attribute.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum AttributeValue {
+    Text(String),
+    Integer(i64),
+    Number(f64),
+    Integers(Vec<i64>),
+    Numbers(Vec<f64>),
+}
+
+/// The ranges that cover `0..rows`, [`BLOCK`] by block.
+fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..rows)
+        .step_by(BLOCK)
+        .map(move |start| start..rows.min(start + BLOCK))
+}
+
+pub(super) fn text_attribute(location: &Location, name: &str) -> Option<String> {
+    match attribute_value(&location.attr(name).ok()?)? {
+        AttributeValue::Text(text) => Some(text),
+        _ => None,
+    }
+}
+
+/// The value of an attribute; `None` for what is HDF5's own (references of dimension scales).
+fn attribute_value(attribute: &Attribute) -> Option<AttributeValue> {
+    let scalar = attribute.is_scalar();
+    match attribute.dtype().ok()?.to_descriptor().ok()? {
+        TypeDescriptor::VarLenUnicode if scalar => {
+            let text = attribute.read_scalar::<VarLenUnicode>().ok()?;
+            Some(AttributeValue::Text(text.as_str().to_owned()))
+        }
+        TypeDescriptor::VarLenAscii if scalar => {
+            let text = attribute.read_scalar::<VarLenAscii>().ok()?;
+            Some(AttributeValue::Text(text.as_str().to_owned()))
+        }
+        TypeDescriptor::FixedUnicode(_) | TypeDescriptor::FixedAscii(_) => {
+            raw::read_text(attribute).ok()?.map(AttributeValue::Text)
+        }
+        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => {
+            let values = attribute.read_raw::<i64>().ok()?;
+            Some(if scalar {
+                AttributeValue::Integer(values[0])
+            } else {
+                AttributeValue::Integers(values)
+            })
+        }
+        TypeDescriptor::Float(_) => {
+            let values = attribute.read_raw::<f64>().ok()?;
+            Some(if scalar {
+                AttributeValue::Number(values[0])
+            } else {
+                AttributeValue::Numbers(values)
+            })
+        }
+        _ => None,
+    }
+}
+
+fn is_number(descriptor: &TypeDescriptor) -> bool {
+    matches!(
+        descriptor,
+        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) | TypeDescriptor::Float(_)
+    )
+}
+
+/// The name that NumPy has for a type.
+fn type_name(descriptor: &TypeDescriptor) -> String {
+    let bits = |size: &IntSize| 8 * *size as usize;
+    match descriptor {
+        TypeDescriptor::Integer(size) => format!("int{}", bits(size)),
+        TypeDescriptor::Unsigned(size) => format!("uint{}", bits(size)),
+        TypeDescriptor::Float(FloatSize::U4) => "float32".to_owned(),
+        TypeDescriptor::Float(_) => "float64".to_owned(),
+        TypeDescriptor::FixedAscii(_)
+        | TypeDescriptor::FixedUnicode(_)
+        | TypeDescriptor::VarLenAscii
+        | TypeDescriptor::VarLenUnicode => "string".to_owned(),
+        other => format!("{other:?}").to_lowercase(),
+    }
+}

@@ -1,0 +1,285 @@
+//! The one home of what a result file holds: names, units, descriptions, codes, dimensions.
+//!
+//! Every table is a group with one extendable dimension, named by its coordinate variable; its
+//! columns are datasets of that dimension. Units are UDUNITS; codes are int8 with `flag_values` and
+//! `flag_meanings`, as CF has them.
+
+use crate::model::Mode;
+use crate::simulation::{Channels, EventKind, State};
+
+/// Root attribute `format` of every result file.
+pub const FORMAT: &str = "stickslip-result";
+/// Root attribute `format_version`. A change that an old reader would misread raises it.
+pub const FORMAT_VERSION: i32 = 1;
+/// Root attribute `Conventions`.
+pub const CONVENTIONS: &str = "CF-1.11";
+
+/// Names of root attributes.
+pub mod root {
+    pub const CONVENTIONS: &str = "Conventions";
+    pub const TITLE: &str = "title";
+    pub const SOURCE: &str = "source";
+    pub const HISTORY: &str = "history";
+    pub const REFERENCES: &str = "references";
+    pub const FORMAT: &str = "format";
+    pub const FORMAT_VERSION: &str = "format_version";
+    /// "complete", "interrupted" or "failed".
+    pub const STATUS: &str = "status";
+    /// Why a run failed; only where `status` is "failed".
+    pub const FAILURE: &str = "failure";
+}
+
+/// Names of groups.
+pub mod group {
+    pub const TRAJECTORY: &str = "trajectory";
+    pub const EVENTS: &str = "events";
+    pub const SEGMENTS: &str = "segments";
+    pub const STICK_SLIP: &str = "stick_slip";
+    pub const INPUT: &str = "input";
+    pub const META: &str = "meta";
+}
+
+/// The TOML text as given, in /input.
+pub const INPUT_CASE: &str = "case";
+/// Every parameter in SI and in full precision, in /input.
+pub const INPUT_RESOLVED: &str = "resolved";
+/// Attribute of /meta that the writer itself adds: seconds from creation to the end, NaN until then.
+pub const META_WALL_TIME: &str = "wall_time_s";
+
+/// Names of the attributes of a variable.
+pub mod attribute {
+    pub const UNITS: &str = "units";
+    pub const LONG_NAME: &str = "long_name";
+    pub const FLAG_VALUES: &str = "flag_values";
+    pub const FLAG_MEANINGS: &str = "flag_meanings";
+    /// Suffix of the companion that holds the unit of an attribute that is a quantity.
+    pub const UNITS_SUFFIX: &str = "_units";
+    /// Suffix of the companion that holds its description.
+    pub const LONG_NAME_SUFFIX: &str = "_long_name";
+}
+
+/// How a column is stored, always little-endian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Codes.
+    Int8,
+    /// Indices.
+    Int32,
+    /// Counts.
+    Int64,
+    /// Quantities.
+    Float64,
+}
+
+/// The meaning of a code.
+pub type Flag = (i8, &'static str);
+
+/// One variable of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    pub name: String,
+    pub kind: Kind,
+    /// UDUNITS, "1" for a pure number.
+    pub units: &'static str,
+    pub long_name: String,
+    /// Empty where the variable is no code.
+    pub flags: Vec<Flag>,
+}
+
+impl Variable {
+    fn new(name: &str, kind: Kind, units: &'static str, long_name: &str) -> Self {
+        Variable {
+            name: name.to_owned(),
+            kind,
+            units,
+            long_name: long_name.to_owned(),
+            flags: Vec::new(),
+        }
+    }
+
+    fn quantity((name, units, long_name): &(&str, &'static str, &str)) -> Self {
+        Variable::new(name, Kind::Float64, units, long_name)
+    }
+
+    fn code(name: &str, long_name: &str, flags: Vec<Flag>) -> Self {
+        Variable {
+            flags,
+            ..Variable::new(name, Kind::Int8, "1", long_name)
+        }
+    }
+
+    fn count(name: &str, long_name: &str) -> Self {
+        Variable::new(name, Kind::Int64, "1", long_name)
+    }
+
+    fn index(name: &str, long_name: &str) -> Self {
+        Variable::new(name, Kind::Int32, "1", long_name)
+    }
+}
+
+/// A group of columns over one dimension. The first variable is the dimension's coordinate and
+/// bears its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    pub group: &'static str,
+    /// Rows in a chunk, which is also how many are buffered.
+    pub chunk: usize,
+    pub variables: Vec<Variable>,
+}
+
+/// Codes of `mode` and `mode_after`.
+pub fn mode_flags() -> Vec<Flag> {
+    Mode::ALL.iter().map(|mode| (mode.code(), mode.name())).collect()
+}
+
+/// Codes of `kind`.
+pub fn kind_flags() -> Vec<Flag> {
+    EventKind::ALL.iter().map(|kind| (kind.code(), kind.name())).collect()
+}
+
+/// Codes of `sense`: the sign of the relative velocity in slip.
+pub fn sense_flags() -> Vec<Flag> {
+    vec![(-1, "backward"), (0, "none"), (1, "forward")]
+}
+
+/// Codes of `solver`; a solver that has no name here is -1.
+pub const SOLVERS: [Flag; 8] = [
+    (-1, "other"),
+    (0, "cvode-bdf"),
+    (1, "cvode-adams"),
+    (2, "erk"),
+    (3, "esdirk"),
+    (4, "closed-form"),
+    (5, "series"),
+    (6, "paper"),
+];
+
+/// /trajectory: a row for each sample.
+pub fn trajectory() -> Table {
+    let mut variables = vec![
+        Variable::new("time", Kind::Float64, "s", "time"),
+        Variable::code("mode", "what the contact does", mode_flags()),
+        Variable::index("segment", "index of the segment that holds the sample"),
+    ];
+    variables.extend(State::DESCRIPTIONS.iter().map(Variable::quantity));
+    variables.extend(Channels::DESCRIPTIONS.iter().map(Variable::quantity));
+    Table {
+        group: group::TRAJECTORY,
+        chunk: 4096,
+        variables,
+    }
+}
+
+/// /events: a row for each event, with the state on both sides of it.
+pub fn events() -> Table {
+    let mut variables = vec![
+        Variable::index("event", "index of the event"),
+        Variable::new("time", Kind::Float64, "s", "time"),
+        Variable::code("kind", "what happened", kind_flags()),
+        Variable::code("mode_after", "what the contact does after the event", mode_flags()),
+        Variable::code(
+            "sense",
+            "sign of the relative velocity in slip after the event",
+            sense_flags(),
+        ),
+        Variable::index("segment", "index of the segment that the event ends or stands in"),
+    ];
+    for side in ["before", "after"] {
+        variables.extend(State::DESCRIPTIONS.iter().map(|(name, units, long_name)| {
+            Variable::new(
+                &format!("{name}_{side}"),
+                Kind::Float64,
+                units,
+                &format!("{long_name}, {side} the event"),
+            )
+        }));
+    }
+    variables.push(Variable::new(
+        "internal_force",
+        Kind::Float64,
+        "N",
+        "internal force T_f/r just before the event",
+    ));
+    Table {
+        group: group::EVENTS,
+        chunk: 256,
+        variables,
+    }
+}
+
+/// /segments: a row for each stretch integrated without a restart, with what it cost.
+pub fn segments() -> Table {
+    let variables = vec![
+        Variable::index("segment", "index of the segment"),
+        Variable::new("start", Kind::Float64, "s", "time of the segment's start"),
+        Variable::new("end", Kind::Float64, "s", "time of the segment's end"),
+        Variable::code("mode", "what the contact does", mode_flags()),
+        Variable::code("solver", "what integrated the segment", SOLVERS.to_vec()),
+        Variable::count("steps", "steps of the integrator"),
+        Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
+        Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
+        Variable::count("linear_solver_setups", "setups of the linear solver"),
+        Variable::count("error_test_failures", "steps that failed the error test"),
+        Variable::count("nonlinear_iterations", "iterations of the nonlinear solver"),
+        Variable::count(
+            "nonlinear_convergence_failures",
+            "failures of the nonlinear solver to converge",
+        ),
+        Variable::count("root_evaluations", "evaluations of the guards"),
+        Variable::index("last_order", "order of the last step, 0 where it has no meaning"),
+        Variable::new("last_step", Kind::Float64, "s", "last step"),
+    ];
+    Table {
+        group: group::SEGMENTS,
+        chunk: 256,
+        variables,
+    }
+}
+
+/// /stick_slip: a row for each cycle, a stick and the slip after it.
+pub fn stick_slip() -> Table {
+    let variables = vec![
+        Variable::index("cycle", "index of the cycle"),
+        Variable::new("stick_duration", Kind::Float64, "s", "duration of the cycle's stick"),
+        Variable::new("slip_duration", Kind::Float64, "s", "duration of the cycle's slip"),
+        Variable::new("period", Kind::Float64, "s", "time from the cycle's stick to the next"),
+    ];
+    Table {
+        group: group::STICK_SLIP,
+        chunk: 256,
+        variables,
+    }
+}
+
+/// Every table, in the order of the file.
+pub fn tables() -> [Table; 4] {
+    [trajectory(), events(), segments(), stick_slip()]
+}
+
+/// (name, unit, description) of the float64 attributes of /stick_slip.
+pub const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
+    ("onset_time", "s", "time of the first stick"),
+    ("final_stick_time", "s", "time of the last stick"),
+    ("first_period", "s", "period of the first cycle"),
+    ("last_period", "s", "period of the last cycle"),
+    ("natural_period", "s", "natural period 2 pi sqrt(J/k_t)"),
+    (
+        "growth_exponent",
+        "1",
+        "integral of the growth rate from the instability to the first stick",
+    ),
+    (
+        "e_folds_gained",
+        "1",
+        "growth from the kick to the first stick, in e-folds",
+    ),
+    (
+        "energy_residual_max",
+        "J",
+        "largest absolute energy_residual of the run",
+    ),
+];
+
+/// (name, description) of the int64 attributes of /stick_slip.
+pub const STICK_SLIP_COUNTS: [(&str, &str); 2] =
+    [("stick_count", "number of sticks"), ("slip_count", "number of slips")];

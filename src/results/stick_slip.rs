@@ -1,0 +1,99 @@
+//! The statistics of a run's stick-slip, as the result file holds them.
+
+/// The table /stick_slip. A quantity that does not exist in a run (the onset of a run that never
+/// sticks, the slip after the final stick) is NaN, in the columns and in the attributes.
+///
+/// Cycle k (0-based) is stick k and the slip after it; its period is from stick k to stick k+1. The
+/// final stick has no duration, so there are `stick_count - 1` cycles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StickSlipTable {
+    /// s, one for each cycle; the three columns are of one length.
+    pub stick_duration: Vec<f64>,
+    /// s.
+    pub slip_duration: Vec<f64>,
+    /// s.
+    pub period: Vec<f64>,
+    /// Time of the first stick, s.
+    pub onset_time: f64,
+    /// Time of the last stick, s.
+    pub final_stick_time: f64,
+    pub stick_count: u64,
+    pub slip_count: u64,
+    /// s.
+    pub first_period: f64,
+    /// s.
+    pub last_period: f64,
+    /// 2 pi sqrt(J/k_t), s.
+    pub natural_period: f64,
+    /// Integral of the growth rate from the instability to the first stick.
+    pub growth_exponent: f64,
+    /// Growth from the kick to the first stick, in e-folds.
+    pub e_folds_gained: f64,
+    /// Largest |energy_residual| of the run, J.
+    pub energy_residual_max: f64,
+    /// Further quantities, each an attribute of its own.
+    pub extras: Vec<Extra>,
+}
+
+/// A further quantity of /stick_slip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extra {
+    /// The attribute's name; none of the fields of [`StickSlipTable`].
+    pub name: String,
+    /// UDUNITS, "1" for a pure number.
+    pub unit: String,
+    pub description: String,
+    pub value: f64,
+}
+
+impl Default for StickSlipTable {
+    /// No stick and no slip: no rows, counts of 0, everything else missing.
+    fn default() -> Self {
+        StickSlipTable {
+            stick_duration: Vec::new(),
+            slip_duration: Vec::new(),
+            period: Vec::new(),
+            onset_time: f64::NAN,
+            final_stick_time: f64::NAN,
+            stick_count: 0,
+            slip_count: 0,
+            first_period: f64::NAN,
+            last_period: f64::NAN,
+            natural_period: f64::NAN,
+            growth_exponent: f64::NAN,
+            e_folds_gained: f64::NAN,
+            energy_residual_max: f64::NAN,
+            extras: Vec::new(),
+        }
+    }
+}
+
+impl StickSlipTable {
+    /// The named quantities in the order of `schema::STICK_SLIP_QUANTITIES`.
+    pub(super) fn quantities(&self) -> [f64; 8] {
+        [
+            self.onset_time,
+            self.final_stick_time,
+            self.first_period,
+            self.last_period,
+            self.natural_period,
+            self.growth_exponent,
+            self.e_folds_gained,
+            self.energy_residual_max,
+        ]
+    }
+
+    /// The inverse of [`Self::quantities`].
+    pub(super) fn set_quantities(&mut self, values: [f64; 8]) {
+        [
+            self.onset_time,
+            self.final_stick_time,
+            self.first_period,
+            self.last_period,
+            self.natural_period,
+            self.growth_exponent,
+            self.e_folds_gained,
+            self.energy_residual_max,
+        ] = values;
+    }
+}

@@ -1,0 +1,205 @@
+//! Where a result goes: the policy for a file that is already there, and the lock on the partial file.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use super::ResultError;
+use super::reader::text_attribute;
+use super::schema;
+
+/// What a run may replace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Overwrite {
+    /// Only an earlier result of this program.
+    #[default]
+    OwnResults,
+    /// Any file that is not an input.
+    Force,
+}
+
+/// `paper.h5` is written as `paper.partial.h5`, next to it.
+pub fn partial_path(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(".partial.");
+    name.push(path.extension().unwrap_or("h5".as_ref()));
+    path.with_file_name(name)
+}
+
+/// The folder that holds `path`, "." where it names none.
+pub(super) fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// Whether a run may write its result to `path`: to be asked before anything is computed.
+///
+/// # Errors
+///
+/// `path` or its partial file is one of the `inputs`, a folder, in a folder that is missing, or a
+/// file that `overwrite` does not let the run replace; or another program holds a lock on it.
+pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<(), ResultError> {
+    if path.file_name().is_none() && !path.is_dir() {
+        return Err(ResultError::NoFileName { path: path.to_owned() });
+    }
+    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
+        return Err(ResultError::IsFolder { path: path.to_owned() });
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(ResultError::NoFolder {
+            path: path.to_owned(),
+            folder,
+        });
+    }
+    for file in [path, &partial_path(path)] {
+        if inputs.iter().any(|input| same_file(input, file)) {
+            return Err(ResultError::IsInput { path: file.to_owned() });
+        }
+        check_replaceable(file, overwrite)?;
+    }
+    Ok(())
+}
+
+/// Whether an existing file at `path`, if there is one, may be replaced.
+pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(), ResultError> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(ResultError::io(path, "looking at the file", error)),
+        Ok(_) if path.is_dir() => return Err(ResultError::IsFolder { path: path.to_owned() }),
+        // A dangling link: nothing is lost by replacing it, but it was not made by this program.
+        Ok(_) if !path.exists() && overwrite == Overwrite::OwnResults => {
+            return Err(ResultError::Foreign { path: path.to_owned() });
+        }
+        Ok(_) => {}
+    }
+    if overwrite == Overwrite::Force || is_own_result(path)? {
+        Ok(())
+    } else {
+        Err(ResultError::Foreign { path: path.to_owned() })
+    }
+}
+
+/// Whether `path` holds a result of this program. A partial file that a kill in mid-flush left
+/// unreadable still counts, by its name and HDF5's signature.
+fn is_own_result(path: &Path) -> Result<bool, ResultError> {
+    if !has_hdf5_signature(path)? {
+        return Ok(false);
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    match hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(true))
+        .open(path)
+    {
+        Ok(file) => Ok(text_attribute(&file, schema::root::FORMAT).as_deref() == Some(schema::FORMAT)),
+        Err(error) => match ResultError::read(path, &error) {
+            busy @ ResultError::InUse { .. } => Err(busy),
+            _ => Ok(stem.ends_with(".partial")),
+        },
+    }
+}
+
+/// Whether the file starts as HDF5 files do (after a user block of 0, 512, 1024, ... bytes).
+pub(super) fn has_hdf5_signature(path: &Path) -> Result<bool, ResultError> {
+    use std::io::{Seek, SeekFrom};
+    let failed = |error| ResultError::io(path, "reading the file", error);
+    let mut file = File::open(path).map_err(failed)?;
+    let length = file.metadata().map_err(failed)?.len();
+    let mut offset = 0;
+    while offset + 8 <= length {
+        let mut start = [0; 8];
+        file.seek(SeekFrom::Start(offset))
+            .and_then(|_| file.read_exact(&mut start))
+            .map_err(failed)?;
+        if start == *b"\x89HDF\r\n\x1a\n" {
+            return Ok(true);
+        }
+        offset = if offset == 0 { 512 } else { 2 * offset };
+    }
+    Ok(false)
+}
+
+/// Whether both paths lead to one file, by whatever links.
+fn same_file(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
+            return (a.dev(), a.ino()) == (b.dev(), b.ino());
+        }
+    }
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
+}
+
+/// The right to write one partial file, held until it is dropped.
+///
+/// The lock is on a hidden file next to it (`.paper.partial.h5.lock`) and not on the partial file:
+/// HDF5 readers take a lock on what they open, and would be refused. The operating system drops
+/// the lock of a run that is killed; the empty lock file it leaves is taken over by the next run.
+#[derive(Debug)]
+pub(super) struct WriteLock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl WriteLock {
+    /// Takes the lock, without waiting.
+    pub(super) fn take(partial: &Path) -> Result<Self, ResultError> {
+        let mut name = std::ffi::OsString::from(".");
+        name.push(partial.file_name().unwrap_or_default());
+        name.push(".lock");
+        let path = partial.with_file_name(name);
+        loop {
+            let file = OpenOptions::new()
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&path)
+                .map_err(|error| ResultError::io(partial, "creating the file", error))?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    return Err(ResultError::AnotherRun {
+                        path: partial.to_owned(),
+                    });
+                }
+                // Some network file systems have no locks: there, two runs into one file go unnoticed.
+                Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),
+            }
+            // Between opening and locking, the run before may have removed the file: then this lock
+            // is on nothing.
+            if is_at(&file, &path) {
+                return Ok(WriteLock { path, _file: file });
+            }
+        }
+    }
+}
+
+impl Drop for WriteLock {
+    fn drop(&mut self) {
+        // Removed while the lock is held, so that nobody else's file is removed.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Whether the open file is (still) the one at `path`.
+fn is_at(file: &File, path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        match (file.metadata(), fs::metadata(path)) {
+            (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+            _ => false,
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        path.exists()
+    }
+}

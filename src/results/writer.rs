@@ -1,0 +1,625 @@
+//! Writes a run as it is computed.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hdf5::plist::file_create::LinkCreationOrder;
+use hdf5::types::VarLenUnicode;
+use hdf5::{Dataset, Group, Location};
+
+use super::schema::{self, Kind, Table, Variable};
+use super::target::{self, Overwrite, WriteLock};
+use super::{ResultError, StickSlipTable, raw};
+use crate::model::Mode;
+use crate::simulation::{Event, Recorder, RecorderError, Sample, Segment};
+
+/// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
+const DEFLATE_LEVEL: u8 = 1;
+
+/// What a result file says about its run, known before the run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Header {
+    /// Of the case; root attribute `title`.
+    pub title: String,
+    /// The program that computed it, with its version; root attribute `source`.
+    pub source: String,
+    /// Where the model is published; root attribute `references`.
+    pub references: String,
+    /// One line: when, and by which command; root attribute `history`.
+    pub history: String,
+    /// The TOML text as given.
+    pub case_text: String,
+    /// Every parameter in SI and in full precision, as TOML.
+    pub resolved: String,
+    /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
+    pub meta: Vec<(String, MetaValue)>,
+}
+
+/// The value of an attribute of /meta.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MetaValue {
+    Text(String),
+    Number(f64),
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Status {
+    Complete,
+    /// By the user or by a kill; what was computed until then is good.
+    Interrupted,
+    /// With this message; what was computed until then is good.
+    Failed(String),
+}
+
+impl Status {
+    /// Root attribute `status`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Status::Complete => "complete",
+            Status::Interrupted => "interrupted",
+            Status::Failed(_) => "failed",
+        }
+    }
+}
+
+/// Writes one result file, in blocks of rows: memory is bounded however long the run.
+///
+/// Rows go to the partial file ([`super::partial_path`]), which is marked interrupted and flushed
+/// as a whole at each block, so that other programs can read it at any time and a kill leaves it
+/// readable. [`Self::finish`] with [`Status::Complete`] gives it its name. A writer that is dropped
+/// without that leaves the partial file, with all rows. After an error nothing more is written: the
+/// partial file stays as the last good flush left it.
+pub struct ResultWriter {
+    path: PathBuf,
+    partial: PathBuf,
+    overwrite: Overwrite,
+    /// `None` after an error, and at the end.
+    open: Option<Open>,
+    started: Instant,
+    /// Last, so that it is dropped after the file is closed.
+    _lock: WriteLock,
+}
+
+impl std::fmt::Debug for ResultWriter {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("ResultWriter")
+            .field("partial", &self.partial)
+            .finish_non_exhaustive()
+    }
+}
+
+impl ResultWriter {
+    /// Creates the partial file of `path`, with all groups and variables and no rows.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`super::check_target`]; another run that writes the same file; any failure to
+    /// create it.
+    pub fn create(path: &Path, overwrite: Overwrite, inputs: &[PathBuf], header: &Header) -> Result<Self, ResultError> {
+        let partial = target::partial_path(path);
+        // A name without a folder must stay the same file if the working folder changes.
+        target::check_target(path, overwrite, inputs)?;
+        let lock = WriteLock::take(&partial)?;
+        match fs::remove_file(&partial) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(ResultError::io(
+                    &partial,
+                    "replacing the partial file of an earlier run",
+                    error,
+                ));
+            }
+            _ => {}
+        }
+        let open = Open::create(&partial, header).map_err(|error| ResultError::write(&partial, false, &error))?;
+        Ok(ResultWriter {
+            path: path.to_owned(),
+            partial,
+            overwrite,
+            open: Some(open),
+            started: Instant::now(),
+            _lock: lock,
+        })
+    }
+
+    /// Where the rows go until the run is complete.
+    pub fn partial(&self) -> &Path {
+        &self.partial
+    }
+
+    /// Writes the rows that are still buffered, and flushes the file.
+    ///
+    /// When it is called decides where the file keeps its blocks: identical runs give identical
+    /// bytes only if they call it at the same rows.
+    pub fn flush(&mut self) -> Result<(), ResultError> {
+        self.with_open(|open| open.append_all().and_then(|()| open.file.flush()))
+    }
+
+    /// Ends the file: /stick_slip, the status, the wall time. Returns where the file is: at its own
+    /// name if the run is complete, else still at [`Self::partial`].
+    ///
+    /// # Errors
+    ///
+    /// A failure to write; or a file that has come to be at the target since the run began and that
+    /// may not be replaced. The partial file is left.
+    pub fn finish(
+        mut self,
+        status: Status,
+        stick_slip: &StickSlipTable,
+        wall_time_s: f64,
+    ) -> Result<PathBuf, ResultError> {
+        if self.open.is_none() && status != Status::Complete {
+            return Ok(self.partial.clone());
+        }
+        self.with_open(|open| open.finish(&status, stick_slip, wall_time_s))?;
+        self.close()?;
+        let synced = fs::File::open(&self.partial).and_then(|file| file.sync_all());
+        synced.map_err(|error| ResultError::io(&self.partial, "saving the file", error))?;
+        if status != Status::Complete {
+            return Ok(self.partial.clone());
+        }
+        target::check_replaceable(&self.path, self.overwrite)?;
+        fs::rename(&self.partial, &self.path)
+            .map_err(|error| ResultError::io(&self.path, "giving the finished file its name", error))?;
+        // The folder's entry too; not every system can, and the file itself is safe by now.
+        let _ = fs::File::open(target::folder_of(&self.path)).and_then(|folder| folder.sync_all());
+        Ok(self.path.clone())
+    }
+
+    /// Closes the file, with whatever is buffered.
+    fn close(&mut self) -> Result<(), ResultError> {
+        match self.open.take() {
+            Some(open) => open
+                .close()
+                .map_err(|error| ResultError::write(&self.partial, true, &error)),
+            None => Ok(()),
+        }
+    }
+
+    fn with_open(&mut self, action: impl FnOnce(&mut Open) -> hdf5::Result<()>) -> Result<(), ResultError> {
+        let Some(open) = &mut self.open else {
+            let detail = "an earlier write failed".to_owned();
+            return Err(ResultError::Write {
+                path: self.partial.clone(),
+                detail,
+                kept: true,
+            });
+        };
+        action(open).map_err(|error| {
+            let error = ResultError::write(&self.partial, true, &error);
+            // Closing would write what is half done over what is good. Without its handles being
+            // closed HDF5 writes nothing more, not even at the end of the program.
+            std::mem::forget(self.open.take());
+            error
+        })
+    }
+
+    /// Appends a row to a table, and whatever that completes to the file.
+    fn record(&mut self, table: usize, cells: impl IntoIterator<Item = Cell>) -> Result<(), RecorderError> {
+        self.with_open(|open| {
+            if open.tables[table].push(cells) {
+                open.append_block(table)
+            } else {
+                Ok(())
+            }
+        })
+        .map_err(RecorderError::from)
+    }
+
+    /// How long the writer has existed, s.
+    pub fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
+
+impl Drop for ResultWriter {
+    fn drop(&mut self) {
+        if self.open.is_some()
+            && let Err(error) = self.flush().and_then(|()| self.close())
+        {
+            log::warn!("{error}");
+        }
+    }
+}
+
+/// Positions in `schema::tables()`.
+const TRAJECTORY: usize = 0;
+const EVENTS: usize = 1;
+const SEGMENTS: usize = 2;
+const STICK_SLIP: usize = 3;
+
+impl Recorder for ResultWriter {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        let head = [
+            Cell::F64(sample.time),
+            Cell::I8(sample.mode.code()),
+            Cell::I32(index(sample.segment)),
+        ];
+        let rest = sample
+            .state
+            .values()
+            .into_iter()
+            .chain(sample.channels.values())
+            .map(Cell::F64);
+        self.record(TRAJECTORY, head.into_iter().chain(rest))
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        let Some(open) = &self.open else {
+            return self.record(EVENTS, []);
+        };
+        let head = [
+            Cell::I32(open.tables[EVENTS].next_index()),
+            Cell::F64(event.time),
+            Cell::I8(event.kind.code()),
+            Cell::I8(event.mode_after.code()),
+            Cell::I8(Mode::sense(event.mode_after)),
+            Cell::I32(index(event.segment)),
+        ];
+        let states = event
+            .before
+            .values()
+            .into_iter()
+            .chain(event.after.values())
+            .map(Cell::F64);
+        self.record(
+            EVENTS,
+            head.into_iter().chain(states).chain([Cell::F64(event.internal_force)]),
+        )
+    }
+
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        let Some(open) = &self.open else {
+            return self.record(SEGMENTS, []);
+        };
+        let cells = [
+            Cell::I32(open.tables[SEGMENTS].next_index()),
+            Cell::F64(segment.start),
+            Cell::F64(segment.end),
+            Cell::I8(segment.mode.code()),
+            Cell::I8(solver_code(segment.solver)),
+            Cell::I64(count(segment.steps)),
+            Cell::I64(count(segment.rhs_evaluations)),
+            Cell::I64(count(segment.jacobian_evaluations)),
+            Cell::I64(count(segment.linear_solver_setups)),
+            Cell::I64(count(segment.error_test_failures)),
+            Cell::I64(count(segment.nonlinear_iterations)),
+            Cell::I64(count(segment.nonlinear_convergence_failures)),
+            Cell::I64(count(segment.root_evaluations)),
+            Cell::I32(index(segment.last_order)),
+            Cell::F64(segment.last_step),
+        ];
+        self.record(SEGMENTS, cells)
+    }
+}
+
+fn index(value: u32) -> i32 {
+    i32::try_from(value).unwrap_or(i32::MAX)
+}
+
+fn count(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
+}
+
+/// "erk-NAME" counts as "erk".
+fn solver_code(solver: &str) -> i8 {
+    let named = |name: &str| schema::SOLVERS.iter().find(|flag| flag.1 == name).map(|flag| flag.0);
+    named(solver)
+        .or_else(|| named(solver.split('-').next().unwrap_or_default()))
+        .unwrap_or(-1)
+}
+
+/// The HDF5 side of a writer.
+struct Open {
+    /// Before the file, so that they are dropped, and so closed, first.
+    tables: [TableWriter; 4],
+    file: hdf5::File,
+}
+
+impl Open {
+    fn create(partial: &Path, header: &Header) -> hdf5::Result<Self> {
+        let file = hdf5::File::with_options()
+            // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
+            .with_fapl(|access| access.file_locking(false))
+            // Variables in their own order, not the alphabet's.
+            .with_fcpl(|create| {
+                create
+                    .link_creation_order(LinkCreationOrder::Indexed)
+                    .obj_track_times(false)
+            })
+            .create_excl(partial)?;
+        for (name, text) in [
+            (schema::root::CONVENTIONS, schema::CONVENTIONS),
+            (schema::root::TITLE, &header.title),
+            (schema::root::SOURCE, &header.source),
+            (schema::root::HISTORY, &header.history),
+            (schema::root::REFERENCES, &header.references),
+            (schema::root::FORMAT, schema::FORMAT),
+            (schema::root::STATUS, Status::Interrupted.name()),
+        ] {
+            write_text_attribute(&file, name, text)?;
+        }
+        file.new_attr::<i32>()
+            .create(schema::root::FORMAT_VERSION)?
+            .write_scalar(&schema::FORMAT_VERSION)?;
+        let [trajectory, events, segments, stick_slip] =
+            schema::tables().map(|table| TableWriter::create(&file, &table));
+        let tables = [trajectory?, events?, segments?, stick_slip?];
+        let input = create_group(&file, schema::group::INPUT)?;
+        for (name, text, long_name) in [
+            (schema::INPUT_CASE, &header.case_text, "the case as it was given (TOML)"),
+            (
+                schema::INPUT_RESOLVED,
+                &header.resolved,
+                "every parameter in SI units (TOML)",
+            ),
+        ] {
+            let dataset = raw::write_text(&input, name, text)?;
+            write_text_attribute(&dataset, schema::attribute::UNITS, "1")?;
+            write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)?;
+        }
+        let meta = create_group(&file, schema::group::META)?;
+        for (name, value) in &header.meta {
+            match value {
+                MetaValue::Text(text) => write_text_attribute(&meta, name, text)?,
+                MetaValue::Number(number) => write_number_attribute(&meta, name, *number)?,
+            }
+        }
+        write_number_attribute(&meta, schema::META_WALL_TIME, f64::NAN)?;
+        file.flush()?;
+        Ok(Open { tables, file })
+    }
+
+    /// Appends a table that has completed a chunk. The trajectory takes the other tables along, so
+    /// that what is on disk reaches to one time.
+    fn append_block(&mut self, table: usize) -> hdf5::Result<()> {
+        if table == TRAJECTORY {
+            self.append_all()?;
+        } else {
+            self.tables[table].append()?;
+        }
+        self.file.flush()
+    }
+
+    fn append_all(&mut self) -> hdf5::Result<()> {
+        self.tables.iter_mut().try_for_each(TableWriter::append)
+    }
+
+    fn finish(&mut self, status: &Status, stick_slip: &StickSlipTable, wall_time_s: f64) -> hdf5::Result<()> {
+        let table = &mut self.tables[STICK_SLIP];
+        let rows = stick_slip
+            .stick_duration
+            .iter()
+            .zip(&stick_slip.slip_duration)
+            .zip(&stick_slip.period);
+        for ((stick, slip), period) in rows {
+            let index = table.next_index();
+            if table.push([
+                Cell::I32(index),
+                Cell::F64(*stick),
+                Cell::F64(*slip),
+                Cell::F64(*period),
+            ]) {
+                table.append()?;
+            }
+        }
+        let group = self.file.group(schema::group::STICK_SLIP)?;
+        let quantities = schema::STICK_SLIP_QUANTITIES.iter().zip(stick_slip.quantities());
+        for ((name, units, long_name), value) in quantities {
+            write_number_attribute(&group, name, value)?;
+            write_companions(&group, name, units, long_name)?;
+        }
+        for ((name, long_name), value) in schema::STICK_SLIP_COUNTS
+            .iter()
+            .zip([stick_slip.stick_count, stick_slip.slip_count])
+        {
+            group.new_attr::<i64>().create(*name)?.write_scalar(&count(value))?;
+            write_companions(&group, name, "1", long_name)?;
+        }
+        for extra in &stick_slip.extras {
+            write_number_attribute(&group, &extra.name, extra.value)?;
+            write_companions(&group, &extra.name, &extra.unit, &extra.description)?;
+        }
+        self.file
+            .group(schema::group::META)?
+            .attr(schema::META_WALL_TIME)?
+            .write_scalar(&wall_time_s)?;
+        if let Status::Failed(message) = status {
+            write_text_attribute(&self.file, schema::root::FAILURE, message)?;
+        }
+        self.append_all()?;
+        // All the rest is on disk before the file says that it is complete.
+        self.file.flush()?;
+        self.file
+            .attr(schema::root::STATUS)?
+            .write_scalar(&text_value(status.name())?)?;
+        self.file.flush()
+    }
+
+    fn close(self) -> hdf5::Result<()> {
+        drop(self.tables);
+        self.file.close()
+    }
+}
+
+/// One value of a row.
+#[derive(Debug, Clone, Copy)]
+enum Cell {
+    I8(i8),
+    I32(i32),
+    I64(i64),
+    F64(f64),
+}
+
+/// The rows of a column that are not yet in the file.
+enum Buffer {
+    I8(Vec<i8>),
+    I32(Vec<i32>),
+    I64(Vec<i64>),
+    F64(Vec<f64>),
+}
+
+impl Buffer {
+    fn new(kind: Kind, capacity: usize) -> Self {
+        match kind {
+            Kind::Int8 => Buffer::I8(Vec::with_capacity(capacity)),
+            Kind::Int32 => Buffer::I32(Vec::with_capacity(capacity)),
+            Kind::Int64 => Buffer::I64(Vec::with_capacity(capacity)),
+            Kind::Float64 => Buffer::F64(Vec::with_capacity(capacity)),
+        }
+    }
+
+    fn push(&mut self, cell: Cell) {
+        match (self, cell) {
+            (Buffer::I8(buffer), Cell::I8(value)) => buffer.push(value),
+            (Buffer::I32(buffer), Cell::I32(value)) => buffer.push(value),
+            (Buffer::I64(buffer), Cell::I64(value)) => buffer.push(value),
+            (Buffer::F64(buffer), Cell::F64(value)) => buffer.push(value),
+            (_, cell) => unreachable!("{cell:?} is not what the schema has in this column"),
+        }
+    }
+
+    /// Writes the rows to `dataset` from row `start` on, and forgets them.
+    fn append(&mut self, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
+        fn append<T: hdf5::H5Type>(rows: &mut Vec<T>, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
+            let end = start + rows.len();
+            dataset.resize([end])?;
+            dataset.write_slice(&rows[..], start..end)?;
+            rows.clear();
+            Ok(())
+        }
+        match self {
+            Buffer::I8(rows) => append(rows, dataset, start),
+            Buffer::I32(rows) => append(rows, dataset, start),
+            Buffer::I64(rows) => append(rows, dataset, start),
+            Buffer::F64(rows) => append(rows, dataset, start),
+        }
+    }
+}
+
+/// A group of columns that grow together.
+struct TableWriter {
+    columns: Vec<(Dataset, Buffer)>,
+    chunk: usize,
+    written: usize,
+    buffered: usize,
+}
+
+impl TableWriter {
+    fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
+        let group = create_group(file, table.group)?;
+        let mut columns: Vec<(Dataset, Buffer)> = Vec::with_capacity(table.variables.len());
+        for variable in &table.variables {
+            let dataset = create_variable(&group, variable, table.chunk)?;
+            match columns.first() {
+                None => raw::set_scale(&dataset, &variable.name)?,
+                Some((scale, _)) => raw::attach_scale(&dataset, scale)?,
+            }
+            columns.push((dataset, Buffer::new(variable.kind, table.chunk)));
+        }
+        Ok(TableWriter {
+            columns,
+            chunk: table.chunk,
+            written: 0,
+            buffered: 0,
+        })
+    }
+
+    fn next_index(&self) -> i32 {
+        i32::try_from(self.written + self.buffered).unwrap_or(i32::MAX)
+    }
+
+    /// Buffers a row; true if it is the last of a chunk.
+    fn push(&mut self, cells: impl IntoIterator<Item = Cell>) -> bool {
+        let mut cells = cells.into_iter();
+        for ((_, buffer), cell) in self.columns.iter_mut().zip(&mut cells) {
+            buffer.push(cell);
+        }
+        self.buffered += 1;
+        (self.written + self.buffered).is_multiple_of(self.chunk)
+    }
+
+    /// Writes what is buffered.
+    fn append(&mut self) -> hdf5::Result<()> {
+        if self.buffered > 0 {
+            for (dataset, buffer) in &mut self.columns {
+                buffer.append(dataset, self.written)?;
+            }
+            self.written += self.buffered;
+            self.buffered = 0;
+        }
+        Ok(())
+    }
+}
+
+fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
+    parent
+        .create_group_builder()
+        .with_gcpl(|create| {
+            create
+                .link_creation_order(LinkCreationOrder::Indexed)
+                .obj_track_times(false)
+        })
+        .create(name)
+}
+
+fn create_variable(group: &Group, variable: &Variable, chunk: usize) -> hdf5::Result<Dataset> {
+    let builder = group
+        .new_dataset_builder()
+        .obj_track_times(false)
+        .shuffle()
+        .deflate(DEFLATE_LEVEL)
+        .fletcher32()
+        .chunk(chunk)
+        // No cache: a block goes to new space at the end of the file at once, which no metadata on
+        // disk refers to yet, and the flush that follows has only metadata to write.
+        .chunk_cache(1, 0, 0.0);
+    let dataset = match variable.kind {
+        Kind::Int8 => builder.empty::<i8>(),
+        Kind::Int32 => builder.empty::<i32>(),
+        Kind::Int64 => builder.empty::<i64>(),
+        Kind::Float64 => builder.empty::<f64>(),
+    }
+    .shape(0..)
+    .create(variable.name.as_str())?;
+    write_text_attribute(&dataset, schema::attribute::UNITS, variable.units)?;
+    write_text_attribute(&dataset, schema::attribute::LONG_NAME, &variable.long_name)?;
+    if !variable.flags.is_empty() {
+        let (values, meanings): (Vec<i8>, Vec<&str>) = variable.flags.iter().copied().unzip();
+        dataset
+            .new_attr_builder()
+            .with_data(&values[..])
+            .create(schema::attribute::FLAG_VALUES)?;
+        write_text_attribute(&dataset, schema::attribute::FLAG_MEANINGS, &meanings.join(" "))?;
+    }
+    Ok(dataset)
+}
+
+fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
+    write_text_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
+    write_text_attribute(
+        location,
+        &format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
+        long_name,
+    )
+}
+
+fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
+    location.new_attr::<f64>().create(name)?.write_scalar(&value)
+}
+
+fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
+    location
+        .new_attr::<VarLenUnicode>()
+        .create(name)?
+        .write_scalar(&text_value(text)?)
+}
+
+fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
+    // A C string ends at its first NUL.
+    text.replace('\0', " ")
+        .parse()
+        .map_err(|error| format!("not a text for HDF5: {error:?}").into())
+}
