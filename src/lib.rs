@@ -17,7 +17,11 @@
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
 //! | [`cli`] | arguments to validated options to a call |
 
+pub mod analysis;
 pub mod case;
+pub mod cli;
+pub mod hybrid;
 pub mod model;
 pub mod results;
 pub mod simulation;
+pub mod sundials;

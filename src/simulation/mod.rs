@@ -1,7 +1,149 @@
 //! The brake run by the automaton: which solver where, and what is recorded.
 
+pub mod brake;
 pub mod options;
+pub mod plan;
 pub mod record;
+pub mod rules;
+pub mod sampling;
+
+mod observer;
 
 pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
+
+use crate::hybrid::{self, Limits, RunError, Start};
+use crate::model::torsion::{DIMENSION, index::RELATIVE_VELOCITY};
+use crate::model::{Mode, Parameters};
+use brake::Brake;
+use observer::Recording;
+use plan::Plan;
+use rules::BrakeRules;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// s.
+    pub time: f64,
+    pub mode: Mode,
+    /// Events of the mode word so far.
+    pub events: usize,
+}
+
+/// What is left of a run in memory: everything else went to the recorder.
+#[derive(Debug, Clone, Default)]
+pub struct RunReport {
+    /// Where it ended, s.
+    pub end: f64,
+    /// Ended early by the control.
+    pub interrupted: bool,
+    pub events: Vec<Event>,
+    /// Solver work, one row for each solver used.
+    pub work: Vec<SolverWork>,
+    /// Largest |residual| of the energy balance at samples and events, J.
+    pub energy_residual: f64,
+    /// Total energy at the start, J.
+    pub initial_energy: f64,
+    /// Kicks set at an instability that never came.
+    pub kicks_never_given: usize,
+}
+
+/// What one solver did in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolverWork {
+    pub solver: &'static str,
+    pub segments: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    pub steps: u64,
+    pub rhs_evaluations: u64,
+    pub jacobian_evaluations: u64,
+}
+
+/// A run that failed, with what it had computed.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}")]
+pub struct RunFailure {
+    #[source]
+    pub error: RunError,
+    pub report: RunReport,
+}
+
+/// This many transitions within a twentieth of the natural period are chattering.
+const CHATTER_COUNT: usize = 32;
+
+/// Integrates one case from t = 0 to the end time of `output`.
+///
+/// Rows go to `recorder` in order of time. `control` is asked now and then; `Break` ends the run in good order.
+///
+/// # Errors
+/// Solver failures, chattering, an exhausted event budget, or an error of the recorder, each with time and mode.
+pub fn simulate(
+    parameters: &Parameters,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    recorder: &mut dyn Recorder,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, Box<RunFailure>> {
+    let brake = Arc::new(Brake::new(parameters));
+    let plan = Plan::new(parameters, brake.axial.largest_force(), solver);
+    let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
+    let mut state = vec![0.0; DIMENSION];
+    state[RELATIVE_VELOCITY] = parameters.initial.speed;
+    let location = rules.initial_location(&state);
+    let mut recording = Recording::new(&brake, parameters, output, recorder, control, &state);
+    let start = Start { time: 0.0, location, state };
+    let limits = Limits { max_events: solver.max_events, chatter_count: CHATTER_COUNT };
+    let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
+    let mut report = recording.into_report();
+    report.kicks_never_given = rules.kicks_never_given();
+    match result {
+        Ok(finish) => {
+            report.end = finish.time;
+            report.interrupted = finish.interrupted;
+            Ok(report)
+        }
+        Err(error) => Err(Box::new(RunFailure { error, report })),
+    }
+}
+
+/// A recorder that keeps nothing.
+#[derive(Debug, Default)]
+pub struct NoRecorder;
+
+impl Recorder for NoRecorder {
+    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn event(&mut self, _: &Event) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
+
+/// A recorder that keeps everything in memory: for tests and short runs.
+#[derive(Debug, Default)]
+pub struct MemoryRecorder {
+    pub samples: Vec<Sample>,
+    pub events: Vec<Event>,
+    pub segments: Vec<Segment>,
+}
+
+impl Recorder for MemoryRecorder {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.samples.push(*sample);
+        Ok(())
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.events.push(*event);
+        Ok(())
+    }
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.segments.push(segment.clone());
+        Ok(())
+    }
+}

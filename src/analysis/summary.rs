@@ -1,0 +1,128 @@
+//! The headline of a run.
+
+use super::{Growth, StickSlip};
+use crate::model::Parameters;
+use crate::model::torsion::TorsionModel;
+use crate::simulation::{RunReport, SolverWork};
+use crate::sundials::SolverError;
+use serde::Serialize;
+
+/// Growth in e-folds that lifts the rounding of a double to the size of the sliding speed: ln(2^53) is 36.7, and a
+/// perturbation a thousand times above the rounding still leaves three digits.
+const NOISE_E_FOLDS: f64 = 30.0;
+
+/// What a run comes to; times in s, lengths in m, energies in J.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    pub end: f64,
+    pub events: usize,
+    pub sticks: usize,
+    pub slips: usize,
+    pub onset_time: Option<f64>,
+    pub final_stick_time: Option<f64>,
+    pub first_stick_duration: Option<f64>,
+    pub last_stick_duration: Option<f64>,
+    pub stick_duration_range: Option<(f64, f64)>,
+    pub first_slip_duration: Option<f64>,
+    pub last_slip_duration: Option<f64>,
+    pub slip_duration_range: Option<(f64, f64)>,
+    pub first_period: Option<f64>,
+    pub last_period: Option<f64>,
+    pub natural_period: f64,
+    /// Static axial displacement F/k_e under the largest force, m.
+    pub axial_displacement: f64,
+    pub instability_time: Option<f64>,
+    pub growth_exponent: Option<f64>,
+    pub e_folds_gained: Option<f64>,
+    pub energy_residual: f64,
+    /// Relative to the energy at the start.
+    pub energy_residual_relative: f64,
+    /// The onset is amplified rounding: no kick stands far enough above it.
+    pub noise_determined: bool,
+    pub kicks_never_given: usize,
+    pub interrupted: bool,
+    pub work: Vec<SolverWorkRow>,
+    #[serde(skip)]
+    pub stick_slip: StickSlip,
+}
+
+/// What one solver did.
+#[derive(Debug, Clone, Serialize)]
+pub struct SolverWorkRow {
+    pub solver: &'static str,
+    pub segments: u64,
+    pub simulated_time: f64,
+    pub steps: u64,
+    pub rhs_evaluations: u64,
+    pub jacobian_evaluations: u64,
+}
+
+impl From<&SolverWork> for SolverWorkRow {
+    fn from(w: &SolverWork) -> Self {
+        SolverWorkRow {
+            solver: w.solver,
+            segments: w.segments,
+            simulated_time: w.time,
+            steps: w.steps,
+            rhs_evaluations: w.rhs_evaluations,
+            jacobian_evaluations: w.jacobian_evaluations,
+        }
+    }
+}
+
+impl Summary {
+    /// # Errors
+    /// If the smooth path of the growth exponent cannot be integrated.
+    pub fn of_run(parameters: &Parameters, report: &RunReport) -> Result<Summary, SolverError> {
+        let stick_slip = StickSlip::from_events(&report.events);
+        let growth = Growth::of_run(parameters, &report.events, report.end)?;
+        let cycles = &stick_slip.cycles;
+        let range = |f: fn(&super::Cycle) -> f64| {
+            let (low, high) = cycles.iter().map(f).fold((f64::INFINITY, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
+            (!cycles.is_empty()).then_some((low, high))
+        };
+        let largest_force =
+            crate::model::axial::AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
+        Ok(Summary {
+            end: report.end,
+            events: report.events.len(),
+            sticks: stick_slip.stick_count,
+            slips: stick_slip.slip_count,
+            onset_time: stick_slip.onset_time,
+            final_stick_time: stick_slip.final_stick_time,
+            first_stick_duration: cycles.first().map(|c| c.stick_duration),
+            last_stick_duration: cycles.last().map(|c| c.stick_duration),
+            stick_duration_range: range(|c| c.stick_duration),
+            first_slip_duration: cycles.first().map(|c| c.slip_duration),
+            last_slip_duration: cycles.last().map(|c| c.slip_duration),
+            slip_duration_range: range(|c| c.slip_duration),
+            first_period: stick_slip.first_period(),
+            last_period: stick_slip.last_period(),
+            natural_period: TorsionModel::new(parameters).natural_period(),
+            axial_displacement: largest_force / parameters.axial.stiffness,
+            instability_time: growth.map(|g| g.instability),
+            growth_exponent: growth.map(|g| g.exponent),
+            e_folds_gained: growth.and_then(|g| g.from_kick),
+            energy_residual: report.energy_residual,
+            energy_residual_relative: if report.initial_energy > 0.0 {
+                report.energy_residual / report.initial_energy
+            } else {
+                report.energy_residual
+            },
+            noise_determined: growth.is_some_and(|g| noise_determined(&g)),
+            kicks_never_given: report.kicks_never_given,
+            interrupted: report.interrupted,
+            work: report.work.iter().map(SolverWorkRow::from).collect(),
+            stick_slip,
+        })
+    }
+}
+
+/// Noise starts to grow at the instability, a kick where it is given: the onset belongs to the noise where there is no
+/// kick, or where the noise has already grown past it.
+fn noise_determined(growth: &Growth) -> bool {
+    match growth.before_kick {
+        None => growth.exponent > NOISE_E_FOLDS,
+        Some(before) => before > NOISE_E_FOLDS,
+    }
+}

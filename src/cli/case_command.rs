@@ -1,0 +1,41 @@
+//! `stickslip case`.
+
+use super::arguments::{CaseOptions, Common};
+use super::{CommandError, End, print, print_json, terminal};
+use crate::case::{Case, CaseError, CaseSource, builtin};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Listed {
+    name: &'static str,
+    title: String,
+}
+
+/// Prints a built-in case, or lists them.
+pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
+    let input = |error: CaseError| CommandError::Input(error.to_string());
+    if let Some(name) = &options.name {
+        let source = CaseSource::built_in(name).map_err(input)?;
+        if common.json {
+            print_json(&serde_json::json!({ "name": name, "text": source.text }))?;
+        } else {
+            print(&source.text)?;
+        }
+        return Ok(End::Done);
+    }
+    let mut listed = Vec::new();
+    for built_in in builtin::CASES {
+        let source = CaseSource::built_in(built_in.name).map_err(input)?;
+        listed.push(Listed { name: built_in.name, title: Case::parse(&source, &[]).map_err(input)?.title });
+    }
+    if common.json {
+        print_json(&listed)?;
+    } else {
+        let mut table = terminal::table(&["case", "title"]);
+        for case in &listed {
+            table.add_row([case.name, &case.title]);
+        }
+        print(&format!("{table}\n"))?;
+    }
+    Ok(End::Done)
+}

@@ -1,0 +1,94 @@
+//! The command line: arguments to validated options to a call.
+
+mod arguments;
+mod case_command;
+mod inspect;
+mod progress;
+mod provenance;
+mod run;
+mod terminal;
+
+pub use arguments::{Arguments, Refusal};
+
+use arguments::Command;
+use std::process::ExitCode;
+
+/// How a command ended that did what it was asked, as far as it was let.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    Done,
+    /// By Ctrl-C or a termination signal, with what was computed saved.
+    Interrupted,
+}
+
+impl End {
+    pub fn exit_code(self) -> ExitCode {
+        match self {
+            End::Done => ExitCode::SUCCESS,
+            End::Interrupted => ExitCode::from(130),
+        }
+    }
+}
+
+/// Why a command failed; what is printed is one short paragraph.
+#[derive(Debug)]
+pub enum CommandError {
+    /// Wrong usage or input: exit status 2.
+    Input(String),
+    /// The computation failed: exit status 1.
+    Computation(String),
+}
+
+impl CommandError {
+    pub fn report(&self) -> ExitCode {
+        let (text, status) = match self {
+            CommandError::Input(text) => (text, 2),
+            CommandError::Computation(text) => (text, 1),
+        };
+        complain(text);
+        ExitCode::from(status)
+    }
+}
+
+/// Runs a command.
+///
+/// # Errors
+/// Wrong input, or a computation that failed.
+pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
+    let Arguments { command, common } = arguments;
+    let level = match (common.quiet, common.verbose) {
+        (true, _) => log::LevelFilter::Error,
+        (false, 0) => log::LevelFilter::Warn,
+        (false, 1) => log::LevelFilter::Info,
+        (false, _) => log::LevelFilter::Debug,
+    };
+    env_logger::Builder::new().filter_level(level).format_target(false).format_timestamp(None).init();
+    match command {
+        Command::Run(options) => run::run(&options, &common),
+        Command::Inspect(options) => inspect::inspect(&options, &common),
+        Command::Case(options) => case_command::case(&options, &common),
+    }
+}
+
+/// Writes to standard output; a reader that has gone away (`stickslip case paper | head`) is no error.
+fn print(text: &str) -> Result<(), CommandError> {
+    use std::io::Write;
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(CommandError::Computation(format!("writing to standard output failed: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Says something on standard error; if that is closed there is nobody left to tell.
+fn complain(text: &str) {
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("stickslip: {text}\n").as_bytes());
+}
+
+/// One JSON document on standard output.
+fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
+    let text = serde_json::to_string_pretty(document)
+        .map_err(|error| CommandError::Computation(format!("writing JSON failed: {error}")))?;
+    print(&(text + "\n"))
+}

@@ -1,0 +1,261 @@
+//! `stickslip run`.
+
+use super::arguments::{Common, RunOptions};
+use super::progress::RunBar;
+use super::{CommandError, End, complain, print, print_json, provenance, terminal};
+use crate::analysis::Summary;
+use crate::case::{Case, CaseError, CaseSource, Origin, Override};
+use crate::hybrid::RunError;
+use crate::results::{Extra, Header, Overwrite, ResultError, ResultFile, ResultWriter, Status, StickSlipTable};
+use crate::simulation::{RunFailure, RunReport, simulate};
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
+                          Vibration, 2016, article 9275147";
+
+/// What is to be run: where it is from, and what it says.
+struct Input {
+    source: CaseSource,
+    case: Case,
+    /// The case text for /input/case: that of the first run, if one is repeated.
+    text: String,
+    /// Files that must not be overwritten.
+    files: Vec<PathBuf>,
+}
+
+/// The JSON document of a run.
+#[derive(Serialize)]
+struct RunDocument<'a> {
+    status: &'a str,
+    file: String,
+    case: String,
+    title: &'a str,
+    method: &'a str,
+    rtol: f64,
+    wall_time: f64,
+    summary: Option<&'a Summary>,
+    warnings: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+}
+
+/// Integrates one case into a result file and reports it.
+pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandError> {
+    let Input { source, case, text, files } = read_input(options)?;
+    let path = options.output.clone().unwrap_or_else(|| default_output(&source));
+    let overwrite = if options.force { Overwrite::Force } else { Overwrite::OwnResults };
+    let started = provenance::now();
+    let header = Header {
+        title: case.title.clone(),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("{started} {}", provenance::command_line()),
+        case_text: text,
+        resolved: case.resolved(),
+        meta: provenance::meta(&case.solver, &started),
+    };
+    let mut writer = ResultWriter::create(&path, overwrite, &files, &header).map_err(bad_file)?;
+    let stop = interrupt_flag()?;
+    let bar = RunBar::new(common, case.output.end_time);
+    let clock = Instant::now();
+    log::info!("{}: method {}, rtol {:e}", source.label(), case.solver.method.name(), case.solver.rtol);
+    let result = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |progress| {
+        bar.show(progress);
+        if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    bar.finish();
+    let (report, failure) = match result {
+        Ok(report) => (report, None),
+        Err(failure) => {
+            let RunFailure { error, report } = *failure;
+            (report, Some(error))
+        }
+    };
+    let (summary, unsummarised) = match Summary::of_run(&case.parameters, &report) {
+        Ok(summary) => (Some(summary), None),
+        Err(error) => (None, Some(format!("the growth exponent could not be computed: {error}"))),
+    };
+    let mut warnings = summary.as_ref().map_or_else(Vec::new, |s| warnings(s, &case));
+    warnings.extend(unsummarised);
+    let status = match &failure {
+        Some(error) => Status::Failed(error.to_string()),
+        None if report.interrupted => Status::Interrupted,
+        None => Status::Complete,
+    };
+    let status_name = status.name();
+    let table = summary.as_ref().map_or_else(StickSlipTable::default, stick_slip_table);
+    let wall_time = clock.elapsed().as_secs_f64();
+    let file = writer
+        .finish(status, &table, wall_time)
+        .map_err(|error| CommandError::Computation(error.to_string()))?;
+    if common.json {
+        print_json(&RunDocument {
+            status: status_name,
+            file: file.display().to_string(),
+            case: source.label(),
+            title: &case.title,
+            method: case.solver.method.name(),
+            rtol: case.solver.rtol,
+            wall_time,
+            summary: summary.as_ref(),
+            warnings: &warnings,
+            error: failure.as_ref().map(ToString::to_string),
+        })?;
+    } else if !common.quiet && failure.is_none() {
+        let beside_paper = source.origin == Origin::BuiltIn(crate::case::builtin::DEFAULT.to_owned());
+        if let Some(summary) = &summary {
+            print(&terminal::run_report(&case, summary, beside_paper, wall_time))?;
+        }
+        print(&format!("\n{}\n", file.display()))?;
+    }
+    if !common.quiet {
+        for warning in &warnings {
+            complain(&format!("warning: {warning}"));
+        }
+    }
+    finish(failure.as_ref(), &report, &file, common.quiet)
+}
+
+fn finish(failure: Option<&RunError>, report: &RunReport, file: &Path, quiet: bool) -> Result<End, CommandError> {
+    match failure {
+        // An error of the result file names the file itself.
+        Some(RunError::Observer(error)) => Err(CommandError::Computation(error.to_string())),
+        Some(error) => Err(CommandError::Computation(format!(
+            "{error}. What was computed until then is in {}",
+            file.display()
+        ))),
+        None if report.interrupted => {
+            if !quiet {
+                let (end, file) = (report.end, file.display());
+                complain(&format!("interrupted at t = {end:.9} s; what was computed is saved in {file}"));
+            }
+            Ok(End::Interrupted)
+        }
+        None => Ok(End::Done),
+    }
+}
+
+fn bad_case(error: CaseError) -> CommandError {
+    CommandError::Input(error.to_string())
+}
+
+fn bad_file(error: ResultError) -> CommandError {
+    CommandError::Input(error.to_string())
+}
+
+/// The case from a file, a result file or the built-in ones, with its overrides.
+fn read_input(options: &RunOptions) -> Result<Input, CommandError> {
+    let path = Path::new(&options.case);
+    let mut files = Vec::new();
+    let mut text = None;
+    let source = if path.is_file() && is_hdf5(path) {
+        let file = ResultFile::open(path).map_err(bad_file)?;
+        text = Some(file.case_text().map_err(bad_file)?);
+        CaseSource::result(path, file.resolved().map_err(bad_file)?)
+    } else if path.exists() || looks_like_a_path(&options.case) {
+        CaseSource::file(path).map_err(bad_case)?
+    } else {
+        CaseSource::built_in(&options.case).map_err(bad_case)?
+    };
+    if path.exists() {
+        files.push(path.to_owned());
+    }
+    let mut overrides = Vec::with_capacity(options.set.len() + 1);
+    for setting in &options.set {
+        overrides.push(Override::parse(setting).map_err(bad_case)?);
+    }
+    if let Some(method) = &options.method {
+        overrides.push(Override::parse(&format!("solver.method={method}")).map_err(bad_case)?);
+    }
+    let case = Case::parse(&source, &overrides).map_err(bad_case)?;
+    let text = text.unwrap_or_else(|| source.text.clone());
+    Ok(Input { source, case, text, files })
+}
+
+fn looks_like_a_path(name: &str) -> bool {
+    name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
+}
+
+/// By the signature, as HDF5 files may have any name.
+fn is_hdf5(path: &Path) -> bool {
+    use std::io::Read;
+    let mut head = [0u8; 8];
+    std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head)).is_ok() && head == *b"\x89HDF\r\n\x1a\n"
+}
+
+fn default_output(source: &CaseSource) -> PathBuf {
+    let name = source.name();
+    PathBuf::from(match source.origin {
+        Origin::Result(_) => format!("{name}.repeat.h5"),
+        _ => format!("{name}.h5"),
+    })
+}
+
+/// A flag that Ctrl-C and a termination signal set; the run then ends in good order.
+fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let setter = flag.clone();
+    ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
+        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
+    Ok(flag)
+}
+
+fn warnings(summary: &Summary, case: &Case) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if summary.noise_determined {
+        let g = summary.growth_exponent.unwrap_or(0.0);
+        let why = if case.parameters.perturbations.is_empty() {
+            "no perturbation is set"
+        } else {
+            "no perturbation is given before rounding errors have grown past it"
+        };
+        warnings.push(format!(
+            "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
+             t = {:.6} s, and until the first stick whatever deviates from smooth sliding grows by e^{g:.0} (growth \
+             exponent G = {g:.1}); {why}, so the onset, the counts and every event after it belong to this solver \
+             and this tolerance, and change with both. For a result that converges set a perturbation well above \
+             rounding, such as \
+             --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
+            summary.instability_time.unwrap_or(f64::NAN),
+        ));
+    }
+    if summary.kicks_never_given > 0 {
+        warnings.push(format!(
+            "{} of the kicks set at the instability never came: steady sliding did not lose its stability before the \
+             first stick",
+            summary.kicks_never_given,
+        ));
+    }
+    warnings
+}
+
+fn stick_slip_table(summary: &Summary) -> StickSlipTable {
+    let cycles = &summary.stick_slip.cycles;
+    let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    StickSlipTable {
+        stick_duration: cycles.iter().map(|c| c.stick_duration).collect(),
+        slip_duration: cycles.iter().map(|c| c.slip_duration).collect(),
+        period: cycles.iter().map(|c| c.period).collect(),
+        onset_time: missing(summary.onset_time),
+        final_stick_time: missing(summary.final_stick_time),
+        stick_count: summary.sticks as u64,
+        slip_count: summary.slips as u64,
+        first_period: missing(summary.first_period),
+        last_period: missing(summary.last_period),
+        natural_period: summary.natural_period,
+        growth_exponent: missing(summary.growth_exponent),
+        e_folds_gained: missing(summary.e_folds_gained),
+        energy_residual_max: summary.energy_residual,
+        extras: vec![Extra {
+            name: "instability_time".to_owned(),
+            unit: "s".to_owned(),
+            description: "when steady sliding loses its stability".to_owned(),
+            value: missing(summary.instability_time),
+        }],
+    }
+}

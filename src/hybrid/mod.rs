@@ -1,0 +1,164 @@
+//! The event automaton: modes, guards and transitions, generic over the model.
+//!
+//! A hybrid system is in one *location* at a time. In it the equations are smooth; *guards* are functions whose sign
+//! change ends it; *time events* end it at times known beforehand. The model says what each of them does to location
+//! and state ([`Dynamics`] and [`Rules`]); [`run`] hands each segment to a solver, restarts at every transition, and
+//! streams samples, events and segments to an [`Observer`].
+//!
+//! Three conventions carry the weight:
+//!
+//! * Each segment has its own clock that starts at zero. A root is located relative to the clock, so that its resolution
+//!   is that of the segment's length and not of seconds since the start.
+//! * A guard counts as being on its allowed side at the very start of a segment, whatever rounding says. A guard that
+//!   just fired therefore cannot fire again by itself, a tangential departure (zero value, zero slope) is no root, and
+//!   neither time nor state is nudged. A guard that truly stands beyond its boundary fires within the first step.
+//! * Time events are stop times of the solver: no step crosses one.
+
+mod run;
+mod solver;
+
+pub use run::{Finish, Limits, RunError, Start, run};
+pub use solver::{ChosenSolver, SolverKind};
+
+use nalgebra::DMatrixViewMut;
+use std::fmt::Debug;
+use std::ops::ControlFlow;
+
+pub use crate::sundials::Direction;
+
+/// A function whose zero ends a segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guard {
+    /// For messages.
+    pub name: &'static str,
+    /// The crossing that fires it.
+    pub direction: Direction,
+}
+
+/// How a segment solved in closed form ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ClosedEnd {
+    /// The guard of this index fires `after` (s) from the segment's start.
+    Guard { after: f64, index: usize },
+    /// No guard fires within the time asked for.
+    None,
+}
+
+/// The smooth equations and guards of each location. Immutable: solvers share it.
+pub trait Dynamics: Send + Sync + 'static {
+    type Location: Copy + PartialEq + Debug + Send + 'static;
+
+    fn dimension(&self) -> usize;
+
+    /// dy/dt, smooth within a location and a little beyond its guards.
+    fn rhs(&self, location: &Self::Location, t: f64, y: &[f64], dydt: &mut [f64]);
+
+    /// Writes the dense Jacobian into a zeroed matrix.
+    fn jacobian(&self, location: &Self::Location, t: f64, y: &[f64], jacobian: DMatrixViewMut<'_, f64>);
+
+    fn guards(&self, location: &Self::Location) -> &'static [Guard];
+
+    /// One value for each of [`Self::guards`].
+    fn guard_values(&self, location: &Self::Location, t: f64, y: &[f64], values: &mut [f64]);
+
+    /// Where the location has a closed form: the state `tau` (s) after the state `y` at `t`.
+    fn closed_state(&self, _location: &Self::Location, _t: f64, _y: &[f64], _tau: f64, _out: &mut [f64]) {
+        unimplemented!("this location has no closed form")
+    }
+
+    /// Where the location has a closed form: when its first guard fires.
+    fn closed_end(&self, _location: &Self::Location, _t: f64, _y: &[f64], _within: f64) -> ClosedEnd {
+        unimplemented!("this location has no closed form")
+    }
+
+    /// The location in words, for messages.
+    fn describe(&self, location: &Self::Location) -> String {
+        format!("{location:?}")
+    }
+}
+
+/// One step of what happens at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transition<K, L> {
+    /// What to record; `None` for a change that is none of the user's business.
+    pub kind: Option<K>,
+    pub location: L,
+    /// State after it.
+    pub state: Vec<f64>,
+}
+
+/// What guards and time events do. It may remember (which kick is next, whether the first stick has been).
+pub trait Rules<D: Dynamics> {
+    type Kind: Copy + Debug;
+
+    /// The next instant, not before `t`, at which something happens by the clock.
+    fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64>;
+
+    /// What happens at that instant; called exactly at the time that was named, and must make progress.
+    fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<Self::Kind, D::Location>>;
+
+    /// What happens when guards fire; `fired` holds indices into [`Dynamics::guards`], simultaneous ones together.
+    fn at_guards(
+        &mut self,
+        location: &D::Location,
+        t: f64,
+        y: &[f64],
+        fired: &[usize],
+    ) -> Vec<Transition<Self::Kind, D::Location>>;
+
+    /// Which solver integrates a location, with which tolerances and step bound.
+    fn solver(&self, location: &D::Location) -> ChosenSolver;
+
+    /// Whether a transition counts against the budget and for the chattering test.
+    fn counts(&self, kind: &Self::Kind) -> bool;
+
+    /// So many transitions as [`Limits::chatter_count`] within this time (s) are chattering.
+    fn chatter_window(&self) -> f64;
+}
+
+/// A segment that has ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SegmentReport<L> {
+    pub start: f64,
+    pub end: f64,
+    pub location: L,
+    pub solver: SolverKind,
+    pub counters: crate::sundials::Counters,
+}
+
+/// An error from an observer.
+pub type ObserverError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Takes the run as it is computed.
+pub trait Observer<L, K> {
+    /// The next time at which a sample is wanted; infinite if none.
+    fn next_sample_time(&self) -> f64;
+
+    /// The state at [`Self::next_sample_time`] (which must then move on).
+    fn sample(&mut self, t: f64, location: &L, y: &[f64]) -> Result<(), ObserverError>;
+
+    /// Whether [`Self::step`] is wanted.
+    fn wants_steps(&self) -> bool {
+        false
+    }
+
+    /// The state at the end of a solver's step.
+    fn step(&mut self, _t: f64, _location: &L, _y: &[f64]) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    fn event(
+        &mut self,
+        t: f64,
+        kind: K,
+        before: (&L, &[f64]),
+        after: (&L, &[f64]),
+    ) -> Result<(), ObserverError>;
+
+    fn segment(&mut self, report: &SegmentReport<L>) -> Result<(), ObserverError>;
+
+    /// Called now and then with how far the run is; `Break` ends it.
+    fn progress(&mut self, _t: f64, _location: &L) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}

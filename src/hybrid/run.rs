@@ -1,0 +1,328 @@
+//! The loop: segment after segment, until the end.
+
+use super::solver::{ChosenSolver, Pool, SolverKind};
+use super::{ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Transition};
+use crate::sundials::{Counters, Outcome, SolverError, Task};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Where a run starts.
+#[derive(Debug, Clone)]
+pub struct Start<L> {
+    pub time: f64,
+    pub location: L,
+    pub state: Vec<f64>,
+}
+
+/// What ends a run that does not get on.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// Most counted transitions.
+    pub max_events: usize,
+    /// This many counted transitions within [`Rules::chatter_window`] are chattering.
+    pub chatter_count: usize,
+}
+
+/// Where a run ended.
+#[derive(Debug, Clone)]
+pub struct Finish<L> {
+    pub time: f64,
+    pub location: L,
+    pub state: Vec<f64>,
+    /// Ended early by the observer.
+    pub interrupted: bool,
+}
+
+/// Why a run failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    #[error("{solver} failed at t = {time:.12} s in {location}: {source}. Try a smaller solver.rtol, a solver.max_step, or another solver.method")]
+    Solver { solver: &'static str, time: f64, location: String, source: SolverError },
+    #[error(
+        "chattering at t = {time:.12} s: {count} transitions within {window:.1e} s, the last from {location} by the guard \"{guard}\". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and contact.breakaway_test = \"transmitted\" is free of it"
+    )]
+    Chattering { time: f64, count: usize, window: f64, location: String, guard: String },
+    #[error(
+        "the event budget of {budget} transitions is used up at t = {time:.12} s, the last from {location} by the guard \"{guard}\". Raise solver.max_events if so many are expected"
+    )]
+    TooManyEvents { time: f64, budget: usize, location: String, guard: String },
+    #[error("the state is not finite at t = {time:.12} s in {location}: component {component} is {value}")]
+    NotFinite { time: f64, location: String, component: usize, value: f64 },
+    #[error(transparent)]
+    Observer(ObserverError),
+}
+
+/// How a segment ended.
+enum SegmentEnd {
+    /// Guards fired.
+    Guards(Vec<usize>),
+    /// It reached its stop time.
+    Stop,
+    /// The observer asked for an end.
+    Interrupted,
+}
+
+/// Integrates from `start` to `end_time`.
+pub fn run<D, R, O>(
+    dynamics: &Arc<D>,
+    rules: &mut R,
+    start: Start<D::Location>,
+    end_time: f64,
+    limits: Limits,
+    observer: &mut O,
+) -> Result<Finish<D::Location>, RunError>
+where
+    D: Dynamics,
+    R: Rules<D>,
+    O: Observer<D::Location, R::Kind>,
+{
+    let mut run = Run {
+        dynamics: dynamics.clone(),
+        pool: Pool::new(dynamics.clone()),
+        observer,
+        limits,
+        counted: 0,
+        recent: VecDeque::with_capacity(limits.chatter_count + 1),
+        time: start.time,
+        location: start.location,
+        state: start.state,
+        sample: vec![0.0; dynamics.dimension()],
+    };
+    let interrupted = run.to(end_time, rules)?;
+    Ok(Finish { time: run.time, location: run.location, state: run.state, interrupted })
+}
+
+struct Run<'a, D: Dynamics, O> {
+    dynamics: Arc<D>,
+    pool: Pool<D>,
+    observer: &'a mut O,
+    limits: Limits,
+    counted: usize,
+    /// Times of the last counted transitions.
+    recent: VecDeque<f64>,
+    time: f64,
+    location: D::Location,
+    state: Vec<f64>,
+    /// Scratch for interpolated states.
+    sample: Vec<f64>,
+}
+
+impl<D: Dynamics, O> Run<'_, D, O> {
+    fn to<R>(&mut self, end_time: f64, rules: &mut R) -> Result<bool, RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        loop {
+            let mut stop = end_time;
+            while let Some(next) = rules.next_time_event(&self.location, self.time) {
+                if next > self.time {
+                    stop = stop.min(next);
+                    break;
+                }
+                let transitions = rules.at_time_event(&self.location, self.time, &self.state);
+                self.apply(rules, transitions, "a time event")?;
+            }
+            if self.time >= end_time {
+                break;
+            }
+            let chosen = rules.solver(&self.location);
+            let (start, location) = (self.time, self.location);
+            let (end, counters) = match chosen.kind {
+                SolverKind::ClosedForm => (self.closed_segment::<R>(stop)?, Counters::default()),
+                _ => self.solved_segment::<R>(&chosen, stop)?,
+            };
+            let report = SegmentReport { start, end: self.time, location, solver: chosen.kind, counters };
+            self.observer.segment(&report).map_err(RunError::Observer)?;
+            match end {
+                SegmentEnd::Stop => {}
+                SegmentEnd::Interrupted => return Ok(true),
+                SegmentEnd::Guards(fired) => {
+                    let transitions = rules.at_guards(&self.location, self.time, &self.state, &fired);
+                    let name = fired.first().map_or("", |&k| self.dynamics.guards(&location)[k].name);
+                    self.apply(rules, transitions, name)?;
+                }
+            }
+            if self.observer.progress(self.time, &self.location).is_break() {
+                return Ok(true);
+            }
+        }
+        self.samples_until::<R>(self.time, true, |run, _| {
+            run.sample.copy_from_slice(&run.state);
+            Ok(())
+        })?;
+        Ok(false)
+    }
+
+    /// A segment by its closed form.
+    fn closed_segment<R>(&mut self, stop: f64) -> Result<SegmentEnd, RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        let (start, state) = (self.time, self.state.clone());
+        let span = stop - start;
+        let dynamics = self.dynamics.clone();
+        let location = self.location;
+        let (after, end) = match dynamics.closed_end(&location, start, &state, span) {
+            ClosedEnd::Guard { after, index } if after < span => (after, SegmentEnd::Guards(vec![index])),
+            _ => (span, SegmentEnd::Stop),
+        };
+        let end_time = if matches!(end, SegmentEnd::Stop) { stop } else { start + after };
+        self.samples_until::<R>(end_time, false, |run, t| {
+            dynamics.closed_state(&location, start, &state, t - start, &mut run.sample);
+            Ok(())
+        })?;
+        dynamics.closed_state(&location, start, &state, after, &mut self.state);
+        self.time = end_time;
+        self.check_finite()?;
+        Ok(end)
+    }
+
+    /// A segment by a solver.
+    fn solved_segment<R>(&mut self, chosen: &ChosenSolver, stop: f64) -> Result<(SegmentEnd, Counters), RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        let (start, location) = (self.time, self.location);
+        let span = stop - start;
+        let dynamics = self.dynamics.clone();
+        let failed = |time: f64, source| RunError::Solver {
+            solver: chosen.kind.name(),
+            time,
+            location: dynamics.describe(&location),
+            source,
+        };
+        // The solver stays borrowed from the pool while samples go to the observer.
+        let mut pool = std::mem::replace(&mut self.pool, Pool::new(self.dynamics.clone()));
+        let result = (|| {
+            let solver = pool.prepare(chosen, location, start, &self.state, span).map_err(|e| failed(start, e))?;
+            let mut steps = 0u32;
+            let end = loop {
+                let outcome = solver.advance(span, Task::OneStep).map_err(|e| failed(self.time, e))?;
+                let stopped = matches!(outcome, Outcome::StopTime | Outcome::Reached) && solver.time() >= span;
+                self.time = if stopped { stop } else { start + solver.time() };
+                self.samples_until::<R>(self.time, false, |run, t| {
+                    solver.interpolate((t - start).min(solver.time()), 0, &mut run.sample).map_err(|e| failed(t, e))
+                })?;
+                match outcome {
+                    Outcome::Roots => {
+                        let found = solver.crossings_found();
+                        break SegmentEnd::Guards(
+                            found.iter().enumerate().filter(|(_, c)| c.is_some()).map(|(k, _)| k).collect(),
+                        );
+                    }
+                    _ if stopped => break SegmentEnd::Stop,
+                    _ => {
+                        if self.observer.wants_steps() {
+                            self.observer.step(self.time, &location, solver.state()).map_err(RunError::Observer)?;
+                        }
+                    }
+                }
+                steps += 1;
+                if steps % 256 == 0 && self.observer.progress(self.time, &location).is_break() {
+                    break SegmentEnd::Interrupted;
+                }
+            };
+            self.state.copy_from_slice(solver.state());
+            let counters = solver.counters().map_err(|e| failed(self.time, e))?;
+            Ok((end, counters))
+        })();
+        self.pool = pool;
+        let result = result?;
+        self.check_finite()?;
+        Ok(result)
+    }
+
+    /// Hands out the samples due before `t` (and at it, if `inclusive`); `fill` puts the state into `self.sample`.
+    fn samples_until<R>(
+        &mut self,
+        t: f64,
+        inclusive: bool,
+        mut fill: impl FnMut(&mut Self, f64) -> Result<(), RunError>,
+    ) -> Result<(), RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        loop {
+            let due = self.observer.next_sample_time();
+            if due > t || (due == t && !inclusive) {
+                return Ok(());
+            }
+            fill(self, due)?;
+            self.observer.sample(due, &self.location, &self.sample).map_err(RunError::Observer)?;
+        }
+    }
+
+    fn apply<R>(
+        &mut self,
+        rules: &R,
+        transitions: Vec<Transition<R::Kind, D::Location>>,
+        guard: &str,
+    ) -> Result<(), RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        for transition in transitions {
+            if let Some(kind) = transition.kind {
+                self.observer
+                    .event(
+                        self.time,
+                        kind,
+                        (&self.location, &self.state),
+                        (&transition.location, &transition.state),
+                    )
+                    .map_err(RunError::Observer)?;
+                if rules.counts(&kind) {
+                    self.count(rules, guard)?;
+                }
+            }
+            self.location = transition.location;
+            self.state = transition.state;
+        }
+        Ok(())
+    }
+
+    fn count<R: Rules<D>>(&mut self, rules: &R, guard: &str) -> Result<(), RunError> {
+        self.counted += 1;
+        let location = || self.dynamics.describe(&self.location);
+        if self.counted > self.limits.max_events {
+            return Err(RunError::TooManyEvents {
+                time: self.time,
+                budget: self.limits.max_events,
+                location: location(),
+                guard: guard.to_owned(),
+            });
+        }
+        self.recent.push_back(self.time);
+        if self.recent.len() > self.limits.chatter_count {
+            self.recent.pop_front();
+            let window = self.time - self.recent[0];
+            if window < rules.chatter_window() {
+                return Err(RunError::Chattering {
+                    time: self.time,
+                    count: self.recent.len(),
+                    window,
+                    location: location(),
+                    guard: guard.to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_finite(&self) -> Result<(), RunError> {
+        match self.state.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+            None => Ok(()),
+            Some((component, &value)) => Err(RunError::NotFinite {
+                time: self.time,
+                location: self.dynamics.describe(&self.location),
+                component,
+                value,
+            }),
+        }
+    }
+}

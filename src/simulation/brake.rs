@@ -1,0 +1,160 @@
+//! The brake as a hybrid system: its locations, guards and smooth equations.
+
+use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard};
+use crate::model::axial::AxialMotion;
+use crate::model::closed_form::{Breakaway, ClosedForm};
+use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::RELATIVE_VELOCITY};
+use crate::model::{Mode, Parameters};
+use nalgebra::DMatrixViewMut;
+
+/// Whether the stability of steady sliding is watched: it is until the first stick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Watch {
+    /// Sliding is stable; its loss is an event.
+    Stable,
+    /// Sliding is unstable; its return is an event.
+    Unstable,
+    /// After the first stick: crossings are part of each slip and no events.
+    Off,
+}
+
+/// The discrete state of the brake.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Location {
+    pub mode: Mode,
+    /// Whether steps have to resolve the fast torsional mode, because it is excited or unstable.
+    pub resolved: bool,
+    pub watch: Watch,
+}
+
+/// The brake's equations, shared by all solvers of a run.
+#[derive(Debug)]
+pub struct Brake {
+    pub torsion: TorsionModel,
+    pub axial: AxialMotion,
+    pub closed_form: ClosedForm,
+}
+
+const STOPPING: Guard = Guard { name: "relative velocity reaches zero", direction: Direction::Falling };
+const DESTABILISED: Guard = Guard { name: "steady sliding loses stability", direction: Direction::Falling };
+const RESTABILISED: Guard = Guard { name: "steady sliding regains stability", direction: Direction::Rising };
+const BREAKAWAY_FORWARD: Guard =
+    Guard { name: "tested torque reaches +mu_0 r F_n", direction: Direction::Falling };
+const BREAKAWAY_BACKWARD: Guard =
+    Guard { name: "tested torque reaches -mu_0 r F_n", direction: Direction::Falling };
+
+/// Index of the guards of slip.
+pub const GUARD_STOPPING: usize = 0;
+/// Index of the guard of the stability margin in slip.
+pub const GUARD_STABILITY: usize = 1;
+/// Index of the guard of a stick that breaks away forward; backward is the other.
+pub const GUARD_FORWARD: usize = 0;
+
+impl Brake {
+    pub fn new(parameters: &Parameters) -> Self {
+        let torsion = TorsionModel::new(parameters);
+        Brake {
+            torsion,
+            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            closed_form: ClosedForm::new(&torsion),
+        }
+    }
+
+    /// F_n at `t` in a closed contact, without the clamp of (5): smooth through its zero, where a guard ends the mode.
+    #[inline]
+    fn contact_force(&self, t: f64) -> f64 {
+        self.axial.pressing_force(t)
+    }
+
+    /// The margin of steady sliding at `t`, N m s/rad.
+    pub fn stability_margin(&self, sense: f64, t: f64, y: &[f64]) -> f64 {
+        self.torsion.stability_margin(sense, y[RELATIVE_VELOCITY], self.contact_force(t))
+    }
+}
+
+fn torsion_state(y: &[f64]) -> TorsionState {
+    let mut state = [0.0; DIMENSION];
+    state.copy_from_slice(y);
+    state
+}
+
+impl Dynamics for Brake {
+    type Location = Location;
+
+    fn dimension(&self) -> usize {
+        DIMENSION
+    }
+
+    #[inline]
+    fn rhs(&self, location: &Location, t: f64, y: &[f64], dydt: &mut [f64]) {
+        match location.mode {
+            Mode::SlipForward => self.torsion.slip_rhs(1.0, self.contact_force(t), y, dydt),
+            Mode::SlipBackward => self.torsion.slip_rhs(-1.0, self.contact_force(t), y, dydt),
+            Mode::Stick => self.torsion.stick_rhs(y, dydt),
+            Mode::Separated => self.torsion.separated_rhs(y, dydt),
+        }
+    }
+
+    fn jacobian(&self, location: &Location, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
+        match location.mode {
+            Mode::SlipForward => self.torsion.slip_jacobian(1.0, self.contact_force(t), y, &mut jacobian),
+            Mode::SlipBackward => self.torsion.slip_jacobian(-1.0, self.contact_force(t), y, &mut jacobian),
+            Mode::Stick => self.torsion.stick_jacobian(y, &mut jacobian),
+            Mode::Separated => self.torsion.separated_jacobian(y, &mut jacobian),
+        }
+    }
+
+    fn guards(&self, location: &Location) -> &'static [Guard] {
+        match (location.mode, location.watch) {
+            (Mode::Separated, _) => &[],
+            (Mode::Stick, _) => const { &[BREAKAWAY_FORWARD, BREAKAWAY_BACKWARD] },
+            (_, Watch::Stable) => const { &[STOPPING, DESTABILISED] },
+            (_, Watch::Unstable) => const { &[STOPPING, RESTABILISED] },
+            (_, Watch::Off) => const { &[STOPPING] },
+        }
+    }
+
+    fn guard_values(&self, location: &Location, t: f64, y: &[f64], values: &mut [f64]) {
+        match location.mode {
+            Mode::Separated => {}
+            Mode::Stick => {
+                let limit = self.torsion.breakaway_torque(self.contact_force(t));
+                let torque = self.torsion.tested_torque(y);
+                values[0] = limit - torque;
+                values[1] = limit + torque;
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                let sense = f64::from(location.mode.sense());
+                values[GUARD_STOPPING] = sense * y[RELATIVE_VELOCITY];
+                if location.watch != Watch::Off {
+                    values[GUARD_STABILITY] = self.stability_margin(sense, t, y);
+                }
+            }
+        }
+    }
+
+    fn closed_state(&self, location: &Location, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
+        let y = torsion_state(y);
+        out.copy_from_slice(&match location.mode {
+            Mode::Stick => self.closed_form.stick(&y, tau),
+            Mode::Separated => self.closed_form.separated(&y, tau),
+            Mode::SlipForward | Mode::SlipBackward => unreachable!("slip is left to a solver"),
+        });
+    }
+
+    fn closed_end(&self, location: &Location, t: f64, y: &[f64], within: f64) -> ClosedEnd {
+        if location.mode != Mode::Stick {
+            return ClosedEnd::None;
+        }
+        match self.closed_form.next_breakaway(&self.axial, t, &torsion_state(y), within) {
+            Breakaway::After { after, sense } => {
+                ClosedEnd::Guard { after, index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 } }
+            }
+            Breakaway::NotYet | Breakaway::Never => ClosedEnd::None,
+        }
+    }
+
+    fn describe(&self, location: &Location) -> String {
+        format!("mode {}", location.mode.name())
+    }
+}

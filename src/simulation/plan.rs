@@ -1,0 +1,81 @@
+//! Which solver integrates which location, and how accurately: the one home of every tolerance.
+
+use super::brake::Location;
+use super::options::{Method, SolverOptions};
+use crate::hybrid::{ChosenSolver, SolverKind};
+use crate::model::torsion::{DIMENSION, TorsionModel, index};
+use crate::model::{Mode, Parameters};
+use crate::sundials::{ErkTable, EsdirkTable, Tolerances};
+
+/// Absolute tolerance of the quadratures: far too large to steer the step, whose size the state decides.
+const QUADRATURE_TOLERANCE: f64 = 1e30;
+
+/// The solver settings of one run.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    method: Method,
+    rtol: f64,
+    /// Absolute tolerances at relative tolerance 1 of twist, rate and speed.
+    scale: [f64; 3],
+    /// As the user set them.
+    absolute: [Option<f64>; 3],
+    max_step: Option<f64>,
+    /// T_n, s.
+    period: f64,
+}
+
+impl Plan {
+    pub fn new(parameters: &Parameters, largest_force: f64, options: &SolverOptions) -> Self {
+        let model = TorsionModel::new(parameters);
+        // What the friction torque twists a disk by, and the velocity of an oscillation of that amplitude.
+        let friction = parameters.friction.low_speed.max(parameters.friction.high_speed);
+        let twist = friction * parameters.contact.radius * largest_force / parameters.torsion.stiffness;
+        let twist = if twist > 0.0 { twist } else { 1e-6 };
+        let speed = twist * model.natural_angular_frequency();
+        Plan {
+            method: options.method,
+            rtol: options.rtol,
+            scale: [0.1 * twist, 0.1 * speed, speed],
+            absolute: [options.atol_twist, options.atol_rate, options.atol_speed],
+            max_step: options.max_step,
+            period: model.natural_period(),
+        }
+    }
+
+    /// Whether the location is taken in closed form.
+    pub fn closed_form(&self, mode: Mode) -> bool {
+        self.method == Method::Auto && matches!(mode, Mode::Stick | Mode::Separated)
+    }
+
+    pub fn solver(&self, location: &Location) -> ChosenSolver {
+        let kind = if self.closed_form(location.mode) {
+            SolverKind::ClosedForm
+        } else {
+            match (self.method, location.resolved) {
+                (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(ErkTable::Verner1378),
+                (Method::Auto, false) | (Method::Esdirk, _) => SolverKind::Esdirk(EsdirkTable::Esdirk547L2Sa),
+                (Method::CvodeBdf, true) => SolverKind::CvodeBdf { max_order: 5 },
+                (Method::CvodeBdf, false) => SolverKind::CvodeBdf { max_order: 2 },
+                (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
+            }
+        };
+        let bound = location.resolved.then_some(self.period / 20.0);
+        let max_step = match (bound, self.max_step) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        ChosenSolver { kind, tolerances: self.tolerances(), max_step }
+    }
+
+    fn tolerances(&self) -> Tolerances {
+        let [twist, rate, speed] =
+            std::array::from_fn(|k| self.absolute[k].unwrap_or(self.rtol * self.scale[k]));
+        let mut absolute = vec![QUADRATURE_TOLERANCE; DIMENSION];
+        absolute[index::ROTOR_TWIST] = twist;
+        absolute[index::STATOR_TWIST] = twist;
+        absolute[index::ROTOR_TWIST_RATE] = rate;
+        absolute[index::STATOR_TWIST_RATE] = rate;
+        absolute[index::RELATIVE_VELOCITY] = speed;
+        Tolerances { relative: self.rtol, absolute }
+    }
+}

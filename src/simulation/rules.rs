@@ -1,0 +1,309 @@
+//! What happens at the brake's guards and time events.
+
+use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
+use super::plan::Plan;
+use super::record::EventKind;
+use crate::hybrid::{ChosenSolver, Rules, Transition};
+use crate::model::stability::Forecast;
+use crate::model::torsion::{TorsionState, index::RELATIVE_VELOCITY};
+use crate::model::{Kick, KickTime, Mode, Parameters};
+use std::sync::Arc;
+
+/// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
+/// The same amount must lie between the last unresolved step and the instability, so that the errors of unresolved
+/// steps are gone before anything can amplify them.
+const QUIET_E_FOLDS: f64 = 40.0;
+
+/// While the fast mode is resolved, how often (in its periods) it is asked whether it still has to be.
+const REPLAN_PERIODS: f64 = 50.0;
+
+/// The next change of step regime.
+#[derive(Debug, Clone, Copy)]
+enum Regime {
+    /// From unresolved to resolved steps.
+    Resolve(f64),
+    /// To unresolved steps, if it is still true that this is allowed.
+    Relax(f64),
+    /// Ask again.
+    Ask(f64),
+    /// Nothing foreseen.
+    Keep,
+}
+
+/// The brake's rules, with their memory.
+pub struct BrakeRules {
+    brake: Arc<Brake>,
+    plan: Plan,
+    end_time: f64,
+    /// Timed kicks in order, and which is next.
+    kicks: Vec<(f64, f64)>,
+    next_kick: usize,
+    /// Kicks waiting for the loss of stability.
+    waiting_kicks: Vec<f64>,
+    /// The next zero of the contact force; outer `None`: not looked for yet.
+    contact_change: Option<Option<f64>>,
+    /// The contact force is leaving zero.
+    departing: bool,
+    regime: Regime,
+    /// The corner that was last passed, so that it is recorded once.
+    last_corner: f64,
+}
+
+type Happening = Transition<EventKind, Location>;
+
+impl BrakeRules {
+    pub fn new(brake: Arc<Brake>, parameters: &Parameters, plan: Plan, end_time: f64) -> Self {
+        let mut kicks = Vec::new();
+        let mut waiting_kicks = Vec::new();
+        for Kick { time, relative_velocity } in &parameters.perturbations {
+            match time {
+                KickTime::At(t) => kicks.push((*t, *relative_velocity)),
+                KickTime::Instability => waiting_kicks.push(*relative_velocity),
+            }
+        }
+        kicks.sort_by(|a: &(f64, f64), b| a.0.total_cmp(&b.0));
+        BrakeRules {
+            brake,
+            plan,
+            end_time,
+            kicks,
+            next_kick: 0,
+            waiting_kicks,
+            contact_change: None,
+            departing: true,
+            regime: Regime::Ask(0.0),
+            last_corner: 0.0,
+        }
+    }
+
+    /// Kicks set at the instability that never came.
+    pub fn kicks_never_given(&self) -> usize {
+        self.waiting_kicks.len()
+    }
+
+    /// Location at t = 0 for a state.
+    pub fn initial_location(&self, y: &[f64]) -> Location {
+        let mode = if self.brake.axial.closed_at_start() { self.mode_in_contact(0.0, y) } else { Mode::Separated };
+        Location { mode, resolved: false, watch: if mode == Mode::Stick { Watch::Off } else { Watch::Stable } }
+    }
+
+    /// Slip in the sense of the relative velocity, or where there is none what the stick test says.
+    fn mode_in_contact(&self, t: f64, y: &[f64]) -> Mode {
+        let w = y[RELATIVE_VELOCITY];
+        if w != 0.0 { slip(w) } else { self.settle(t, y) }
+    }
+
+    /// The stick test for surfaces at the same speed.
+    fn settle(&self, t: f64, y: &[f64]) -> Mode {
+        let limit = self.brake.torsion.breakaway_torque(self.brake.axial.pressing_force(t).max(0.0));
+        let torque = self.brake.torsion.tested_torque(y);
+        if torque.abs() <= limit { Mode::Stick } else { slip(torque) }
+    }
+
+    /// Looks ahead in a slip: whether steps must resolve the fast mode now, and until when that holds. `excited` says
+    /// that something has just set the fast mode going, or may have.
+    fn look_ahead(&mut self, location: &Location, t: f64, y: &[f64], excited: bool) -> bool {
+        let period = self.brake.torsion.natural_period();
+        let ask_again = Regime::Ask(t + REPLAN_PERIODS * period);
+        let (resolved, regime) = match location.mode {
+            // Free surfaces have no guard to miss; the solver's own error control follows them.
+            _ if self.plan.closed_form(location.mode) => (false, Regime::Keep),
+            Mode::Separated => (false, Regime::Keep),
+            // Decays at c_t / 2J at least as fast as the slip's relative mode at full margin.
+            Mode::Stick => {
+                let rate = self.brake.torsion.torsion.damping / (2.0 * self.brake.torsion.torsion.surface_inertia);
+                if excited { (true, Regime::Relax(t + QUIET_E_FOLDS / rate)) } else { (false, Regime::Keep) }
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                let (brake, w) = (&self.brake, y[RELATIVE_VELOCITY]);
+                let sense = f64::from(location.mode.sense());
+                if brake.stability_margin(sense, t, y) < 0.0 {
+                    (true, ask_again)
+                } else {
+                    let forecast = Forecast::new(&brake.torsion, &brake.axial, t, w, self.end_time);
+                    let quiet_until = forecast.last_quiet_time(QUIET_E_FOLDS).unwrap_or(f64::INFINITY);
+                    if excited {
+                        match forecast.time_of_damping(QUIET_E_FOLDS) {
+                            Some(calm) if calm < quiet_until => (true, Regime::Relax(calm)),
+                            _ => (true, ask_again),
+                        }
+                    } else if quiet_until > t + 5.0 * period {
+                        let resolve =
+                            if quiet_until.is_finite() { Regime::Resolve(quiet_until) } else { Regime::Keep };
+                        (false, resolve)
+                    } else {
+                        (true, ask_again)
+                    }
+                }
+            }
+        };
+        self.regime = regime;
+        resolved
+    }
+
+    fn regime_time(&self) -> Option<f64> {
+        match self.regime {
+            Regime::Resolve(t) | Regime::Relax(t) | Regime::Ask(t) => Some(t),
+            Regime::Keep => None,
+        }
+    }
+
+    /// The location after a change of mode, with the step regime planned.
+    fn enter(&mut self, mode: Mode, watch: Watch, t: f64, y: &[f64]) -> Location {
+        let mut location = Location { mode, resolved: true, watch };
+        location.resolved = self.look_ahead(&location, t, y, true);
+        location
+    }
+
+    fn kick(&mut self, location: &Location, t: f64, y: &[f64], delta: f64) -> Vec<Happening> {
+        let torsion = self.brake.torsion;
+        if location.mode == Mode::Stick {
+            // Equal and opposite impulses on surfaces that move as one: absorbed.
+            return vec![Transition { kind: Some(EventKind::Kick), location: *location, state: y.to_vec() }];
+        }
+        let kicked = torsion.kicked(y, delta);
+        let w = kicked[RELATIVE_VELOCITY];
+        if location.mode == Mode::Separated {
+            return vec![Transition { kind: Some(EventKind::Kick), location: *location, state: kicked.to_vec() }];
+        }
+        let sense = f64::from(location.mode.sense());
+        let mut happenings = Vec::with_capacity(2);
+        let after = if sense * w > 0.0 {
+            self.enter(location.mode, location.watch, t, &kicked)
+        } else {
+            Location { resolved: true, ..*location }
+        };
+        happenings.push(Transition { kind: Some(EventKind::Kick), location: after, state: kicked.to_vec() });
+        if sense * w < 0.0 {
+            let reversed = self.enter(slip(w), location.watch, t, &kicked);
+            happenings.push(Transition {
+                kind: Some(EventKind::Reversal),
+                location: reversed,
+                state: kicked.to_vec(),
+            });
+        } else if w == 0.0 {
+            happenings.push(self.stop(location, t, &kicked));
+        }
+        happenings
+    }
+
+    /// What follows when the relative velocity has reached zero.
+    fn stop(&mut self, location: &Location, t: f64, y: &[f64]) -> Happening {
+        let joined: TorsionState = self.brake.torsion.joined(y);
+        let mode = self.settle(t, &joined);
+        let (kind, watch) =
+            if mode == Mode::Stick { (EventKind::Stick, Watch::Off) } else { (EventKind::Reversal, location.watch) };
+        let location = self.enter(mode, watch, t, &joined);
+        Transition { kind: Some(kind), location, state: joined.to_vec() }
+    }
+}
+
+fn slip(w: f64) -> Mode {
+    if w > 0.0 { Mode::SlipForward } else { Mode::SlipBackward }
+}
+
+impl Rules<Brake> for BrakeRules {
+    type Kind = EventKind;
+
+    fn next_time_event(&mut self, location: &Location, t: f64) -> Option<f64> {
+        let closed = location.mode != Mode::Separated;
+        let contact_change = match self.contact_change {
+            Some(known) => known,
+            None => {
+                let found = self.brake.axial.next_contact_change(t, closed, self.departing, self.end_time);
+                self.departing = false;
+                self.contact_change = Some(found);
+                found
+            }
+        };
+        let corner = self.brake.axial.next_corner(self.last_corner);
+        let kick = self.kicks.get(self.next_kick).map(|k| k.0);
+        [contact_change, corner, kick, self.regime_time()].into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<Happening> {
+        if let Some(corner) = self.brake.axial.next_corner(self.last_corner).filter(|&c| c <= t) {
+            self.last_corner = corner;
+            let mut after = *location;
+            let excited = location.resolved;
+            after.resolved = self.look_ahead(location, t, y, excited);
+            return vec![Transition { kind: Some(EventKind::Corner), location: after, state: y.to_vec() }];
+        }
+        if let Some(Some(_)) = self.contact_change.filter(|c| c.is_some_and(|c| c <= t)) {
+            self.contact_change = None;
+            self.departing = true;
+            let closing = location.mode == Mode::Separated;
+            let (kind, mode) = if closing {
+                (EventKind::Contact, self.mode_in_contact(t, y))
+            } else {
+                (EventKind::Separation, Mode::Separated)
+            };
+            let watch = if mode == Mode::Stick { Watch::Off } else { location.watch };
+            let after = self.enter(mode, watch, t, y);
+            return vec![Transition { kind: Some(kind), location: after, state: y.to_vec() }];
+        }
+        if let Some(&(_, delta)) = self.kicks.get(self.next_kick).filter(|k| k.0 <= t) {
+            self.next_kick += 1;
+            return self.kick(location, t, y, delta);
+        }
+        let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved;
+        let mut after = *location;
+        after.resolved = match self.regime {
+            Regime::Resolve(_) => {
+                self.regime = Regime::Ask(t + REPLAN_PERIODS * self.brake.torsion.natural_period());
+                // Within the lead to the instability a question would be answered the same way again.
+                true
+            }
+            _ => self.look_ahead(location, t, y, excited),
+        };
+        vec![Transition { kind: None, location: after, state: y.to_vec() }]
+    }
+
+    fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: &[usize]) -> Vec<Happening> {
+        if location.mode == Mode::Stick {
+            let mode = if fired.contains(&GUARD_FORWARD) { Mode::SlipForward } else { Mode::SlipBackward };
+            let mut y = y.to_vec();
+            y[RELATIVE_VELOCITY] = 0.0;
+            let after = self.enter(mode, location.watch, t, &y);
+            return vec![Transition { kind: Some(EventKind::Slip), location: after, state: y }];
+        }
+        let mut happenings = Vec::new();
+        let mut location = *location;
+        let mut state = y.to_vec();
+        if fired.contains(&GUARD_STABILITY) {
+            let (kind, watch) = match location.watch {
+                Watch::Stable => (EventKind::Destabilised, Watch::Unstable),
+                _ => (EventKind::Restabilised, Watch::Stable),
+            };
+            location.watch = watch;
+            location.resolved = self.look_ahead(&location, t, &state, true);
+            happenings.push(Transition { kind: Some(kind), location, state: state.clone() });
+            if kind == EventKind::Destabilised {
+                for delta in std::mem::take(&mut self.waiting_kicks) {
+                    happenings.extend(self.kick(&location, t, &state, delta));
+                    if let Some(last) = happenings.last() {
+                        location = last.location;
+                        state.clone_from(&last.state);
+                    }
+                }
+            }
+        }
+        if fired.contains(&GUARD_STOPPING) && location.mode != Mode::Stick {
+            happenings.push(self.stop(&location, t, &state));
+        }
+        happenings
+    }
+
+    fn solver(&self, location: &Location) -> ChosenSolver {
+        self.plan.solver(location)
+    }
+
+    fn counts(&self, kind: &EventKind) -> bool {
+        kind.in_mode_word()
+    }
+
+    fn chatter_window(&self) -> f64 {
+        0.05 * self.brake.torsion.natural_period()
+    }
+}
+

@@ -1,0 +1,128 @@
+//! When samples are due.
+
+use super::options::OutputOptions;
+
+/// The sample times of a run in order, each once: multiples of the interval outside the windows, from + k interval
+/// inside them, and the end.
+#[derive(Debug, Clone)]
+pub struct SampleTimes {
+    end_time: f64,
+    /// Disjoint stretches in order: (from, to, interval, origin); samples at origin + k interval in [from, to).
+    stretches: Vec<(f64, f64, f64, f64)>,
+    stretch: usize,
+    count: f64,
+    next: f64,
+}
+
+impl SampleTimes {
+    pub fn new(output: &OutputOptions) -> Self {
+        let end_time = output.end_time;
+        let mut cuts: Vec<f64> = vec![0.0, end_time];
+        for w in &output.windows {
+            cuts.extend([w.from, w.to].into_iter().filter(|t| (0.0..end_time).contains(t)));
+        }
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup();
+        let mut stretches: Vec<(f64, f64, f64, f64)> = Vec::new();
+        for pair in cuts.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            // Where windows overlap the densest holds.
+            let window = output
+                .windows
+                .iter()
+                .filter(|w| w.from <= from && to <= w.to)
+                .min_by(|a, b| a.interval.total_cmp(&b.interval));
+            let (interval, origin) = window.map_or((output.interval, 0.0), |w| (w.interval, w.from));
+            match stretches.last_mut() {
+                Some(last) if last.2 == interval && last.3 == origin => last.1 = to,
+                _ => stretches.push((from, to, interval, origin)),
+            }
+        }
+        let mut times = SampleTimes { end_time, stretches, stretch: 0, count: 0.0, next: 0.0 };
+        times.enter();
+        times
+    }
+
+    /// The time that is due.
+    pub fn next(&self) -> f64 {
+        self.next
+    }
+
+    /// The end of the run, s.
+    pub fn end(&self) -> f64 {
+        self.end_time
+    }
+
+    /// Moves on to the one after it.
+    pub fn advance(&mut self) {
+        if self.stretch >= self.stretches.len() {
+            self.next = f64::INFINITY;
+            return;
+        }
+        self.count += 1.0;
+        self.settle();
+    }
+
+    /// How many there are altogether, within one per window.
+    pub fn estimate(&self) -> f64 {
+        self.stretches.iter().map(|(from, to, interval, _)| ((to - from) / interval).ceil()).sum::<f64>() + 1.0
+    }
+
+    fn enter(&mut self) {
+        if let Some(&(from, _, interval, origin)) = self.stretches.get(self.stretch) {
+            self.count = ((from - origin) / interval - 1e-9).ceil();
+        }
+        self.settle();
+    }
+
+    fn settle(&mut self) {
+        match self.stretches.get(self.stretch) {
+            None => self.next = self.end_time,
+            Some(&(from, to, interval, origin)) => {
+                let t = origin + self.count * interval;
+                // A sample that rounding puts a hair before the end of its stretch is the next stretch's first.
+                if t < to - 1e-9 * interval {
+                    self.next = t.max(from);
+                } else {
+                    self.stretch += 1;
+                    self.enter();
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::OutputWindow;
+
+    fn all(output: &OutputOptions) -> Vec<f64> {
+        let mut times = SampleTimes::new(output);
+        let mut list = Vec::new();
+        while times.next().is_finite() {
+            list.push(times.next());
+            times.advance();
+        }
+        list
+    }
+
+    #[test]
+    fn analytic_windows_are_denser_and_nothing_is_doubled() {
+        let windows = vec![OutputWindow { from: 0.25, to: 0.5, interval: 0.125 }];
+        let list = all(&OutputOptions { end_time: 1.0, interval: 0.25, windows, steps: false });
+        assert_eq!(list, [0.0, 0.25, 0.375, 0.5, 0.75, 1.0]);
+    }
+
+    #[test]
+    fn analytic_times_increase_strictly_and_end_at_the_end() {
+        let windows = vec![
+            OutputWindow { from: 0.31, to: 0.62, interval: 0.01 },
+            OutputWindow { from: 0.5, to: 0.9, interval: 0.003 },
+        ];
+        let list = all(&OutputOptions { end_time: 1.05, interval: 0.1, windows, steps: false });
+        assert!(list.windows(2).all(|p| p[0] < p[1]));
+        assert_eq!(list.first(), Some(&0.0));
+        assert_eq!(list.last(), Some(&1.05));
+    }
+}
