@@ -1,0 +1,243 @@
+//! Bindings for the parts of SUNDIALS that sundials-sys leaves out, and the provenance of the build.
+//!
+//! sundials-sys links ARKODE but binds none of it, nor the step size controllers. What is generated
+//! here borrows the types of sundials-sys, so that a vector made through one is a vector for the other.
+//! The return flags become Rust enums: a name for each number, straight from the headers.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::panic::AssertUnwindSafe;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, Mutex};
+use std::{env, fs};
+
+use bindgen::callbacks::{IntKind, ParseCallbacks};
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    let root = env::var_os("DEP_SUNDIALS_ROOT")
+        .expect("sundials-sys reports its headers (DEP_SUNDIALS_ROOT) only with its feature build_libraries");
+    bind_sundials(&PathBuf::from(root).join("include"), &out);
+    record_provenance();
+}
+
+const HEADERS: &str = "\
+#include <cvode/cvode.h>
+#include <arkode/arkode_erkstep.h>
+#include <arkode/arkode_arkstep.h>
+#include <sunadaptcontroller/sunadaptcontroller_soderlind.h>
+";
+
+fn bind_sundials(include: &Path, out: &Path) {
+    let macros = Macros::default();
+    let builder = bindgen::Builder::default()
+        .header_contents("sundials_rest.h", HEADERS)
+        .clang_arg(format!("-I{}", include.display()))
+        .allowlist_function("ARKode.*|ARKStep.*|ERKStep.*")
+        .allowlist_function("SUNAdaptController_(PID|PI|I|ExpGus|ImpGus|Soderlind)")
+        .blocklist_function(".*MRIStep.*")
+        .allowlist_type("ARK.*")
+        .allowlist_var("ARK_.*")
+        // sundials-sys has the rest of the types: shared, not declared twice.
+        .allowlist_recursively(false)
+        .raw_line("use sundials_sys::*;")
+        .prepend_enum_name(false)
+        .layout_tests(false)
+        .formatter(bindgen::Formatter::None)
+        .parse_callbacks(Box::new(macros.clone()));
+
+    // bindgen loads libclang at run time, and panics if there is none.
+    let bindings = std::panic::catch_unwind(AssertUnwindSafe(|| builder.generate())).unwrap_or_else(|_| {
+        panic!(
+            "bindgen found no libclang. Install it (Debian, Ubuntu: libclang-dev; Fedora: clang-devel; \
+             Arch: clang; Homebrew: llvm), or set LIBCLANG_PATH to the folder of libclang.so"
+        )
+    });
+    bindings
+        .expect("the ARKODE headers of sundials-sys can be parsed")
+        .write_to_file(out.join("sundials_rest.rs"))
+        .expect("OUT_DIR is writable");
+
+    let found = macros.0.lock().expect("bindgen runs on one thread");
+    fs::write(out.join("sundials_flags.rs"), found.flags()).expect("OUT_DIR is writable");
+    println!(
+        "cargo:rustc-env=STICKSLIP_SUNDIALS_VERSION={}",
+        found.version.as_deref().unwrap_or("unknown")
+    );
+}
+
+/// What bindgen sees of macros while it reads the headers.
+#[derive(Debug, Default)]
+struct Found {
+    integers: BTreeMap<String, i64>,
+    version: Option<String>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Macros(Arc<Mutex<Found>>);
+
+impl ParseCallbacks for Macros {
+    fn int_macro(&self, name: &str, value: i64) -> Option<IntKind> {
+        let mut found = self.0.lock().ok()?;
+        found.integers.insert(name.to_owned(), value);
+        // The flags and modes are `int` in every signature.
+        (name.starts_with("ARK") || name.starts_with("CV")).then_some(IntKind::Int)
+    }
+
+    fn str_macro(&self, name: &str, value: &[u8]) {
+        if name == "SUNDIALS_VERSION"
+            && let Ok(mut found) = self.0.lock()
+        {
+            found.version = Some(String::from_utf8_lossy(value).into_owned());
+        }
+    }
+}
+
+impl Found {
+    /// The Rust enums of the return flags.
+    fn flags(&self) -> String {
+        let mut text = String::new();
+        self.flag_enum(&mut text, "CvodeFlag", "CV_", "`CVode*` (`cvode/cvode.h`)");
+        self.flag_enum(
+            &mut text,
+            "CvodeLinearFlag",
+            "CVLS_",
+            "CVODE's linear solver interface (`cvode/cvode_ls.h`)",
+        );
+        self.flag_enum(
+            &mut text,
+            "ArkodeFlag",
+            "ARK_",
+            "`ARKode*`, `ERKStep*` and `ARKStep*` (`arkode/arkode.h`)",
+        );
+        self.flag_enum(
+            &mut text,
+            "ArkodeLinearFlag",
+            "ARKLS_",
+            "ARKODE's linear solver interface (`arkode/arkode_ls.h`)",
+        );
+        text
+    }
+
+    fn flag_enum(&self, text: &mut String, name: &str, prefix: &str, origin: &str) {
+        // The same prefix also names modes; a flag is negative or one of these.
+        const NOT_NEGATIVE: [&str; 4] = ["SUCCESS", "TSTOP_RETURN", "ROOT_RETURN", "WARNING"];
+        const MODES: [&str; 2] = ["ADAPT_", "INTERP_NONE"];
+        let mut flags: BTreeMap<i64, &str> = BTreeMap::new();
+        for (macro_name, &value) in &self.integers {
+            let Some(rest) = macro_name.strip_prefix(prefix) else {
+                continue;
+            };
+            let is_mode = MODES.iter().any(|mode| rest.starts_with(mode));
+            if (value < 0 && !is_mode) || NOT_NEGATIVE.contains(&rest) {
+                // Of two names of one number (ARK_POSTPROCESS_FAIL and _STEP_FAIL) the last is kept.
+                flags.insert(value, macro_name);
+            }
+        }
+        assert!(
+            flags.contains_key(&0),
+            "no {prefix}SUCCESS among the macros of the SUNDIALS headers"
+        );
+
+        let rows: Vec<_> = flags
+            .iter()
+            .rev()
+            .map(|(value, macro_name)| (value, *macro_name, camel(macro_name)))
+            .collect();
+        let mut line = |s: String| writeln!(text, "{s}").expect("a String takes all");
+        line(format!("/// Return flags of {origin}."));
+        line("#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]\n#[repr(i32)]".to_owned());
+        line(format!("pub enum {name} {{"));
+        for (value, macro_name, variant) in &rows {
+            line(format!("    /// `{macro_name}`\n    {variant} = {value},"));
+        }
+        line(format!("}}\n\nimpl {name} {{"));
+        line("    /// The flag of this number, if the headers have one.".to_owned());
+        line("    pub fn from_number(number: i32) -> Option<Self> {\n        Some(match number {".to_owned());
+        for (value, _, variant) in &rows {
+            line(format!("            {value} => Self::{variant},"));
+        }
+        line("            _ => return None,\n        })\n    }\n".to_owned());
+        line("    /// Its name in the C header.".to_owned());
+        line("    pub fn name(self) -> &'static str {\n        match self {".to_owned());
+        for (_, macro_name, variant) in &rows {
+            line(format!("            Self::{variant} => \"{macro_name}\","));
+        }
+        line("        }\n    }\n}\n".to_owned());
+    }
+}
+
+/// `CV_TOO_MUCH_WORK` to `TooMuchWork`: the words after the first.
+fn camel(macro_name: &str) -> String {
+    macro_name
+        .split('_')
+        .skip(1)
+        .map(|word| {
+            let mut letters = word.chars();
+            letters
+                .next()
+                .into_iter()
+                .chain(letters.map(|c| c.to_ascii_lowercase()))
+                .collect::<String>()
+        })
+        .collect()
+}
+
+/// Commit and compiler, so that every result can say what made it.
+fn record_provenance() {
+    let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
+    let sources = ["src", "build.rs", "Cargo.toml", "Cargo.lock", ".cargo"];
+    for path in sources {
+        watch(&manifest.join(path));
+    }
+
+    let git = |arguments: &[&str]| run(Command::new("git").arg("-C").arg(&manifest).args(arguments));
+    // An unpacked archive inside some other repository is not that repository's commit.
+    let own = git(&["rev-parse", "--show-toplevel"])
+        .is_some_and(|top| fs::canonicalize(top).ok() == fs::canonicalize(&manifest).ok());
+    let commit = own.then(|| {
+        for file in ["HEAD", "logs/HEAD", "packed-refs"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(git(&["symbolic-ref", "-q", "HEAD"]))
+        {
+            if let Some(path) = git(&["rev-parse", "--git-path", &file]) {
+                watch(&manifest.join(path));
+            }
+        }
+        let mut commit = git(&["rev-parse", "--short", "HEAD"])?;
+        let status: Vec<&str> = ["status", "--porcelain", "--"].into_iter().chain(sources).collect();
+        if git(&status).is_none_or(|changes| !changes.is_empty()) {
+            commit.push_str("+dirty");
+        }
+        Some(commit)
+    });
+    println!(
+        "cargo:rustc-env=STICKSLIP_COMMIT={}",
+        commit.flatten().as_deref().unwrap_or("unknown")
+    );
+
+    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let version = run(Command::new(rustc).arg("--version"));
+    println!(
+        "cargo:rustc-env=STICKSLIP_RUSTC={}",
+        version.as_deref().unwrap_or("unknown")
+    );
+}
+
+/// Cargo reruns the script each time if a watched file does not exist.
+fn watch(path: &Path) {
+    if path.exists() {
+        println!("cargo:rerun-if-changed={}", path.display());
+    }
+}
+
+fn run(command: &mut Command) -> Option<String> {
+    let output = command.output().ok()?;
+    output
+        .status
+        .success()
+        .then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}

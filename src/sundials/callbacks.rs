@@ -1,0 +1,142 @@
+//! The functions that C calls, one set for each system type.
+//!
+//! C gets a raw pointer to a [`Shared`], from a `Box` that the integrator owns. Rust holds no
+//! reference to it while a C function runs, so that the callback's is the only one.
+//! A callback neither unwinds nor aborts: a panic is parked and resumed when C has returned.
+
+use std::any::Any;
+use std::ffi::{c_int, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use nalgebra::DMatrixViewMut;
+
+use super::OdeSystem;
+use super::context::{values, values_mut};
+use super::error::{Callback, NonFinite};
+use super::ffi;
+
+/// What callbacks and integrator have in common.
+pub(super) struct Shared<S> {
+    pub(super) system: S,
+    pub(super) dimension: usize,
+    /// How many crossing functions are set.
+    pub(super) crossings: usize,
+    /// End of the last completed step: ARKODE itself forgets it when a step fails.
+    pub(super) mesh_time: f64,
+    /// The payload of a panic that waits to be resumed.
+    pub(super) panic: Option<Box<dyn Any + Send>>,
+    /// The last value of a callback that was not finite.
+    pub(super) non_finite: Option<NonFinite>,
+}
+
+const SUCCESS: c_int = 0;
+/// SUNDIALS tries again with a shorter step.
+const RECOVERABLE: c_int = 1;
+const UNRECOVERABLE: c_int = -1;
+
+/// Runs a callback, and parks its panic.
+///
+/// # Safety
+/// `data` points to a `Shared<S>` that nobody else uses meanwhile.
+unsafe fn guarded<S>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>) -> Result<(), NonFinite>) -> c_int {
+    let shared = unsafe { &mut *data.cast::<Shared<S>>() };
+    if shared.panic.is_some() {
+        return UNRECOVERABLE;
+    }
+    match catch_unwind(AssertUnwindSafe(|| callback(shared))) {
+        Ok(Ok(())) => SUCCESS,
+        Ok(Err(non_finite)) => {
+            shared.non_finite = Some(non_finite);
+            RECOVERABLE
+        }
+        Err(payload) => {
+            shared.panic = Some(payload);
+            UNRECOVERABLE
+        }
+    }
+}
+
+/// Not a number would pass through comparisons in C, and can send its root search round for ever.
+fn all_finite(callback: Callback, time: f64, values: &[f64]) -> Result<(), NonFinite> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(component) => Err(NonFinite {
+            callback,
+            component,
+            column: 0,
+            time,
+            value: values[component],
+        }),
+    }
+}
+
+/// `CVRhsFn` and `ARKRhsFn`
+pub(super) unsafe extern "C" fn rhs<S: OdeSystem>(
+    t: f64,
+    y: ffi::N_Vector,
+    ydot: ffi::N_Vector,
+    data: *mut c_void,
+) -> c_int {
+    // SAFETY: SUNDIALS passes the data it was given, and two different vectors of the system's length.
+    unsafe {
+        guarded::<S>(data, |shared| {
+            let ydot = values_mut(ydot, shared.dimension);
+            shared.system.rhs(t, values(y, shared.dimension), ydot);
+            all_finite(Callback::RightHandSide, t, ydot)
+        })
+    }
+}
+
+/// `CVLsJacFn` and `ARKLsJacFn`; the matrix arrives zeroed.
+#[allow(clippy::too_many_arguments)] // the C signature
+pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
+    t: f64,
+    y: ffi::N_Vector,
+    ydot: ffi::N_Vector,
+    matrix: ffi::SUNMatrix,
+    data: *mut c_void,
+    _: ffi::N_Vector,
+    _: ffi::N_Vector,
+    _: ffi::N_Vector,
+) -> c_int {
+    // SAFETY: as in `rhs`; the matrix is the dense square one of `DenseNewton`, whose columns lie one after the other.
+    unsafe {
+        guarded::<S>(data, |shared| {
+            let n = shared.dimension;
+            let content = (*matrix).content.cast::<ffi::_SUNMatrixContent_Dense>();
+            let entries = std::slice::from_raw_parts_mut((*content).data, n * n);
+            let view = DMatrixViewMut::from_slice(entries, n, n);
+            shared.system.jacobian(t, values(y, n), values(ydot, n), view);
+            all_finite(Callback::Jacobian, t, entries).map_err(|found| NonFinite {
+                component: found.component % n,
+                column: found.component / n,
+                ..found
+            })
+        })
+    }
+}
+
+/// `CVRootFn` and `ARKRootFn`
+pub(super) unsafe extern "C" fn roots<S: OdeSystem>(
+    t: f64,
+    y: ffi::N_Vector,
+    gout: *mut f64,
+    data: *mut c_void,
+) -> c_int {
+    // SAFETY: as in `rhs`; `gout` has a place for each crossing that was set, but not always a value: it is given one.
+    unsafe {
+        guarded::<S>(data, |shared| {
+            std::ptr::write_bytes(gout, 0, shared.crossings);
+            let g = std::slice::from_raw_parts_mut(gout, shared.crossings);
+            shared.system.roots(t, values(y, shared.dimension), g);
+            all_finite(Callback::Crossing, t, g)
+        })
+    }
+}
+
+/// `ARKPostProcessFn`: notes where the step that was just completed ended.
+pub(super) unsafe extern "C" fn step_completed<S: OdeSystem>(t: f64, _y: ffi::N_Vector, data: *mut c_void) -> c_int {
+    // SAFETY: ARKODE passes the data it was given.
+    unsafe { (*data.cast::<Shared<S>>()).mesh_time = t };
+    SUCCESS
+}

@@ -1,0 +1,319 @@
+//! Owners of SUNDIALS' objects: context, vectors, matrices, linear and nonlinear solvers.
+
+use std::ffi::{CStr, c_char, c_int, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr::{self, NonNull};
+
+use super::error::{Failure, SolverError};
+use super::ffi;
+use super::flags::{Family, Flag};
+
+/// What SUNDIALS said since [`Context::take_messages`] was asked last.
+type Messages = Vec<String>;
+
+/// A `SUNContext`, one for each integrator, so that integrators in different threads share nothing.
+///
+/// SUNDIALS prints its errors by default; here they are kept for the [`SolverError`] instead.
+/// It has to outlive every object that is made with it: an owner keeps it as its last field.
+pub(super) struct Context {
+    raw: ffi::SUNContext,
+    /// From a `Box`; the error handler writes there while C runs.
+    messages: NonNull<Messages>,
+}
+
+impl Context {
+    pub(super) fn new() -> Result<Self, SolverError> {
+        let mut raw = ptr::null_mut();
+        // SAFETY: `raw` is a place for the result; without MPI the communicator is a constant.
+        let code = unsafe { ffi::SUNContext_Create(ffi::SUN_COMM_NULL, &mut raw) };
+        if code != 0 || raw.is_null() {
+            return Err(SolverError::Allocation {
+                function: "SUNContext_Create",
+            });
+        }
+        let context = Self {
+            raw,
+            messages: NonNull::from(Box::leak(Box::default())),
+        };
+        // SAFETY: the handler's data lives until `Context::drop`, where the SUNContext goes first.
+        unsafe {
+            context.check("SUNContext_ClearErrHandlers", ffi::SUNContext_ClearErrHandlers(raw))?;
+            let data = context.messages.as_ptr().cast();
+            context.check(
+                "SUNContext_PushErrHandler",
+                ffi::SUNContext_PushErrHandler(raw, Some(keep_message), data),
+            )?;
+        }
+        Ok(context)
+    }
+
+    pub(super) fn raw(&self) -> ffi::SUNContext {
+        self.raw
+    }
+
+    fn check(&self, function: &'static str, code: c_int) -> Result<(), SolverError> {
+        self.verdict(function, Family::Core, code, f64::NAN)
+    }
+
+    /// The one place where a C function's return value becomes a result.
+    pub(super) fn verdict(
+        &self,
+        function: &'static str,
+        family: Family,
+        code: c_int,
+        time: f64,
+    ) -> Result<(), SolverError> {
+        if code == 0 {
+            return Ok(());
+        }
+        let flag = Flag::new(family, code);
+        let message = self.take_messages();
+        Err(SolverError::Sundials(Box::new(Failure {
+            function,
+            flag,
+            time,
+            message,
+            cause: None,
+        })))
+    }
+
+    /// The messages of the errors since the last call.
+    pub(super) fn take_messages(&self) -> String {
+        // SAFETY: only the error handler uses it too, and only while a C function runs.
+        let messages = unsafe { &mut *self.messages.as_ptr() };
+        let mut text = messages.join("; ");
+        messages.clear();
+        text.truncate(text.trim_end().len());
+        text
+    }
+
+    /// Forgets what an earlier, successful call said.
+    pub(super) fn clear_messages(&self) {
+        // SAFETY: as in `take_messages`.
+        unsafe { (*self.messages.as_ptr()).clear() }
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // SAFETY: both were made in `new`; the context is the only one that knows the messages.
+        unsafe {
+            ffi::SUNContext_Free(&mut self.raw);
+            drop(Box::from_raw(self.messages.as_ptr()));
+        }
+    }
+}
+
+/// A `SUNErrHandlerFn` that keeps the message.
+unsafe extern "C" fn keep_message(
+    _line: c_int,
+    _function: *const c_char,
+    _file: *const c_char,
+    message: *const c_char,
+    _code: ffi::SUNErrCode,
+    data: *mut c_void,
+    _context: ffi::SUNContext,
+) {
+    // A few messages tell the reason; a solver that repeats itself must not fill the memory.
+    const MOST: usize = 8;
+    let keep = || {
+        if message.is_null() || data.is_null() {
+            return;
+        }
+        // SAFETY: SUNDIALS passes a terminated text, and `data` as it was given in `Context::new`.
+        let (text, messages) = unsafe { (CStr::from_ptr(message), &mut *data.cast::<Messages>()) };
+        let text = text.to_string_lossy().trim().to_owned();
+        if messages.len() < MOST && !text.is_empty() && messages.last() != Some(&text) {
+            messages.push(text);
+        }
+    };
+    // Unwinding out of a C callback would abort.
+    let _ = catch_unwind(AssertUnwindSafe(keep));
+}
+
+/// A serial `N_Vector` that owns its memory.
+pub(super) struct Vector {
+    raw: ffi::N_Vector,
+    length: usize,
+}
+
+impl Vector {
+    pub(super) fn new(context: &Context, values: &[f64]) -> Result<Self, SolverError> {
+        // SAFETY: the context is alive. A length fits in an i64.
+        let raw = unsafe { ffi::N_VNew_Serial(values.len() as ffi::sunindextype, context.raw()) };
+        if raw.is_null() {
+            return Err(SolverError::Allocation {
+                function: "N_VNew_Serial",
+            });
+        }
+        let mut vector = Self {
+            raw,
+            length: values.len(),
+        };
+        vector.values_mut().copy_from_slice(values);
+        Ok(vector)
+    }
+
+    pub(super) fn raw(&self) -> ffi::N_Vector {
+        self.raw
+    }
+
+    pub(super) fn values(&self) -> &[f64] {
+        // SAFETY: a serial vector of that length, initialised in `new`; C writes only during calls that take `&mut self`
+        // of the integrator which owns it.
+        unsafe { values(self.raw, self.length) }
+    }
+
+    pub(super) fn values_mut(&mut self) -> &mut [f64] {
+        // SAFETY: as above, and `&mut self` makes the slice the only one.
+        unsafe { values_mut(self.raw, self.length) }
+    }
+}
+
+impl Drop for Vector {
+    fn drop(&mut self) {
+        // SAFETY: made in `new`, and its context still lives.
+        unsafe { ffi::N_VDestroy(self.raw) }
+    }
+}
+
+/// The values of a serial vector.
+///
+/// # Safety
+/// `vector` is a serial vector of `length` initialised values that nobody writes during `'a`.
+pub(super) unsafe fn values<'a>(vector: ffi::N_Vector, length: usize) -> &'a [f64] {
+    unsafe { std::slice::from_raw_parts(data(vector), length) }
+}
+
+/// The values of a serial vector, to write.
+///
+/// # Safety
+/// `vector` is a serial vector of `length` initialised values that nobody else touches during `'a`.
+pub(super) unsafe fn values_mut<'a>(vector: ffi::N_Vector, length: usize) -> &'a mut [f64] {
+    unsafe { std::slice::from_raw_parts_mut(data(vector), length) }
+}
+
+/// What the macro `NV_DATA_S` does.
+unsafe fn data(vector: ffi::N_Vector) -> *mut f64 {
+    let data = unsafe { (*(*vector).content.cast::<ffi::_N_VectorContent_Serial>()).data };
+    // A vector without values has no memory, and a slice needs an address.
+    if data.is_null() {
+        NonNull::dangling().as_ptr()
+    } else {
+        data
+    }
+}
+
+/// Dense Newton: the `SUNMatrix` of the system and its `SUNLinearSolver`.
+pub(super) struct DenseNewton {
+    matrix: ffi::SUNMatrix,
+    solver: ffi::SUNLinearSolver,
+}
+
+impl DenseNewton {
+    pub(super) fn new(context: &Context, template: &Vector) -> Result<Self, SolverError> {
+        let n = template.length as ffi::sunindextype;
+        // SAFETY: the context is alive.
+        let matrix = unsafe { ffi::SUNDenseMatrix(n, n, context.raw()) };
+        if matrix.is_null() {
+            return Err(SolverError::Allocation {
+                function: "SUNDenseMatrix",
+            });
+        }
+        let mut dense = Self {
+            matrix,
+            solver: ptr::null_mut(),
+        };
+        // SAFETY: vector and matrix fit each other.
+        dense.solver = unsafe { ffi::SUNLinSol_Dense(template.raw(), matrix, context.raw()) };
+        if dense.solver.is_null() {
+            return Err(SolverError::Allocation {
+                function: "SUNLinSol_Dense",
+            });
+        }
+        Ok(dense)
+    }
+
+    pub(super) fn matrix(&self) -> ffi::SUNMatrix {
+        self.matrix
+    }
+
+    pub(super) fn solver(&self) -> ffi::SUNLinearSolver {
+        self.solver
+    }
+}
+
+impl Drop for DenseNewton {
+    fn drop(&mut self) {
+        // SAFETY: both were made in `new` (or the solver not at all), and their context still lives.
+        unsafe {
+            if !self.solver.is_null() {
+                ffi::SUNLinSolFree(self.solver);
+            }
+            ffi::SUNMatDestroy(self.matrix);
+        }
+    }
+}
+
+/// Fixed-point iteration as a `SUNNonlinearSolver`.
+pub(super) struct FixedPointSolver(ffi::SUNNonlinearSolver);
+
+impl FixedPointSolver {
+    pub(super) fn new(context: &Context, template: &Vector, acceleration: u32) -> Result<Self, SolverError> {
+        let acceleration = c_int::try_from(acceleration).unwrap_or(c_int::MAX);
+        // SAFETY: the context is alive.
+        let raw = unsafe { ffi::SUNNonlinSol_FixedPoint(template.raw(), acceleration, context.raw()) };
+        if raw.is_null() {
+            return Err(SolverError::Allocation {
+                function: "SUNNonlinSol_FixedPoint",
+            });
+        }
+        Ok(Self(raw))
+    }
+
+    pub(super) fn raw(&self) -> ffi::SUNNonlinearSolver {
+        self.0
+    }
+}
+
+impl Drop for FixedPointSolver {
+    fn drop(&mut self) {
+        // SAFETY: made in `new`, and its context still lives.
+        unsafe {
+            ffi::SUNNonlinSolFree(self.0);
+        }
+    }
+}
+
+/// A step size controller as a `SUNAdaptController`.
+pub(super) struct Controller(ffi::SUNAdaptController);
+
+impl Controller {
+    /// # Safety
+    /// `make` returns a new controller (or null) of the context that it gets.
+    pub(super) unsafe fn new(
+        context: &Context,
+        function: &'static str,
+        make: unsafe extern "C" fn(ffi::SUNContext) -> ffi::SUNAdaptController,
+    ) -> Result<Self, SolverError> {
+        let raw = unsafe { make(context.raw()) };
+        if raw.is_null() {
+            Err(SolverError::Allocation { function })
+        } else {
+            Ok(Self(raw))
+        }
+    }
+
+    pub(super) fn raw(&self) -> ffi::SUNAdaptController {
+        self.0
+    }
+}
+
+impl Drop for Controller {
+    fn drop(&mut self) {
+        // SAFETY: made in `new`, and its context still lives.
+        unsafe {
+            ffi::SUNAdaptController_Destroy(self.0);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The Butcher tables that come with ARKODE.
+
+use super::ffi;
+
+/// What the C library says of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Properties {
+    order: u32,
+    embedded_order: u32,
+    stages: u32,
+    stiffly_accurate: bool,
+}
+
+impl Properties {
+    /// # Safety
+    /// `table` is null or a new table.
+    unsafe fn take(table: ffi::ARKodeButcherTable) -> Self {
+        assert!(!table.is_null(), "ARKODE has each table that its header names");
+        // SAFETY: not null, and freed only after it was read.
+        unsafe {
+            let properties = Self {
+                order: (*table).q.unsigned_abs(),
+                embedded_order: (*table).p.unsigned_abs(),
+                stages: (*table).stages.unsigned_abs(),
+                stiffly_accurate: ffi::ARKodeButcherTable_IsStifflyAccurate(table) != 0,
+            };
+            ffi::ARKodeButcherTable_Free(table);
+            properties
+        }
+    }
+}
+
+/// An enum of tables. The digits of a name are stages `s`, order of the embedding and order of the method.
+macro_rules! tables {
+    ($(#[$doc:meta])* $name:ident: $id:ident, $load:ident { $($variant:ident = $c_name:ident),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum $name {
+            $(#[doc = concat!("`", stringify!($c_name), "`")] $variant),*
+        }
+
+        impl $name {
+            /// All of them, in the order of the C header.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// Its name in C, such as `ARKODE_ESDIRK436L2SA_6_3_4`.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => stringify!($c_name)),*
+                }
+            }
+
+            /// The table of a name in C, with or without `ARKODE_`, in capitals or not.
+            pub fn from_name(name: &str) -> Option<Self> {
+                let bare = |name: &str| {
+                    let name = name.to_ascii_uppercase();
+                    name.strip_prefix("ARKODE_").map(str::to_owned).unwrap_or(name)
+                };
+                Self::ALL.iter().copied().find(|table| bare(table.name()) == bare(name))
+            }
+
+            /// Order of the method.
+            pub fn order(self) -> u32 {
+                self.properties().order
+            }
+
+            /// Order of the embedded method, by which the error is estimated.
+            pub fn embedded_order(self) -> u32 {
+                self.properties().embedded_order
+            }
+
+            /// Number of stages.
+            pub fn stages(self) -> u32 {
+                self.properties().stages
+            }
+
+            /// Whether the last stage is the new solution: "first same as last" if explicit, and if implicit
+            /// without error in what is infinitely stiff.
+            pub fn is_stiffly_accurate(self) -> bool {
+                self.properties().stiffly_accurate
+            }
+
+            pub(super) fn id(self) -> ffi::$id {
+                match self {
+                    $(Self::$variant => ffi::$c_name),*
+                }
+            }
+
+            fn properties(self) -> Properties {
+                // SAFETY: the function makes a table, which is taken over.
+                unsafe { Properties::take(ffi::$load(self.id())) }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = String;
+
+            /// See `from_name`.
+            fn from_str(name: &str) -> Result<Self, String> {
+                Self::from_name(name).ok_or_else(|| {
+                    let known: Vec<_> = Self::ALL.iter().map(|table| table.name()).collect();
+                    format!("no table {name}; there are {}", known.join(", "))
+                })
+            }
+        }
+    };
+}
+
+tables! {
+    /// The explicit Runge-Kutta methods with an error estimate. (`ARKODE_ERKTableID`)
+    ErkTable: ARKODE_ERKTableID, ARKodeButcherTable_LoadERK {
+        HeunEuler2s12 = ARKODE_HEUN_EULER_2_1_2,
+        BogackiShampine4s23 = ARKODE_BOGACKI_SHAMPINE_4_2_3,
+        Ark324L2sa4s23 = ARKODE_ARK324L2SA_ERK_4_2_3,
+        Zonneveld5s34 = ARKODE_ZONNEVELD_5_3_4,
+        Ark436L2sa6s34 = ARKODE_ARK436L2SA_ERK_6_3_4,
+        SayfyAburub6s34 = ARKODE_SAYFY_ABURUB_6_3_4,
+        CashKarp6s45 = ARKODE_CASH_KARP_6_4_5,
+        Fehlberg6s45 = ARKODE_FEHLBERG_6_4_5,
+        DormandPrince7s45 = ARKODE_DORMAND_PRINCE_7_4_5,
+        Ark548L2sa8s45 = ARKODE_ARK548L2SA_ERK_8_4_5,
+        Verner8s56 = ARKODE_VERNER_8_5_6,
+        Fehlberg13s78 = ARKODE_FEHLBERG_13_7_8,
+        Ark437L2sa7s34 = ARKODE_ARK437L2SA_ERK_7_3_4,
+        Ark548L2sab8s45 = ARKODE_ARK548L2SAb_ERK_8_4_5,
+        Ark2Erk3s12 = ARKODE_ARK2_ERK_3_1_2,
+        SofroniouSpaletta5s34 = ARKODE_SOFRONIOU_SPALETTA_5_3_4,
+        ShuOsher3s23 = ARKODE_SHU_OSHER_3_2_3,
+        Verner9s56 = ARKODE_VERNER_9_5_6,
+        Verner10s67 = ARKODE_VERNER_10_6_7,
+        Verner13s78 = ARKODE_VERNER_13_7_8,
+        Verner16s89 = ARKODE_VERNER_16_8_9,
+        RalstonEuler2s12 = ARKODE_RALSTON_EULER_2_1_2,
+        ExplicitMidpointEuler2s12 = ARKODE_EXPLICIT_MIDPOINT_EULER_2_1_2,
+    }
+}
+
+tables! {
+    /// The singly diagonally implicit Runge-Kutta methods with an explicit first stage and an error estimate.
+    /// (`ARKODE_DIRKTableID`)
+    EsdirkTable: ARKODE_DIRKTableID, ARKodeButcherTable_LoadDIRK {
+        Trbdf2_3s32 = ARKODE_TRBDF2_3_3_2,
+        Kvaerno4s23 = ARKODE_KVAERNO_4_2_3,
+        Ark324L2sa4s23 = ARKODE_ARK324L2SA_DIRK_4_2_3,
+        Kvaerno5s34 = ARKODE_KVAERNO_5_3_4,
+        Ark436L2sa6s34 = ARKODE_ARK436L2SA_DIRK_6_3_4,
+        Kvaerno7s45 = ARKODE_KVAERNO_7_4_5,
+        Ark548L2sa8s45 = ARKODE_ARK548L2SA_DIRK_8_4_5,
+        Ark437L2sa7s34 = ARKODE_ARK437L2SA_DIRK_7_3_4,
+        Ark548L2sab8s45 = ARKODE_ARK548L2SAb_DIRK_8_4_5,
+        Esdirk324L2sa4s23 = ARKODE_ESDIRK324L2SA_4_2_3,
+        Esdirk325L2sa5s23 = ARKODE_ESDIRK325L2SA_5_2_3,
+        Esdirk32I5L2sa5s23 = ARKODE_ESDIRK32I5L2SA_5_2_3,
+        Esdirk436L2sa6s34 = ARKODE_ESDIRK436L2SA_6_3_4,
+        Esdirk43I6L2sa6s34 = ARKODE_ESDIRK43I6L2SA_6_3_4,
+        Qesdirk436L2sa6s34 = ARKODE_QESDIRK436L2SA_6_3_4,
+        Esdirk437L2sa7s34 = ARKODE_ESDIRK437L2SA_7_3_4,
+        Esdirk547L2sa7s45 = ARKODE_ESDIRK547L2SA_7_4_5,
+        Esdirk547L2sa2_7s45 = ARKODE_ESDIRK547L2SA2_7_4_5,
+        Ark2Dirk3s12 = ARKODE_ARK2_DIRK_3_1_2,
+    }
+}
+
+impl EsdirkTable {
+    /// Whether the method is A-stable, by ARKODE's own account (`arkode_butcher_dirk.def`).
+    pub fn is_a_stable(self) -> bool {
+        self != Self::Trbdf2_3s32
+    }
+
+    /// Whether the method is L-stable, by ARKODE's own account (`arkode_butcher_dirk.def`).
+    pub fn is_l_stable(self) -> bool {
+        !matches!(self, Self::Trbdf2_3s32 | Self::Kvaerno5s34)
+    }
+}
