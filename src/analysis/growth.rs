@@ -6,11 +6,11 @@ use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::model::{Mode, Parameters};
 use crate::simulation::brake::{Brake, Location, Watch};
 use crate::simulation::{Event, EventKind};
-use crate::sundials::{Esdirk, EsdirkOptions, EsdirkTable, Integrator, OdeSystem, SolverError, Task, Tolerances};
+use crate::sundials::{Esdirk, EsdirkTable, Integrator, OdeSystem, SolverError, Task, Tolerances};
 use nalgebra::{Complex, DMatrix, DMatrixViewMut};
 use std::sync::Arc;
 
-/// Components of the slip state that carry its dynamics: the twists, their rates and the relative velocity.
+/// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
 const DYNAMIC: usize = 5;
 
 /// Relative tolerance of the smooth path. Loose on purpose: its steps stride over the fast mode, and an L-stable method
@@ -44,7 +44,10 @@ impl Growth {
     pub fn of_run(parameters: &Parameters, events: &[Event], end: f64) -> Result<Option<Growth>, SolverError> {
         let first_stick = events.iter().find(|e| e.kind == EventKind::Stick).map(|e| e.time);
         let until = first_stick.unwrap_or(end);
-        let Some(unstable) = events.iter().find(|e| e.kind == EventKind::Destabilised && e.time <= until) else {
+        let Some(unstable) = events
+            .iter()
+            .find(|e| e.kind == EventKind::Destabilised && e.time <= until)
+        else {
             return Ok(None);
         };
         let kick = events.iter().find(|e| e.kind == EventKind::Kick && e.time < until);
@@ -58,15 +61,29 @@ impl Growth {
         y[ROTOR_TWIST_RATE] = s.rotor_twist_rate;
         y[STATOR_TWIST] = s.phi1;
         y[STATOR_TWIST_RATE] = s.phi1_dot;
-        y[RELATIVE_VELOCITY] = s.relative_velocity;
-        let mode = if s.relative_velocity > 0.0 { Mode::SlipForward } else { Mode::SlipBackward };
+        y[ROTOR_SPEED] = s.theta_dot;
+        let mode = if s.relative_velocity > 0.0 {
+            Mode::SlipForward
+        } else {
+            Mode::SlipBackward
+        };
         let rates = growth_rates(parameters, mode, start.time, &y, until)?;
         let integral = |from: f64, f: fn(f64) -> f64| integrate(&rates, from, f);
         let from_kick = kick.map(|k| integral(k.time, |rate| rate));
         let exponent = integral(unstable.time, |rate| rate.max(0.0));
-        let before_kick =
-            kick.map(|k| if k.time > unstable.time { exponent - integral(k.time, |r| r.max(0.0)) } else { 0.0 });
-        Ok(Some(Growth { instability: unstable.time, exponent, from_kick, before_kick }))
+        let before_kick = kick.map(|k| {
+            if k.time > unstable.time {
+                exponent - integral(k.time, |r| r.max(0.0))
+            } else {
+                0.0
+            }
+        });
+        Ok(Some(Growth {
+            instability: unstable.time,
+            exponent,
+            from_kick,
+            before_kick,
+        }))
     }
 }
 
@@ -95,23 +112,34 @@ fn growth_rates(
     until: f64,
 ) -> Result<Vec<(f64, f64)>, SolverError> {
     let brake = Arc::new(Brake::new(parameters));
-    let location = Location { mode, resolved: false, watch: Watch::Off };
-    let path = SmoothSliding { brake: brake.clone(), location, start };
+    let location = Location {
+        mode,
+        resolved: false,
+        watch: Watch::Off,
+    };
+    let path = SmoothSliding {
+        brake: brake.clone(),
+        location,
+        start,
+    };
     let span = until - start;
     let twist = y[STATOR_TWIST].abs().max(1e-9);
-    let speed = y[RELATIVE_VELOCITY].abs();
+    let speed = brake.torsion.relative_velocity(y).abs();
     let mut absolute = vec![1e30; DIMENSION];
     for (k, scale) in [
         (ROTOR_TWIST, twist),
         (STATOR_TWIST, twist),
         (ROTOR_TWIST_RATE, speed),
         (STATOR_TWIST_RATE, speed),
-        (RELATIVE_VELOCITY, speed),
+        (ROTOR_SPEED, speed),
     ] {
         absolute[k] = SMOOTH_TOLERANCE * scale;
     }
-    let tolerances = Tolerances { relative: SMOOTH_TOLERANCE, absolute };
-    let mut solver = Esdirk::new(path, EsdirkOptions::new(EsdirkTable::Esdirk436L2Sa), 0.0, y, &tolerances)?;
+    let tolerances = Tolerances {
+        relative: SMOOTH_TOLERANCE,
+        absolute,
+    };
+    let mut solver = Esdirk::new(path, EsdirkTable::Esdirk436L2sa6s34, 0.0, y, &tolerances)?;
     solver.set_stop_time(Some(span))?;
     let mut rates = Vec::with_capacity(POINTS + 1);
     let mut state = y.to_vec();
@@ -124,14 +152,20 @@ fn growth_rates(
             }
             solver.interpolate(tau, 0, &mut state)?;
         }
-        rates.push((start + tau, fast_growth_rate(&brake.torsion, &brake.axial, sense, start + tau, &state)));
+        rates.push((
+            start + tau,
+            fast_growth_rate(&brake.torsion, &brake.axial, sense, start + tau, &state),
+        ));
     }
     Ok(rates)
 }
 
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and `y`, 1/s.
 pub fn fast_growth_rate(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, y: &[f64]) -> f64 {
-    fast_eigenvalues(torsion, axial, sense, t, y).iter().map(|l| l.re).fold(f64::NEG_INFINITY, f64::max)
+    fast_eigenvalues(torsion, axial, sense, t, y)
+        .iter()
+        .map(|l| l.re)
+        .fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// The eigenvalues of the slip state's Jacobian but the slow root of the rotor, 1/s.
@@ -146,7 +180,13 @@ pub fn fast_eigenvalues(
     torsion.slip_jacobian(sense, axial.pressing_force(t).max(0.0), y, &mut full.as_view_mut());
     // Twists scaled to the size of their rates: the eigenvalues stay, their rounding shrinks.
     let omega = torsion.natural_angular_frequency();
-    let scale = |k: usize| if k == ROTOR_TWIST || k == STATOR_TWIST { omega } else { 1.0 };
+    let scale = |k: usize| {
+        if k == ROTOR_TWIST || k == STATOR_TWIST {
+            omega
+        } else {
+            1.0
+        }
+    };
     let jacobian = DMatrix::from_fn(DYNAMIC, DYNAMIC, |i, j| full[(i, j)] * scale(i) / scale(j));
     let mut eigenvalues: Vec<_> = jacobian.complex_eigenvalues().iter().copied().collect();
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
@@ -168,8 +208,10 @@ impl OdeSystem for SmoothSliding {
     fn rhs(&mut self, tau: f64, y: &[f64], dydt: &mut [f64]) {
         self.brake.rhs(&self.location, self.start + tau, y, dydt);
     }
-    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) -> bool {
-        self.brake.jacobian(&self.location, self.start + tau, y, jacobian);
+    fn has_jacobian(&self) -> bool {
         true
+    }
+    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
+        self.brake.jacobian(&self.location, self.start + tau, y, jacobian);
     }
 }

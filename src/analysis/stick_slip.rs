@@ -53,8 +53,10 @@ impl StickSlip {
             }
             result.slip_count += usize::from(event.kind == EventKind::Slip);
         }
-        result.final_stick_time =
-            word.last().filter(|e| e.mode_after == Mode::Stick && e.kind == EventKind::Stick).map(|e| e.time);
+        result.final_stick_time = word
+            .last()
+            .filter(|e| e.mode_after == Mode::Stick && e.kind == EventKind::Stick)
+            .map(|e| e.time);
         result
     }
 
@@ -76,7 +78,15 @@ mod tests {
 
     fn event(time: f64, kind: EventKind, mode_after: Mode) -> Event {
         let (before, after) = (State::default(), State::default());
-        Event { time, kind, mode_after, segment: 0, before, after, internal_force: 0.0 }
+        Event {
+            time,
+            kind,
+            mode_after,
+            segment: 0,
+            before,
+            after,
+            internal_force: 0.0,
+        }
     }
 
     #[test]
@@ -87,7 +97,14 @@ mod tests {
         let s = StickSlip::from_events(&[kick, stick(1.0), slip(1.25), stick(2.0), slip(2.5), stick(4.0)]);
         assert_eq!((s.stick_count, s.slip_count, s.cycles.len()), (3, 2, 2));
         assert_eq!((s.onset_time, s.final_stick_time), (Some(1.0), Some(4.0)));
-        assert_eq!(s.cycles[1], Cycle { stick_duration: 0.5, slip_duration: 1.5, period: 2.0 });
+        assert_eq!(
+            s.cycles[1],
+            Cycle {
+                stick_duration: 0.5,
+                slip_duration: 1.5,
+                period: 2.0
+            }
+        );
         assert_eq!((s.first_period(), s.last_period()), (Some(1.0), Some(2.0)));
     }
 

@@ -78,7 +78,10 @@ impl Summary {
         let growth = Growth::of_run(parameters, &report.events, report.end)?;
         let cycles = &stick_slip.cycles;
         let range = |f: fn(&super::Cycle) -> f64| {
-            let (low, high) = cycles.iter().map(f).fold((f64::INFINITY, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
+            let (low, high) = cycles
+                .iter()
+                .map(f)
+                .fold((f64::INFINITY, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
             (!cycles.is_empty()).then_some((low, high))
         };
         let largest_force =

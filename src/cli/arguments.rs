@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// High-accuracy reference runs of friction-induced vibration: every stick and slip located, stored in HDF5.
 #[derive(Debug, Parser)]
-#[command(name = "stickslip", version = provenance::versions(), disable_help_subcommand = true)]
+#[command(name = "stickslip", disable_help_subcommand = true)]
 pub struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -95,7 +95,11 @@ impl Refusal {
     /// Prints the text, to standard output for help and version; exit status 0 for them, 2 for wrong usage.
     pub fn report(&self) -> ExitCode {
         let _ = self.0.print();
-        if self.0.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS }
+        if self.0.use_stderr() {
+            ExitCode::from(2)
+        } else {
+            ExitCode::SUCCESS
+        }
     }
 }
 
@@ -105,6 +109,13 @@ impl Arguments {
     /// # Errors
     /// If it asks for help or the version, or is wrong.
     pub fn read() -> Result<Arguments, Refusal> {
-        Arguments::try_parse().map_err(Refusal)
+        use clap::{CommandFactory, FromArgMatches};
+        // The versions of the libraries are known at run time only.
+        let version: &'static str = Box::leak(provenance::versions().into_boxed_str());
+        let matches = Arguments::command()
+            .version(version)
+            .try_get_matches()
+            .map_err(Refusal)?;
+        Arguments::from_arg_matches(&matches).map_err(Refusal)
     }
 }

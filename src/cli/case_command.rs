@@ -26,7 +26,10 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
     let mut listed = Vec::new();
     for built_in in builtin::CASES {
         let source = CaseSource::built_in(built_in.name).map_err(input)?;
-        listed.push(Listed { name: built_in.name, title: Case::parse(&source, &[]).map_err(input)?.title });
+        listed.push(Listed {
+            name: built_in.name,
+            title: Case::parse(&source, &[]).map_err(input)?.title,
+        });
     }
     if common.json {
         print_json(&listed)?;

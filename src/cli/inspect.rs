@@ -7,7 +7,9 @@ use crate::results::{AttributeValue, ResultError, ResultFile};
 /// Lists what a result file holds.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
     let input = |error: ResultError| CommandError::Input(error.to_string());
-    let contents = ResultFile::open(&options.file).and_then(|file| file.contents()).map_err(input)?;
+    let contents = ResultFile::open(&options.file)
+        .and_then(|file| file.contents())
+        .map_err(input)?;
     if common.json {
         print_json(&contents)?;
         return Ok(End::Done);

@@ -62,7 +62,11 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         (false, 1) => log::LevelFilter::Info,
         (false, _) => log::LevelFilter::Debug,
     };
-    env_logger::Builder::new().filter_level(level).format_target(false).format_timestamp(None).init();
+    env_logger::Builder::new()
+        .filter_level(level)
+        .format_target(false)
+        .format_timestamp(None)
+        .init();
     match command {
         Command::Run(options) => run::run(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
@@ -74,9 +78,9 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
 fn print(text: &str) -> Result<(), CommandError> {
     use std::io::Write;
     match std::io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(CommandError::Computation(format!("writing to standard output failed: {error}")))
-        }
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::Computation(format!(
+            "writing to standard output failed: {error}"
+        ))),
         _ => Ok(()),
     }
 }

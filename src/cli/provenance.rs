@@ -22,7 +22,11 @@ pub(super) fn versions() -> String {
 
 /// Root attribute `source`.
 pub(super) fn source() -> String {
-    format!("stickslip {} with SUNDIALS {}", env!("CARGO_PKG_VERSION"), crate::sundials::SUNDIALS_VERSION)
+    format!(
+        "stickslip {} with SUNDIALS {}",
+        env!("CARGO_PKG_VERSION"),
+        crate::sundials::SUNDIALS_VERSION
+    )
 }
 
 /// The command line as it was given, quoted where a shell would need it.
@@ -37,8 +41,15 @@ pub(super) fn command_line() -> String {
     let mut arguments = std::env::args_os().map(|a| a.to_string_lossy().into_owned());
     // The program's own name without the folder it happens to stand in.
     let program = arguments.next().unwrap_or_default();
-    let program = program.rsplit(std::path::MAIN_SEPARATOR).next().unwrap_or("stickslip").to_owned();
-    std::iter::once(program).chain(arguments.map(quoted)).collect::<Vec<_>>().join(" ")
+    let program = program
+        .rsplit(std::path::MAIN_SEPARATOR)
+        .next()
+        .unwrap_or("stickslip")
+        .to_owned();
+    std::iter::once(program)
+        .chain(arguments.map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// The instant as ISO 8601 in UTC, to the second.
@@ -54,19 +65,28 @@ pub(super) fn meta(solver: &SolverOptions, started: &str) -> Vec<(String, MetaVa
         ("sundials_version", crate::sundials::SUNDIALS_VERSION.to_owned()),
         ("hdf5_version", hdf5_version()),
         ("rustc_version", env!("STICKSLIP_RUSTC").to_owned()),
-        ("platform", format!("{} {}", std::env::consts::OS, std::env::consts::ARCH)),
+        (
+            "platform",
+            format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        ),
         ("command_line", command_line()),
         ("method", solver.method.name().to_owned()),
         ("started", started.to_owned()),
     ];
-    let mut meta: Vec<(String, MetaValue)> =
-        texts.into_iter().map(|(name, text)| (name.to_owned(), MetaValue::Text(text))).collect();
+    let mut meta: Vec<(String, MetaValue)> = texts
+        .into_iter()
+        .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
+        .collect();
     let numbers = [
         ("rtol", Some(solver.rtol)),
         ("atol_twist", solver.atol_twist),
         ("atol_rate", solver.atol_rate),
         ("atol_speed", solver.atol_speed),
     ];
-    meta.extend(numbers.into_iter().filter_map(|(name, x)| Some((name.to_owned(), MetaValue::Number(x?)))));
+    meta.extend(
+        numbers
+            .into_iter()
+            .filter_map(|(name, x)| Some((name.to_owned(), MetaValue::Number(x?)))),
+    );
     meta
 }

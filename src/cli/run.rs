@@ -46,9 +46,18 @@ struct RunDocument<'a> {
 
 /// Integrates one case into a result file and reports it.
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandError> {
-    let Input { source, case, text, files } = read_input(options)?;
+    let Input {
+        source,
+        case,
+        text,
+        files,
+    } = read_input(options)?;
     let path = options.output.clone().unwrap_or_else(|| default_output(&source));
-    let overwrite = if options.force { Overwrite::Force } else { Overwrite::OwnResults };
+    let overwrite = if options.force {
+        Overwrite::Force
+    } else {
+        Overwrite::OwnResults
+    };
     let started = provenance::now();
     let header = Header {
         title: case.title.clone(),
@@ -63,11 +72,26 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let stop = interrupt_flag()?;
     let bar = RunBar::new(common, case.output.end_time);
     let clock = Instant::now();
-    log::info!("{}: method {}, rtol {:e}", source.label(), case.solver.method.name(), case.solver.rtol);
-    let result = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |progress| {
-        bar.show(progress);
-        if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    log::info!(
+        "{}: method {}, rtol {:e}",
+        source.label(),
+        case.solver.method.name(),
+        case.solver.rtol
+    );
+    let result = simulate(
+        &case.parameters,
+        &case.solver,
+        &case.output,
+        &mut writer,
+        &mut |progress| {
+            bar.show(progress);
+            if stop.load(Ordering::Relaxed) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        },
+    );
     bar.finish();
     let (report, failure) = match result {
         Ok(report) => (report, None),
@@ -78,7 +102,10 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     };
     let (summary, unsummarised) = match Summary::of_run(&case.parameters, &report) {
         Ok(summary) => (Some(summary), None),
-        Err(error) => (None, Some(format!("the growth exponent could not be computed: {error}"))),
+        Err(error) => (
+            None,
+            Some(format!("the growth exponent could not be computed: {error}")),
+        ),
     };
     let mut warnings = summary.as_ref().map_or_else(Vec::new, |s| warnings(s, &case));
     warnings.extend(unsummarised);
@@ -132,7 +159,9 @@ fn finish(failure: Option<&RunError>, report: &RunReport, file: &Path, quiet: bo
         None if report.interrupted => {
             if !quiet {
                 let (end, file) = (report.end, file.display());
-                complain(&format!("interrupted at t = {end:.9} s; what was computed is saved in {file}"));
+                complain(&format!(
+                    "interrupted at t = {end:.9} s; what was computed is saved in {file}"
+                ));
             }
             Ok(End::Interrupted)
         }
@@ -174,7 +203,12 @@ fn read_input(options: &RunOptions) -> Result<Input, CommandError> {
     }
     let case = Case::parse(&source, &overrides).map_err(bad_case)?;
     let text = text.unwrap_or_else(|| source.text.clone());
-    Ok(Input { source, case, text, files })
+    Ok(Input {
+        source,
+        case,
+        text,
+        files,
+    })
 }
 
 fn looks_like_a_path(name: &str) -> bool {
@@ -185,7 +219,10 @@ fn looks_like_a_path(name: &str) -> bool {
 fn is_hdf5(path: &Path) -> bool {
     use std::io::Read;
     let mut head = [0u8; 8];
-    std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head)).is_ok() && head == *b"\x89HDF\r\n\x1a\n"
+    std::fs::File::open(path)
+        .and_then(|mut f| f.read_exact(&mut head))
+        .is_ok()
+        && head == *b"\x89HDF\r\n\x1a\n"
 }
 
 fn default_output(source: &CaseSource) -> PathBuf {

@@ -20,7 +20,9 @@ mod paper {
 /// A table in the program's style.
 pub(super) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    table
+        .load_style(presets::NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic);
     if !header.is_empty() {
         table.set_header(header);
     }
@@ -30,20 +32,55 @@ pub(super) fn table(header: &[&str]) -> Table {
 /// The report of a run.
 pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wall_time: f64) -> String {
     let s = summary;
-    let residual = format!("{:.1e} J ({:.1e} of the initial energy)", s.energy_residual, s.energy_residual_relative);
+    let residual = format!(
+        "{:.1e} J ({:.1e} of the initial energy)",
+        s.energy_residual, s.energy_residual_relative
+    );
     let rows = [
-        ("events", format!("{} ({} sticks, {} slips)", s.events, s.sticks, s.slips), ""),
+        (
+            "events",
+            format!("{} ({} sticks, {} slips)", s.events, s.sticks, s.slips),
+            "",
+        ),
         ("onset of stick-slip", time(s.onset_time), paper::ONSET),
         ("stick for good", time(s.final_stick_time), paper::FINAL_STICK),
-        ("slip duration, first / last", pair(s.first_slip_duration, s.last_slip_duration), paper::SLIP),
+        (
+            "slip duration, first / last",
+            pair(s.first_slip_duration, s.last_slip_duration),
+            paper::SLIP,
+        ),
         ("slip duration, range", range(s.slip_duration_range), ""),
-        ("stick duration, first", microseconds(s.first_stick_duration), paper::FIRST_STICK),
-        ("stick duration, last", microseconds(s.last_stick_duration), paper::LAST_STICK),
+        (
+            "stick duration, first",
+            microseconds(s.first_stick_duration),
+            paper::FIRST_STICK,
+        ),
+        (
+            "stick duration, last",
+            microseconds(s.last_stick_duration),
+            paper::LAST_STICK,
+        ),
         ("stick duration, range", range(s.stick_duration_range), ""),
-        ("natural period T_n", microseconds(Some(s.natural_period)), paper::NATURAL_PERIOD),
-        ("first period T_i / T_n", ratio(s.first_period, s.natural_period), paper::FIRST_PERIOD),
-        ("last period T_f / T_n", ratio(s.last_period, s.natural_period), paper::LAST_PERIOD),
-        ("axial displacement", format!("{:.4} mm", s.axial_displacement * 1e3), paper::AXIAL),
+        (
+            "natural period T_n",
+            microseconds(Some(s.natural_period)),
+            paper::NATURAL_PERIOD,
+        ),
+        (
+            "first period T_i / T_n",
+            ratio(s.first_period, s.natural_period),
+            paper::FIRST_PERIOD,
+        ),
+        (
+            "last period T_f / T_n",
+            ratio(s.last_period, s.natural_period),
+            paper::LAST_PERIOD,
+        ),
+        (
+            "axial displacement",
+            format!("{:.4} mm", s.axial_displacement * 1e3),
+            paper::AXIAL,
+        ),
         ("loss of stability", time(s.instability_time), ""),
         ("growth exponent G", number(s.growth_exponent), ""),
         ("e-folds gained from the kick", number(s.e_folds_gained), ""),
@@ -57,7 +94,14 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
             report.add_row([name, &value]);
         }
     }
-    let mut work = table(&["solver", "segments", "simulated s", "steps", "right-hand sides", "Jacobians"]);
+    let mut work = table(&[
+        "solver",
+        "segments",
+        "simulated s",
+        "steps",
+        "right-hand sides",
+        "Jacobians",
+    ]);
     for w in &s.work {
         work.add_row([
             w.solver.to_owned(),

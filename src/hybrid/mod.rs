@@ -147,13 +147,7 @@ pub trait Observer<L, K> {
         Ok(())
     }
 
-    fn event(
-        &mut self,
-        t: f64,
-        kind: K,
-        before: (&L, &[f64]),
-        after: (&L, &[f64]),
-    ) -> Result<(), ObserverError>;
+    fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
 
     fn segment(&mut self, report: &SegmentReport<L>) -> Result<(), ObserverError>;
 

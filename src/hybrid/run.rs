@@ -1,6 +1,6 @@
 //! The loop: segment after segment, until the end.
 
-use super::solver::{ChosenSolver, Pool, SolverKind};
+use super::solver::{ChosenSolver, LastStep, Pair, Pool, SolverKind};
 use super::{ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Transition};
 use crate::sundials::{Counters, Outcome, SolverError, Task};
 use std::collections::VecDeque;
@@ -36,18 +36,41 @@ pub struct Finish<L> {
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    #[error("{solver} failed at t = {time:.12} s in {location}: {source}. Try a smaller solver.rtol, a solver.max_step, or another solver.method")]
-    Solver { solver: &'static str, time: f64, location: String, source: SolverError },
+    #[error(
+        "{solver} failed at t = {time:.12} s in {location}: {source}. Try a smaller solver.rtol, a solver.max_step, or another solver.method"
+    )]
+    Solver {
+        solver: &'static str,
+        time: f64,
+        location: String,
+        source: SolverError,
+    },
     #[error(
         "chattering at t = {time:.12} s: {count} transitions within {window:.1e} s, the last from {location} by the guard \"{guard}\". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and contact.breakaway_test = \"transmitted\" is free of it"
     )]
-    Chattering { time: f64, count: usize, window: f64, location: String, guard: String },
+    Chattering {
+        time: f64,
+        count: usize,
+        window: f64,
+        location: String,
+        guard: String,
+    },
     #[error(
         "the event budget of {budget} transitions is used up at t = {time:.12} s, the last from {location} by the guard \"{guard}\". Raise solver.max_events if so many are expected"
     )]
-    TooManyEvents { time: f64, budget: usize, location: String, guard: String },
+    TooManyEvents {
+        time: f64,
+        budget: usize,
+        location: String,
+        guard: String,
+    },
     #[error("the state is not finite at t = {time:.12} s in {location}: component {component} is {value}")]
-    NotFinite { time: f64, location: String, component: usize, value: f64 },
+    NotFinite {
+        time: f64,
+        location: String,
+        component: usize,
+        value: f64,
+    },
     #[error(transparent)]
     Observer(ObserverError),
 }
@@ -89,7 +112,12 @@ where
         sample: vec![0.0; dynamics.dimension()],
     };
     let interrupted = run.to(end_time, rules)?;
-    Ok(Finish { time: run.time, location: run.location, state: run.state, interrupted })
+    Ok(Finish {
+        time: run.time,
+        location: run.location,
+        state: run.state,
+        interrupted,
+    })
 }
 
 struct Run<'a, D: Dynamics, O> {
@@ -132,7 +160,13 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 SolverKind::ClosedForm => (self.closed_segment::<R>(stop)?, Counters::default()),
                 _ => self.solved_segment::<R>(&chosen, stop)?,
             };
-            let report = SegmentReport { start, end: self.time, location, solver: chosen.kind, counters };
+            let report = SegmentReport {
+                start,
+                end: self.time,
+                location,
+                solver: chosen.kind,
+                counters,
+            };
             self.observer.segment(&report).map_err(RunError::Observer)?;
             match end {
                 SegmentEnd::Stop => {}
@@ -168,7 +202,11 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             ClosedEnd::Guard { after, index } if after < span => (after, SegmentEnd::Guards(vec![index])),
             _ => (span, SegmentEnd::Stop),
         };
-        let end_time = if matches!(end, SegmentEnd::Stop) { stop } else { start + after };
+        let end_time = if matches!(end, SegmentEnd::Stop) {
+            stop
+        } else {
+            start + after
+        };
         self.samples_until::<R>(end_time, false, |run, t| {
             dynamics.closed_state(&location, start, &state, t - start, &mut run.sample);
             Ok(())
@@ -197,42 +235,114 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         // The solver stays borrowed from the pool while samples go to the observer.
         let mut pool = std::mem::replace(&mut self.pool, Pool::new(self.dynamics.clone()));
         let result = (|| {
-            let solver = pool.prepare(chosen, location, start, &self.state, span).map_err(|e| failed(start, e))?;
+            let mut pair = pool
+                .prepare(chosen, location, start, &self.state, span)
+                .map_err(|e| failed(start, e))?;
+            let mut last_step = LastStep::new(&self.state);
             let mut steps = 0u32;
             let end = loop {
-                let outcome = solver.advance(span, Task::OneStep).map_err(|e| failed(self.time, e))?;
-                let stopped = matches!(outcome, Outcome::StopTime | Outcome::Reached) && solver.time() >= span;
-                self.time = if stopped { stop } else { start + solver.time() };
-                self.samples_until::<R>(self.time, false, |run, t| {
-                    solver.interpolate((t - start).min(solver.time()), 0, &mut run.sample).map_err(|e| failed(t, e))
-                })?;
-                match outcome {
-                    Outcome::Roots => {
-                        let found = solver.crossings_found();
-                        break SegmentEnd::Guards(
-                            found.iter().enumerate().filter(|(_, c)| c.is_some()).map(|(k, _)| k).collect(),
-                        );
-                    }
-                    _ if stopped => break SegmentEnd::Stop,
-                    _ => {
-                        if self.observer.wants_steps() {
-                            self.observer.step(self.time, &location, solver.state()).map_err(RunError::Observer)?;
-                        }
+                let outcome = pair
+                    .solver
+                    .advance(span, Task::OneStep)
+                    .map_err(|e| failed(self.time, e))?;
+                let mut tau = pair.solver.time();
+                let mut end = None;
+                if outcome == Outcome::Roots {
+                    let found = pair.solver.crossings_found();
+                    let fired: Vec<usize> = found
+                        .iter()
+                        .enumerate()
+                        .filter(|(_, c)| c.is_some())
+                        .map(|(k, _)| k)
+                        .collect();
+                    tau = self
+                        .refine_root(&mut pair, &last_step, start, fired[0])
+                        .map_err(|e| failed(start + tau, e))?;
+                    end = Some(SegmentEnd::Guards(fired));
+                } else {
+                    self.state.copy_from_slice(pair.solver.state());
+                    if tau >= span {
+                        end = Some(SegmentEnd::Stop);
                     }
                 }
+                self.time = if matches!(end, Some(SegmentEnd::Stop)) {
+                    stop
+                } else {
+                    start + tau
+                };
+                self.samples_until::<R>(self.time, false, |run, t| {
+                    last_step
+                        .state_at(&mut pair, (t - start).min(tau), &mut run.sample)
+                        .map_err(|e| failed(t, e))
+                })?;
+                if let Some(end) = end {
+                    break end;
+                }
+                if self.observer.wants_steps() {
+                    self.observer
+                        .step(self.time, &location, &self.state)
+                        .map_err(RunError::Observer)?;
+                }
+                last_step.advance(tau, &self.state);
                 steps += 1;
                 if steps % 256 == 0 && self.observer.progress(self.time, &location).is_break() {
                     break SegmentEnd::Interrupted;
                 }
             };
-            self.state.copy_from_slice(solver.state());
-            let counters = solver.counters().map_err(|e| failed(self.time, e))?;
+            let counters = pair.solver.counters().map_err(|e| failed(self.time, e))?;
             Ok((end, counters))
         })();
         self.pool = pool;
         let result = result?;
         self.check_finite()?;
         Ok(result)
+    }
+
+    /// The root that the solver has found in its last step, to the accuracy of the method; leaves the state there in
+    /// `self.state` and returns its time on the segment's clock.
+    ///
+    /// Without a probe that is what the solver returned. With one it is Newton's method on the repeated step, from the
+    /// root of the dense output.
+    fn refine_root(
+        &mut self,
+        pair: &mut Pair<'_, D>,
+        last_step: &LastStep,
+        start: f64,
+        guard: usize,
+    ) -> Result<f64, SolverError> {
+        let mut tau = pair.solver.time();
+        self.state.copy_from_slice(pair.solver.state());
+        if pair.probe.is_none() {
+            return Ok(tau);
+        }
+        let end = pair.solver.mesh_time()?;
+        let guards = self.dynamics.guards(&self.location).len();
+        let (mut values, mut ahead) = (vec![0.0; guards], vec![0.0; guards]);
+        let mut rates = vec![0.0; self.state.len()];
+        for _ in 0..4 {
+            last_step.state_at(pair, tau, &mut self.state)?;
+            let (t, dynamics, location) = (start + tau, &self.dynamics, &self.location);
+            dynamics.guard_values(location, t, &self.state, &mut values);
+            dynamics.rhs(location, t, &self.state, &mut rates);
+            // The guard's derivative along the flow, by a step far shorter than any time scale of the solution.
+            let probe_step = 1e-6 * (end - last_step.start());
+            for (y, (state, rate)) in self.sample.iter_mut().zip(self.state.iter().zip(&rates)) {
+                *y = state + probe_step * rate;
+            }
+            dynamics.guard_values(location, t + probe_step, &self.sample, &mut ahead);
+            let slope = (ahead[guard] - values[guard]) / probe_step;
+            let next = tau - values[guard] / slope;
+            // A slope of nothing, or a correction out of the step: the root is a grazing one, and stays where it is.
+            if !(next > last_step.start() && next <= end) {
+                break;
+            }
+            let change = (next - tau).abs();
+            if change <= 4.0 * f64::EPSILON * end {
+                break;
+            }
+            tau = next;
+        }
+        Ok(tau)
     }
 
     /// Hands out the samples due before `t` (and at it, if `inclusive`); `fill` puts the state into `self.sample`.
@@ -252,7 +362,9 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 return Ok(());
             }
             fill(self, due)?;
-            self.observer.sample(due, &self.location, &self.sample).map_err(RunError::Observer)?;
+            self.observer
+                .sample(due, &self.location, &self.sample)
+                .map_err(RunError::Observer)?;
         }
     }
 

@@ -2,8 +2,8 @@
 
 use super::Dynamics;
 use crate::sundials::{
-    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions, EsdirkTable, Integrator, Multistep, OdeSystem,
-    SolverError, Tolerances,
+    Cvode, CvodeOptions, Direction, Erk, ErkTable, Esdirk, EsdirkOptions, EsdirkTable, Integrator, OdeSystem, Outcome,
+    SolverError, Task, Tolerances,
 };
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
@@ -12,7 +12,9 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SolverKind {
     /// CVODE BDF, of at most this order.
-    CvodeBdf { max_order: u32 },
+    CvodeBdf {
+        max_order: u32,
+    },
     CvodeAdams,
     Erk(ErkTable),
     Esdirk(EsdirkTable),
@@ -59,9 +61,12 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
         self.dynamics.rhs(&self.location, self.origin + tau, y, dydt);
     }
 
-    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) -> bool {
-        self.dynamics.jacobian(&self.location, self.origin + tau, y, jacobian);
+    fn has_jacobian(&self) -> bool {
         true
+    }
+
+    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
+        self.dynamics.jacobian(&self.location, self.origin + tau, y, jacobian);
     }
 
     fn roots(&mut self, tau: f64, y: &[f64], values: &mut [f64]) {
@@ -80,16 +85,32 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
 
 pub(super) type DynIntegrator<D> = dyn Integrator<System = Flow<D>>;
 
+/// A solver, and for one-step methods a second one of its kind that repeats part of a step.
+pub(super) struct Pair<'a, D: Dynamics> {
+    pub(super) solver: &'a mut DynIntegrator<D>,
+    pub(super) probe: Option<&'a mut DynIntegrator<D>>,
+}
+
+struct Entry<D: Dynamics> {
+    kind: SolverKind,
+    solver: Box<DynIntegrator<D>>,
+    probe: Option<Box<DynIntegrator<D>>>,
+}
+
 /// The solvers in use, by kind.
 pub(super) struct Pool<D: Dynamics> {
     dynamics: Arc<D>,
-    solvers: Vec<(SolverKind, Box<DynIntegrator<D>>)>,
+    entries: Vec<Entry<D>>,
     crossings: Vec<Direction>,
 }
 
 impl<D: Dynamics> Pool<D> {
     pub(super) fn new(dynamics: Arc<D>) -> Self {
-        Pool { dynamics, solvers: Vec::new(), crossings: Vec::new() }
+        Pool {
+            dynamics,
+            entries: Vec::new(),
+            crossings: Vec::new(),
+        }
     }
 
     /// A solver set up for a segment that starts at `t` with `y` and may run `span` (s).
@@ -100,48 +121,121 @@ impl<D: Dynamics> Pool<D> {
         t: f64,
         y: &[f64],
         span: f64,
-    ) -> Result<&mut DynIntegrator<D>, SolverError> {
-        let position = match self.solvers.iter().position(|(kind, _)| *kind == chosen.kind) {
+    ) -> Result<Pair<'_, D>, SolverError> {
+        let position = match self.entries.iter().position(|entry| entry.kind == chosen.kind) {
             Some(position) => position,
             None => {
-                let flow = Flow { dynamics: self.dynamics.clone(), location, origin: t };
-                self.solvers.push((chosen.kind, create(chosen, flow, y)?));
-                self.solvers.len() - 1
+                let flow = || Flow {
+                    dynamics: self.dynamics.clone(),
+                    location,
+                    origin: t,
+                };
+                let one_step = matches!(chosen.kind, SolverKind::Erk(_) | SolverKind::Esdirk(_));
+                let probe = if one_step {
+                    Some(create(chosen, flow(), y)?)
+                } else {
+                    None
+                };
+                self.entries.push(Entry {
+                    kind: chosen.kind,
+                    solver: create(chosen, flow(), y)?,
+                    probe,
+                });
+                self.entries.len() - 1
             }
         };
-        let solver = &mut *self.solvers[position].1;
-        let flow = solver.system_mut();
-        flow.location = location;
-        flow.origin = t;
+        let Entry { solver, probe, .. } = &mut self.entries[position];
+        for solver in std::iter::once(&mut *solver).chain(probe.as_mut()) {
+            let flow = solver.system_mut();
+            flow.location = location;
+            flow.origin = t;
+            solver.set_tolerances(&chosen.tolerances)?;
+        }
         solver.restart(0.0, y)?;
-        solver.set_tolerances(&chosen.tolerances)?;
         self.crossings.clear();
-        self.crossings.extend(self.dynamics.guards(&location).iter().map(|g| g.direction));
+        self.crossings
+            .extend(self.dynamics.guards(&location).iter().map(|g| g.direction));
         solver.set_crossings(&self.crossings)?;
         solver.set_max_step(chosen.max_step)?;
         solver.set_stop_time(Some(span))?;
-        Ok(solver)
+        Ok(Pair {
+            solver: &mut **solver,
+            probe: probe.as_deref_mut(),
+        })
     }
 }
 
-fn create<D: Dynamics>(
-    chosen: &ChosenSolver,
-    flow: Flow<D>,
-    y: &[f64],
-) -> Result<Box<DynIntegrator<D>>, SolverError> {
+/// The last step of a segment's solver, from which states inside it are taken.
+///
+/// A multistep method carries a polynomial of its own order. The dense output of ARKODE's one-step methods is of degree
+/// 5 at most, far below a method of order 8; there the step is taken again, up to the time that is wanted.
+pub(super) struct LastStep {
+    start: f64,
+    state: Vec<f64>,
+}
+
+impl LastStep {
+    pub(super) fn new(y: &[f64]) -> Self {
+        LastStep {
+            start: 0.0,
+            state: y.to_vec(),
+        }
+    }
+
+    /// Where the step starts, on the segment's clock.
+    pub(super) fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// The next step will start where the solver stands.
+    pub(super) fn advance(&mut self, tau: f64, y: &[f64]) {
+        self.start = tau;
+        self.state.copy_from_slice(y);
+    }
+
+    /// The state at `tau` within the step.
+    pub(super) fn state_at<D: Dynamics>(
+        &self,
+        pair: &mut Pair<'_, D>,
+        tau: f64,
+        out: &mut [f64],
+    ) -> Result<(), SolverError> {
+        let Some(probe) = &mut pair.probe else {
+            return pair.solver.interpolate(tau.min(pair.solver.time()), 0, out);
+        };
+        let span = tau - self.start;
+        if span <= 8.0 * f64::EPSILON * tau {
+            out.copy_from_slice(&self.state);
+            return Ok(());
+        }
+        probe.restart(self.start, &self.state)?;
+        probe.set_initial_step(Some(span))?;
+        probe.set_stop_time(Some(tau))?;
+        while probe.advance(tau, Task::OneStep)? != Outcome::StopTime {}
+        out.copy_from_slice(probe.state());
+        Ok(())
+    }
+}
+
+fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Result<Box<DynIntegrator<D>>, SolverError> {
     let tolerances = &chosen.tolerances;
     Ok(match chosen.kind {
         SolverKind::CvodeBdf { max_order } => {
-            let options =
-                CvodeOptions { method: Multistep::Bdf, max_order: Some(max_order), ..CvodeOptions::default() };
+            let options = CvodeOptions {
+                max_order: Some(max_order),
+                ..CvodeOptions::BDF
+            };
             Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?)
         }
-        SolverKind::CvodeAdams => {
-            let options = CvodeOptions { method: Multistep::Adams, ..CvodeOptions::default() };
-            Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?)
+        SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
+        SolverKind::Erk(table) => Box::new(Erk::new(flow, table, 0.0, y, tolerances)?),
+        SolverKind::Esdirk(table) => {
+            let options = EsdirkOptions {
+                exact_newton: true,
+                ..table.into()
+            };
+            Box::new(Esdirk::new(flow, options, 0.0, y, tolerances)?)
         }
-        SolverKind::Erk(table) => Box::new(Erk::new(flow, ErkOptions::new(table), 0.0, y, tolerances)?),
-        SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, EsdirkOptions::new(table), 0.0, y, tolerances)?),
         SolverKind::ClosedForm => unreachable!("a closed form needs no solver"),
     })
 }

@@ -100,7 +100,7 @@ impl ClosedForm {
         let start = self.reduced(y);
         let x = self.stick.advance(&start, tau);
         let mut state = self.expanded(y, &x);
-        state[RELATIVE_VELOCITY] = 0.0;
+        state[ROTOR_SPEED] = state[ROTOR_TWIST_RATE] + state[STATOR_TWIST_RATE];
         state[DAMPING_LOSS] += self.energy_loss(&self.stick, &start, &x);
         state
     }
@@ -117,11 +117,9 @@ impl ClosedForm {
             ..
         } = self.model.torsion;
         let share = j / (i + j);
-        let rate_change = state[ROTOR_TWIST_RATE] - y[ROTOR_TWIST_RATE];
-        state[RELATIVE_VELOCITY] =
-            y[RELATIVE_VELOCITY] + (share - 1.0) * rate_change - (state[STATOR_TWIST_RATE] - y[STATOR_TWIST_RATE]);
+        state[ROTOR_SPEED] = y[ROTOR_SPEED] + share * (state[ROTOR_TWIST_RATE] - y[ROTOR_TWIST_RATE]);
         let twist_change = state[ROTOR_TWIST] - y[ROTOR_TWIST];
-        let turned = self.model.rotor_speed(y) * tau + share * (twist_change - y[ROTOR_TWIST_RATE] * tau);
+        let turned = y[ROTOR_SPEED] * tau + share * (twist_change - y[ROTOR_TWIST_RATE] * tau);
         state[SLIP] = y[SLIP] + turned - twist_change - (state[STATOR_TWIST] - y[STATOR_TWIST]);
         state[DAMPING_LOSS] += self.energy_loss(&self.separated, &start, &x);
         state

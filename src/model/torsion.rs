@@ -1,8 +1,9 @@
 //! The torsional equations in twist coordinates.
 //!
 //! The rotor turns through some 350 rad while its twist is a few microradians: absolute angles would leave eight digits
-//! of torque. The state holds the twists themselves, and the relative velocity itself rather than the rotor speed, so
-//! that the guard of a stick is a component of the state and not a difference.
+//! of torque. The state holds the twists themselves and the rotor speed. The relative velocity is their difference,
+//! omega_r = theta' - u' - v', and no component: as a component it would be rounded at each step to 16 digits of the
+//! sliding speed, and that rounding would feed the fast mode. The rounding of the rotor speed only feeds the slow one.
 
 use super::{BreakawayTest, Contact, Friction, Parameters, Torsion};
 use nalgebra::DMatrixViewMut;
@@ -20,8 +21,8 @@ pub mod index {
     pub const STATOR_TWIST: usize = 2;
     /// v' = phi_1', rad/s.
     pub const STATOR_TWIST_RATE: usize = 3;
-    /// omega_r = phi_2' - phi_1', rad/s.
-    pub const RELATIVE_VELOCITY: usize = 4;
+    /// theta', rad/s.
+    pub const ROTOR_SPEED: usize = 4;
     /// phi_2 - phi_1, rad. A quadrature: nothing depends on it.
     pub const SLIP: usize = 5;
     /// Energy dissipated by friction, J. A quadrature.
@@ -85,7 +86,7 @@ impl TorsionModel {
     /// s mu(s omega_r) r F_n: the interface torque of slip with sense `s`, N m.
     #[inline]
     pub fn sliding_torque(&self, sense: f64, y: &[f64], normal_force: f64) -> f64 {
-        sense * self.friction.coefficient(sense * y[RELATIVE_VELOCITY]) * self.contact.radius * normal_force
+        sense * self.friction.coefficient(sense * self.relative_velocity(y)) * self.contact.radius * normal_force
     }
 
     /// Slip with sense `s` (+1 or -1), equations (2) and (3). `normal_force` F_n in N.
@@ -93,7 +94,7 @@ impl TorsionModel {
     pub fn slip_rhs(&self, sense: f64, normal_force: f64, y: &[f64], dydt: &mut [f64]) {
         let friction = self.sliding_torque(sense, y, normal_force);
         self.free_rhs(friction, y, dydt);
-        dydt[FRICTION_LOSS] = friction * y[RELATIVE_VELOCITY];
+        dydt[FRICTION_LOSS] = friction * dydt[SLIP];
     }
 
     /// No contact: the surfaces are free.
@@ -118,8 +119,8 @@ impl TorsionModel {
         dydt[ROTOR_TWIST_RATE] = -t_r / i - phi2_ddot;
         dydt[STATOR_TWIST] = y[STATOR_TWIST_RATE];
         dydt[STATOR_TWIST_RATE] = phi1_ddot;
-        dydt[RELATIVE_VELOCITY] = (t_r + t_s - 2.0 * t_i) / j;
-        dydt[SLIP] = y[RELATIVE_VELOCITY];
+        dydt[ROTOR_SPEED] = -t_r / i;
+        dydt[SLIP] = self.relative_velocity(y);
         dydt[DAMPING_LOSS] =
             c_t * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
     }
@@ -138,7 +139,7 @@ impl TorsionModel {
         dydt[ROTOR_TWIST_RATE] = -t_r / i - phi_ddot;
         dydt[STATOR_TWIST] = y[STATOR_TWIST_RATE];
         dydt[STATOR_TWIST_RATE] = phi_ddot;
-        dydt[RELATIVE_VELOCITY] = 0.0;
+        dydt[ROTOR_SPEED] = -t_r / i;
         dydt[SLIP] = 0.0;
         dydt[FRICTION_LOSS] = 0.0;
         dydt[DAMPING_LOSS] =
@@ -147,11 +148,15 @@ impl TorsionModel {
 
     /// Jacobian of [`Self::slip_rhs`], DIMENSION x DIMENSION, into a zeroed matrix.
     pub fn slip_jacobian(&self, sense: f64, normal_force: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        let (mu, slope) = self.friction.coefficient_and_slope(sense * y[RELATIVE_VELOCITY]);
+        let w = self.relative_velocity(y);
+        let (mu, slope) = self.friction.coefficient_and_slope(sense * w);
         let r_fn = self.contact.radius * normal_force;
         // d(s mu(s w))/dw = mu'(s w)
         self.free_jacobian(slope * r_fn, y, jac);
-        jac[(FRICTION_LOSS, RELATIVE_VELOCITY)] = sense * mu * r_fn + slope * r_fn * y[RELATIVE_VELOCITY];
+        let loss_slope = sense * mu * r_fn + slope * r_fn * w;
+        for (column, sign) in RELATIVE_VELOCITY {
+            jac[(FRICTION_LOSS, column)] = sign * loss_slope;
+        }
     }
 
     /// Jacobian of [`Self::separated_rhs`], into a zeroed matrix.
@@ -169,21 +174,16 @@ impl TorsionModel {
         jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
         jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t / j;
         jac[(ROTOR_TWIST_RATE, ROTOR_TWIST_RATE)] = -c_t / i - c_t / j;
-        jac[(ROTOR_TWIST_RATE, RELATIVE_VELOCITY)] = torque_slope / j;
         jac[(STATOR_TWIST, STATOR_TWIST_RATE)] = 1.0;
         jac[(STATOR_TWIST_RATE, STATOR_TWIST)] = -k_t / j;
         jac[(STATOR_TWIST_RATE, STATOR_TWIST_RATE)] = -c_t / j;
-        jac[(STATOR_TWIST_RATE, RELATIVE_VELOCITY)] = torque_slope / j;
-        for (column, value) in [
-            (ROTOR_TWIST, k_t),
-            (ROTOR_TWIST_RATE, c_t),
-            (STATOR_TWIST, k_t),
-            (STATOR_TWIST_RATE, c_t),
-            (RELATIVE_VELOCITY, -2.0 * torque_slope),
-        ] {
-            jac[(RELATIVE_VELOCITY, column)] = value / j;
+        jac[(ROTOR_SPEED, ROTOR_TWIST)] = -k_t / i;
+        jac[(ROTOR_SPEED, ROTOR_TWIST_RATE)] = -c_t / i;
+        for (column, sign) in RELATIVE_VELOCITY {
+            jac[(ROTOR_TWIST_RATE, column)] += sign * torque_slope / j;
+            jac[(STATOR_TWIST_RATE, column)] += sign * torque_slope / j;
+            jac[(SLIP, column)] = sign;
         }
-        jac[(SLIP, RELATIVE_VELOCITY)] = 1.0;
         self.damping_loss_jacobian(y, jac);
     }
 
@@ -206,6 +206,8 @@ impl TorsionModel {
         jac[(STATOR_TWIST_RATE, ROTOR_TWIST_RATE)] = c_t * half;
         jac[(STATOR_TWIST_RATE, STATOR_TWIST)] = -k_t * half;
         jac[(STATOR_TWIST_RATE, STATOR_TWIST_RATE)] = -c_t * half;
+        jac[(ROTOR_SPEED, ROTOR_TWIST)] = -k_t / i;
+        jac[(ROTOR_SPEED, ROTOR_TWIST_RATE)] = -c_t / i;
         self.damping_loss_jacobian(y, jac);
     }
 
@@ -217,10 +219,9 @@ impl TorsionModel {
     /// The state with both surfaces at their mean speed: exact momentum balance of two equal inertias.
     pub fn joined(&self, y: &[f64]) -> TorsionState {
         let mut joined = copy(y);
-        let half = y[RELATIVE_VELOCITY] / 2.0;
+        let half = self.relative_velocity(y) / 2.0;
         joined[ROTOR_TWIST_RATE] += half;
         joined[STATOR_TWIST_RATE] += half;
-        joined[RELATIVE_VELOCITY] = 0.0;
         joined
     }
 
@@ -229,13 +230,13 @@ impl TorsionModel {
         let mut kicked = copy(y);
         kicked[ROTOR_TWIST_RATE] -= delta / 2.0;
         kicked[STATOR_TWIST_RATE] -= delta / 2.0;
-        kicked[RELATIVE_VELOCITY] += delta;
         kicked
     }
 
-    /// theta' = omega_r + u' + v', rad/s.
-    pub fn rotor_speed(&self, y: &[f64]) -> f64 {
-        y[RELATIVE_VELOCITY] + y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE]
+    /// omega_r = theta' - u' - v' = phi_2' - phi_1', rad/s.
+    #[inline]
+    pub fn relative_velocity(&self, y: &[f64]) -> f64 {
+        y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE] - y[STATOR_TWIST_RATE]
     }
 
     /// Kinetic energy of rotor and surfaces, J.
@@ -246,8 +247,8 @@ impl TorsionModel {
             ..
         } = self.torsion;
         let phi1_dot = y[STATOR_TWIST_RATE];
-        let phi2_dot = y[RELATIVE_VELOCITY] + phi1_dot;
-        let theta_dot = self.rotor_speed(y);
+        let phi2_dot = y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE];
+        let theta_dot = y[ROTOR_SPEED];
         0.5 * (rotor_inertia * theta_dot * theta_dot + surface_inertia * (phi1_dot * phi1_dot + phi2_dot * phi2_dot))
     }
 
@@ -273,6 +274,9 @@ impl TorsionModel {
         std::f64::consts::TAU / self.natural_angular_frequency()
     }
 }
+
+/// d(omega_r)/dy: (column, derivative).
+const RELATIVE_VELOCITY: [(usize, f64); 3] = [(ROTOR_SPEED, 1.0), (ROTOR_TWIST_RATE, -1.0), (STATOR_TWIST_RATE, -1.0)];
 
 fn copy(y: &[f64]) -> TorsionState {
     let mut state = [0.0; DIMENSION];

@@ -3,7 +3,7 @@
 use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{Breakaway, ClosedForm};
-use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::RELATIVE_VELOCITY};
+use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
 use crate::model::{Mode, Parameters};
 use nalgebra::DMatrixViewMut;
 
@@ -35,13 +35,26 @@ pub struct Brake {
     pub closed_form: ClosedForm,
 }
 
-const STOPPING: Guard = Guard { name: "relative velocity reaches zero", direction: Direction::Falling };
-const DESTABILISED: Guard = Guard { name: "steady sliding loses stability", direction: Direction::Falling };
-const RESTABILISED: Guard = Guard { name: "steady sliding regains stability", direction: Direction::Rising };
-const BREAKAWAY_FORWARD: Guard =
-    Guard { name: "tested torque reaches +mu_0 r F_n", direction: Direction::Falling };
-const BREAKAWAY_BACKWARD: Guard =
-    Guard { name: "tested torque reaches -mu_0 r F_n", direction: Direction::Falling };
+const STOPPING: Guard = Guard {
+    name: "relative velocity reaches zero",
+    direction: Direction::Falling,
+};
+const DESTABILISED: Guard = Guard {
+    name: "steady sliding loses stability",
+    direction: Direction::Falling,
+};
+const RESTABILISED: Guard = Guard {
+    name: "steady sliding regains stability",
+    direction: Direction::Rising,
+};
+const BREAKAWAY_FORWARD: Guard = Guard {
+    name: "tested torque reaches +mu_0 r F_n",
+    direction: Direction::Falling,
+};
+const BREAKAWAY_BACKWARD: Guard = Guard {
+    name: "tested torque reaches -mu_0 r F_n",
+    direction: Direction::Falling,
+};
 
 /// Index of the guards of slip.
 pub const GUARD_STOPPING: usize = 0;
@@ -68,7 +81,8 @@ impl Brake {
 
     /// The margin of steady sliding at `t`, N m s/rad.
     pub fn stability_margin(&self, sense: f64, t: f64, y: &[f64]) -> f64 {
-        self.torsion.stability_margin(sense, y[RELATIVE_VELOCITY], self.contact_force(t))
+        self.torsion
+            .stability_margin(sense, self.torsion.relative_velocity(y), self.contact_force(t))
     }
 }
 
@@ -98,7 +112,9 @@ impl Dynamics for Brake {
     fn jacobian(&self, location: &Location, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
         match location.mode {
             Mode::SlipForward => self.torsion.slip_jacobian(1.0, self.contact_force(t), y, &mut jacobian),
-            Mode::SlipBackward => self.torsion.slip_jacobian(-1.0, self.contact_force(t), y, &mut jacobian),
+            Mode::SlipBackward => self
+                .torsion
+                .slip_jacobian(-1.0, self.contact_force(t), y, &mut jacobian),
             Mode::Stick => self.torsion.stick_jacobian(y, &mut jacobian),
             Mode::Separated => self.torsion.separated_jacobian(y, &mut jacobian),
         }
@@ -125,7 +141,7 @@ impl Dynamics for Brake {
             }
             Mode::SlipForward | Mode::SlipBackward => {
                 let sense = f64::from(location.mode.sense());
-                values[GUARD_STOPPING] = sense * y[RELATIVE_VELOCITY];
+                values[GUARD_STOPPING] = sense * self.torsion.relative_velocity(y);
                 if location.watch != Watch::Off {
                     values[GUARD_STABILITY] = self.stability_margin(sense, t, y);
                 }
@@ -146,10 +162,14 @@ impl Dynamics for Brake {
         if location.mode != Mode::Stick {
             return ClosedEnd::None;
         }
-        match self.closed_form.next_breakaway(&self.axial, t, &torsion_state(y), within) {
-            Breakaway::After { after, sense } => {
-                ClosedEnd::Guard { after, index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 } }
-            }
+        match self
+            .closed_form
+            .next_breakaway(&self.axial, t, &torsion_state(y), within)
+        {
+            Breakaway::After { after, sense } => ClosedEnd::Guard {
+                after,
+                index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },
+            },
             Breakaway::NotYet | Breakaway::Never => ClosedEnd::None,
         }
     }

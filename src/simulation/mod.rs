@@ -13,7 +13,7 @@ pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
 use crate::hybrid::{self, Limits, RunError, Start};
-use crate::model::torsion::{DIMENSION, index::RELATIVE_VELOCITY};
+use crate::model::torsion::{DIMENSION, index::ROTOR_SPEED};
 use crate::model::{Mode, Parameters};
 use brake::Brake;
 use observer::Recording;
@@ -91,11 +91,18 @@ pub fn simulate(
     let plan = Plan::new(parameters, brake.axial.largest_force(), solver);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
     let mut state = vec![0.0; DIMENSION];
-    state[RELATIVE_VELOCITY] = parameters.initial.speed;
+    state[ROTOR_SPEED] = parameters.initial.speed;
     let location = rules.initial_location(&state);
     let mut recording = Recording::new(&brake, parameters, output, recorder, control, &state);
-    let start = Start { time: 0.0, location, state };
-    let limits = Limits { max_events: solver.max_events, chatter_count: CHATTER_COUNT };
+    let start = Start {
+        time: 0.0,
+        location,
+        state,
+    };
+    let limits = Limits {
+        max_events: solver.max_events,
+        chatter_count: CHATTER_COUNT,
+    };
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
     let mut report = recording.into_report();
     report.kicks_never_given = rules.kicks_never_given();

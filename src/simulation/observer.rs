@@ -6,8 +6,7 @@ use super::sampling::SampleTimes;
 use super::{OutputOptions, Progress, RunReport, SolverWork};
 use crate::hybrid::{Observer, ObserverError, SegmentReport};
 use crate::model::torsion::index::{
-    DAMPING_LOSS, FRICTION_LOSS, RELATIVE_VELOCITY, ROTOR_TWIST, ROTOR_TWIST_RATE, SLIP, STATOR_TWIST,
-    STATOR_TWIST_RATE,
+    DAMPING_LOSS, FRICTION_LOSS, ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE, SLIP, STATOR_TWIST, STATOR_TWIST_RATE,
 };
 use crate::model::{Axial, Mode, Parameters};
 use std::ops::ControlFlow;
@@ -48,7 +47,10 @@ impl<'a> Recording<'a> {
             segments: 0,
             counted: 0,
             work_perturbation: 0.0,
-            report: RunReport { initial_energy: brake.torsion.kinetic_energy(start), ..RunReport::default() },
+            report: RunReport {
+                initial_energy: brake.torsion.kinetic_energy(start),
+                ..RunReport::default()
+            },
         }
     }
 
@@ -56,15 +58,21 @@ impl<'a> Recording<'a> {
         self.report
     }
 
-    fn state(&self, t: f64, y: &[f64]) -> State {
+    fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State {
         let axial = self.brake.axial.at(t);
         let (u, v, slip) = (y[ROTOR_TWIST], y[STATOR_TWIST], y[SLIP]);
-        let (v_dot, w) = (y[STATOR_TWIST_RATE], y[RELATIVE_VELOCITY]);
+        let v_dot = y[STATOR_TWIST_RATE];
+        // In stick it is zero by the mode, not by a difference of two rounded speeds.
+        let w = if mode == Mode::Stick {
+            0.0
+        } else {
+            self.brake.torsion.relative_velocity(y)
+        };
         State {
             z: axial.displacement,
             z_dot: axial.velocity,
             theta: u + v + slip,
-            theta_dot: self.brake.torsion.rotor_speed(y),
+            theta_dot: y[ROTOR_SPEED],
             phi1: v,
             phi1_dot: v_dot,
             phi2: v + slip,
@@ -78,7 +86,11 @@ impl<'a> Recording<'a> {
 
     fn channels(&mut self, t: f64, mode: Mode, y: &[f64]) -> Channels {
         let (axial, torsion) = (self.brake.axial.at(t), &self.brake.torsion);
-        let normal_force = if mode == Mode::Separated { 0.0 } else { axial.pressing_force.max(0.0) };
+        let normal_force = if mode == Mode::Separated {
+            0.0
+        } else {
+            axial.pressing_force.max(0.0)
+        };
         let transmitted_torque = torsion.transmitted_torque(y);
         let Axial { mass, stiffness, .. } = self.axial;
         let energy_kinetic = torsion.kinetic_energy(y) + 0.5 * mass * axial.velocity * axial.velocity;
@@ -117,9 +129,19 @@ impl<'a> Recording<'a> {
         }
         self.last_sample = t;
         let finished = t >= self.report.end && self.times_are_over();
-        let segment = if finished { self.segments.saturating_sub(1) } else { self.segments };
+        let segment = if finished {
+            self.segments.saturating_sub(1)
+        } else {
+            self.segments
+        };
         let channels = self.channels(t, location.mode, y);
-        let sample = Sample { time: t, mode: location.mode, segment, state: self.state(t, y), channels };
+        let sample = Sample {
+            time: t,
+            mode: location.mode,
+            segment,
+            state: self.state(t, location.mode, y),
+            channels,
+        };
         self.recorder.sample(&sample)
     }
 
@@ -165,8 +187,8 @@ impl Observer<Location, EventKind> for Recording<'_> {
             kind,
             mode_after: after.0.mode,
             segment: self.segments.saturating_sub(1),
-            before: self.state(t, before.1),
-            after: self.state(t, after.1),
+            before: self.state(t, before.0.mode, before.1),
+            after: self.state(t, after.0.mode, after.1),
             internal_force: self.brake.torsion.transmitted_torque(before.1) / self.brake.torsion.contact.radius,
         };
         self.report.events.push(event);
@@ -215,6 +237,10 @@ impl Observer<Location, EventKind> for Recording<'_> {
     }
 
     fn progress(&mut self, t: f64, location: &Location) -> ControlFlow<()> {
-        (self.control)(Progress { time: t, mode: location.mode, events: self.counted })
+        (self.control)(Progress {
+            time: t,
+            mode: location.mode,
+            events: self.counted,
+        })
     }
 }

@@ -5,7 +5,7 @@ use super::plan::Plan;
 use super::record::EventKind;
 use crate::hybrid::{ChosenSolver, Rules, Transition};
 use crate::model::stability::Forecast;
-use crate::model::torsion::{TorsionState, index::RELATIVE_VELOCITY};
+use crate::model::torsion::TorsionState;
 use crate::model::{Kick, KickTime, Mode, Parameters};
 use std::sync::Arc;
 
@@ -55,7 +55,11 @@ impl BrakeRules {
     pub fn new(brake: Arc<Brake>, parameters: &Parameters, plan: Plan, end_time: f64) -> Self {
         let mut kicks = Vec::new();
         let mut waiting_kicks = Vec::new();
-        for Kick { time, relative_velocity } in &parameters.perturbations {
+        for Kick {
+            time,
+            relative_velocity,
+        } in &parameters.perturbations
+        {
             match time {
                 KickTime::At(t) => kicks.push((*t, *relative_velocity)),
                 KickTime::Instability => waiting_kicks.push(*relative_velocity),
@@ -83,21 +87,36 @@ impl BrakeRules {
 
     /// Location at t = 0 for a state.
     pub fn initial_location(&self, y: &[f64]) -> Location {
-        let mode = if self.brake.axial.closed_at_start() { self.mode_in_contact(0.0, y) } else { Mode::Separated };
-        Location { mode, resolved: false, watch: if mode == Mode::Stick { Watch::Off } else { Watch::Stable } }
+        let mode = if self.brake.axial.closed_at_start() {
+            self.mode_in_contact(0.0, y)
+        } else {
+            Mode::Separated
+        };
+        Location {
+            mode,
+            resolved: false,
+            watch: if mode == Mode::Stick { Watch::Off } else { Watch::Stable },
+        }
     }
 
     /// Slip in the sense of the relative velocity, or where there is none what the stick test says.
     fn mode_in_contact(&self, t: f64, y: &[f64]) -> Mode {
-        let w = y[RELATIVE_VELOCITY];
+        let w = self.brake.torsion.relative_velocity(y);
         if w != 0.0 { slip(w) } else { self.settle(t, y) }
     }
 
     /// The stick test for surfaces at the same speed.
     fn settle(&self, t: f64, y: &[f64]) -> Mode {
-        let limit = self.brake.torsion.breakaway_torque(self.brake.axial.pressing_force(t).max(0.0));
+        let limit = self
+            .brake
+            .torsion
+            .breakaway_torque(self.brake.axial.pressing_force(t).max(0.0));
         let torque = self.brake.torsion.tested_torque(y);
-        if torque.abs() <= limit { Mode::Stick } else { slip(torque) }
+        if torque.abs() <= limit {
+            Mode::Stick
+        } else {
+            slip(torque)
+        }
     }
 
     /// Looks ahead in a slip: whether steps must resolve the fast mode now, and until when that holds. `excited` says
@@ -112,10 +131,15 @@ impl BrakeRules {
             // Decays at c_t / 2J at least as fast as the slip's relative mode at full margin.
             Mode::Stick => {
                 let rate = self.brake.torsion.torsion.damping / (2.0 * self.brake.torsion.torsion.surface_inertia);
-                if excited { (true, Regime::Relax(t + QUIET_E_FOLDS / rate)) } else { (false, Regime::Keep) }
+                if excited {
+                    (true, Regime::Relax(t + QUIET_E_FOLDS / rate))
+                } else {
+                    (false, Regime::Keep)
+                }
             }
             Mode::SlipForward | Mode::SlipBackward => {
-                let (brake, w) = (&self.brake, y[RELATIVE_VELOCITY]);
+                let brake = &self.brake;
+                let w = brake.torsion.relative_velocity(y);
                 let sense = f64::from(location.mode.sense());
                 if brake.stability_margin(sense, t, y) < 0.0 {
                     (true, ask_again)
@@ -128,8 +152,11 @@ impl BrakeRules {
                             _ => (true, ask_again),
                         }
                     } else if quiet_until > t + 5.0 * period {
-                        let resolve =
-                            if quiet_until.is_finite() { Regime::Resolve(quiet_until) } else { Regime::Keep };
+                        let resolve = if quiet_until.is_finite() {
+                            Regime::Resolve(quiet_until)
+                        } else {
+                            Regime::Keep
+                        };
                         (false, resolve)
                     } else {
                         (true, ask_again)
@@ -150,7 +177,11 @@ impl BrakeRules {
 
     /// The location after a change of mode, with the step regime planned.
     fn enter(&mut self, mode: Mode, watch: Watch, t: f64, y: &[f64]) -> Location {
-        let mut location = Location { mode, resolved: true, watch };
+        let mut location = Location {
+            mode,
+            resolved: true,
+            watch,
+        };
         location.resolved = self.look_ahead(&location, t, y, true);
         location
     }
@@ -159,21 +190,36 @@ impl BrakeRules {
         let torsion = self.brake.torsion;
         if location.mode == Mode::Stick {
             // Equal and opposite impulses on surfaces that move as one: absorbed.
-            return vec![Transition { kind: Some(EventKind::Kick), location: *location, state: y.to_vec() }];
+            return vec![Transition {
+                kind: Some(EventKind::Kick),
+                location: *location,
+                state: y.to_vec(),
+            }];
         }
         let kicked = torsion.kicked(y, delta);
-        let w = kicked[RELATIVE_VELOCITY];
+        let w = torsion.relative_velocity(&kicked);
         if location.mode == Mode::Separated {
-            return vec![Transition { kind: Some(EventKind::Kick), location: *location, state: kicked.to_vec() }];
+            return vec![Transition {
+                kind: Some(EventKind::Kick),
+                location: *location,
+                state: kicked.to_vec(),
+            }];
         }
         let sense = f64::from(location.mode.sense());
         let mut happenings = Vec::with_capacity(2);
         let after = if sense * w > 0.0 {
             self.enter(location.mode, location.watch, t, &kicked)
         } else {
-            Location { resolved: true, ..*location }
+            Location {
+                resolved: true,
+                ..*location
+            }
         };
-        happenings.push(Transition { kind: Some(EventKind::Kick), location: after, state: kicked.to_vec() });
+        happenings.push(Transition {
+            kind: Some(EventKind::Kick),
+            location: after,
+            state: kicked.to_vec(),
+        });
         if sense * w < 0.0 {
             let reversed = self.enter(slip(w), location.watch, t, &kicked);
             happenings.push(Transition {
@@ -191,10 +237,17 @@ impl BrakeRules {
     fn stop(&mut self, location: &Location, t: f64, y: &[f64]) -> Happening {
         let joined: TorsionState = self.brake.torsion.joined(y);
         let mode = self.settle(t, &joined);
-        let (kind, watch) =
-            if mode == Mode::Stick { (EventKind::Stick, Watch::Off) } else { (EventKind::Reversal, location.watch) };
+        let (kind, watch) = if mode == Mode::Stick {
+            (EventKind::Stick, Watch::Off)
+        } else {
+            (EventKind::Reversal, location.watch)
+        };
         let location = self.enter(mode, watch, t, &joined);
-        Transition { kind: Some(kind), location, state: joined.to_vec() }
+        Transition {
+            kind: Some(kind),
+            location,
+            state: joined.to_vec(),
+        }
     }
 }
 
@@ -210,7 +263,10 @@ impl Rules<Brake> for BrakeRules {
         let contact_change = match self.contact_change {
             Some(known) => known,
             None => {
-                let found = self.brake.axial.next_contact_change(t, closed, self.departing, self.end_time);
+                let found = self
+                    .brake
+                    .axial
+                    .next_contact_change(t, closed, self.departing, self.end_time);
                 self.departing = false;
                 self.contact_change = Some(found);
                 found
@@ -218,7 +274,10 @@ impl Rules<Brake> for BrakeRules {
         };
         let corner = self.brake.axial.next_corner(self.last_corner);
         let kick = self.kicks.get(self.next_kick).map(|k| k.0);
-        [contact_change, corner, kick, self.regime_time()].into_iter().flatten().min_by(f64::total_cmp)
+        [contact_change, corner, kick, self.regime_time()]
+            .into_iter()
+            .flatten()
+            .min_by(f64::total_cmp)
     }
 
     fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<Happening> {
@@ -227,7 +286,11 @@ impl Rules<Brake> for BrakeRules {
             let mut after = *location;
             let excited = location.resolved;
             after.resolved = self.look_ahead(location, t, y, excited);
-            return vec![Transition { kind: Some(EventKind::Corner), location: after, state: y.to_vec() }];
+            return vec![Transition {
+                kind: Some(EventKind::Corner),
+                location: after,
+                state: y.to_vec(),
+            }];
         }
         if let Some(Some(_)) = self.contact_change.filter(|c| c.is_some_and(|c| c <= t)) {
             self.contact_change = None;
@@ -238,9 +301,17 @@ impl Rules<Brake> for BrakeRules {
             } else {
                 (EventKind::Separation, Mode::Separated)
             };
-            let watch = if mode == Mode::Stick { Watch::Off } else { location.watch };
+            let watch = if mode == Mode::Stick {
+                Watch::Off
+            } else {
+                location.watch
+            };
             let after = self.enter(mode, watch, t, y);
-            return vec![Transition { kind: Some(kind), location: after, state: y.to_vec() }];
+            return vec![Transition {
+                kind: Some(kind),
+                location: after,
+                state: y.to_vec(),
+            }];
         }
         if let Some(&(_, delta)) = self.kicks.get(self.next_kick).filter(|k| k.0 <= t) {
             self.next_kick += 1;
@@ -256,16 +327,26 @@ impl Rules<Brake> for BrakeRules {
             }
             _ => self.look_ahead(location, t, y, excited),
         };
-        vec![Transition { kind: None, location: after, state: y.to_vec() }]
+        vec![Transition {
+            kind: None,
+            location: after,
+            state: y.to_vec(),
+        }]
     }
 
     fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: &[usize]) -> Vec<Happening> {
         if location.mode == Mode::Stick {
-            let mode = if fired.contains(&GUARD_FORWARD) { Mode::SlipForward } else { Mode::SlipBackward };
-            let mut y = y.to_vec();
-            y[RELATIVE_VELOCITY] = 0.0;
-            let after = self.enter(mode, location.watch, t, &y);
-            return vec![Transition { kind: Some(EventKind::Slip), location: after, state: y }];
+            let mode = if fired.contains(&GUARD_FORWARD) {
+                Mode::SlipForward
+            } else {
+                Mode::SlipBackward
+            };
+            let after = self.enter(mode, location.watch, t, y);
+            return vec![Transition {
+                kind: Some(EventKind::Slip),
+                location: after,
+                state: y.to_vec(),
+            }];
         }
         let mut happenings = Vec::new();
         let mut location = *location;
@@ -277,7 +358,11 @@ impl Rules<Brake> for BrakeRules {
             };
             location.watch = watch;
             location.resolved = self.look_ahead(&location, t, &state, true);
-            happenings.push(Transition { kind: Some(kind), location, state: state.clone() });
+            happenings.push(Transition {
+                kind: Some(kind),
+                location,
+                state: state.clone(),
+            });
             if kind == EventKind::Destabilised {
                 for delta in std::mem::take(&mut self.waiting_kicks) {
                     happenings.extend(self.kick(&location, t, &state, delta));
@@ -306,4 +391,3 @@ impl Rules<Brake> for BrakeRules {
         0.05 * self.brake.torsion.natural_period()
     }
 }
-

@@ -38,7 +38,13 @@ impl SampleTimes {
                 _ => stretches.push((from, to, interval, origin)),
             }
         }
-        let mut times = SampleTimes { end_time, stretches, stretch: 0, count: 0.0, next: 0.0 };
+        let mut times = SampleTimes {
+            end_time,
+            stretches,
+            stretch: 0,
+            count: 0.0,
+            next: 0.0,
+        };
         times.enter();
         times
     }
@@ -65,7 +71,11 @@ impl SampleTimes {
 
     /// How many there are altogether, within one per window.
     pub fn estimate(&self) -> f64 {
-        self.stretches.iter().map(|(from, to, interval, _)| ((to - from) / interval).ceil()).sum::<f64>() + 1.0
+        self.stretches
+            .iter()
+            .map(|(from, to, interval, _)| ((to - from) / interval).ceil())
+            .sum::<f64>()
+            + 1.0
     }
 
     fn enter(&mut self) {
@@ -109,18 +119,40 @@ mod tests {
 
     #[test]
     fn analytic_windows_are_denser_and_nothing_is_doubled() {
-        let windows = vec![OutputWindow { from: 0.25, to: 0.5, interval: 0.125 }];
-        let list = all(&OutputOptions { end_time: 1.0, interval: 0.25, windows, steps: false });
+        let windows = vec![OutputWindow {
+            from: 0.25,
+            to: 0.5,
+            interval: 0.125,
+        }];
+        let list = all(&OutputOptions {
+            end_time: 1.0,
+            interval: 0.25,
+            windows,
+            steps: false,
+        });
         assert_eq!(list, [0.0, 0.25, 0.375, 0.5, 0.75, 1.0]);
     }
 
     #[test]
     fn analytic_times_increase_strictly_and_end_at_the_end() {
         let windows = vec![
-            OutputWindow { from: 0.31, to: 0.62, interval: 0.01 },
-            OutputWindow { from: 0.5, to: 0.9, interval: 0.003 },
+            OutputWindow {
+                from: 0.31,
+                to: 0.62,
+                interval: 0.01,
+            },
+            OutputWindow {
+                from: 0.5,
+                to: 0.9,
+                interval: 0.003,
+            },
         ];
-        let list = all(&OutputOptions { end_time: 1.05, interval: 0.1, windows, steps: false });
+        let list = all(&OutputOptions {
+            end_time: 1.05,
+            interval: 0.1,
+            windows,
+            steps: false,
+        });
         assert!(list.windows(2).all(|p| p[0] < p[1]));
         assert_eq!(list.first(), Some(&0.0));
         assert_eq!(list.last(), Some(&1.05));

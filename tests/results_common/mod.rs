@@ -31,7 +31,9 @@ impl Recorder for Rows {
 }
 
 fn state(seed: f64) -> State {
-    State::from_values(std::array::from_fn(|k| (seed * (k as f64 + 1.0)).sin() * 10_f64.powi(k as i32 - 6)))
+    State::from_values(std::array::from_fn(|k| {
+        (seed * (k as f64 + 1.0)).sin() * 10_f64.powi(k as i32 - 6)
+    }))
 }
 
 /// The sample at a row, of channels that a compressor cannot guess.
@@ -47,7 +49,13 @@ pub fn sample(row: usize) -> Sample {
         6 => channels.energy_residual = f64::MIN_POSITIVE / 8.0,
         _ => {}
     }
-    Sample { time: seed * 1e-4, mode: Mode::ALL[row / 100 % 4], segment: (row / 100) as u32, state, channels }
+    Sample {
+        time: seed * 1e-4,
+        mode: Mode::ALL[row / 100 % 4],
+        segment: (row / 100) as u32,
+        state,
+        channels,
+    }
 }
 
 pub fn event(number: usize) -> Event {
@@ -104,7 +112,10 @@ pub fn header() -> Header {
         case_text: "title = \"A made-up brake µ\"\n[axial]\nmass = 4.54 # kg\n".to_owned(),
         resolved: format!("# {}\n[axial]\nmass = 4.54\n", "padding ".repeat(20_000)),
         meta: vec![
-            ("program".to_owned(), MetaValue::Text("stickslip 0.0.0 (0123abc)".to_owned())),
+            (
+                "program".to_owned(),
+                MetaValue::Text("stickslip 0.0.0 (0123abc)".to_owned()),
+            ),
             ("method".to_owned(), MetaValue::Text("auto".to_owned())),
             ("rtol".to_owned(), MetaValue::Number(1e-10)),
         ],
@@ -147,15 +158,34 @@ pub fn write(path: &Path, count: usize) {
 pub fn bits(rows: &Rows) -> (Vec<Vec<u64>>, Vec<Vec<u64>>, Vec<String>) {
     let sample = |row: &Sample| {
         let head = [row.time.to_bits(), row.mode.code() as u64, u64::from(row.segment)];
-        let rest = row.state.values().into_iter().chain(row.channels.values()).map(f64::to_bits);
+        let rest = row
+            .state
+            .values()
+            .into_iter()
+            .chain(row.channels.values())
+            .map(f64::to_bits);
         head.into_iter().chain(rest).collect()
     };
     let event = |row: &Event| {
-        let head = [row.time.to_bits(), row.kind.code() as u64, row.mode_after.code() as u64, u64::from(row.segment)];
-        let rest = row.before.values().into_iter().chain(row.after.values()).chain([row.internal_force]);
+        let head = [
+            row.time.to_bits(),
+            row.kind.code() as u64,
+            row.mode_after.code() as u64,
+            u64::from(row.segment),
+        ];
+        let rest = row
+            .before
+            .values()
+            .into_iter()
+            .chain(row.after.values())
+            .chain([row.internal_force]);
         head.into_iter().chain(rest.map(f64::to_bits)).collect()
     };
     // Debug prints a double so that it reads back the same.
     let segments = rows.segments.iter().map(|row| format!("{row:?}")).collect();
-    (rows.samples.iter().map(sample).collect(), rows.events.iter().map(event).collect(), segments)
+    (
+        rows.samples.iter().map(sample).collect(),
+        rows.events.iter().map(event).collect(),
+        segments,
+    )
 }
