@@ -358,12 +358,21 @@ impl ResultFile {
             .ok_or_else(|| self.missing(&format!("text in /{}/{name}", group::INPUT)))
     }
 
-    /// Rows that every column of a table has. A run that was killed while a block was being saved
-    /// may have left some columns longer than others.
+    /// Rows that every column of a table has. A run that was killed in the middle of a flush may
+    /// have left some columns longer than others, or longer than their data.
     fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
         let mut rows = usize::MAX;
         for variable in &table.variables {
-            rows = rows.min(self.dataset(table.group, &variable.name)?.size());
+            let dataset = self.dataset(table.group, &variable.name)?;
+            let mut sound = dataset.size().min(rows);
+            if self.status != Status::Complete {
+                let chunk = dataset.chunk().and_then(|shape| shape.first().copied()).unwrap_or(1);
+                sound = sound.min(dataset.num_chunks().unwrap_or(0) * chunk);
+                while sound > 0 && dataset.read_slice_1d::<f64, _>(sound - 1..sound).is_err() {
+                    sound = (sound - 1) / chunk * chunk;
+                }
+            }
+            rows = sound;
         }
         Ok(rows)
     }

@@ -58,6 +58,11 @@ pub mod attribute {
     pub const LONG_NAME_SUFFIX: &str = "_long_name";
 }
 
+/// Rows in a chunk of the trajectory.
+const LONG_CHUNK: usize = 4096;
+/// Rows in a chunk of the other tables: few, as an unfinished chunk is stored anew at each flush.
+const SHORT_CHUNK: usize = 64;
+
 /// How a column is stored, always little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -165,7 +170,7 @@ pub fn trajectory() -> Table {
     variables.extend(Channels::DESCRIPTIONS.iter().map(Variable::quantity));
     Table {
         group: group::TRAJECTORY,
-        chunk: 4096,
+        chunk: LONG_CHUNK,
         variables,
     }
 }
@@ -202,7 +207,7 @@ pub fn events() -> Table {
     ));
     Table {
         group: group::EVENTS,
-        chunk: 256,
+        chunk: SHORT_CHUNK,
         variables,
     }
 }
@@ -231,7 +236,7 @@ pub fn segments() -> Table {
     ];
     Table {
         group: group::SEGMENTS,
-        chunk: 256,
+        chunk: SHORT_CHUNK,
         variables,
     }
 }
@@ -246,7 +251,7 @@ pub fn stick_slip() -> Table {
     ];
     Table {
         group: group::STICK_SLIP,
-        chunk: 256,
+        chunk: SHORT_CHUNK,
         variables,
     }
 }

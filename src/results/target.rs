@@ -180,6 +180,13 @@ impl WriteLock {
     }
 }
 
+impl WriteLock {
+    /// A hidden name in the same folder that belongs to whoever holds the lock.
+    pub(super) fn sibling(&self) -> PathBuf {
+        self.path.with_extension("new")
+    }
+}
+
 impl Drop for WriteLock {
     fn drop(&mut self) {
         // Removed while the lock is held, so that nobody else's file is removed.

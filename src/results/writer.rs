@@ -2,9 +2,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use hdf5::plist::file_create::LinkCreationOrder;
+use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, Group, Location};
 
@@ -16,6 +16,12 @@ use crate::simulation::{Event, Recorder, RecorderError, Sample, Segment};
 
 /// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
 const DEFLATE_LEVEL: u8 = 1;
+
+/// Least time between flushes. In a flush some thousands of bytes all over the file change, which
+/// takes less than a millisecond and is not atomic: a kill at that very moment can spoil the last
+/// blocks for other readers than [`super::ResultFile`]. Blocks themselves only add to the file. When a flush
+/// comes does not change what the file is in the end.
+const FLUSH_INTERVAL: Duration = Duration::from_millis(250);
 
 /// What a result file says about its run, known before the run.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -67,8 +73,8 @@ impl Status {
 /// Writes one result file, in blocks of rows: memory is bounded however long the run.
 ///
 /// Rows go to the partial file ([`super::partial_path`]), which is marked interrupted and flushed
-/// as a whole at each block, so that other programs can read it at any time and a kill leaves it
-/// readable. [`Self::finish`] with [`Status::Complete`] gives it its name. A writer that is dropped
+/// as a whole at a block if the last flush was 0.25 s before, so that other programs can read it at
+/// any time and a kill leaves it readable. [`Self::finish`] with [`Status::Complete`] gives it its name. A writer that is dropped
 /// without that leaves the partial file, with all rows. After an error nothing more is written: the
 /// partial file stays as the last good flush left it.
 pub struct ResultWriter {
@@ -100,25 +106,24 @@ impl ResultWriter {
     /// create it.
     pub fn create(path: &Path, overwrite: Overwrite, inputs: &[PathBuf], header: &Header) -> Result<Self, ResultError> {
         let partial = target::partial_path(path);
-        // A name without a folder must stay the same file if the working folder changes.
         target::check_target(path, overwrite, inputs)?;
         let lock = WriteLock::take(&partial)?;
-        match fs::remove_file(&partial) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(ResultError::io(
-                    &partial,
-                    "replacing the partial file of an earlier run",
-                    error,
-                ));
-            }
-            _ => {}
+        // Made under a name of the lock's and then renamed: a file that is not yet whole is never seen.
+        let made = lock.sibling();
+        let _ = fs::remove_file(&made);
+        let created = Open::create(&made, header).map_err(|error| ResultError::write(&partial, false, &error));
+        let open = created.and_then(|open| match fs::rename(&made, &partial) {
+            Ok(()) => Ok(open),
+            Err(error) => Err(ResultError::io(&partial, "creating the file", error)),
+        });
+        if open.is_err() {
+            let _ = fs::remove_file(&made);
         }
-        let open = Open::create(&partial, header).map_err(|error| ResultError::write(&partial, false, &error))?;
         Ok(ResultWriter {
             path: path.to_owned(),
             partial,
             overwrite,
-            open: Some(open),
+            open: Some(open?),
             started: Instant::now(),
             _lock: lock,
         })
@@ -134,7 +139,7 @@ impl ResultWriter {
     /// When it is called decides where the file keeps its blocks: identical runs give identical
     /// bytes only if they call it at the same rows.
     pub fn flush(&mut self) -> Result<(), ResultError> {
-        self.with_open(|open| open.append_all().and_then(|()| open.file.flush()))
+        self.with_open(|open| open.append_all().and_then(|()| open.flush()))
     }
 
     /// Ends the file: /stick_slip, the status, the wall time. Returns where the file is: at its own
@@ -316,10 +321,12 @@ struct Open {
     /// Before the file, so that they are dropped, and so closed, first.
     tables: [TableWriter; 4],
     file: hdf5::File,
+    /// `None` until the first rows are on disk.
+    flushed: Option<Instant>,
 }
 
 impl Open {
-    fn create(partial: &Path, header: &Header) -> hdf5::Result<Self> {
+    fn create(path: &Path, header: &Header) -> hdf5::Result<Self> {
         let file = hdf5::File::with_options()
             // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
             .with_fapl(|access| access.file_locking(false))
@@ -328,8 +335,10 @@ impl Open {
                 create
                     .link_creation_order(LinkCreationOrder::Indexed)
                     .obj_track_times(false)
+                    // Freed space is not used again: until the next flush, what is on disk refers to it.
+                    .file_space_strategy(FileSpaceStrategy::None)
             })
-            .create_excl(partial)?;
+            .create_excl(path)?;
         for (name, text) in [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &header.title),
@@ -369,7 +378,11 @@ impl Open {
         }
         write_number_attribute(&meta, schema::META_WALL_TIME, f64::NAN)?;
         file.flush()?;
-        Ok(Open { tables, file })
+        Ok(Open {
+            tables,
+            file,
+            flushed: None,
+        })
     }
 
     /// Appends a table that has completed a chunk. The trajectory takes the other tables along, so
@@ -380,7 +393,16 @@ impl Open {
         } else {
             self.tables[table].append()?;
         }
-        self.file.flush()
+        if self.flushed.is_none_or(|flushed| flushed.elapsed() >= FLUSH_INTERVAL) {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> hdf5::Result<()> {
+        self.file.flush()?;
+        self.flushed = Some(Instant::now());
+        Ok(())
     }
 
     fn append_all(&mut self) -> hdf5::Result<()> {
