@@ -25,6 +25,8 @@ pub enum ResultError {
         "{path}: exists and is not a result of this program, so it is not replaced; choose another name with -o, or replace it with --force"
     )]
     Foreign { path: PathBuf },
+    #[error("{path}: exists and is write-protected; choose another name with -o, or replace it with --force")]
+    Protected { path: PathBuf },
     #[error(
         "{path}: in use by another program, which holds a lock on it; close it there, or choose another name with -o"
     )]

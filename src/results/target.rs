@@ -75,7 +75,15 @@ pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(),
         }
         Ok(_) => {}
     }
-    if overwrite == Overwrite::Force || is_own_result(path)? {
+    if overwrite == Overwrite::Force {
+        return Ok(());
+    }
+    let metadata = fs::metadata(path).map_err(|error| ResultError::io(path, "looking at the file", error))?;
+    if metadata.permissions().readonly() {
+        return Err(ResultError::Protected { path: path.to_owned() });
+    }
+    // Not opened unless it is a plain file: a pipe, for one, would block.
+    if metadata.is_file() && is_own_result(path)? {
         Ok(())
     } else {
         Err(ResultError::Foreign { path: path.to_owned() })

@@ -18,10 +18,10 @@ use crate::simulation::{Event, Recorder, RecorderError, Sample, Segment};
 const DEFLATE_LEVEL: u8 = 1;
 
 /// Least time between flushes. In a flush some thousands of bytes all over the file change, which
-/// takes less than a millisecond and is not atomic: a kill at that very moment can spoil the last
-/// blocks for other readers than [`super::ResultFile`]. Blocks themselves only add to the file. When a flush
-/// comes does not change what the file is in the end.
-const FLUSH_INTERVAL: Duration = Duration::from_millis(250);
+/// takes less than a millisecond and is not atomic: a program that reads at that very moment may
+/// have to try again, and a kill can cost the last blocks. Between flushes the file only grows at
+/// its end, past what readers see. When a flush comes does not change what the file is in the end.
+const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What a result file says about its run, known before the run.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,7 +73,7 @@ impl Status {
 /// Writes one result file, in blocks of rows: memory is bounded however long the run.
 ///
 /// Rows go to the partial file ([`super::partial_path`]), which is marked interrupted and flushed
-/// as a whole at a block if the last flush was 0.25 s before, so that other programs can read it at
+/// as a whole at a block if the last flush was a second before, so that other programs can read it at
 /// any time and a kill leaves it readable. [`Self::finish`] with [`Status::Complete`] gives it its name. A writer that is dropped
 /// without that leaves the partial file, with all rows. After an error nothing more is written: the
 /// partial file stays as the last good flush left it.
