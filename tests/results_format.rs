@@ -209,3 +209,25 @@ fn schema_names_are_unique_and_flags_are_single_words() {
         }
     }
 }
+
+/// Against h5py, xarray and netCDF4, where STICKSLIP_PYTHON names a Python that has them.
+#[test]
+fn netcdf_python_readers_agree() {
+    let Some(python) = std::env::var_os("STICKSLIP_PYTHON") else {
+        println!("skipped: STICKSLIP_PYTHON names no Python with .ci/requirements.txt");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.h5");
+    for count in [0, 5000] {
+        write(&path, count);
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/.ci/interop.py");
+        let output = Command::new(&python).arg(script).arg(&path).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.success() && text.contains(" 0 failed"),
+            "{count} samples: {text}"
+        );
+        println!("{text}");
+    }
+}

@@ -4,6 +4,7 @@ mod results_common;
 
 use results_common::{Rows, bits, header, record, stick_slip, write};
 use stickslip::results::{AttributeValue, Overwrite, ResultFile, ResultWriter, Status};
+use stickslip::simulation::{Channels, Recorder, State};
 
 fn read(file: &ResultFile) -> Rows {
     Rows {
@@ -68,4 +69,37 @@ fn roundtrip_failed_run_keeps_its_rows_and_its_message() {
     let file = ResultFile::open(&partial).unwrap();
     assert_eq!(file.status(), &failed);
     assert_eq!(file.sample_count().unwrap(), 700);
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(32))]
+
+    /// Any bit pattern of a double, payloads of NaN included, in any column.
+    #[test]
+    fn property_any_double_is_read_back_bit_by_bit(
+        patterns in proptest::collection::vec(proptest::num::u64::ANY, 1..200),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.h5");
+        let mut expected = Rows::default();
+        let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header()).unwrap();
+        for (row, pattern) in patterns.iter().enumerate() {
+            let value = |k: usize| f64::from_bits(pattern.rotate_left(k as u32));
+            let mut sample = results_common::sample(row);
+            sample.state = State::from_values(std::array::from_fn(value));
+            sample.channels = Channels::from_values(std::array::from_fn(|k| value(k + 20)));
+            let mut event = results_common::event(row);
+            event.after = State::from_values(std::array::from_fn(|k| value(k + 40)));
+            for recorder in [&mut writer as &mut dyn Recorder, &mut expected] {
+                recorder.sample(&sample).unwrap();
+                recorder.event(&event).unwrap();
+            }
+            if row % 50 == 7 {
+                writer.flush().unwrap();
+            }
+        }
+        writer.finish(Status::Complete, &stick_slip(), 0.0).unwrap();
+        let read = read(&ResultFile::open(&path).unwrap());
+        proptest::prop_assert_eq!(bits(&read), bits(&expected));
+    }
 }

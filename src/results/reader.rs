@@ -324,13 +324,10 @@ impl ResultFile {
                 }
             }
         }
-        let codes = match dataset
+        let codes = dataset
             .attr(attribute::FLAG_VALUES)
             .and_then(|values| values.read_raw::<i64>())
-        {
-            Ok(codes) => codes,
-            Err(_) => Vec::new(),
-        };
+            .unwrap_or_default();
         let meanings = text_attribute(dataset, attribute::FLAG_MEANINGS).unwrap_or_default();
         let flags = codes.into_iter().zip(meanings.split_whitespace());
         Ok(VariableInfo {
