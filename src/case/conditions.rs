@@ -71,7 +71,7 @@ pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
     if total.is_nan() || total > MOST_SAMPLES {
         complain(
             &densest.0,
-            format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval"),
+            format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval or end earlier"),
         );
     }
     found

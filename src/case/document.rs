@@ -1,6 +1,6 @@
 //! The case file as a tree of values, each of which knows its place: a line of the file, or an override.
 
-use toml_edit::{Document, Item, Table, TableLike, Value as TomlValue};
+use toml_edit::{Document, Item, Table, TableLike, TomlError, Value as TomlValue};
 
 use super::error::{CaseError, Problem};
 
@@ -14,6 +14,14 @@ pub(super) enum Place {
 }
 
 impl Place {
+    /// Sorts places in the order of the file, then the overrides.
+    pub(super) fn rank(&self) -> usize {
+        match self {
+            Place::Line(line) => *line,
+            Place::Override(_) => usize::MAX,
+        }
+    }
+
     /// `paper.toml:12` or `--set torsion.damping`.
     pub(super) fn show(&self, label: &str) -> String {
         match self {
@@ -88,7 +96,7 @@ pub(super) fn read(text: &str, label: &str) -> Result<Node, CaseError> {
     let lines = Lines::new(text);
     let document = Document::parse(text).map_err(|error| {
         let line = error.span().map_or(1, |span| lines.line(span.start));
-        CaseError::one(format!("{label}:{line}"), "", syntax_message(error.message()))
+        CaseError::one(format!("{label}:{line}"), "", syntax_message(&error, text))
     })?;
     let place = |at: usize| Place::Line(lines.line(at));
     Ok(Node {
@@ -97,8 +105,15 @@ pub(super) fn read(text: &str, label: &str) -> Result<Node, CaseError> {
     })
 }
 
-fn syntax_message(message: &str) -> String {
-    format!("not valid TOML: {}", message.lines().collect::<Vec<_>>().join(", "))
+fn syntax_message(error: &TomlError, text: &str) -> String {
+    let message = error.message().lines().collect::<Vec<_>>().join(", ");
+    let what = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+    // The parser quotes what it stumbled over, except for a key.
+    if message == "duplicate key" {
+        format!("not valid TOML: {message} {what}")
+    } else {
+        format!("not valid TOML: {message}")
+    }
 }
 
 /// Offsets of line starts, to turn a byte offset into a line number.

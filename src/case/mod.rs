@@ -100,12 +100,13 @@ impl Case {
     }
 }
 
-/// The known name that an unknown one most likely means, if any is close.
+/// The known name that an unknown one most likely means, if any is close; upper and lower case are alike.
 fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // Below this similarity, suggestions on misspelt keys are more often wrong than right.
     const CLOSE: f64 = 0.8;
+    let unknown = unknown.to_lowercase();
     known
-        .map(|name| (name, strsim::jaro_winkler(unknown, name)))
+        .map(|name| (name, strsim::jaro_winkler(&unknown, &name.to_lowercase())))
         .filter(|&(_, similarity)| similarity >= CLOSE)
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(name, _)| name)

@@ -13,7 +13,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
     let mut problems = Vec::new();
     for change in overrides {
         if let Err(problem) = document::apply(&mut root, change) {
-            problems.push(problem);
+            problems.push((usize::MAX, problem));
         }
     }
     let mut reader = Reader { root, label, problems };
@@ -32,8 +32,10 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
     if reader.problems.is_empty() {
         Ok(case)
     } else {
+        let mut problems = reader.problems;
+        problems.sort_by_key(|&(rank, _)| rank);
         Err(CaseError {
-            problems: reader.problems,
+            problems: problems.into_iter().map(|(_, problem)| problem).collect(),
         })
     }
 }
@@ -54,24 +56,31 @@ fn fill_intervals(case: &mut Case) {
 struct Reader {
     root: Node,
     label: String,
-    problems: Vec<Problem>,
+    /// Each with the rank of its place.
+    problems: Vec<(usize, Problem)>,
 }
 
 impl Reader {
     /// Reports a problem at the value of `path`, or at what would contain it.
     fn report(&mut self, path: &str, message: impl Into<String>) {
         let node = self.root.closest(path);
-        // The root is on no line worth naming.
-        let place = if std::ptr::eq(node, &self.root) {
-            self.label.clone()
+        // What is missing altogether is on no line: it comes after the lines and before the overrides.
+        let (rank, place) = if std::ptr::eq(node, &self.root) {
+            (usize::MAX - 1, self.label.clone())
         } else {
-            node.place.show(&self.label)
+            (node.place.rank(), node.place.show(&self.label))
         };
-        self.problems.push(Problem {
+        let problem = Problem {
             place,
             key: path.to_owned(),
             message: message.into(),
-        });
+        };
+        self.problems.push((rank, problem));
+    }
+
+    /// Whether the value at `path` comes from an override.
+    fn is_overridden(&self, path: &str) -> bool {
+        matches!(self.root.closest(path).place, Place::Override(_))
     }
 
     /// Finds unknown keys, and tables and arrays where they do not belong. `path` is where `node` is; `pattern`
@@ -81,7 +90,8 @@ impl Reader {
             return self.report(path, format!("expected a table, but got {}", node.value.describe()));
         };
         for (name, child) in entries {
-            let path = join(path, name);
+            let parent = path;
+            let path = join(parent, name);
             let pattern_here = join(pattern, name);
             let inside = format!("{pattern_here}.");
             if ARRAYS.iter().any(|array| array.path == pattern_here) {
@@ -99,7 +109,7 @@ impl Reader {
             } else if schema::keys().iter().any(|key| key.path.starts_with(&inside)) {
                 self.check_names(child, &path, &pattern_here);
             } else if !schema::keys().iter().any(|key| key.path == pattern_here) {
-                self.report(&path, unknown_key(name, pattern));
+                self.report(&path, unknown_key(name, parent, pattern));
             }
         }
     }
@@ -128,7 +138,9 @@ impl Reader {
                     // A path that the chosen profile has too is its own.
                     let shared = |other: &&Key| other.path == key.path && other.presence != key.presence;
                     if !schema::keys().iter().any(|other| shared(&other)) && self.root.at(&path).is_some() {
-                        self.report(&path, misplaced_in_profile(profile, chosen));
+                        let overridden = self.is_overridden(&path) || self.is_overridden("actuation.profile");
+                        let message = misplaced_in_profile(profile, chosen, overridden);
+                        self.report(&path, message);
                     }
                     return;
                 }
@@ -136,7 +148,9 @@ impl Reader {
             }
         }
         let Some(node) = self.root.at(&path).cloned() else {
-            if matches!(key.presence, Presence::Required | Presence::Profile(_)) {
+            // Something else in the place of the table has been reported already.
+            let in_table = matches!(self.root.closest(&path).value, Value::Table(_));
+            if in_table && matches!(key.presence, Presence::Required | Presence::Profile(_)) {
                 self.report(&path, format!("missing: {}{}", key.description, how_to_write(key)));
             }
             return;
@@ -163,15 +177,15 @@ impl Reader {
             .into_iter()
             .filter(|path| self.root.at(path).is_some())
             .collect();
-        let radius = self.root.at("contact.radius").map(|node| node.place.clone());
+        let radius = self.root.at("contact.radius").is_some();
         match (radius, given.first()) {
-            (Some(radius), Some(&first)) => self.radius_twice(&radius, first),
-            (Some(_), None) => {}
-            (None, None) => self.report(
+            (true, Some(&first)) => self.radius_twice(first),
+            (true, None) => {}
+            (false, None) => self.report(
                 "contact.radius",
                 "missing: r, the effective friction radius; give radius, or outer_diameter, inner_diameter and wear",
             ),
-            (None, Some(_)) => {
+            (false, Some(_)) => {
                 let values = (
                     self.source_number(outer),
                     self.source_number(inner),
@@ -191,22 +205,24 @@ impl Reader {
         }
     }
 
-    fn radius_twice(&mut self, radius: &Place, diameter: &str) {
-        let other = self.root.closest(diameter).place.clone();
-        // The override is what to change, or the later line.
-        let overridden = |place: &Place| matches!(place, Place::Override(_));
-        let (path, conflict, place) = if overridden(&other) && !overridden(radius) {
-            (diameter, "contact.radius", radius.clone())
-        } else {
-            ("contact.radius", diameter, other)
+    fn radius_twice(&mut self, diameter: &str) {
+        let radius = "contact.radius";
+        // Where only one of the two is an override, that is what to change.
+        let (overridden, path, other) = match (self.is_overridden(radius), self.is_overridden(diameter)) {
+            (false, true) => (true, diameter, radius),
+            (overridden, _) => (overridden, radius, diameter),
         };
-        let at = place.show(&self.label);
+        let at = self.root.closest(other).place.show(&self.label);
+        let remedy = match (overridden, path == radius) {
+            (false, _) => "keep either radius, or outer_diameter, inner_diameter and wear",
+            (true, true) => "replace the whole table, contact={radius=...}",
+            (true, false) => {
+                "replace the whole table, contact={outer_diameter=..., inner_diameter=..., wear=\"uniform-wear\"}"
+            }
+        };
         self.report(
             path,
-            format!(
-                "the radius is given twice, with {conflict} ({at}): keep either radius, or outer_diameter, \
-                 inner_diameter and wear; an override replaces the whole table with contact={{radius=...}}"
-            ),
+            format!("the radius is given twice, with {other} ({at}): {remedy}"),
         );
     }
 
@@ -363,27 +379,21 @@ fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String>
             .join(", ")
     };
     let Value::Text(text) = value else {
-        return Err(format!("expected one of {}, but got {}", listed(), value.describe()));
+        return Err(format!("expected {}, but got {}", listed(), value.describe()));
     };
     names.iter().find(|name| *name == text).copied().ok_or_else(|| {
         let hint = suggest(text, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
-        format!(
-            "expected one of {}, but got \"{text}\"{}",
-            listed(),
-            hint.unwrap_or_default()
-        )
+        format!("expected {}, but got \"{text}\"{}", listed(), hint.unwrap_or_default())
     })
 }
 
-fn misplaced_in_profile(profile: &str, chosen: &str) -> String {
-    let whole = match chosen {
-        schema::TABLE => "profile=\"table\", time=[...], force=[...]",
-        _ => "profile=\"ramp\", force=..., rise_time=...",
+fn misplaced_in_profile(profile: &str, chosen: &str, overridden: bool) -> String {
+    let remedy = match (overridden, chosen) {
+        (false, _) => "remove it, or change the profile",
+        (true, schema::TABLE) => "replace the whole table, actuation={profile=\"table\", time=[...], force=[...]}",
+        (true, _) => "replace the whole table, actuation={profile=\"ramp\", force=..., rise_time=...}",
     };
-    format!(
-        "belongs to profile \"{profile}\", but the profile is \"{chosen}\": remove it; an override replaces the \
-         whole table with actuation={{{whole}}}"
-    )
+    format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}")
 }
 
 /// "; write torsion.damping = \"200 lbf in s/rad\", or a number in N m s/rad".
@@ -405,8 +415,8 @@ fn how_to_write(key: &Key) -> String {
     }
 }
 
-/// What to say about a key that does not exist; `pattern` is where it was found, in the notation of the schema.
-fn unknown_key(name: &str, pattern: &str) -> String {
+/// What to say about a key that does not exist in the table at `parent`, which is `pattern` in the schema.
+fn unknown_key(name: &str, parent: &str, pattern: &str) -> String {
     let start = if pattern.is_empty() {
         String::new()
     } else {
@@ -419,7 +429,7 @@ fn unknown_key(name: &str, pattern: &str) -> String {
         .collect();
     here.dedup();
     if let Some(close) = suggest(name, here.iter().copied()) {
-        return format!("unknown key; did you mean {}?", join(pattern, close));
+        return format!("unknown key; did you mean {}?", join(parent, close));
     }
     let elsewhere = schema::keys()
         .iter()
