@@ -147,7 +147,7 @@ fn a_wrong_type_is_named() {
     insta::assert_snapshot!(with("breakaway = 0.6", "breakaway = \"0.6\""), @r#"brake.toml:24: friction.breakaway: expected a plain number, without quotes or unit, but got "0.6""#);
     insta::assert_snapshot!(with("breakaway = 0.6", "breakaway = {}"), @r#"brake.toml:24: friction.breakaway: expected a plain number, but got a table"#);
     insta::assert_snapshot!(with("title = \"A brake\"", "title = 1"), @r#"brake.toml:1: title: expected text in quotes, but got the number 1"#);
-    insta::assert_snapshot!(with("profile = \"ramp\"", "profile = 1"), @r#"brake.toml:9: actuation.profile: expected "ramp", "table", but got the number 1"#);
+    insta::assert_snapshot!(with("profile = \"ramp\"", "profile = 1"), @r#"brake.toml:9: actuation.profile: expected one of "ramp", "table", but got the number 1"#);
     insta::assert_snapshot!(with("steps = false", "steps = 1"), @r#"brake.toml:45: output.steps: expected true or false, but got the number 1"#);
     insta::assert_snapshot!(with("max_events = 1000", "max_events = 1e3"), @r#"brake.toml:40: solver.max_events: expected a whole number of at least 1, but got the number 1000.0"#);
     insta::assert_snapshot!(with("[initial]\nspeed = 100", "[[initial]]\nspeed = 100"), @r#"brake.toml:29: initial: expected a table, but got an array"#);
@@ -211,9 +211,9 @@ fn a_number_outside_its_limits_is_refused() {
 
 #[test]
 fn a_name_that_is_none_of_the_list_is_answered_with_the_list() {
-    insta::assert_snapshot!(with("method = \"auto\"", "method = \"cvode-bfd\""), @r#"brake.toml:38: solver.method: expected "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "cvode-bfd"; did you mean "cvode-bdf"?"#);
-    insta::assert_snapshot!(with("breakaway_test = \"transmitted\"", "breakaway_test = \"both\""), @r#"brake.toml:21: contact.breakaway_test: expected "transmitted", "stator", "rotor", but got "both""#);
-    insta::assert_snapshot!(with("profile = \"ramp\"", "profile = \"step\""), @r#"brake.toml:9: actuation.profile: expected "ramp", "table", but got "step""#);
+    insta::assert_snapshot!(with("method = \"auto\"", "method = \"cvode-bfd\""), @r#"brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "cvode-bfd"; did you mean "cvode-bdf"?"#);
+    insta::assert_snapshot!(with("breakaway_test = \"transmitted\"", "breakaway_test = \"both\""), @r#"brake.toml:21: contact.breakaway_test: expected one of "transmitted", "stator", "rotor", but got "both""#);
+    insta::assert_snapshot!(with("profile = \"ramp\"", "profile = \"step\""), @r#"brake.toml:9: actuation.profile: expected one of "ramp", "table", but got "step""#);
     insta::assert_snapshot!(with("kind = \"kick\"", "kind = \"push\""), @r#"brake.toml:33: perturbation.0.kind: expected "kick", but got "push""#);
     insta::assert_snapshot!(with("time = 6.9697", "time = \"instabilty\""), @r#"brake.toml:34: perturbation.0.time: expected a time, s, or "instability", but got "instabilty""#);
 }
@@ -235,7 +235,7 @@ brake.toml:19: contact.wear: missing: which formula gives r: uniform wear (6) or
     insta::assert_snapshot!(with(radius, "outer_diameter = 0.05\ninner_diameter = 0.15\nwear = \"uniform-wear\""), @r#"brake.toml:21: contact.inner_diameter: must be smaller than outer_diameter: 0.15 m is not below 0.05 m"#);
     insta::assert_snapshot!(with(radius, "outer_diameter = 0.15\ninner_diameter = -0.05\nwear = \"uniform\""), @r#"
 brake.toml:21: contact.inner_diameter: must not be negative, but is -0.05
-brake.toml:22: contact.wear: expected "uniform-wear", "uniform-pressure", but got "uniform"; did you mean "uniform-wear"?
+brake.toml:22: contact.wear: expected one of "uniform-wear", "uniform-pressure", but got "uniform"; did you mean "uniform-wear"?
 "#);
 }
 
@@ -292,7 +292,7 @@ fn all_problems_are_reported_at_once() {
 brake.toml:4: axial.mass: must be greater than 0, but is -1.0
 brake.toml:5: axial.colour: unknown key; [axial] has mass, stiffness, damping
 brake.toml:24: friction.decay: missing: alpha, decay of the friction coefficient with sliding speed; write decay = a number in s/rad or "5 s/rad"
-brake.toml:38: solver.method: expected "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "magic"
+brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "magic"
 "#);
 }
 

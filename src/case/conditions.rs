@@ -6,15 +6,31 @@ use crate::model::Actuation;
 /// More samples than this are a slip of the pen: a terabyte.
 const MOST_SAMPLES: f64 = 1e9;
 
-/// What is violated: the path of the value to change, and the message.
-pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
+/// A condition between values that a case does not meet.
+pub(super) struct Violation {
+    /// The value that the message is about.
+    pub(super) path: String,
+    /// The others that take part.
+    pub(super) with: Vec<String>,
+    pub(super) message: String,
+}
+
+/// Every condition that the case does not meet.
+pub(super) fn violated(case: &Case) -> Vec<Violation> {
     let mut found = Vec::new();
-    let mut complain = |path: &str, message: String| found.push((path.to_owned(), message));
+    let mut complain = |path: &str, with: &[&str], message: String| {
+        found.push(Violation {
+            path: path.to_owned(),
+            with: with.iter().map(|&other| other.to_owned()).collect(),
+            message,
+        });
+    };
 
     let friction = &case.parameters.friction;
     if friction.breakaway < friction.low_speed {
         complain(
             "friction.breakaway",
+            &["friction.low_speed"],
             format!(
                 "must be at least friction.low_speed: {:?} is below {:?}, and between the two torques neither stick nor \
                  slip is consistent; raise breakaway or lower low_speed",
@@ -25,11 +41,12 @@ pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
 
     if let Actuation::Table { time, force } = &case.parameters.actuation {
         if time.is_empty() {
-            complain("actuation.time", "must hold at least one time".to_owned());
+            complain("actuation.time", &[], "must hold at least one time".to_owned());
         }
         if time.len() != force.len() {
             complain(
                 "actuation.force",
+                &["actuation.time"],
                 format!(
                     "must be as long as actuation.time: {} forces for {} times",
                     force.len(),
@@ -40,6 +57,7 @@ pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
         if let Some(index) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
             complain(
                 &format!("actuation.time.{}", index + 1),
+                &[&format!("actuation.time.{index}")],
                 format!(
                     "times must increase: {:?} s follows {:?} s",
                     time[index + 1],
@@ -54,6 +72,7 @@ pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
         if window.from >= window.to {
             complain(
                 &format!("output.window.{index}.to"),
+                &[&format!("output.window.{index}.from")],
                 format!("must be after from: {:?} s is not after {:?} s", window.to, window.from),
             );
         }
@@ -71,6 +90,7 @@ pub(super) fn violated(case: &Case) -> Vec<(String, String)> {
     if total.is_nan() || total > MOST_SAMPLES {
         complain(
             &densest.0,
+            &["output.end_time"],
             format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval or end earlier"),
         );
     }

@@ -264,6 +264,8 @@ fn override_value(text: &str, path: &str) -> Value {
     }
 }
 
+const DEEPEST: usize = 8;
+
 /// Puts an override into the tree, creating the tables on its way.
 pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
     let place = Place::Override(change.path.clone());
@@ -276,6 +278,10 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
         value: Value::Table(Vec::new()),
         place: place.clone(),
     };
+    // No key lies deeper than a few tables; a tree of any depth would be walked by recursion.
+    if change.path.split('.').count() > DEEPEST {
+        return Err(problem("unknown key".to_owned()));
+    }
     let mut node = root;
     let mut walked: Vec<&str> = Vec::new();
     for segment in change.path.split('.') {
@@ -301,9 +307,9 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
                     )));
                 };
                 if index > count {
+                    let array = walked.join(".");
                     return Err(problem(format!(
-                        "{} has {count} elements, numbered from 0; index {count} would add one",
-                        walked.join(".")
+                        "there is no {array}.{index}: the next new element is {array}.{count}"
                     )));
                 }
                 if index == count {

@@ -20,9 +20,7 @@ impl Case {
     /// If the case has no number there: unknown path, no such element, an option left to its default, a kick
     /// at the instability.
     pub fn number(&self, path: &str) -> Result<f64, CaseError> {
-        self.target(path)
-            .and_then(|target| self.get(&target))
-            .ok_or_else(|| self.no_number(path))
+        self.find(path).ok_or_else(|| self.no_number(path))
     }
 
     /// Sets the number at a dotted path, as [`Case::number`] reads it; the case stays as it was on an error.
@@ -44,10 +42,10 @@ impl Case {
         changed.put(&target, value);
         let problems: Vec<Problem> = conditions::violated(&changed)
             .into_iter()
-            .map(|(key, message)| Problem {
+            .map(|violation| Problem {
                 place: String::new(),
-                key,
-                message,
+                key: violation.path,
+                message: violation.message,
             })
             .collect();
         if !problems.is_empty() {
@@ -69,12 +67,16 @@ impl Case {
                         let length = (access.get)(self, index).map_or(0, |series| series.len());
                         paths.extend((0..length).map(|element| (format!("{path}.{element}"), key)));
                     }
-                    _ if self.number(&path).is_ok() => paths.push((path, key)),
+                    _ if self.find(&path).is_some() => paths.push((path, key)),
                     _ => {}
                 }
             }
         }
         paths
+    }
+
+    fn find(&self, path: &str) -> Option<f64> {
+        self.target(path).and_then(|target| self.get(&target))
     }
 
     /// What a path means in this case; `None` if no number can be there.

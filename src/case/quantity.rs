@@ -213,6 +213,15 @@ fn describe(exponents: [i32; 4]) -> String {
     if let Some(dimension) = known {
         return expectation(dimension);
     }
+    for (unit, name) in [
+        ("N m", "a torque"),
+        ("m/s", "a velocity"),
+        ("rad/s^2", "an angular acceleration"),
+    ] {
+        if expand(unit).is_ok_and(|unit| unit.exponents == exponents) {
+            return format!("{name}, {unit}");
+        }
+    }
     let symbols = ["kg", "m", "s", "rad"];
     let factors: Vec<String> = symbols
         .into_iter()

@@ -1,10 +1,11 @@
 //! From the tree of values to a valid case, with every problem on the way.
 
+use super::conditions::{self, Violation};
 use super::document::{self, Node, Override, Place, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
-use super::{Case, CaseSource, conditions, suggest};
+use super::{Case, CaseSource, suggest};
 use crate::model::KickTime;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
@@ -25,8 +26,8 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
     fill_intervals(&mut case);
     // Conditions between values mean nothing while some are missing.
     if reader.problems.is_empty() {
-        for (path, message) in conditions::violated(&case) {
-            reader.report(&path, message);
+        for violation in conditions::violated(&case) {
+            reader.report_violation(violation);
         }
     }
     if reader.problems.is_empty() {
@@ -63,6 +64,20 @@ struct Reader {
 impl Reader {
     /// Reports a problem at the value of `path`, or at what would contain it.
     fn report(&mut self, path: &str, message: impl Into<String>) {
+        self.report_at(path, path, message.into());
+    }
+
+    /// Reports a condition at the override that broke it, or at the value that it is about.
+    fn report_violation(&mut self, violation: Violation) {
+        let Violation { path, with, message } = violation;
+        let broken_by = with
+            .iter()
+            .find(|other| self.is_overridden(other) && !self.is_overridden(&path));
+        self.report_at(broken_by.unwrap_or(&path), &path, message);
+    }
+
+    /// Reports a problem of `key` at the value of `path`.
+    fn report_at(&mut self, path: &str, key: &str, message: String) {
         let node = self.root.closest(path);
         // What is missing altogether is on no line: it comes after the lines and before the overrides.
         let (rank, place) = if std::ptr::eq(node, &self.root) {
@@ -72,8 +87,8 @@ impl Reader {
         };
         let problem = Problem {
             place,
-            key: path.to_owned(),
-            message: message.into(),
+            key: key.to_owned(),
+            message,
         };
         self.problems.push((rank, problem));
     }
@@ -134,17 +149,12 @@ impl Reader {
         if let Presence::Profile(profile) = key.presence {
             match self.chosen_profile() {
                 Some(chosen) if chosen == profile => {}
-                Some(chosen) => {
-                    // A path that the chosen profile has too is its own.
-                    let shared = |other: &&Key| other.path == key.path && other.presence != key.presence;
-                    if !schema::keys().iter().any(|other| shared(&other)) && self.root.at(&path).is_some() {
-                        let overridden = self.is_overridden(&path) || self.is_overridden("actuation.profile");
-                        let message = misplaced_in_profile(profile, chosen, overridden);
-                        self.report(&path, message);
-                    }
-                    return;
-                }
+                Some(chosen) => return self.check_left_over(key, profile, chosen),
                 None => return,
+            }
+            // What is left of the other profile says how to switch; that more is missing follows from it.
+            if self.is_overridden("actuation.profile") && self.left_over(profile).is_some() {
+                return;
             }
         }
         let Some(node) = self.root.at(&path).cloned() else {
@@ -162,8 +172,38 @@ impl Reader {
         }
     }
 
+    /// A key that is given although it belongs to another profile than the chosen one.
+    fn left_over(&self, chosen: &'static str) -> Option<&'static Key> {
+        schema::keys().iter().find(|key| {
+            let of_another = matches!(key.presence, Presence::Profile(profile) if profile != chosen);
+            // A path that the chosen profile has as well is its own.
+            let shared = schema::keys()
+                .iter()
+                .any(|k| k.path == key.path && k.presence == Presence::Profile(chosen));
+            of_another && !shared && self.root.at(key.path).is_some()
+        })
+    }
+
+    /// Reports `key`, of `profile`, if it is given although the profile is `chosen`.
+    fn check_left_over(&mut self, key: &Key, profile: &'static str, chosen: &'static str) {
+        if self.left_over(chosen).is_none_or(|left| left.path != key.path) {
+            return;
+        }
+        let overridden = self.is_overridden("actuation.profile");
+        // The override tells which of the two profiles is meant.
+        let meant = if overridden { chosen } else { profile };
+        let remedy = match meant {
+            _ if !overridden && !self.is_overridden(key.path) => "remove it, or change the profile",
+            schema::TABLE => "replace the whole table, actuation={profile=\"table\", time=[...], force=[...]}",
+            _ => "replace the whole table, actuation={profile=\"ramp\", force=..., rise_time=...}",
+        };
+        let place = if overridden { "actuation.profile" } else { key.path };
+        let message = format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}");
+        self.report_at(place, key.path, message);
+    }
+
     /// The profile of the actuation, if it is one that exists.
-    fn chosen_profile(&self) -> Option<&str> {
+    fn chosen_profile(&self) -> Option<&'static str> {
         match self.root.at("actuation.profile").map(|node| &node.value) {
             Some(Value::Text(name)) => [schema::RAMP, schema::TABLE].into_iter().find(|known| known == name),
             _ => None,
@@ -371,12 +411,9 @@ fn shown(value: &Value, number: f64, dimension: Dimension) -> String {
 }
 
 fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String> {
-    let listed = || {
-        names
-            .iter()
-            .map(|name| format!("\"{name}\""))
-            .collect::<Vec<_>>()
-            .join(", ")
+    let listed = || match names {
+        [only] => format!("\"{only}\""),
+        _ => format!("one of \"{}\"", names.join("\", \"")),
     };
     let Value::Text(text) = value else {
         return Err(format!("expected {}, but got {}", listed(), value.describe()));
@@ -385,15 +422,6 @@ fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String>
         let hint = suggest(text, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
         format!("expected {}, but got \"{text}\"{}", listed(), hint.unwrap_or_default())
     })
-}
-
-fn misplaced_in_profile(profile: &str, chosen: &str, overridden: bool) -> String {
-    let remedy = match (overridden, chosen) {
-        (false, _) => "remove it, or change the profile",
-        (true, schema::TABLE) => "replace the whole table, actuation={profile=\"table\", time=[...], force=[...]}",
-        (true, _) => "replace the whole table, actuation={profile=\"ramp\", force=..., rise_time=...}",
-    };
-    format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}")
 }
 
 /// "; write torsion.damping = \"200 lbf in s/rad\", or a number in N m s/rad".

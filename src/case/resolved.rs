@@ -46,7 +46,7 @@ fn line(text: &mut String, key: &Key, name: &str, value: &str) {
     let unit = key
         .unit()
         .filter(|&unit| unit != "1")
-        .map(|unit| format!(", {unit}"))
+        .map(|unit| format!(" [{unit}]"))
         .unwrap_or_default();
     let _ = writeln!(text, "{name} = {value} # {}{unit}", key.description);
 }

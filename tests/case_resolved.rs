@@ -1,0 +1,248 @@
+//! The resolved text of a case reads back as the identical case.
+
+use std::path::PathBuf;
+
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use stickslip::case::{Case, CaseSource, builtin};
+use stickslip::model::{
+    Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion,
+};
+use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
+
+fn read(text: String) -> Case {
+    let source = CaseSource::result(&PathBuf::from("run.h5"), text);
+    Case::parse(&source, &[]).unwrap_or_else(|error| panic!("{error}\n{}", source.text))
+}
+
+#[test]
+fn the_built_in_cases_survive_resolution() {
+    for built_in in builtin::CASES {
+        let case = Case::parse(&CaseSource::built_in(built_in.name).unwrap(), &[]).unwrap();
+        let resolved = case.resolved();
+        let again = read(resolved.clone());
+        assert_eq!(again, case, "{}", built_in.name);
+        assert_eq!(again.resolved(), resolved, "{}", built_in.name);
+    }
+}
+
+#[test]
+fn regression_resolved_text_of_the_paper_case() {
+    let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    insta::assert_snapshot!(case.resolved(), @r#"
+title = "Two-disk brake, the paper's parameters in US units" # what the case is, for people
+
+[axial]
+mass = 4.5359237 # m, the rotor mass [kg]
+stiffness = 55357592.62141118 # k_e, equivalent axial stiffness [N/m]
+damping = 8756.341762323818 # c_a, axial damping [N s/m]
+
+[actuation]
+profile = "ramp" # whether the force is a ramp that then holds, or a table
+force = 2224.11080763025 # F_0, actuating force at the end of the ramp; positive presses the disks together [N]
+rise_time = 1.0 # t_0, application time; 0 is a step at t = 0 [s]
+
+[torsion]
+rotor_inertia = 2.259696580552334 # I, the rotor inertia [kg m^2]
+surface_inertia = 0.01129848290276167 # J, inertia of each contact surface [kg m^2]
+stiffness = 7707825.036264012 # k_t, torsional contact stiffness of each disk [N m/rad]
+damping = 22.59696580552334 # c_t, torsional contact damping of each disk [N m s/rad]
+
+[contact]
+radius = 0.0523875 # r, effective friction radius [m]
+breakaway_test = "transmitted" # the torque held against mu_0 r F_n: T_f, or the paper's T_s or T_r alone
+
+[friction]
+breakaway = 0.6 # mu_0, friction coefficient at rest; at least low_speed
+low_speed = 0.6 # mu_s, friction coefficient at vanishing sliding speed
+high_speed = 0.3 # mu_d, friction coefficient at high sliding speed
+decay = 5.0 # alpha, decay of the friction coefficient with sliding speed [s/rad]
+
+[initial]
+speed = 100.0 # omega_0, initial speed of the rotor and of its surface [rad/s]
+
+[solver]
+method = "auto" # integration method
+rtol = 1e-10 # relative tolerance; smaller is more accurate in every phase
+max_events = 100000 # transitions after which a run is ended with an error
+
+[output]
+end_time = 10.0 # when the run ends [s]
+interval = 0.01 # sampling interval outside the windows [s]
+steps = false # whether every step of the integrator is recorded too
+
+[[perturbation]]
+kind = "kick" # what the perturbation is: a jump of the relative velocity
+time = 6.966 # when the kick comes: a time, or "instability" [s]
+relative_velocity = 1.3e-6 # delta, jump of omega_r, half on each surface [rad/s]
+
+[[output.window]]
+from = 6.96 # start of a stretch that is sampled more densely [s]
+to = 6.992 # end of that stretch [s]
+interval = 2.5e-6 # sampling interval there [s]
+"#);
+}
+
+/// Positive doubles over the whole range of exponents that any physical value has, and beyond.
+fn positive() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        (1.0f64..10.0, -300i32..300).prop_map(|(mantissa, exponent)| mantissa * 10f64.powi(exponent)),
+        1e-3f64..1e3,
+        Just(5e-324),
+        Just(f64::MAX),
+    ]
+}
+
+fn not_negative() -> impl Strategy<Value = f64> {
+    prop_oneof![positive(), Just(0.0)]
+}
+
+fn any_finite() -> impl Strategy<Value = f64> {
+    prop_oneof![positive(), positive().prop_map(|x| -x), Just(0.0), Just(-0.0)]
+}
+
+fn actuation() -> impl Strategy<Value = Actuation> {
+    let ramp = (any_finite(), not_negative()).prop_map(|(force, rise_time)| Actuation::Ramp { force, rise_time });
+    let table = vec((1e-6f64..10.0, any_finite()), 1..8).prop_map(|points| {
+        let mut now = -1.0;
+        let time = points.iter().map(|&(step, _)| {
+            now += step;
+            now
+        });
+        Actuation::Table {
+            time: time.collect(),
+            force: points.iter().map(|&(_, force)| force).collect(),
+        }
+    });
+    prop_oneof![ramp, table]
+}
+
+fn parameters() -> impl Strategy<Value = Parameters> {
+    let kick = (
+        prop_oneof![not_negative().prop_map(KickTime::At), Just(KickTime::Instability)],
+        any_finite(),
+    )
+        .prop_map(|(time, relative_velocity)| Kick {
+            time,
+            relative_velocity,
+        });
+    let tests = prop_oneof![
+        Just(BreakawayTest::Transmitted),
+        Just(BreakawayTest::Stator),
+        Just(BreakawayTest::Rotor)
+    ];
+    (
+        (positive(), positive(), not_negative()),
+        actuation(),
+        (positive(), positive(), positive(), not_negative()),
+        (positive(), tests),
+        (not_negative(), not_negative(), not_negative(), not_negative()),
+        any_finite(),
+        vec(kick, 0..4),
+    )
+        .prop_map(
+            |(axial, actuation, torsion, contact, friction, speed, perturbations)| Parameters {
+                axial: Axial {
+                    mass: axial.0,
+                    stiffness: axial.1,
+                    damping: axial.2,
+                },
+                actuation,
+                torsion: Torsion {
+                    rotor_inertia: torsion.0,
+                    surface_inertia: torsion.1,
+                    stiffness: torsion.2,
+                    damping: torsion.3,
+                },
+                contact: Contact {
+                    radius: contact.0,
+                    breakaway_test: contact.1,
+                },
+                friction: Friction {
+                    breakaway: friction.0.max(friction.1),
+                    low_speed: friction.0.min(friction.1),
+                    high_speed: friction.2,
+                    decay: friction.3,
+                },
+                initial: Initial { speed },
+                perturbations,
+            },
+        )
+}
+
+fn solver() -> impl Strategy<Value = SolverOptions> {
+    let methods = proptest::sample::select(Method::ALL.to_vec());
+    let optional = || option::of(positive());
+    (
+        methods,
+        1e-16f64..=0.1,
+        optional(),
+        optional(),
+        optional(),
+        optional(),
+        1usize..1_000_000_000,
+    )
+        .prop_map(
+            |(method, rtol, atol_twist, atol_rate, atol_speed, max_step, max_events)| SolverOptions {
+                method,
+                rtol,
+                atol_twist,
+                atol_rate,
+                atol_speed,
+                max_step,
+                max_events,
+            },
+        )
+}
+
+fn output() -> impl Strategy<Value = OutputOptions> {
+    let window = (0.0f64..100.0, 1e-3f64..10.0, 1e-6f64..10.0).prop_map(|(from, length, interval)| OutputWindow {
+        from,
+        to: from + length,
+        interval,
+    });
+    // Few enough samples to be accepted.
+    (1e-3f64..1e3, 1e-5f64..10.0, vec(window, 0..4), any::<bool>()).prop_map(|(end_time, interval, windows, steps)| {
+        OutputOptions {
+            end_time,
+            interval,
+            windows,
+            steps,
+        }
+    })
+}
+
+proptest! {
+    #[test]
+    fn property_every_valid_case_survives_resolution(
+        title in any::<String>(),
+        parameters in parameters(),
+        solver in solver(),
+        output in output(),
+    ) {
+        let case = Case { title, parameters, solver, output };
+        let again = read(case.resolved());
+        prop_assert_eq!(&again, &case);
+        // Equality takes -0.0 for 0.0; the text does not.
+        prop_assert_eq!(again.resolved(), case.resolved());
+    }
+
+    #[test]
+    fn property_no_text_panics(text in "\\PC*") {
+        let source = CaseSource::result(&PathBuf::from("run.h5"), text);
+        let _ = Case::parse(&source, &[]);
+    }
+
+    /// The paper case with a few characters overwritten.
+    #[test]
+    fn property_no_damaged_case_panics(damage in vec((any::<prop::sample::Index>(), "[ -~\n]"), 1..6)) {
+        let mut text: Vec<char> = builtin::CASES[0].text.chars().collect();
+        for (at, with) in damage {
+            let at = at.index(text.len());
+            text[at] = with.chars().next().unwrap_or(' ');
+        }
+        let source = CaseSource::result(&PathBuf::from("run.h5"), text.into_iter().collect());
+        let _ = Case::parse(&source, &[]);
+    }
+}
