@@ -127,6 +127,13 @@ brake.toml: initial.speed: missing: omega_0, initial speed of the rotor and of i
 }
 
 #[test]
+fn a_quoted_key_with_a_dot_is_no_path() {
+    insta::assert_snapshot!(with("mass = 4.54", "mass = 4.54\n\"x.y\" = 1"), @r#"brake.toml:5: axial."x.y": unknown key; [axial] has mass, stiffness, damping"#);
+    insta::assert_snapshot!(with("title =", "\"torsion.damping\" = 1\ntitle ="), @r#"brake.toml:1: "torsion.damping": unknown key; did you mean torsion?"#);
+    insta::assert_snapshot!(with("title =", "\"output.window\" = []\ntitle ="), @r#"brake.toml:1: "output.window": unknown key; did you mean output?"#);
+}
+
+#[test]
 fn a_missing_key_names_its_table_and_how_to_write_it() {
     insta::assert_snapshot!(with("mass = 4.54\n", ""), @r#"brake.toml:3: axial.mass: missing: m, the rotor mass; write mass = a number in kg or "10 lbm""#);
     insta::assert_snapshot!(with("damping = \"200 lbf in s/rad\"\n", ""), @r#"brake.toml:13: torsion.damping: missing: c_t, torsional contact damping of each disk; write damping = a number in N m s/rad or "200 lbf in s/rad""#);
@@ -237,6 +244,14 @@ brake.toml:19: contact.wear: missing: which formula gives r: uniform wear (6) or
 brake.toml:21: contact.inner_diameter: must not be negative, but is -0.05
 brake.toml:22: contact.wear: expected one of "uniform-wear", "uniform-pressure", but got "uniform"; did you mean "uniform-wear"?
 "#);
+}
+
+#[test]
+fn diameters_that_give_no_radius_are_refused() {
+    let form = "outer_diameter = 5e-324\ninner_diameter = 0\nwear = \"uniform-wear\"";
+    insta::assert_snapshot!(with("radius = 0.052388", form), @r#"brake.toml:20: contact.outer_diameter: gives a radius that must be greater than 0, but is 0.0 m"#);
+    let form = "outer_diameter = 1.7e308\ninner_diameter = 1.6e308\nwear = \"uniform-wear\"";
+    insta::assert_snapshot!(with("radius = 0.052388", form), @r#"brake.toml:20: contact.outer_diameter: gives a radius that must be finite, but is inf m"#);
 }
 
 /// Against equations (6) and (7) evaluated by hand: D = 6 in, d = 3 in give 2.25 in and 7/3 in.

@@ -1,8 +1,9 @@
 //! Values set from outside the file, and numbers read and set by path.
 
+use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override, schema};
 use stickslip::model::{Actuation, BreakawayTest, Kick, KickTime};
-use stickslip::simulation::{Method, OutputWindow};
+use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
@@ -246,4 +247,38 @@ fn the_schema_describes_every_key() {
     assert_eq!(unit("torsion.damping"), Some("N m s/rad"));
     assert_eq!(unit("friction.breakaway"), Some("1"));
     assert_eq!(unit("solver.method"), None);
+}
+
+#[test]
+fn the_defaults_are_those_that_the_schema_promises() {
+    let case = paper(&["solver={}", "output={}"]);
+    assert_eq!(case.solver, SolverOptions::default());
+    let promised = |path: &str| match schema::keys().iter().find(|key| key.path == path).unwrap().presence {
+        schema::Presence::Default(text) => text,
+        other => panic!("{path}: {other:?}"),
+    };
+    assert_eq!(promised("solver.method"), case.solver.method.name());
+    assert_eq!(promised("solver.rtol").parse(), Ok(case.solver.rtol));
+    assert_eq!(promised("solver.max_events").parse(), Ok(case.solver.max_events));
+    assert_eq!(promised("output.end_time"), format!("{} s", case.output.end_time));
+    assert_eq!(promised("output.interval"), "end_time / 1000");
+    assert_eq!(case.output.interval, case.output.end_time / 1000.0);
+    assert_eq!(promised("output.steps").parse(), Ok(case.output.steps));
+}
+
+proptest! {
+    #[test]
+    fn property_no_override_panics(
+        text in "\\PC*",
+        path in "[a-z0-9.\\[\\]]{0,12}",
+        index in 0..schema::keys().len(),
+        value in "[-0-9a-z\"\\[\\]{}=., ]{0,12}",
+    ) {
+        let known = format!("{}={value}", schema::keys()[index].path.replace("[]", ".0"));
+        for text in [text, format!("{path}={value}"), known] {
+            if let Ok(change) = Override::parse(&text) {
+                let _ = Case::parse(&CaseSource::built_in("paper").unwrap(), &[change]);
+            }
+        }
+    }
 }

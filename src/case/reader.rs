@@ -64,7 +64,8 @@ struct Reader {
 impl Reader {
     /// Reports a problem at the value of `path`, or at what would contain it.
     fn report(&mut self, path: &str, message: impl Into<String>) {
-        self.report_at(path, path, message.into());
+        let place = self.place(path);
+        self.push(place, path, message.into());
     }
 
     /// Reports a condition at the override that broke it, or at the value that it is about.
@@ -73,17 +74,21 @@ impl Reader {
         let broken_by = with
             .iter()
             .find(|other| self.is_overridden(other) && !self.is_overridden(&path));
-        self.report_at(broken_by.unwrap_or(&path), &path, message);
+        let place = self.place(broken_by.unwrap_or(&path));
+        self.push(place, &path, message);
     }
 
-    /// Reports a problem of `key` at the value of `path`.
-    fn report_at(&mut self, path: &str, key: &str, message: String) {
+    /// The place of the value at `path`, or of what would contain it; `None` if that is the whole file.
+    fn place(&self, path: &str) -> Option<Place> {
         let node = self.root.closest(path);
+        (!std::ptr::eq(node, &self.root)).then(|| node.place.clone())
+    }
+
+    fn push(&mut self, place: Option<Place>, key: &str, message: String) {
         // What is missing altogether is on no line: it comes after the lines and before the overrides.
-        let (rank, place) = if std::ptr::eq(node, &self.root) {
-            (usize::MAX - 1, self.label.clone())
-        } else {
-            (node.place.rank(), node.place.show(&self.label))
+        let (rank, place) = match place {
+            None => (usize::MAX - 1, self.label.clone()),
+            Some(place) => (place.rank(), place.show(&self.label)),
         };
         let problem = Problem {
             place,
@@ -106,8 +111,10 @@ impl Reader {
         };
         for (name, child) in entries {
             let parent = path;
-            let path = join(parent, name);
-            let pattern_here = join(pattern, name);
+            // Quoted, so that a key with a dot in its name is not taken for a path.
+            let segment = toml_edit::Key::new(name).to_string();
+            let path = join(parent, &segment);
+            let pattern_here = join(pattern, &segment);
             let inside = format!("{pattern_here}.");
             if ARRAYS.iter().any(|array| array.path == pattern_here) {
                 match &child.value {
@@ -124,7 +131,7 @@ impl Reader {
             } else if schema::keys().iter().any(|key| key.path.starts_with(&inside)) {
                 self.check_names(child, &path, &pattern_here);
             } else if !schema::keys().iter().any(|key| key.path == pattern_here) {
-                self.report(&path, unknown_key(name, parent, pattern));
+                self.push(Some(child.place.clone()), &path, unknown_key(name, parent, pattern));
             }
         }
     }
@@ -161,7 +168,7 @@ impl Reader {
             // Something else in the place of the table has been reported already.
             let in_table = matches!(self.root.closest(&path).value, Value::Table(_));
             if in_table && matches!(key.presence, Presence::Required | Presence::Profile(_)) {
-                self.report(&path, format!("missing: {}{}", key.description, how_to_write(key)));
+                self.report(&path, missing(key));
             }
             return;
         };
@@ -199,7 +206,8 @@ impl Reader {
         };
         let place = if overridden { "actuation.profile" } else { key.path };
         let message = format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}");
-        self.report_at(place, key.path, message);
+        let place = self.place(place);
+        self.push(place, key.path, message);
     }
 
     /// The profile of the actuation, if it is one that exists.
@@ -226,12 +234,11 @@ impl Reader {
                 "missing: r, the effective friction radius; give radius, or outer_diameter, inner_diameter and wear",
             ),
             (false, Some(_)) => {
-                let values = (
-                    self.source_number(outer),
-                    self.source_number(inner),
-                    self.source_choice(wear),
-                );
-                let (Some(outer_diameter), Some(inner_diameter), Some(wear)) = values else {
+                let outer_diameter = self.source(outer, length);
+                let inner_diameter = self.source(inner, length);
+                let wear = self.source(wear, |key, value| choice(value, &key.choices()));
+                let (Some(outer_diameter), Some(inner_diameter), Some(wear)) = (outer_diameter, inner_diameter, wear)
+                else {
                     return;
                 };
                 if inner_diameter >= outer_diameter {
@@ -240,7 +247,11 @@ impl Reader {
                         format!("must be smaller than outer_diameter: {inner_diameter:?} m is not below {outer_diameter:?} m"),
                     );
                 }
-                case.parameters.contact.radius = effective_radius(outer_diameter, inner_diameter, &wear);
+                let radius = effective_radius(outer_diameter, inner_diameter, wear);
+                if let Some(complaint) = Domain::Positive.complaint(radius) {
+                    self.report(outer, format!("gives a radius that {complaint}, but is {radius:?} m"));
+                }
+                case.parameters.contact.radius = radius;
             }
         }
     }
@@ -266,37 +277,21 @@ impl Reader {
         );
     }
 
-    fn source_number(&mut self, path: &str) -> Option<f64> {
+    /// A value that is only turned into another one of the case.
+    fn source<T>(&mut self, path: &str, read: impl Fn(&Key, &Value) -> Result<T, String>) -> Option<T> {
         let key = schema::keys().iter().find(|key| key.path == path)?;
-        let Kind::Source(dimension, domain) = key.kind else {
-            return None;
+        let result = match self.root.at(path) {
+            Some(node) => read(key, &node.value),
+            None => Err(missing(key)),
         };
-        let Some(node) = self.root.at(path) else {
-            self.report(path, format!("missing: {}{}", key.description, how_to_write(key)));
-            return None;
-        };
-        match number(&node.value, dimension, domain) {
-            Ok(value) => Some(value),
-            Err(message) => {
-                self.report(path, message);
-                None
-            }
-        }
+        result.map_err(|message| self.report(path, message)).ok()
     }
+}
 
-    fn source_choice(&mut self, path: &str) -> Option<String> {
-        let key = schema::keys().iter().find(|key| key.path == path)?;
-        let Some(node) = self.root.at(path) else {
-            self.report(path, format!("missing: {}{}", key.description, how_to_write(key)));
-            return None;
-        };
-        match choice(&node.value, &key.choices()) {
-            Ok(name) => Some(name.to_owned()),
-            Err(message) => {
-                self.report(path, message);
-                None
-            }
-        }
+fn length(key: &Key, value: &Value) -> Result<f64, String> {
+    match key.kind {
+        Kind::Source(dimension, domain) => number(value, dimension, domain),
+        _ => Err("not a length".to_owned()),
     }
 }
 
@@ -305,7 +300,7 @@ fn effective_radius(outer_diameter: f64, inner_diameter: f64, wear: &str) -> f64
     let (big_d, d) = (outer_diameter, inner_diameter);
     match wear {
         // (D^3 - d^3) / (3 (D^2 - d^2)) with the common factor D - d taken out, so that nothing cancels.
-        schema::UNIFORM_PRESSURE => (big_d * big_d + big_d * d + d * d) / (3.0 * (big_d + d)),
+        schema::UNIFORM_PRESSURE => (big_d + d * (d / (big_d + d))) / 3.0,
         _ => (big_d + d) / 4.0,
     }
 }
@@ -424,7 +419,11 @@ fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String>
     })
 }
 
-/// "; write torsion.damping = \"200 lbf in s/rad\", or a number in N m s/rad".
+fn missing(key: &Key) -> String {
+    format!("missing: {}{}", key.description, how_to_write(key))
+}
+
+/// How the key is written, as the end of a message.
 fn how_to_write(key: &Key) -> String {
     let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let choices = key.choices();
