@@ -11,6 +11,9 @@ use super::{Counters, Direction, OdeSystem, Outcome, Task, Tolerances, callbacks
 
 /// The dense output of a Runge-Kutta method. Its degree is at most 5, and at most the method's order less 1.
 /// (`ARKodeSetInterpolantType`, `ARKodeSetInterpolantDegree`)
+///
+/// Output times and crossings are read from it, too: with the long steps of a method of order 6 to 9 their error can
+/// be far above the tolerance, unless the step is bounded. A step's end has the error of the method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Interpolant {
     /// From values and slopes at both ends of the step. Degrees 4 and 5 call the right-hand side each time that they
