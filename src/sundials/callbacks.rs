@@ -23,10 +23,93 @@ pub(super) struct Shared<S> {
     pub(super) crossings: usize,
     /// End of the last completed step: ARKODE itself forgets it when a step fails.
     pub(super) mesh_time: f64,
+    /// CVODE's memory, to ask it for its time; null for ARKODE, which tells `mesh_time` by itself.
+    pub(super) clock: *mut c_void,
+    watch: Watch,
     /// The payload of a panic that waits to be resumed.
     pub(super) panic: Option<Box<dyn Any + Send>>,
     /// The last value of a callback that was not finite.
     pub(super) non_finite: Option<NonFinite>,
+}
+
+/// Sees that time goes on. In front of a wall that no step gets over, SUNDIALS may take steps for ever that are too
+/// short to be seen in the time.
+#[derive(Default)]
+struct Watch {
+    calls: u32,
+    /// Where the mesh stood when it was looked at last.
+    seen: Option<f64>,
+    stalled: bool,
+}
+
+/// The right-hand side was called thousands of times without the time moving.
+struct Stalled;
+
+/// Why a callback fails.
+enum Trouble {
+    NonFinite(NonFinite),
+    Stalled,
+}
+
+impl From<NonFinite> for Trouble {
+    fn from(found: NonFinite) -> Self {
+        Self::NonFinite(found)
+    }
+}
+
+impl From<Stalled> for Trouble {
+    fn from(_: Stalled) -> Self {
+        Self::Stalled
+    }
+}
+
+impl<S> Shared<S> {
+    pub(super) fn new(system: S, dimension: usize, t0: f64) -> Self {
+        Self {
+            system,
+            dimension,
+            crossings: 0,
+            mesh_time: t0,
+            clock: std::ptr::null_mut(),
+            watch: Watch::default(),
+            panic: None,
+            non_finite: None,
+        }
+    }
+
+    /// Whether the solver was stopped because its time did not move.
+    pub(super) fn take_stalled(&mut self) -> bool {
+        std::mem::take(&mut self.watch.stalled)
+    }
+
+    /// Calls from elsewhere than steps (dense output), or a new start: the watch begins anew.
+    pub(super) fn reset_watch(&mut self) {
+        self.watch.seen = None;
+    }
+
+    /// At each call of the right-hand side.
+    fn watch(&mut self) -> Result<(), Stalled> {
+        const MANY: u32 = 1 << 14;
+        self.watch.calls = self.watch.calls.wrapping_add(1);
+        if self.watch.calls.is_multiple_of(MANY) {
+            self.look_at_the_time()
+        } else {
+            Ok(())
+        }
+    }
+
+    #[cold]
+    fn look_at_the_time(&mut self) -> Result<(), Stalled> {
+        let mut now = self.mesh_time;
+        if !self.clock.is_null() {
+            // SAFETY: the memory of the running CVODE; the function only reads its time.
+            unsafe { ffi::CVodeGetCurrentTime(self.clock, &mut now) };
+        }
+        let before = self.watch.seen.replace(now);
+        // A step of the size of a rounding error would do as much in a hundred calls.
+        self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= 100.0 * f64::EPSILON * now.abs());
+        if self.watch.stalled { Err(Stalled) } else { Ok(()) }
+    }
 }
 
 const SUCCESS: c_int = 0;
@@ -38,17 +121,18 @@ const UNRECOVERABLE: c_int = -1;
 ///
 /// # Safety
 /// `data` points to a `Shared<S>` that nobody else uses meanwhile.
-unsafe fn guarded<S>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>) -> Result<(), NonFinite>) -> c_int {
+unsafe fn guarded<S>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>) -> Result<(), Trouble>) -> c_int {
     let shared = unsafe { &mut *data.cast::<Shared<S>>() };
     if shared.panic.is_some() {
         return UNRECOVERABLE;
     }
     match catch_unwind(AssertUnwindSafe(|| callback(shared))) {
         Ok(Ok(())) => SUCCESS,
-        Ok(Err(non_finite)) => {
-            shared.non_finite = Some(non_finite);
+        Ok(Err(Trouble::NonFinite(found))) => {
+            shared.non_finite = Some(found);
             RECOVERABLE
         }
+        Ok(Err(Trouble::Stalled)) => UNRECOVERABLE,
         Err(payload) => {
             shared.panic = Some(payload);
             UNRECOVERABLE
@@ -80,9 +164,10 @@ pub(super) unsafe extern "C" fn rhs<S: OdeSystem>(
     // SAFETY: SUNDIALS passes the data it was given, and two different vectors of the system's length.
     unsafe {
         guarded::<S>(data, |shared| {
+            shared.watch()?;
             let ydot = values_mut(ydot, shared.dimension);
             shared.system.rhs(t, values(y, shared.dimension), ydot);
-            all_finite(Callback::RightHandSide, t, ydot)
+            Ok(all_finite(Callback::RightHandSide, t, ydot)?)
         })
     }
 }
@@ -107,10 +192,12 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
             let entries = std::slice::from_raw_parts_mut((*content).data, n * n);
             let view = DMatrixViewMut::from_slice(entries, n, n);
             shared.system.jacobian(t, values(y, n), values(ydot, n), view);
-            all_finite(Callback::Jacobian, t, entries).map_err(|found| NonFinite {
-                component: found.component % n,
-                column: found.component / n,
-                ..found
+            all_finite(Callback::Jacobian, t, entries).map_err(|found| {
+                Trouble::NonFinite(NonFinite {
+                    component: found.component % n,
+                    column: found.component / n,
+                    ..found
+                })
             })
         })
     }
@@ -129,7 +216,7 @@ pub(super) unsafe extern "C" fn roots<S: OdeSystem>(
             std::ptr::write_bytes(gout, 0, shared.crossings);
             let g = std::slice::from_raw_parts_mut(gout, shared.crossings);
             shared.system.roots(t, values(y, shared.dimension), g);
-            all_finite(Callback::Crossing, t, g)
+            Ok(all_finite(Callback::Crossing, t, g)?)
         })
     }
 }

@@ -47,14 +47,7 @@ impl<S: OdeSystem> Core<S> {
         let context = Context::new()?;
         let state = Vector::new(&context, y0)?;
         let work = Vector::new(&context, y0)?;
-        let shared = Shared {
-            system,
-            dimension,
-            crossings: 0,
-            mesh_time: t0,
-            panic: None,
-            non_finite: None,
-        };
+        let shared = Shared::new(system, dimension, t0);
         Ok(Self {
             state,
             work,
@@ -109,6 +102,7 @@ impl<S: OdeSystem> Core<S> {
         shared.mesh_time = mesh_time;
         let cause = shared.non_finite.take();
         let panic = shared.panic.take();
+        let stalled = shared.take_stalled();
         let error = match self.context.verdict(function, family, code, mesh_time) {
             Err(error) => error,
             Ok(()) => unreachable!("a failure has a flag"),
@@ -120,6 +114,7 @@ impl<S: OdeSystem> Core<S> {
             resume_unwind(payload);
         }
         match error {
+            SolverError::Sundials(_) if stalled => SolverError::Stalled { time: mesh_time, cause },
             SolverError::Sundials(mut failure) => {
                 // A run that gave up for other reasons may have met such a value on its way and recovered.
                 failure.cause = cause.filter(|_| !leaves_the_solver_intact(code));
@@ -148,6 +143,7 @@ impl<S: OdeSystem> Core<S> {
         let shared = self.shared_mut();
         shared.mesh_time = t0;
         shared.non_finite = None;
+        shared.reset_watch();
     }
 
     pub(super) fn dimension(&self) -> usize {
@@ -222,7 +218,9 @@ impl<S: OdeSystem> Core<S> {
         code: c_int,
         out: &mut [f64],
     ) -> Result<(), SolverError> {
-        if let Some(payload) = self.shared_mut().panic.take() {
+        let shared = self.shared_mut();
+        shared.reset_watch();
+        if let Some(payload) = shared.panic.take() {
             self.context.clear_messages();
             resume_unwind(payload);
         }

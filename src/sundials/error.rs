@@ -10,6 +10,15 @@ pub enum SolverError {
     #[error(transparent)]
     Sundials(Box<Failure>),
 
+    /// The steps are too short to move the time, as in front of a point that no step gets over.
+    #[error("the steps at t = {time} are too short to be seen in the time{}", cause.map(|c| format!("; {c}")).unwrap_or_default())]
+    Stalled {
+        /// The last time that the solver reached.
+        time: f64,
+        /// The value of a callback that is not a number, if there was one lately.
+        cause: Option<NonFinite>,
+    },
+
     /// A C function that makes an object returned none: no memory.
     #[error("{function} made nothing: out of memory")]
     Allocation {
@@ -82,6 +91,7 @@ impl SolverError {
     pub fn cause(&self) -> Option<NonFinite> {
         match self {
             Self::Sundials(failure) => failure.cause,
+            Self::Stalled { cause, .. } => *cause,
             _ => None,
         }
     }
