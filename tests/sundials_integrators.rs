@@ -194,7 +194,7 @@ fn sundials_a_stop_time_is_hit_exactly_and_once() {
         assert_eq!(solver.advance(3.0, Task::Normal).unwrap(), Outcome::StopTime);
         assert_eq!(solver.time(), 1.5);
         assert_eq!(solver.mesh_time().unwrap(), 1.5);
-        assert!(error(&solver) < 1e-7, "{} {:?}", error(&solver), solver.counters());
+        assert!(error(&solver) < added_up(&mut solver, 1e-10), "{}", error(&solver));
         assert_eq!(solver.advance(3.0, Task::Normal).unwrap(), Outcome::Reached);
         // A restart clears it, and so does None.
         solver.set_stop_time(Some(3.5)).unwrap();
@@ -205,6 +205,28 @@ fn sundials_a_stop_time_is_hit_exactly_and_once() {
         assert_eq!(solver.advance(6.0, Task::Normal).unwrap(), Outcome::Reached);
         assert!(error(&solver) < 1e-7);
     });
+}
+
+/// The step before a stop time is cut, and its Newton matrix with it is of another step. Every table follows its
+/// tolerance all the same; with SUNDIALS' own test of convergence some end 1e-3 away.
+#[test]
+fn analytic_a_cut_step_converges() {
+    for &table in EsdirkTable::ALL {
+        if table.order() < 3 {
+            continue;
+        }
+        for stop in [1.0, 1.5, 2.0] {
+            let mut solver = Esdirk::new(Oscillator::with_jacobian(), table, 0.0, &START, &tight()).unwrap();
+            solver.set_max_steps(None).unwrap();
+            solver.set_stop_time(Some(stop)).unwrap();
+            assert_eq!(solver.advance(9.0, Task::Normal).unwrap(), Outcome::StopTime);
+            assert!(
+                error(&solver) < added_up(&mut solver, 1e-10),
+                "{table}, {stop}: {}",
+                error(&solver)
+            );
+        }
+    }
 }
 
 #[test]
@@ -344,64 +366,69 @@ fn fixed_step_error(solver: &mut impl Integrator, steps: u32) -> f64 {
     error(solver)
 }
 
-/// The order that the error shows when the step is halved.
-fn observed_order(mut error: impl FnMut(u32) -> f64, steps: u32) -> f64 {
-    (error(steps) / error(2 * steps)).log2()
+/// The order that the error shows when the step is halved as often as something is to be seen of it; the coefficients of
+/// Verner's 9-stage table are good to 13 digits.
+fn observed_order(error: impl Fn(u32) -> f64) -> f64 {
+    let errors: Vec<f64> = (0..8)
+        .map(|halvings| error(2 << halvings))
+        .take_while(|&error| error > 1e-12)
+        .collect();
+    let [.., coarse, fine] = errors[..] else {
+        panic!("no two errors to compare: {errors:?}")
+    };
+    (coarse / fine).log2()
 }
 
-/// Of the oscillator some methods have a higher order than in general; none has a lower one. Steps are chosen so that
-/// both errors are above rounding.
+/// Of the oscillator some methods have a higher order than in general; none has a lower one. Half an order tells it
+/// from its neighbour: the two or three long steps of order 8 that it takes are not yet in the limit.
+fn assert_order(observed: f64, order: u32, table: &str) {
+    let order = f64::from(order);
+    assert!(
+        (order - 0.5..order + 1.5).contains(&observed),
+        "{table}: {observed} for {order}"
+    );
+}
+
 #[test]
 fn analytic_explicit_tables_converge_with_their_order() {
     for &table in ErkTable::ALL {
-        let steps = match table.order() {
-            0..=4 => 64,
-            5..=6 => 16,
-            _ => 6,
-        };
-        let error = |steps: u32| {
+        let observed = observed_order(|steps| {
             let options = ErkOptions {
                 fixed_step: Some(1.5 / f64::from(steps)),
                 ..table.into()
             };
             let mut solver = Erk::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
             fixed_step_error(&mut solver, steps)
-        };
-        eprintln!("{table} {} {}", error(steps), error(2 * steps));
-        let observed = observed_order(error, steps);
-        let order = f64::from(table.order());
-        assert!(
-            (order - 0.25..order + 1.5).contains(&observed),
-            "{table}: {observed} for {order}"
-        );
+        });
+        assert_order(observed, table.order(), table.name());
     }
 }
 
+/// The iteration has to converge below the errors that are seen.
 #[test]
 fn analytic_esdirk_tables_converge_with_their_order() {
     for &table in EsdirkTable::ALL {
-        let steps = if table.order() <= 3 { 64 } else { 16 };
-        let error = |steps: u32| {
+        let observed = observed_order(|steps| {
             let options = EsdirkOptions {
                 fixed_step: Some(1.5 / f64::from(steps)),
-                nonlinear_tolerance: Some(1e-4),
+                nonlinear_tolerance: Some(1e-6),
                 max_nonlinear_iterations: Some(10),
                 ..table.into()
             };
             let mut solver = Esdirk::new(Oscillator::with_jacobian(), options, 0.0, &START, &tight()).unwrap();
             fixed_step_error(&mut solver, steps)
-        };
-        eprintln!("{table} {} {}", error(steps), error(2 * steps));
-        let observed = observed_order(error, steps);
-        let order = f64::from(table.order());
-        assert!(
-            (order - 0.25..order + 1.5).contains(&observed),
-            "{table}: {observed} for {order}"
-        );
+        });
+        assert_order(observed, table.order(), table.name());
     }
 }
 
-/// With its error control every table keeps to a tolerance: a local one of 1e-8, which may add up a hundredfold.
+/// What errors of a step may add up to. A norm of 1 allows a step the error 2 (relative + absolute) of a component of
+/// size 1; the oscillator damps and amplifies nothing.
+fn added_up(solver: &mut impl Integrator, tolerance: f64) -> f64 {
+    4.0 * tolerance * solver.counters().unwrap().steps as f64
+}
+
+/// With its error control every table keeps to a tolerance.
 #[test]
 fn analytic_all_tables_follow_a_tolerance() {
     let tolerances = Tolerances::uniform(1e-8, 1e-8, 2);
@@ -411,8 +438,11 @@ fn analytic_all_tables_follow_a_tolerance() {
         while solver.time() < 6.0 {
             solver.advance(6.0, Task::OneStep).unwrap();
         }
-        // Of embedded order 1, whose estimate is of the lower method, the error can only be smaller.
-        assert!(error(&solver) < 1e-6, "{table}: {}", error(&solver));
+        assert!(
+            error(&solver) < added_up(&mut solver, 1e-8),
+            "{table}: {}",
+            error(&solver)
+        );
         assert_eq!(solver.counters().unwrap().last_order, table.order());
     }
     for &table in EsdirkTable::ALL {
@@ -433,8 +463,9 @@ fn analytic_all_tables_follow_a_tolerance() {
             while solver.time() < 6.0 {
                 solver.advance(6.0, Task::OneStep).unwrap();
             }
+            let bound = added_up(&mut solver, 1e-8);
             assert!(
-                error(&solver) < 1e-6,
+                error(&solver) < bound,
                 "{table}, {interpolant:?}, {predictor:?}: {}",
                 error(&solver)
             );
@@ -850,7 +881,14 @@ fn regression_counters_of_one_period() {
              diverged {nonlinear_convergence_failures}, roots {root_evaluations}, order {last_order}\n"
         );
     });
-    insta::assert_snapshot!(text, @"");
+    insta::assert_snapshot!(text, @r"
+    steps 107, rhs 124, jacobians 2, setups 18, refused 3, iterations 121, diverged 0, roots 131, order 7
+    steps 166, rhs 327, jacobians 0, setups 0, refused 2, iterations 324, diverged 0, roots 186, order 5
+    steps 255, rhs 276, jacobians 5, setups 27, refused 0, iterations 273, diverged 0, roots 280, order 5
+    steps 262, rhs 501, jacobians 0, setups 0, refused 0, iterations 498, diverged 0, roots 277, order 5
+    steps 203, rhs 1237, jacobians 0, setups 0, refused 0, iterations 0, diverged 0, roots 218, order 5
+    steps 156, rhs 2826, jacobians 4, setups 18, refused 0, iterations 1869, diverged 1, roots 173, order 5
+    ");
 }
 
 proptest! {

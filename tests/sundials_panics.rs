@@ -1,0 +1,196 @@
+//! A panic of a callback goes through C without unwinding it, and comes out of `advance` as it went in. Small enough
+//! for `valgrind --leak-check=full`.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, panic_any};
+use std::rc::Rc;
+
+use nalgebra::DMatrixViewMut;
+use stickslip::sundials::{
+    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, Interpolant, Multistep,
+    Nonlinear, OdeSystem, Outcome, SolverError, Task, Tolerances,
+};
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Where {
+    Nowhere,
+    Rhs,
+    Jacobian,
+    Roots,
+}
+
+/// Not a string: it has to arrive whole.
+#[derive(Debug, PartialEq)]
+struct Payload {
+    place: Where,
+    time: f64,
+}
+
+/// y' = -y, with a panic after `after` calls in one of the functions.
+struct Grenade {
+    place: Where,
+    after: u32,
+    calls: u32,
+    /// Counts the systems that are alive.
+    _alive: Rc<()>,
+}
+
+impl Grenade {
+    fn new(place: Where, after: u32, alive: &Rc<()>) -> Self {
+        Self {
+            place,
+            after,
+            calls: 0,
+            _alive: alive.clone(),
+        }
+    }
+
+    fn tick(&mut self, place: Where, time: f64) {
+        if place == self.place {
+            self.calls += 1;
+            if self.calls > self.after {
+                panic_any(Payload { place, time });
+            }
+        }
+    }
+}
+
+impl OdeSystem for Grenade {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) {
+        self.tick(Where::Rhs, t);
+        ydot[0] = -y[0];
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn jacobian(&mut self, t: f64, _y: &[f64], _ydot: &[f64], mut j: DMatrixViewMut<'_, f64>) {
+        self.tick(Where::Jacobian, t);
+        j[(0, 0)] = -1.0;
+    }
+
+    fn roots(&mut self, t: f64, y: &[f64], g: &mut [f64]) {
+        self.tick(Where::Roots, t);
+        g[0] = y[0] + 1.0;
+    }
+}
+
+fn tolerances() -> Tolerances {
+    Tolerances::uniform(1e-6, 1e-6, 1)
+}
+
+fn cvode(system: Grenade, method: Multistep, nonlinear: Nonlinear) -> Cvode<Grenade> {
+    let options = CvodeOptions {
+        method,
+        nonlinear,
+        max_order: None,
+        stability_limit_detection: false,
+    };
+    Cvode::new(system, options, 0.0, &[1.0], &tolerances()).unwrap()
+}
+
+/// Runs it to the panic, and then, disarmed, to the end.
+fn explode(mut solver: impl Integrator<System = Grenade>) {
+    let place = solver.system().place;
+    solver.set_crossings(&[Direction::Either]).unwrap();
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        while solver.time() < 100.0 {
+            solver.advance(100.0, Task::OneStep).unwrap();
+        }
+    }));
+    let payload = outcome
+        .expect_err("a panic")
+        .downcast::<Payload>()
+        .expect("the payload of the callback");
+    assert_eq!(payload.place, place);
+    assert!((0.0..100.0).contains(&payload.time));
+    // What was handed out last is still there: y = exp(-t), to a few steps of the tolerance.
+    assert!(solver.time() < 100.0);
+    assert!((solver.state()[0] - (-solver.time()).exp()).abs() < 1e-4);
+
+    solver.system_mut().place = Where::Nowhere;
+    assert!(matches!(
+        solver.advance(100.0, Task::Normal),
+        Err(SolverError::NotRestarted { .. })
+    ));
+    solver.restart(0.0, &[1.0]).unwrap();
+    assert_eq!(solver.advance(1.0, Task::Normal).unwrap(), Outcome::Reached);
+    assert!((solver.state()[0] - (-1f64).exp()).abs() < 1e-4);
+}
+
+#[test]
+fn sundials_a_panic_in_a_callback_arrives_whole_and_nothing_leaks() {
+    // Nobody wants to read of these panics.
+    std::panic::set_hook(Box::new(|info| {
+        if !info.payload().is::<Payload>() {
+            eprintln!("{info}");
+        }
+    }));
+    let alive = Rc::new(());
+    for after in [0, 1, 5, 20] {
+        for place in [Where::Rhs, Where::Roots] {
+            let fixed_point = Nonlinear::FixedPoint { acceleration: 2 };
+            explode(cvode(Grenade::new(place, after, &alive), Multistep::Adams, fixed_point));
+            explode(cvode(
+                Grenade::new(place, after, &alive),
+                Multistep::Bdf,
+                Nonlinear::Newton,
+            ));
+            let system = Grenade::new(place, after, &alive);
+            explode(Erk::new(system, ErkTable::Verner8s56, 0.0, &[1.0], &tolerances()).unwrap());
+            let system = Grenade::new(place, after, &alive);
+            explode(Esdirk::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+        }
+    }
+    explode(cvode(
+        Grenade::new(Where::Jacobian, 0, &alive),
+        Multistep::Bdf,
+        Nonlinear::Newton,
+    ));
+    let system = Grenade::new(Where::Jacobian, 0, &alive);
+    explode(Esdirk::new(system, EsdirkTable::Esdirk436L2sa6s34, 0.0, &[1.0], &tolerances()).unwrap());
+
+    // The dense output of degree 5 calls the right-hand side, too.
+    let options = ErkOptions {
+        interpolant: Interpolant::Hermite { degree: 5 },
+        ..ErkTable::Verner8s56.into()
+    };
+    let mut solver = Erk::new(
+        Grenade::new(Where::Nowhere, 0, &alive),
+        options,
+        0.0,
+        &[1.0],
+        &tolerances(),
+    )
+    .unwrap();
+    solver.advance(1.0, Task::OneStep).unwrap();
+    solver.system_mut().place = Where::Rhs;
+    let time = solver.time() / 2.0;
+    let outcome = catch_unwind(AssertUnwindSafe(|| solver.interpolate(time, 0, &mut [0.0])));
+    assert!(outcome.expect_err("a panic").is::<Payload>());
+    drop(solver);
+
+    // A solver that could not be made, and one that is dropped by a panic.
+    let wrong = Tolerances::uniform(1e-6, 1e-6, 2);
+    assert!(
+        Erk::new(
+            Grenade::new(Where::Rhs, 0, &alive),
+            ErkTable::Verner8s56,
+            0.0,
+            &[1.0],
+            &wrong
+        )
+        .is_err()
+    );
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        let mut solver = cvode(Grenade::new(Where::Rhs, 3, &alive), Multistep::Bdf, Nonlinear::Newton);
+        solver.advance(1.0, Task::Normal)
+    }));
+    assert!(outcome.is_err());
+    assert_eq!(Rc::strong_count(&alive), 1, "all systems are gone");
+    let _ = std::panic::take_hook();
+}
