@@ -1,35 +1,32 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
-use crate::hybrid::Dynamics;
+use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::model::{Mode, Parameters};
-use crate::simulation::brake::{Brake, Location, Watch};
 use crate::simulation::{Event, EventKind};
-use crate::sundials::{Esdirk, EsdirkTable, Integrator, OdeSystem, SolverError, Task, Tolerances};
-use nalgebra::{Complex, DMatrix, DMatrixViewMut};
-use std::sync::Arc;
+use nalgebra::{Complex, DMatrix};
 
 /// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
 const DYNAMIC: usize = 5;
 
-/// Relative tolerance of the smooth path. Loose on purpose: its steps stride over the fast mode, and an L-stable method
-/// then stays on the smooth solution, which is the one wanted here.
-const SMOOTH_TOLERANCE: f64 = 1e-7;
+/// Steps of the smooth path from its start to the stop.
+const STEPS: f64 = 500.0;
 
-/// Points at which the growth rate is taken; its integral is then good to about six digits.
-const POINTS: usize = 2000;
-
-/// A perturbation's growth along the kick-free smooth sliding.
+/// A perturbation's growth along the kick-free smooth sliding, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
     /// When steady sliding loses stability (zero of the margin on the run's own relative velocity), s.
     pub instability: f64,
-    /// G: integral of max(0, Re lambda) from the instability to the first stick (or the end of the run).
+    /// Where the smooth sliding itself comes to its stick, or the run ends, s.
+    pub smooth_end: f64,
+    /// G: integral of max(0, Re lambda) from the instability to `smooth_end`: what a perturbation could gain if nothing
+    /// stopped it.
     pub exponent: f64,
-    /// Integral of Re lambda from the first kick to the first stick: the e-folds that the kick gains.
+    /// The same up to the run's first stick.
+    pub to_first_stick: f64,
+    /// Integral of Re lambda from the first kick to the run's first stick: what the kick gained.
     pub from_kick: Option<f64>,
-    /// Part of G that lies before the first kick: what noise gains before the kick is there.
+    /// What noise has gained before the first kick.
     pub before_kick: Option<f64>,
 }
 
@@ -38,146 +35,103 @@ impl Growth {
     ///
     /// lambda is the fast pair of the slip state's Jacobian: of its five eigenvalues that with the largest real part,
     /// the slow root of the rotor excepted.
-    ///
-    /// # Errors
-    /// If the smooth path cannot be integrated.
-    pub fn of_run(parameters: &Parameters, events: &[Event], end: f64) -> Result<Option<Growth>, SolverError> {
-        let first_stick = events.iter().find(|e| e.kind == EventKind::Stick).map(|e| e.time);
-        let until = first_stick.unwrap_or(end);
-        let Some(unstable) = events
+    pub fn of_run(parameters: &Parameters, events: &[Event], end: f64) -> Option<Growth> {
+        let first_stick = events
             .iter()
-            .find(|e| e.kind == EventKind::Destabilised && e.time <= until)
-        else {
-            return Ok(None);
-        };
-        let kick = events.iter().find(|e| e.kind == EventKind::Kick && e.time < until);
+            .find(|e| e.kind == EventKind::Stick)
+            .map_or(end, |e| e.time);
+        let unstable = events
+            .iter()
+            .find(|e| e.kind == EventKind::Destabilised && e.time <= first_stick)?;
+        let kick = events
+            .iter()
+            .find(|e| e.kind == EventKind::Kick && e.time < first_stick);
         let start = kick.filter(|k| k.time < unstable.time).unwrap_or(unstable);
-        if until <= start.time || start.before.relative_velocity == 0.0 {
-            return Ok(None);
-        }
-        let s = &start.before;
-        let mut y = vec![0.0; DIMENSION];
-        y[ROTOR_TWIST] = s.rotor_twist;
-        y[ROTOR_TWIST_RATE] = s.rotor_twist_rate;
-        y[STATOR_TWIST] = s.phi1;
-        y[STATOR_TWIST_RATE] = s.phi1_dot;
-        y[ROTOR_SPEED] = s.theta_dot;
-        let mode = if s.relative_velocity > 0.0 {
-            Mode::SlipForward
-        } else {
-            Mode::SlipBackward
-        };
-        let rates = growth_rates(parameters, mode, start.time, &y, until)?;
-        let integral = |from: f64, f: fn(f64) -> f64| integrate(&rates, from, f);
-        let from_kick = kick.map(|k| integral(k.time, |rate| rate));
-        let exponent = integral(unstable.time, |rate| rate.max(0.0));
-        let before_kick = kick.map(|k| {
-            if k.time > unstable.time {
-                exponent - integral(k.time, |r| r.max(0.0))
-            } else {
-                0.0
-            }
-        });
-        Ok(Some(Growth {
+        let rates = growth_rates(parameters, start.time, start.before.relative_velocity, end);
+        let positive = |rate: f64| rate.max(0.0);
+        Some(Growth {
             instability: unstable.time,
-            exponent,
-            from_kick,
-            before_kick,
-        }))
+            smooth_end: rates.last().map_or(start.time, |r| r.0),
+            exponent: integrate(&rates, unstable.time, end, positive),
+            to_first_stick: integrate(&rates, unstable.time, first_stick, positive),
+            from_kick: kick.map(|k| integrate(&rates, k.time, first_stick, |rate| rate)),
+            before_kick: kick.map(|k| integrate(&rates, unstable.time, k.time, positive)),
+        })
     }
 }
 
-/// Trapezoidal integral of f(rate) from `from` to the last point.
-fn integrate(rates: &[(f64, f64)], from: f64, f: fn(f64) -> f64) -> f64 {
+/// Trapezoidal integral of f(rate) between two times, as far as the rates reach.
+fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     rates
         .windows(2)
         .map(|pair| {
-            let ((a, ra), (b, rb)) = (pair[0], pair[1]);
-            let start = a.max(from);
-            if start >= b {
+            let ((a, rate_a), (b, rate_b)) = (pair[0], pair[1]);
+            let (start, end) = (a.max(from), b.min(to));
+            if start >= end {
                 return 0.0;
             }
-            let at_start = ra + (rb - ra) * (start - a) / (b - a);
-            0.5 * (f(at_start) + f(rb)) * (b - start)
+            let rate = |t: f64| rate_a + (rate_b - rate_a) * (t - a) / (b - a);
+            0.5 * (f(rate(start)) + f(rate(end))) * (end - start)
         })
         .sum()
 }
 
-/// (t, Re lambda) along the smooth sliding from `start` to `until`.
-fn growth_rates(
-    parameters: &Parameters,
-    mode: Mode,
-    start: f64,
-    y: &[f64],
-    until: f64,
-) -> Result<Vec<(f64, f64)>, SolverError> {
-    let brake = Arc::new(Brake::new(parameters));
-    let location = Location {
-        mode,
-        resolved: false,
-        watch: Watch::Off,
+/// (t, Re lambda) along the smooth sliding from relative velocity `w` at `start` until it stops, `end` at the latest.
+///
+/// Smooth sliding is the motion without the fast oscillation: rotor and rotor surface as one inertia, and twists that
+/// follow the friction torque, u' = v' = f'/k_t. What that leaves out is of the order (omega_n times the slow time
+/// scale)^-2, 1e-5 in the paper's case; no solver of the full equations stays on this motion where it is unstable.
+fn growth_rates(parameters: &Parameters, start: f64, w: f64, end: f64) -> Vec<(f64, f64)> {
+    let torsion = TorsionModel::new(parameters);
+    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+    let sense = w.signum();
+    let inertia = parameters.torsion.rotor_inertia + parameters.torsion.surface_inertia;
+    // -d|omega_r|/dt
+    let slowing = |t: f64, x: f64| {
+        let (mu, slope) = parameters.friction.coefficient_and_slope(x);
+        let r_fn = parameters.contact.radius * axial.pressing_force(t).max(0.0);
+        mu * r_fn / inertia / (1.0 + 2.0 * slope * r_fn / parameters.torsion.stiffness)
     };
-    let path = SmoothSliding {
-        brake: brake.clone(),
-        location,
-        start,
-    };
-    let span = until - start;
-    let twist = y[STATOR_TWIST].abs().max(1e-9);
-    let speed = brake.torsion.relative_velocity(y).abs();
-    let mut absolute = vec![1e30; DIMENSION];
-    for (k, scale) in [
-        (ROTOR_TWIST, twist),
-        (STATOR_TWIST, twist),
-        (ROTOR_TWIST_RATE, speed),
-        (STATOR_TWIST_RATE, speed),
-        (ROTOR_SPEED, speed),
-    ] {
-        absolute[k] = SMOOTH_TOLERANCE * scale;
-    }
-    let tolerances = Tolerances {
-        relative: SMOOTH_TOLERANCE,
-        absolute,
-    };
-    let mut solver = Esdirk::new(path, EsdirkTable::Esdirk436L2sa6s34, 0.0, y, &tolerances)?;
-    solver.set_stop_time(Some(span))?;
-    let mut rates = Vec::with_capacity(POINTS + 1);
-    let mut state = y.to_vec();
-    let sense = f64::from(mode.sense());
-    for k in 0..=POINTS {
-        let tau = span * k as f64 / POINTS as f64;
-        if k > 0 {
-            while solver.time() < tau {
-                solver.advance(span, Task::OneStep)?;
-            }
-            solver.interpolate(tau, 0, &mut state)?;
+    let rate = |t: f64, x: f64| fast_growth_rate(&torsion, &axial, sense, t, x);
+    let (mut t, mut x) = (start, w.abs());
+    let mut rates = vec![(t, rate(t, x))];
+    let fall = x / STEPS;
+    let longest = (end - start) / STEPS;
+    while t < end && x > 0.0 {
+        let step = (fall / slowing(t, x)).min(longest).min(end - t);
+        let k1 = slowing(t, x);
+        let k2 = slowing(t + step / 2.0, x - step / 2.0 * k1);
+        let k3 = slowing(t + step / 2.0, x - step / 2.0 * k2);
+        let k4 = slowing(t + step, x - step * k3);
+        let mean = (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
+        // the last step ends at the stop
+        let part = (x / (step * mean)).min(1.0);
+        x -= part * step * mean;
+        t += part * step;
+        if part < 1.0 || t + step <= t {
+            rates.push((t, rate(t, x.max(0.0))));
+            break;
         }
-        rates.push((
-            start + tau,
-            fast_growth_rate(&brake.torsion, &brake.axial, sense, start + tau, &state),
-        ));
+        rates.push((t, rate(t, x)));
     }
-    Ok(rates)
+    rates
 }
 
-/// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and `y`, 1/s.
-pub fn fast_growth_rate(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, y: &[f64]) -> f64 {
-    fast_eigenvalues(torsion, axial, sense, t, y)
+/// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.
+pub fn fast_growth_rate(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, x: f64) -> f64 {
+    fast_eigenvalues(torsion, axial, sense, t, x)
         .iter()
         .map(|l| l.re)
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The eigenvalues of the slip state's Jacobian but the slow root of the rotor, 1/s.
-pub fn fast_eigenvalues(
-    torsion: &TorsionModel,
-    axial: &AxialMotion,
-    sense: f64,
-    t: f64,
-    y: &[f64],
-) -> Vec<Complex<f64>> {
+/// The eigenvalues of the slip state's Jacobian but the slow root of the rotor, 1/s. Of the state the Jacobian depends
+/// on the relative velocity alone.
+pub fn fast_eigenvalues(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, x: f64) -> Vec<Complex<f64>> {
+    let mut y = [0.0; DIMENSION];
+    y[ROTOR_SPEED] = sense * x;
     let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
-    torsion.slip_jacobian(sense, axial.pressing_force(t).max(0.0), y, &mut full.as_view_mut());
+    torsion.slip_jacobian(sense, axial.pressing_force(t).max(0.0), &y, &mut full.as_view_mut());
     // Twists scaled to the size of their rates: the eigenvalues stay, their rounding shrinks.
     let omega = torsion.natural_angular_frequency();
     let scale = |k: usize| {
@@ -192,26 +146,4 @@ pub fn fast_eigenvalues(
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     eigenvalues.truncate(DYNAMIC - 1);
     eigenvalues
-}
-
-/// Slip without guards.
-struct SmoothSliding {
-    brake: Arc<Brake>,
-    location: Location,
-    start: f64,
-}
-
-impl OdeSystem for SmoothSliding {
-    fn dimension(&self) -> usize {
-        DIMENSION
-    }
-    fn rhs(&mut self, tau: f64, y: &[f64], dydt: &mut [f64]) {
-        self.brake.rhs(&self.location, self.start + tau, y, dydt);
-    }
-    fn has_jacobian(&self) -> bool {
-        true
-    }
-    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
-        self.brake.jacobian(&self.location, self.start + tau, y, jacobian);
-    }
 }

@@ -4,7 +4,6 @@ use super::{Growth, StickSlip};
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::simulation::{RunReport, SolverWork};
-use crate::sundials::SolverError;
 use serde::Serialize;
 
 /// Growth in e-folds that lifts the rounding of a double to the size of the sliding speed: ln(2^53) is 36.7, and a
@@ -32,7 +31,10 @@ pub struct Summary {
     /// Static axial displacement F/k_e under the largest force, m.
     pub axial_displacement: f64,
     pub instability_time: Option<f64>,
+    /// G, to where the smooth sliding itself would stick.
     pub growth_exponent: Option<f64>,
+    /// The part of G up to the run's first stick.
+    pub growth_to_onset: Option<f64>,
     pub e_folds_gained: Option<f64>,
     pub energy_residual: f64,
     /// Relative to the energy at the start.
@@ -71,11 +73,9 @@ impl From<&SolverWork> for SolverWorkRow {
 }
 
 impl Summary {
-    /// # Errors
-    /// If the smooth path of the growth exponent cannot be integrated.
-    pub fn of_run(parameters: &Parameters, report: &RunReport) -> Result<Summary, SolverError> {
+    pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
         let stick_slip = StickSlip::from_events(&report.events);
-        let growth = Growth::of_run(parameters, &report.events, report.end)?;
+        let growth = Growth::of_run(parameters, &report.events, report.end);
         let cycles = &stick_slip.cycles;
         let range = |f: fn(&super::Cycle) -> f64| {
             let (low, high) = cycles
@@ -86,7 +86,7 @@ impl Summary {
         };
         let largest_force =
             crate::model::axial::AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
-        Ok(Summary {
+        Summary {
             end: report.end,
             events: report.events.len(),
             sticks: stick_slip.stick_count,
@@ -105,6 +105,7 @@ impl Summary {
             axial_displacement: largest_force / parameters.axial.stiffness,
             instability_time: growth.map(|g| g.instability),
             growth_exponent: growth.map(|g| g.exponent),
+            growth_to_onset: growth.map(|g| g.to_first_stick),
             e_folds_gained: growth.and_then(|g| g.from_kick),
             energy_residual: report.energy_residual,
             energy_residual_relative: if report.initial_energy > 0.0 {
@@ -117,7 +118,7 @@ impl Summary {
             interrupted: report.interrupted,
             work: report.work.iter().map(SolverWorkRow::from).collect(),
             stick_slip,
-        })
+        }
     }
 }
 
@@ -125,7 +126,7 @@ impl Summary {
 /// kick, or where the noise has already grown past it.
 fn noise_determined(growth: &Growth) -> bool {
     match growth.before_kick {
-        None => growth.exponent > NOISE_E_FOLDS,
+        None => growth.to_first_stick > NOISE_E_FOLDS,
         Some(before) => before > NOISE_E_FOLDS,
     }
 }

@@ -38,7 +38,7 @@ struct RunDocument<'a> {
     method: &'a str,
     rtol: f64,
     wall_time: f64,
-    summary: Option<&'a Summary>,
+    summary: &'a Summary,
     warnings: &'a [String],
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -100,22 +100,15 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             (report, Some(error))
         }
     };
-    let (summary, unsummarised) = match Summary::of_run(&case.parameters, &report) {
-        Ok(summary) => (Some(summary), None),
-        Err(error) => (
-            None,
-            Some(format!("the growth exponent could not be computed: {error}")),
-        ),
-    };
-    let mut warnings = summary.as_ref().map_or_else(Vec::new, |s| warnings(s, &case));
-    warnings.extend(unsummarised);
+    let summary = Summary::of_run(&case.parameters, &report);
+    let warnings = warnings(&summary, &case);
     let status = match &failure {
         Some(error) => Status::Failed(error.to_string()),
         None if report.interrupted => Status::Interrupted,
         None => Status::Complete,
     };
     let status_name = status.name();
-    let table = summary.as_ref().map_or_else(StickSlipTable::default, stick_slip_table);
+    let table = stick_slip_table(&summary);
     let wall_time = clock.elapsed().as_secs_f64();
     let file = writer
         .finish(status, &table, wall_time)
@@ -129,15 +122,13 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             method: case.solver.method.name(),
             rtol: case.solver.rtol,
             wall_time,
-            summary: summary.as_ref(),
+            summary: &summary,
             warnings: &warnings,
             error: failure.as_ref().map(ToString::to_string),
         })?;
     } else if !common.quiet && failure.is_none() {
         let beside_paper = source.origin == Origin::BuiltIn(crate::case::builtin::DEFAULT.to_owned());
-        if let Some(summary) = &summary {
-            print(&terminal::run_report(&case, summary, beside_paper, wall_time))?;
-        }
+        print(&terminal::run_report(&case, &summary, beside_paper, wall_time))?;
         print(&format!("\n{}\n", file.display()))?;
     }
     if !common.quiet {
@@ -245,7 +236,10 @@ fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
 fn warnings(summary: &Summary, case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     if summary.noise_determined {
-        let g = summary.growth_exponent.unwrap_or(0.0);
+        let (g, all) = (
+            summary.growth_to_onset.unwrap_or(0.0),
+            summary.growth_exponent.unwrap_or(0.0),
+        );
         let why = if case.parameters.perturbations.is_empty() {
             "no perturbation is set"
         } else {
@@ -253,8 +247,8 @@ fn warnings(summary: &Summary, case: &Case) -> Vec<String> {
         };
         warnings.push(format!(
             "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
-             t = {:.6} s, and until the first stick whatever deviates from smooth sliding grows by e^{g:.0} (growth \
-             exponent G = {g:.1}); {why}, so the onset, the counts and every event after it belong to this solver \
+             t = {:.6} s, and until the first stick whatever deviates from smooth sliding grows by e^{g:.0} (of the \
+             growth exponent G = {all:.1} up to where smooth sliding itself would stick); {why}, so the onset, the counts and every event after it belong to this solver \
              and this tolerance, and change with both. For a result that converges set a perturbation well above \
              rounding, such as \
              --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
