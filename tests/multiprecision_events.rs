@@ -67,3 +67,42 @@ fn multiprecision_si_kick_erk() {
     check("si-kick", Method::Erk, default_rtol(), 1e-6);
     check("si-kick", Method::Erk, 1e-13, 3e-8);
 }
+
+/// The slow manifold at the samples before the kick, from nothing but the momentum of the true state: all of the state
+/// to 1e-13 of its size, far from the instability and 60 ms before the stop.
+#[test]
+fn multiprecision_slow_manifold() {
+    use stickslip::model::Actuation;
+    use stickslip::model::slow_manifold::on_slow_manifold;
+    use stickslip::model::torsion::{TorsionModel, index::*};
+    for case in ["paper", "si-kick"] {
+        let truth = truth(case);
+        let model = TorsionModel::new(&truth.parameters);
+        let Actuation::Ramp { force, .. } = truth.parameters.actuation else {
+            panic!("a ramp")
+        };
+        for sample in truth.samples.iter().filter(|s| s.time > 1.5 && s.time < 6.95) {
+            let value = |name: &str| sample.state.iter().find(|(n, _)| n == name).unwrap().1;
+            let mut y = [0.0; 8];
+            y[ROTOR_SPEED] = value("theta_dot");
+            y[ROTOR_TWIST_RATE] = value("theta_dot") - value("phi2_dot");
+            let slow = on_slow_manifold(&model, 1.0, (force, 0.0), &y);
+            for (component, name) in [
+                (ROTOR_TWIST, "rotor_twist"),
+                (STATOR_TWIST, "stator_twist"),
+                (STATOR_TWIST_RATE, "phi1_dot"),
+                (ROTOR_SPEED, "theta_dot"),
+            ] {
+                let error = (slow[component] - value(name)).abs();
+                // The given momentum itself is good to the rounding of theta_dot, 1e-16 of 60 rad/s at most.
+                let size = value(name).abs().max(1e-12);
+                println!("{case} {} {name} {error:e} {size:e}", sample.time);
+                assert!(
+                    error < 1e-13 * size,
+                    "{case}: {name} at {} is off by {error:e}",
+                    sample.time
+                );
+            }
+        }
+    }
+}

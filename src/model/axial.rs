@@ -214,6 +214,12 @@ impl AxialMotion {
         piece.force + piece.slope * (t - piece.start)
     }
 
+    /// Whether nothing rings any more at `t`: the pressing force is F, up to rounding.
+    pub fn is_silent(&self, t: f64) -> bool {
+        let piece = self.piece_at(t);
+        t - piece.start >= piece.silent_after
+    }
+
     /// The first corner after `t`, s.
     pub fn next_corner(&self, t: f64) -> Option<f64> {
         let end = self.piece_at(t).end;

@@ -14,11 +14,15 @@ const QUADRATURE_TOLERANCE: f64 = 1e30;
 /// decides the error of the order-8 method: 1e-12 s on the reference cases; 14 steps give 5e-12 s.
 const STEPS_PER_PERIOD: f64 = 20.0;
 
-/// How much smaller the relative tolerance is where `auto` resolves the fast mode: there an error is amplified.
-const RESOLVED_TIGHTENING: f64 = 0.1;
+/// The solver's relative tolerance in smooth sliding, as a multiple of `rtol`: its errors shift all events alike.
+const SLIDING_TIGHTENING: f64 = 0.1;
 
-/// Below this, step control fights with rounding: the number of steps explodes and nothing is gained.
-const SMALLEST_RTOL: f64 = 1e-14;
+/// The same where the fast mode is resolved: there an error is amplified until the first stick.
+const RESOLVED_TIGHTENING: f64 = 0.01;
+
+/// Below these, step control fights with rounding: the number of steps explodes and nothing is gained.
+const SMALLEST_SLIDING: f64 = 1e-13;
+const SMALLEST_RESOLVED: f64 = 1e-14;
 
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
@@ -64,14 +68,19 @@ impl Plan {
             match (self.method, location.resolved) {
                 (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(ErkTable::Fehlberg13s78),
                 (Method::Auto, false) | (Method::Esdirk, _) => SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa7s45),
-                (Method::CvodeBdf, true) => SolverKind::CvodeBdf { max_order: 5 },
-                (Method::CvodeBdf, false) => SolverKind::CvodeBdf { max_order: 2 },
+                // Beyond order 2 BDF is unstable near the imaginary axis, where the fast mode is, if it is not resolved.
+                (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
+                (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
                 (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
             }
         };
-        let rtol = match self.method {
-            Method::Auto if location.resolved => (self.rtol * RESOLVED_TIGHTENING).max(SMALLEST_RTOL),
-            _ => self.rtol,
+        let bdf = self.method == Method::CvodeBdf;
+        let rtol = match (location.resolved, bdf) {
+            (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
+            (true, false) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED),
+            // Of order 2 it needs ten times the steps for two digits.
+            (false, true) => self.rtol.max(SMALLEST_SLIDING),
+            (false, false) => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
         };
         let bound = location.resolved.then_some(self.period / STEPS_PER_PERIOD);
         let max_step = match (bound, self.max_step) {

@@ -4,8 +4,9 @@ use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Locati
 use super::plan::Plan;
 use super::record::EventKind;
 use crate::hybrid::{ChosenSolver, Rules, Transition};
+use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::stability::Forecast;
-use crate::model::torsion::TorsionState;
+use crate::model::torsion::{DIMENSION, TorsionState};
 use crate::model::{Kick, KickTime, Mode, Parameters};
 use std::sync::Arc;
 
@@ -13,6 +14,12 @@ use std::sync::Arc;
 /// The same amount must lie between the last unresolved step and the instability, so that the errors of unresolved
 /// steps are gone before anything can amplify them.
 const QUIET_E_FOLDS: f64 = 40.0;
+
+/// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
+const CALM_E_FOLDS: f64 = 60.0;
+
+/// A deviation from the slow manifold below this share of a kick is taken for noise.
+const NOISE_OF_KICK: f64 = 1e-3;
 
 /// While the fast mode is resolved, how often (in its periods) it is asked whether it still has to be.
 const REPLAN_PERIODS: f64 = 50.0;
@@ -47,6 +54,8 @@ pub struct BrakeRules {
     regime: Regime,
     /// The corner that was last passed, so that it is recorded once.
     last_corner: f64,
+    /// From when on the fast mode has died since the last disturbance, by [`CALM_E_FOLDS`].
+    calm_from: f64,
 }
 
 type Happening = Transition<EventKind, Location>;
@@ -77,6 +86,7 @@ impl BrakeRules {
             departing: true,
             regime: Regime::Ask(0.0),
             last_corner: 0.0,
+            calm_from: f64::INFINITY,
         }
     }
 
@@ -168,6 +178,43 @@ impl BrakeRules {
         resolved
     }
 
+    /// Notes that something has set the fast mode going, or may have.
+    fn disturb(&mut self, mode: Mode, t: f64, y: &[f64]) {
+        self.calm_from = match mode {
+            Mode::SlipForward | Mode::SlipBackward => {
+                let w = self.brake.torsion.relative_velocity(y);
+                Forecast::new(&self.brake.torsion, &self.brake.axial, t, w, self.end_time)
+                    .time_of_damping(CALM_E_FOLDS)
+                    .unwrap_or(f64::INFINITY)
+            }
+            Mode::Stick | Mode::Separated => f64::INFINITY,
+        };
+    }
+
+    /// The state that a kick is added to.
+    ///
+    /// Where sliding has been undisturbed for long, exact sliding is on the slow manifold, and what the computed state
+    /// has beside it is rounding, amplified since the loss of stability. A kick of 1e-4 rad/s that is added to the
+    /// manifold itself keeps four more digits than one that is added to that noise. A deviation that is too large for
+    /// noise is left alone.
+    fn before_kick(&self, location: &Location, t: f64, y: &[f64], delta: f64) -> Vec<f64> {
+        let Brake { torsion, axial, .. } = &*self.brake;
+        if t < self.calm_from || !axial.is_silent(t) {
+            return y.to_vec();
+        }
+        let pressing = axial.at(t);
+        let pressing = (pressing.pressing_force, pressing.pressing_rate);
+        let mut state: TorsionState = [0.0; DIMENSION];
+        state.copy_from_slice(y);
+        let slow = on_slow_manifold(torsion, f64::from(location.mode.sense()), pressing, &state);
+        let deviation = torsion.relative_velocity(&slow) - torsion.relative_velocity(y);
+        if deviation.abs() < NOISE_OF_KICK * delta.abs() {
+            slow.to_vec()
+        } else {
+            y.to_vec()
+        }
+    }
+
     fn regime_time(&self) -> Option<f64> {
         match self.regime {
             Regime::Resolve(t) | Regime::Relax(t) | Regime::Ask(t) => Some(t),
@@ -196,7 +243,13 @@ impl BrakeRules {
                 state: y.to_vec(),
             }];
         }
-        let kicked = torsion.kicked(y, delta);
+        let in_slip = location.mode != Mode::Separated;
+        let y = if in_slip {
+            self.before_kick(location, t, y, delta)
+        } else {
+            y.to_vec()
+        };
+        let kicked = torsion.kicked(&y, delta);
         let w = torsion.relative_velocity(&kicked);
         if location.mode == Mode::Separated {
             return vec![Transition {
@@ -283,6 +336,7 @@ impl Rules<Brake> for BrakeRules {
     fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<Happening> {
         if let Some(corner) = self.brake.axial.next_corner(self.last_corner).filter(|&c| c <= t) {
             self.last_corner = corner;
+            self.disturb(location.mode, t, y);
             let mut after = *location;
             let excited = location.resolved;
             after.resolved = self.look_ahead(location, t, y, excited);
@@ -316,6 +370,9 @@ impl Rules<Brake> for BrakeRules {
         if let Some(&(_, delta)) = self.kicks.get(self.next_kick).filter(|k| k.0 <= t) {
             self.next_kick += 1;
             return self.kick(location, t, y, delta);
+        }
+        if t == 0.0 {
+            self.disturb(location.mode, t, y);
         }
         let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved;
         let mut after = *location;
