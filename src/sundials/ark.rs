@@ -307,7 +307,7 @@ impl<S: OdeSystem> Ark<S> {
         };
         let mut time = self.core.time;
         // SAFETY: no reference to anything that C or the callbacks use is alive.
-        let mut code = unsafe { ffi::ARKodeEvolve(self.memory(), t_out, self.core.state.raw(), &mut time, c_task) };
+        let mut code = unsafe { ffi::ARKodeEvolve(self.memory(), t_out, self.core.next.raw(), &mut time, c_task) };
         if code < 0 {
             code = self.retry_shorter(code, t_out, c_task, &mut time)?;
         }
@@ -377,18 +377,19 @@ impl<S: OdeSystem> Ark<S> {
             } else {
                 0.25 * step
             };
-            if first {
-                // There is no step yet: the state is still the initial one, in `before`.
-                self.core.rewind_state();
-            }
-            // Otherwise ARKODE has put the state at the mesh time there.
-            ark!(self, ARKodeReset(mesh_time, self.core.state.raw()))?;
+            // ARKODE has put the state at the mesh time there, unless there is no step yet.
+            let start = if first {
+                self.core.state.raw()
+            } else {
+                self.core.next.raw()
+            };
+            ark!(self, ARKodeReset(mesh_time, start))?;
             ark!(self, ARKodeSetInitStep(step))?;
             if let Some(stop_time) = self.stop_time {
                 ark!(self, ARKodeSetStopTime(stop_time))?;
             }
             // SAFETY: as in `advance`.
-            code = unsafe { ffi::ARKodeEvolve(self.memory(), t_out, self.core.state.raw(), time, c_task) };
+            code = unsafe { ffi::ARKodeEvolve(self.memory(), t_out, self.core.next.raw(), time, c_task) };
         };
         if retried {
             ark!(self, ARKodeSetInitStep(self.initial_step))?;

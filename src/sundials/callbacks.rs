@@ -42,27 +42,6 @@ struct Watch {
     stalled: bool,
 }
 
-/// The right-hand side was called thousands of times without the time moving.
-struct Stalled;
-
-/// Why a callback fails.
-enum Trouble {
-    NonFinite(NonFinite),
-    Stalled,
-}
-
-impl From<NonFinite> for Trouble {
-    fn from(found: NonFinite) -> Self {
-        Self::NonFinite(found)
-    }
-}
-
-impl From<Stalled> for Trouble {
-    fn from(_: Stalled) -> Self {
-        Self::Stalled
-    }
-}
-
 impl<S> Shared<S> {
     pub(super) fn new(system: S, dimension: usize, t0: f64) -> Self {
         Self {
@@ -87,19 +66,16 @@ impl<S> Shared<S> {
         self.watch.seen = None;
     }
 
-    /// At each call of the right-hand side.
-    fn watch(&mut self) -> Result<(), Stalled> {
+    /// At each call of the right-hand side: whether to go on.
+    #[inline]
+    fn watch(&mut self) -> bool {
         const MANY: u32 = 1 << 14;
         self.watch.calls = self.watch.calls.wrapping_add(1);
-        if self.watch.calls.is_multiple_of(MANY) {
-            self.look_at_the_time()
-        } else {
-            Ok(())
-        }
+        !self.watch.calls.is_multiple_of(MANY) || self.time_moves()
     }
 
     #[cold]
-    fn look_at_the_time(&mut self) -> Result<(), Stalled> {
+    fn time_moves(&mut self) -> bool {
         let mut now = self.mesh_time;
         if !self.clock.is_null() {
             // SAFETY: the memory of the running CVODE; the function only reads its time.
@@ -108,7 +84,46 @@ impl<S> Shared<S> {
         let before = self.watch.seen.replace(now);
         // A step of the size of a rounding error would do as much in a hundred calls.
         self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= 100.0 * f64::EPSILON * now.abs());
-        if self.watch.stalled { Err(Stalled) } else { Ok(()) }
+        !self.watch.stalled
+    }
+
+    /// Infinite values and not-a-numbers would pass through comparisons in C, and can send its root search round for
+    /// ever.
+    #[inline]
+    fn judge(&mut self, callback: Callback, time: f64, values: &[f64]) -> c_int {
+        // Zero times a value that is not finite is not a number, and so is the sum. A branch for each value would cost
+        // a short right-hand side a good part of its time.
+        let sum = values.iter().fold(0.0, |sum, value| sum + value * 0.0);
+        if sum == 0.0 {
+            SUCCESS
+        } else {
+            self.refuse(callback, time, values)
+        }
+    }
+
+    #[cold]
+    fn refuse(&mut self, callback: Callback, time: f64, values: &[f64]) -> c_int {
+        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            // Only of a Jacobian there can be more values than components.
+            let (component, column) = match callback {
+                Callback::Jacobian => (index % self.dimension, index / self.dimension),
+                Callback::RightHandSide | Callback::Crossing => (index, 0),
+            };
+            self.non_finite = Some(NonFinite {
+                callback,
+                component,
+                column,
+                time,
+                value: values[index],
+            });
+        }
+        RECOVERABLE
+    }
+
+    #[cold]
+    fn park(&mut self, payload: Box<dyn Any + Send>) -> c_int {
+        self.panic = Some(payload);
+        UNRECOVERABLE
     }
 }
 
@@ -121,37 +136,12 @@ const UNRECOVERABLE: c_int = -1;
 ///
 /// # Safety
 /// `data` points to a `Shared<S>` that nobody else uses meanwhile.
-unsafe fn guarded<S>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>) -> Result<(), Trouble>) -> c_int {
+unsafe fn guarded<S>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>) -> c_int) -> c_int {
     let shared = unsafe { &mut *data.cast::<Shared<S>>() };
     if shared.panic.is_some() {
         return UNRECOVERABLE;
     }
-    match catch_unwind(AssertUnwindSafe(|| callback(shared))) {
-        Ok(Ok(())) => SUCCESS,
-        Ok(Err(Trouble::NonFinite(found))) => {
-            shared.non_finite = Some(found);
-            RECOVERABLE
-        }
-        Ok(Err(Trouble::Stalled)) => UNRECOVERABLE,
-        Err(payload) => {
-            shared.panic = Some(payload);
-            UNRECOVERABLE
-        }
-    }
-}
-
-/// Not a number would pass through comparisons in C, and can send its root search round for ever.
-fn all_finite(callback: Callback, time: f64, values: &[f64]) -> Result<(), NonFinite> {
-    match values.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(component) => Err(NonFinite {
-            callback,
-            component,
-            column: 0,
-            time,
-            value: values[component],
-        }),
-    }
+    catch_unwind(AssertUnwindSafe(|| callback(shared))).unwrap_or_else(|payload| shared.park(payload))
 }
 
 /// `CVRhsFn` and `ARKRhsFn`
@@ -164,10 +154,12 @@ pub(super) unsafe extern "C" fn rhs<S: OdeSystem>(
     // SAFETY: SUNDIALS passes the data it was given, and two different vectors of the system's length.
     unsafe {
         guarded::<S>(data, |shared| {
-            shared.watch()?;
+            if !shared.watch() {
+                return UNRECOVERABLE;
+            }
             let ydot = values_mut(ydot, shared.dimension);
             shared.system.rhs(t, values(y, shared.dimension), ydot);
-            Ok(all_finite(Callback::RightHandSide, t, ydot)?)
+            shared.judge(Callback::RightHandSide, t, ydot)
         })
     }
 }
@@ -192,13 +184,7 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
             let entries = std::slice::from_raw_parts_mut((*content).data, n * n);
             let view = DMatrixViewMut::from_slice(entries, n, n);
             shared.system.jacobian(t, values(y, n), values(ydot, n), view);
-            all_finite(Callback::Jacobian, t, entries).map_err(|found| {
-                Trouble::NonFinite(NonFinite {
-                    component: found.component % n,
-                    column: found.component / n,
-                    ..found
-                })
-            })
+            shared.judge(Callback::Jacobian, t, entries)
         })
     }
 }
@@ -216,7 +202,7 @@ pub(super) unsafe extern "C" fn roots<S: OdeSystem>(
             std::ptr::write_bytes(gout, 0, shared.crossings);
             let g = std::slice::from_raw_parts_mut(gout, shared.crossings);
             shared.system.roots(t, values(y, shared.dimension), g);
-            Ok(all_finite(Callback::Crossing, t, g)?)
+            shared.judge(Callback::Crossing, t, g)
         })
     }
 }

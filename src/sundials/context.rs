@@ -90,7 +90,10 @@ impl Context {
     /// Forgets what an earlier, successful call said.
     pub(super) fn clear_messages(&self) {
         // SAFETY: as in `take_messages`.
-        unsafe { (*self.messages.as_ptr()).clear() }
+        let messages = unsafe { &mut *self.messages.as_ptr() };
+        if !messages.is_empty() {
+            messages.clear();
+        }
     }
 }
 

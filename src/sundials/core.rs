@@ -24,11 +24,13 @@ pub(super) enum Status {
 
 /// An integrator without its C memory. Fields are dropped in order: the vectors before their context.
 pub(super) struct Core<S> {
+    /// The state handed out last.
     pub(super) state: Vector,
+    /// Where C writes the next one. It takes the place of `state` only if that succeeds: after a failure anything may
+    /// be in it.
+    pub(super) next: Vector,
     /// Absolute tolerances on their way to C, and results of the dense output on their way back.
     pub(super) work: Vector,
-    /// The state handed out last: after a failure C may have left anything in `state`.
-    before: Vec<f64>,
     pub(super) time: f64,
     pub(super) status: Status,
     pub(super) directions: Vec<c_int>,
@@ -46,12 +48,13 @@ impl<S: OdeSystem> Core<S> {
         initial_state(dimension, y0)?;
         let context = Context::new()?;
         let state = Vector::new(&context, y0)?;
+        let next = Vector::new(&context, y0)?;
         let work = Vector::new(&context, y0)?;
         let shared = Shared::new(system, dimension, t0);
         Ok(Self {
             state,
             work,
-            before: y0.to_vec(),
+            next,
             time: t0,
             status: Status::Fresh,
             directions: Vec::new(),
@@ -88,16 +91,13 @@ impl<S: OdeSystem> Core<S> {
         if self.status == Status::Failed {
             return Err(SolverError::NotRestarted { time: self.time });
         }
-        let Self { before, state, .. } = self;
-        before.copy_from_slice(state.values());
         self.shared_mut().non_finite = None;
         self.context.clear_messages();
         Ok(())
     }
 
-    /// After a step that failed: the state handed out last comes back, and with it a panic of a callback.
+    /// After a step that failed: makes the error, or goes on with the panic of a callback.
     pub(super) fn fail(&mut self, function: &'static str, family: Family, code: c_int, mesh_time: f64) -> SolverError {
-        self.rewind_state();
         let shared = self.shared_mut();
         shared.mesh_time = mesh_time;
         let cause = shared.non_finite.take();
@@ -124,14 +124,9 @@ impl<S: OdeSystem> Core<S> {
         }
     }
 
-    /// The state handed out last, again.
-    pub(super) fn rewind_state(&mut self) {
-        let Self { before, state, .. } = self;
-        state.values_mut().copy_from_slice(before);
-    }
-
     /// After a call that succeeded.
     pub(super) fn succeed(&mut self, time: f64) {
+        std::mem::swap(&mut self.state, &mut self.next);
         self.time = time;
         self.status = Status::Stepped;
     }

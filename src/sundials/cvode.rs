@@ -249,7 +249,7 @@ impl<S: OdeSystem> Integrator for Cvode<S> {
         };
         let mut time = self.core.time;
         // SAFETY: no reference to anything that C or the callbacks use is alive.
-        let code = unsafe { ffi::CVode(self.memory.0, t_out, self.core.state.raw(), &mut time, c_task) };
+        let code = unsafe { ffi::CVode(self.memory.0, t_out, self.core.next.raw(), &mut time, c_task) };
         let outcome = match code {
             ffi::CV_SUCCESS => done,
             ffi::CV_TSTOP_RETURN => Outcome::StopTime,
