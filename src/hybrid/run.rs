@@ -285,7 +285,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 }
                 last_step.advance(tau, &self.state);
                 steps += 1;
-                if steps % 256 == 0 && self.observer.progress(self.time, &location).is_break() {
+                if steps.is_multiple_of(256) && self.observer.progress(self.time, &location).is_break() {
                     break SegmentEnd::Interrupted;
                 }
             };

@@ -2,8 +2,8 @@
 
 use super::Dynamics;
 use crate::sundials::{
-    Cvode, CvodeOptions, Direction, Erk, ErkTable, Esdirk, EsdirkOptions, EsdirkTable, Integrator, OdeSystem, Outcome,
-    SolverError, Task, Tolerances,
+    Cvode, CvodeOptions, Direction, Erk, ErkTable, Esdirk, EsdirkTable, Integrator, OdeSystem, Outcome, SolverError,
+    Task, Tolerances,
 };
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
@@ -229,13 +229,7 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
         }
         SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
         SolverKind::Erk(table) => Box::new(Erk::new(flow, table, 0.0, y, tolerances)?),
-        SolverKind::Esdirk(table) => {
-            let options = EsdirkOptions {
-                exact_newton: true,
-                ..table.into()
-            };
-            Box::new(Esdirk::new(flow, options, 0.0, y, tolerances)?)
-        }
+        SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, table, 0.0, y, tolerances)?),
         SolverKind::ClosedForm => unreachable!("a closed form needs no solver"),
     })
 }

@@ -15,14 +15,17 @@ const QUADRATURE_TOLERANCE: f64 = 1e30;
 const STEPS_PER_PERIOD: f64 = 20.0;
 
 /// The solver's relative tolerance in smooth sliding, as a multiple of `rtol`: its errors shift all events alike.
-const SLIDING_TIGHTENING: f64 = 0.1;
+const SLIDING_TIGHTENING: f64 = 0.05;
 
 /// The same where the fast mode is resolved: there an error is amplified until the first stick.
 const RESOLVED_TIGHTENING: f64 = 0.01;
 
-/// Below these, step control fights with rounding: the number of steps explodes and nothing is gained.
-const SMALLEST_SLIDING: f64 = 1e-13;
+/// Below these, step control fights with rounding: steps multiply, their rounding adds up, and nothing is gained.
+const SMALLEST_SLIDING: f64 = 1e-12;
 const SMALLEST_RESOLVED: f64 = 1e-14;
+
+/// The same for BDF in every phase.
+const SMALLEST_BDF: f64 = 1e-13;
 
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
@@ -67,7 +70,7 @@ impl Plan {
         } else {
             match (self.method, location.resolved) {
                 (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(ErkTable::Fehlberg13s78),
-                (Method::Auto, false) | (Method::Esdirk, _) => SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa7s45),
+                (Method::Auto, false) | (Method::Esdirk, _) => SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45),
                 // Beyond order 2 BDF is unstable near the imaginary axis, where the fast mode is, if it is not resolved.
                 (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
                 (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
@@ -76,10 +79,10 @@ impl Plan {
         };
         let bdf = self.method == Method::CvodeBdf;
         let rtol = match (location.resolved, bdf) {
-            (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
+            (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_BDF),
             (true, false) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED),
             // Of order 2 it needs ten times the steps for two digits.
-            (false, true) => self.rtol.max(SMALLEST_SLIDING),
+            (false, true) => self.rtol.max(SMALLEST_BDF),
             (false, false) => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
         };
         let bound = location.resolved.then_some(self.period / STEPS_PER_PERIOD);

@@ -7,7 +7,7 @@ macro_rules! channels {
     ($(#[$doc:meta])* $name:ident { $($field:ident, $unit:literal, $long_name:literal;)+ }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
-        pub struct $name { $(#[doc = concat!($long_name, " [", $unit, "]")] pub $field: f64,)+ }
+        pub struct $name { $(#[doc = concat!($long_name, ", ", $unit)] pub $field: f64,)+ }
         impl $name {
             /// (name, UDUNITS unit, description) of each channel, in the order of [`Self::values`].
             pub const DESCRIPTIONS: &'static [(&'static str, &'static str, &'static str)] =

@@ -51,12 +51,6 @@ pub struct EsdirkOptions {
     pub trust_convergence_rate: bool,
     /// Most Newton iterations in a stage; None for 3. (`ARKodeSetMaxNonlinIters`)
     pub max_nonlinear_iterations: Option<u32>,
-    /// A fresh Jacobian and factorisation whenever the step changes, and convergence judged by the iteration at hand.
-    ///
-    /// By default ARKODE goes on with a matrix up to a fifth off, and judges convergence by the rate of iterations long
-    /// past; on stiff linear problems that rate has sunk to nothing, and the first correction is accepted although the
-    /// matrix has just gone stale. (`ARKodeSetDeltaGammaMax`, `ARKodeSetNonlinCRDown`)
-    pub exact_newton: bool,
 }
 
 impl From<EsdirkTable> for EsdirkOptions {
@@ -72,7 +66,6 @@ impl From<EsdirkTable> for EsdirkOptions {
             nonlinear_tolerance: None,
             trust_convergence_rate: false,
             max_nonlinear_iterations: None,
-            exact_newton: false,
         }
     }
 }
@@ -141,11 +134,6 @@ impl<S: OdeSystem> Esdirk<S> {
                 ark,
                 ARKodeSetMaxNonlinIters(c_int::try_from(iterations).unwrap_or(c_int::MAX))
             )?;
-        }
-        if options.exact_newton {
-            // 0 would mean the default
-            ark!(ark, ARKodeSetDeltaGammaMax(1e-12))?;
-            ark!(ark, ARKodeSetNonlinCRDown(1.0))?;
         }
         Ok(Self { ark })
     }
