@@ -907,3 +907,16 @@ proptest! {
         prop_assert!((solver.time() - (FRAC_PI_2 - phase)).abs() < 1e-8);
     }
 }
+
+/// Ten thousand cycles in one run: the watch for a solver that no longer moves leaves a long one alone.
+#[test]
+fn analytic_a_long_run_is_not_taken_for_a_stalled_one() {
+    let tolerances = Tolerances::uniform(1e-6, 1e-6, 2);
+    let end = 2e4 * std::f64::consts::PI;
+    for options in [CvodeOptions::ADAMS, CvodeOptions::BDF] {
+        let mut solver = Cvode::new(Oscillator::default(), options, 0.0, &[1.0, 0.0], &tolerances).unwrap();
+        solver.set_max_steps(None).unwrap();
+        assert_eq!(solver.advance(end, Task::Normal).unwrap(), Outcome::Reached);
+        assert!(solver.counters().unwrap().rhs_evaluations > 100_000);
+    }
+}

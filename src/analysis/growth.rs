@@ -2,15 +2,16 @@
 
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
+use crate::model::slow_manifold::{of_momentum, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::{Event, EventKind};
+use crate::simulation::{Event, EventKind, State};
 use nalgebra::{Complex, DMatrix};
 
 /// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
 const DYNAMIC: usize = 5;
 
 /// Steps of the smooth path from its start to the stop.
-const STEPS: f64 = 500.0;
+const STEPS: f64 = 300.0;
 
 /// A perturbation's growth along the kick-free smooth sliding, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +48,7 @@ impl Growth {
             .iter()
             .find(|e| e.kind == EventKind::Kick && e.time < first_stick);
         let start = kick.filter(|k| k.time < unstable.time).unwrap_or(unstable);
-        let rates = growth_rates(parameters, start.time, start.before.relative_velocity, end);
+        let rates = growth_rates(parameters, start.time, &start.before, end);
         let positive = |rate: f64| rate.max(0.0);
         Some(Growth {
             instability: unstable.time,
@@ -76,43 +77,46 @@ fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -
         .sum()
 }
 
-/// (t, Re lambda) along the smooth sliding from relative velocity `w` at `start` until it stops, `end` at the latest.
+/// (t, Re lambda) along the smooth sliding from the state `from` at `start` until it stops, `end` at the latest.
 ///
-/// Smooth sliding is the motion without the fast oscillation: rotor and rotor surface as one inertia, and twists that
-/// follow the friction torque, u' = v' = f'/k_t. What that leaves out is of the order (omega_n times the slow time
-/// scale)^-2, 1e-5 in the paper's case; no solver of the full equations stays on this motion where it is unstable.
-fn growth_rates(parameters: &Parameters, start: f64, w: f64, end: f64) -> Vec<(f64, f64)> {
+/// Smooth sliding is the motion on the slow manifold, on which the momentum of rotor and rotor surface is the one
+/// variable and falls by the friction torque. No solver of the full equations stays on it where it is unstable.
+fn growth_rates(parameters: &Parameters, start: f64, from: &State, end: f64) -> Vec<(f64, f64)> {
     let torsion = TorsionModel::new(parameters);
     let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
-    let sense = w.signum();
-    let inertia = parameters.torsion.rotor_inertia + parameters.torsion.surface_inertia;
-    // -d|omega_r|/dt
-    let slowing = |t: f64, x: f64| {
-        let (mu, slope) = parameters.friction.coefficient_and_slope(x);
-        let r_fn = parameters.contact.radius * axial.pressing_force(t).max(0.0);
-        mu * r_fn / inertia / (1.0 + 2.0 * slope * r_fn / parameters.torsion.stiffness)
+    let sense = from.relative_velocity.signum();
+    let mut y = [0.0; DIMENSION];
+    y[ROTOR_TWIST_RATE] = from.rotor_twist_rate;
+    y[ROTOR_SPEED] = from.theta_dot;
+    let pressing = |t: f64| {
+        let axial = axial.at(t);
+        (axial.pressing_force.max(0.0), axial.pressing_rate)
     };
-    let rate = |t: f64, x: f64| fast_growth_rate(&torsion, &axial, sense, t, x);
-    let (mut t, mut x) = (start, w.abs());
-    let mut rates = vec![(t, rate(t, x))];
-    let fall = x / STEPS;
+    let state = |t: f64, momentum: f64| of_momentum(&torsion, sense, pressing(t), momentum);
+    let torque = |t: f64, momentum: f64| torsion.sliding_torque(sense, &state(t, momentum), pressing(t).0);
+    let speed = |t: f64, momentum: f64| sense * torsion.relative_velocity(&state(t, momentum));
+    let rate = |t: f64, x: f64| (t, fast_growth_rate(&torsion, &axial, sense, t, x));
+    let (mut t, mut momentum) = (start, slow_momentum(&torsion, &y));
+    let mut x = speed(t, momentum);
+    let mut rates = vec![rate(t, x)];
+    let fall = momentum.abs() / STEPS;
     let longest = (end - start) / STEPS;
     while t < end && x > 0.0 {
-        let step = (fall / slowing(t, x)).min(longest).min(end - t);
-        let k1 = slowing(t, x);
-        let k2 = slowing(t + step / 2.0, x - step / 2.0 * k1);
-        let k3 = slowing(t + step / 2.0, x - step / 2.0 * k2);
-        let k4 = slowing(t + step, x - step * k3);
-        let mean = (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
-        // the last step ends at the stop
-        let part = (x / (step * mean)).min(1.0);
-        x -= part * step * mean;
-        t += part * step;
-        if part < 1.0 || t + step <= t {
-            rates.push((t, rate(t, x.max(0.0))));
+        let k1 = torque(t, momentum);
+        let step = (fall / k1.abs()).min(longest).min(end - t);
+        if t + step <= t {
             break;
         }
-        rates.push((t, rate(t, x)));
+        let k2 = torque(t + step / 2.0, momentum - step / 2.0 * k1);
+        let k3 = torque(t + step / 2.0, momentum - step / 2.0 * k2);
+        let k4 = torque(t + step, momentum - step * k3);
+        momentum -= step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
+        let next = speed(t + step, momentum);
+        // The last step ends at the stop.
+        let part = if next < 0.0 { x / (x - next) } else { 1.0 };
+        t += part * step;
+        x = next.max(0.0);
+        rates.push(rate(t, x));
     }
     rates
 }

@@ -15,12 +15,12 @@
 //! iterating gains a factor (c_t / k_t)/tau or (J / k_t)/tau^2 each time, 1e-4 for the slow time scale tau of 12 ms.
 
 use super::Torsion;
-use super::torsion::{TorsionModel, TorsionState, index::*};
+use super::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
 
 /// Taylor coefficients that are kept.
 const ORDER: usize = 14;
 
-/// Rounds of the iteration; five reach rounding at tau = 12 ms.
+/// Most rounds of the iteration; five reach rounding at tau = 12 ms.
 const ROUNDS: usize = 8;
 
 type Series = [f64; ORDER];
@@ -41,6 +41,32 @@ fn derivative(series: &Series) -> Series {
 /// `pressing` is F_n (N) and its rate (N/s), constant as far as the motion looks ahead. The quadratures stay as they
 /// are.
 pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), y: &TorsionState) -> TorsionState {
+    let slow = of_momentum(model, sense, pressing, slow_momentum(model, y));
+    let mut state = *y;
+    for component in [
+        ROTOR_TWIST,
+        ROTOR_TWIST_RATE,
+        STATOR_TWIST,
+        STATOR_TWIST_RATE,
+        ROTOR_SPEED,
+    ] {
+        state[component] = slow[component];
+    }
+    state
+}
+
+/// I theta' + J phi_2', N m s. In slip its rate is exactly -f: the one slow variable.
+pub fn slow_momentum(model: &TorsionModel, y: &[f64]) -> f64 {
+    let Torsion {
+        rotor_inertia: i,
+        surface_inertia: j,
+        ..
+    } = model.torsion;
+    i * y[ROTOR_SPEED] + j * (y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE])
+}
+
+/// The state on the slow manifold that has this [`slow_momentum`], with quadratures of zero.
+pub fn of_momentum(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> TorsionState {
     let Torsion {
         rotor_inertia: i,
         surface_inertia: j,
@@ -49,7 +75,6 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
     } = model.torsion;
     let friction = &model.friction;
     let (weakening, alpha) = (friction.low_speed - friction.high_speed, friction.decay);
-    let momentum = i * y[ROTOR_SPEED] + j * (y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE]);
     let (mut u, mut v): (Series, Series) = ([0.0; ORDER], [0.0; ORDER]);
     let mut speed: Series = [0.0; ORDER];
     for _ in 0..ROUNDS {
@@ -75,12 +100,18 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
             }
         }
         let acceleration = derivative(&speed);
+        let before = (u[1], v[1]);
         for n in 0..ORDER {
             u[n] = (-i * acceleration[n] - c_t * u_dot[n]) / k_t;
             v[n] = (torque[n] - c_t * v_dot[n] - j * v_ddot[n]) / k_t;
         }
+        // The rates settle last.
+        let settled = |old: f64, new: f64| (new - old).abs() <= f64::EPSILON * new.abs();
+        if settled(before.0, u[1]) && settled(before.1, v[1]) {
+            break;
+        }
     }
-    let mut state = *y;
+    let mut state = [0.0; DIMENSION];
     state[ROTOR_TWIST] = u[0];
     state[ROTOR_TWIST_RATE] = u[1];
     state[STATOR_TWIST] = v[0];

@@ -129,6 +129,7 @@ impl<S: OdeSystem> Cvode<S> {
             _fixed_point: None,
             core,
         };
+        this.core.shared_mut().clock = this.memory.0;
         cv!(this, CVodeInit(Some(callbacks::rhs::<S>), t0, this.core.state.raw()))?;
         cv!(this, CVodeSetUserData(this.core.user_data()))?;
         // SUNDIALS would print this warning.
