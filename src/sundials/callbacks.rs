@@ -66,12 +66,14 @@ impl<S> Shared<S> {
         self.watch.seen = None;
     }
 
+    /// So many calls of the right-hand side are between two looks at the time.
+    const MANY: u32 = 1 << 14;
+
     /// At each call of the right-hand side: whether to go on.
     #[inline]
     fn watch(&mut self) -> bool {
-        const MANY: u32 = 1 << 14;
         self.watch.calls = self.watch.calls.wrapping_add(1);
-        !self.watch.calls.is_multiple_of(MANY) || self.time_moves()
+        !self.watch.calls.is_multiple_of(Self::MANY) || self.time_moves()
     }
 
     #[cold]
@@ -82,8 +84,9 @@ impl<S> Shared<S> {
             unsafe { ffi::CVodeGetCurrentTime(self.clock, &mut now) };
         }
         let before = self.watch.seen.replace(now);
-        // A step of the size of a rounding error would do as much in a hundred calls.
-        self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= 100.0 * f64::EPSILON * now.abs());
+        // Steps of the size of a rounding error would do as much; some of the time may be a step that is being tried.
+        let least = f64::from(Self::MANY) * f64::EPSILON * now.abs();
+        self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= least);
         !self.watch.stalled
     }
 
