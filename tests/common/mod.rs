@@ -1,6 +1,8 @@
 //! What several test files share: the multiprecision truth and runs held in memory.
 #![allow(dead_code)]
 
+pub mod linear_brake;
+
 use std::ops::ControlFlow;
 use stickslip::model::{
     Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion,
