@@ -1,0 +1,278 @@
+//! Whole runs of the case "paper": by `auto`, by each method alone, by parts, and the plain way, CVODE BDF for everything.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::DMatrixViewMut;
+use std::hint::black_box;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+use stickslip::case::{Case, CaseSource};
+use stickslip::model::{Actuation, KickTime, Mode, Parameters};
+use stickslip::simulation::{
+    Event, EventKind, Method, NoRecorder, OutputOptions, Recorder, RecorderError, Sample, Segment, SolverOptions,
+    simulate,
+};
+use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
+
+/// The paper's case without samples, to `end_time`.
+fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOptions) {
+    let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
+    let solver = SolverOptions { method, ..case.solver };
+    let output = OutputOptions {
+        end_time,
+        interval: end_time,
+        windows: Vec::new(),
+        steps: false,
+    };
+    (case.parameters, solver, output)
+}
+
+/// Runs it; returns the number of sticks and the time of the last.
+fn run(input: &(Parameters, SolverOptions, OutputOptions), recorder: &mut dyn Recorder) -> (usize, f64) {
+    let (parameters, solver, output) = input;
+    let report = simulate(parameters, solver, output, recorder, &mut |_| ControlFlow::Continue(())).unwrap();
+    let sticks = || report.events.iter().filter(|e| e.kind == EventKind::Stick);
+    (sticks().count(), sticks().last().map_or(0.0, |e| e.time))
+}
+
+/// The stopwatch of a run's parts: stamps the kick and every stick.
+struct Stopwatch {
+    kick: Option<Instant>,
+    last_stick: Option<Instant>,
+}
+
+impl Recorder for Stopwatch {
+    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        match event.kind {
+            EventKind::Kick => self.kick = Some(Instant::now()),
+            EventKind::Stick => self.last_stick = Some(Instant::now()),
+            _ => {}
+        }
+        Ok(())
+    }
+    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
+
+/// Sliding to the kick, from there to the last stick, and that one to the end.
+fn parts(input: &(Parameters, SolverOptions, OutputOptions)) -> [Duration; 3] {
+    let mut stopwatch = Stopwatch {
+        kick: None,
+        last_stick: None,
+    };
+    let start = Instant::now();
+    run(input, &mut stopwatch);
+    let end = Instant::now();
+    let (kick, stick) = (stopwatch.kick.unwrap(), stopwatch.last_stick.unwrap());
+    [kick - start, stick - kick, end - stick]
+}
+
+/// The brake as one would write it down for CVODE: twists and absolute speeds, (u, v, theta', phi_2', phi_1', z, z'), and
+/// the mode's equations.
+#[derive(Clone)]
+struct PlainBrake {
+    parameters: Parameters,
+    mode: Mode,
+    loading: bool,
+}
+
+impl PlainBrake {
+    fn normal_force(&self, y: &[f64]) -> f64 {
+        -self.parameters.axial.damping * y[6] - self.parameters.axial.stiffness * y[5]
+    }
+
+    fn torques(&self, y: &[f64]) -> (f64, f64) {
+        let t = self.parameters.torsion;
+        (
+            t.damping * (y[2] - y[3]) + t.stiffness * y[0],
+            t.damping * y[4] + t.stiffness * y[1],
+        )
+    }
+}
+
+impl OdeSystem for PlainBrake {
+    fn dimension(&self) -> usize {
+        7
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) {
+        let Parameters {
+            axial,
+            torsion,
+            friction,
+            ..
+        } = self.parameters;
+        let Actuation::Ramp { force, rise_time } = self.parameters.actuation else {
+            unreachable!("the paper's case has a ramp")
+        };
+        let (t_r, t_s) = self.torques(y);
+        let n = self.normal_force(y);
+        let interface = match self.mode {
+            Mode::Stick => 0.5 * (t_r + t_s),
+            mode => {
+                let s = f64::from(mode.sense());
+                s * friction.coefficient(s * (y[3] - y[4])) * self.parameters.contact.radius * n
+            }
+        };
+        let applied = if self.loading { force * t / rise_time } else { force };
+        dy[0] = y[2] - y[3];
+        dy[1] = y[4];
+        dy[2] = -t_r / torsion.rotor_inertia;
+        dy[3] = (t_r - interface) / torsion.surface_inertia;
+        dy[4] = (interface - t_s) / torsion.surface_inertia;
+        dy[5] = y[6];
+        dy[6] = (n - applied) / axial.mass;
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn jacobian(&mut self, _t: f64, y: &[f64], _dy: &[f64], mut jac: DMatrixViewMut<'_, f64>) {
+        let Parameters {
+            axial,
+            torsion,
+            friction,
+            ..
+        } = self.parameters;
+        let (i, j, k, c) = (
+            torsion.rotor_inertia,
+            torsion.surface_inertia,
+            torsion.stiffness,
+            torsion.damping,
+        );
+        let (k_e, c_a) = (axial.stiffness, axial.damping);
+        // d/dy of T_r, T_s and the interface torque
+        let rotor = [k, 0.0, c, -c, 0.0, 0.0, 0.0];
+        let stator = [0.0, k, 0.0, 0.0, c, 0.0, 0.0];
+        let interface: [f64; 7] = match self.mode {
+            Mode::Stick => std::array::from_fn(|m| 0.5 * (rotor[m] + stator[m])),
+            mode => {
+                let s = f64::from(mode.sense());
+                let (mu, slope) = friction.coefficient_and_slope(s * (y[3] - y[4]));
+                let r = self.parameters.contact.radius;
+                let by_speed = slope * r * self.normal_force(y);
+                [0.0, 0.0, 0.0, by_speed, -by_speed, -s * mu * r * k_e, -s * mu * r * c_a]
+            }
+        };
+        (jac[(0, 2)], jac[(0, 3)], jac[(1, 4)], jac[(5, 6)]) = (1.0, -1.0, 1.0, 1.0);
+        for m in 0..7 {
+            jac[(2, m)] = -rotor[m] / i;
+            jac[(3, m)] = (rotor[m] - interface[m]) / j;
+            jac[(4, m)] = (interface[m] - stator[m]) / j;
+        }
+        (jac[(6, 5)], jac[(6, 6)]) = (-k_e / axial.mass, -c_a / axial.mass);
+    }
+
+    fn roots(&mut self, _t: f64, y: &[f64], g: &mut [f64]) {
+        let (t_r, t_s) = self.torques(y);
+        let limit = self.parameters.friction.breakaway * self.parameters.contact.radius * self.normal_force(y);
+        (g[0], g[1]) = match self.mode {
+            Mode::Stick => (limit - 0.5 * (t_r + t_s), limit + 0.5 * (t_r + t_s)),
+            mode => (f64::from(mode.sense()) * (y[3] - y[4]), 1.0),
+        };
+    }
+}
+
+/// CVODE BDF for everything, as a straightforward user has it: unbounded steps, roots of the mode's guards, a restart at
+/// each event, at the corner of F and at the kick. Returns the number of sticks and the time of the last.
+fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) {
+    let kick = parameters.perturbations[0];
+    let (KickTime::At(kick_time), Actuation::Ramp { rise_time, .. }) = (kick.time, &parameters.actuation) else {
+        unreachable!("the paper's case has a timed kick and a ramp")
+    };
+    let brake = PlainBrake {
+        parameters: parameters.clone(),
+        mode: Mode::SlipForward,
+        loading: true,
+    };
+    let speed = parameters.initial.speed;
+    let mut y = vec![0.0, 0.0, speed, speed, 0.0, 0.0, 0.0];
+    // Twists are of size 1e-5, speeds at the end of size 1, z of size 4e-5.
+    let absolute = [1e-5, 1e-5, 1.0, 1.0, 1.0, 1e-5, 1e-1].map(|size| rtol * size).to_vec();
+    let tolerances = Tolerances {
+        relative: rtol,
+        absolute,
+    };
+    let mut solver = Cvode::new(brake, CvodeOptions::BDF, 0.0, &y, &tolerances).unwrap();
+    solver.set_max_steps(None).unwrap();
+    solver.set_crossings(&[Direction::Falling, Direction::Falling]).unwrap();
+    let (mut sticks, mut last) = (0, 0.0);
+    let mut stops = vec![end_time, kick_time, *rise_time];
+    while let Some(&stop) = stops.last() {
+        solver.set_stop_time(Some(stop)).unwrap();
+        let outcome = solver.advance(stop, Task::Normal).unwrap();
+        let t = solver.time();
+        y.copy_from_slice(solver.state());
+        if outcome == Outcome::Roots {
+            let forward = solver.crossings_found()[0].is_some();
+            let brake = solver.system_mut();
+            if brake.mode == Mode::Stick {
+                brake.mode = if forward { Mode::SlipForward } else { Mode::SlipBackward };
+            } else {
+                let mean = 0.5 * (y[3] + y[4]);
+                (y[3], y[4]) = (mean, mean);
+                brake.mode = Mode::Stick;
+                (sticks, last) = (sticks + 1, t);
+            }
+        } else {
+            stops.pop();
+            solver.system_mut().loading = false;
+            if t == kick_time {
+                y[3] += kick.relative_velocity / 2.0;
+                y[4] -= kick.relative_velocity / 2.0;
+            }
+        }
+        solver.restart(t, &y).unwrap();
+    }
+    (sticks, last)
+}
+
+const END: f64 = 10.0;
+/// Of the multiprecision reference, data/truth/paper.json.
+const STICKS: usize = 48;
+const LAST_STICK: f64 = 6.989377156156;
+
+/// Every way has to have done the same work: all sticks, the last at its time.
+fn check(name: &str, (sticks, last): (usize, f64), within: f64) {
+    let error = (last - LAST_STICK).abs();
+    println!("{name}: {sticks} sticks, the last within {error:.1e} s");
+    assert!(sticks == STICKS && error < within, "{name}");
+}
+
+fn runs(criterion: &mut Criterion) {
+    let parameters = paper(Method::Auto, END).0;
+    let mut group = criterion.benchmark_group("paper 0 to 10 s");
+    group.sample_size(20);
+    for method in Method::ALL {
+        let input = paper(method, END);
+        check(method.name(), run(&input, &mut NoRecorder), 1e-6);
+        group.bench_function(method.name(), |b| b.iter(|| run(black_box(&input), &mut NoRecorder)));
+    }
+    // At 1e-10 it would be faster, and miss events.
+    check("plain-bdf-1e-12", plain_bdf(&parameters, 1e-12, END), 1e-5);
+    group.sample_size(10);
+    group.bench_function("plain-bdf-1e-12", |b| {
+        b.iter(|| plain_bdf(black_box(&parameters), 1e-12, END))
+    });
+    group.finish();
+}
+
+fn phases(criterion: &mut Criterion) {
+    let input = paper(Method::Auto, END);
+    let mut group = criterion.benchmark_group("paper by auto");
+    group.sample_size(20);
+    for (part, name) in ["sliding to the kick", "kick to last stick", "last stick to 10 s"]
+        .into_iter()
+        .enumerate()
+    {
+        group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| parts(&input)[part]).sum()));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, runs, phases);
+criterion_main!(benches);
