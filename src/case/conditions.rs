@@ -6,6 +6,13 @@ use crate::model::Actuation;
 /// More samples than this are a slip of the pen: a terabyte.
 const MOST_SAMPLES: f64 = 1e9;
 
+/// Shorter runs (s) are a slip of the pen, and leave an integrator no room for a step.
+const SHORTEST_RUN: f64 = 1e-12;
+
+/// Doubles at the end of the run must be closer to each other than this part of the natural period, or
+/// what happens in one cannot be told apart.
+const COARSEST_CLOCK: f64 = 1e-4;
+
 /// A condition between values that a case does not meet.
 pub(super) struct Violation {
     /// The value that the message is about.
@@ -68,6 +75,26 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     }
 
     let output = &case.output;
+    let torsion = &case.parameters.torsion;
+    let natural_period = std::f64::consts::TAU * (torsion.surface_inertia / torsion.stiffness).sqrt();
+    let clock = f64::EPSILON * output.end_time;
+    if output.end_time < SHORTEST_RUN {
+        complain(
+            "output.end_time",
+            &[],
+            format!("must be at least {SHORTEST_RUN:?} s, but is {:?} s", output.end_time),
+        );
+    } else if clock > COARSEST_CLOCK * natural_period {
+        complain(
+            "output.end_time",
+            &["torsion.surface_inertia", "torsion.stiffness"],
+            format!(
+                "is too late for double precision: times near {:?} s are {clock:.0e} s apart, and the natural period \
+                 2 pi sqrt(surface_inertia/stiffness) is {natural_period:.0e} s; end earlier",
+                output.end_time
+            ),
+        );
+    }
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {
             complain(

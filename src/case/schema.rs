@@ -36,7 +36,7 @@ pub enum Domain {
     Any,
     Positive,
     NotNegative,
-    /// Above 0 and at most 0.1.
+    /// From ten roundings of a double (2e-15) to 0.1: below, step control fights with rounding and fails.
     Tolerance,
 }
 
@@ -46,7 +46,7 @@ impl Domain {
             Domain::Any => (true, ""),
             Domain::Positive => (value > 0.0, "must be greater than 0"),
             Domain::NotNegative => (value >= 0.0, "must not be negative"),
-            Domain::Tolerance => (value > 0.0 && value <= 0.1, "must be greater than 0 and at most 0.1"),
+            Domain::Tolerance => ((2e-15..=0.1).contains(&value), "must be from 2e-15 to 0.1"),
         };
         match (value.is_finite(), fits) {
             (false, _) => Some("must be finite"),
