@@ -30,7 +30,7 @@ impl CaseSource {
     pub fn file(path: &Path) -> Result<CaseSource, CaseError> {
         let label = path.display().to_string();
         let bytes = std::fs::read(path)
-            .map_err(|error| CaseError::one(&label, "", format!("the case file cannot be read: {error}")))?;
+            .map_err(|error| CaseError::one(&label, "", format!("the case file cannot be read: {}", words(&error))))?;
         let text = String::from_utf8(bytes)
             .map_err(|_| CaseError::one(&label, "", "not a case file: expected TOML, which is UTF-8 text"))?;
         Ok(CaseSource {
@@ -47,13 +47,13 @@ impl CaseSource {
         let Some(case) = builtin::find(name) else {
             let names: Vec<&str> = builtin::CASES.iter().map(|case| case.name).collect();
             let hint = super::suggest(name, names.iter().copied())
-                .map(|close| format!("did you mean {close}? "))
+                .map(|close| format!(" (did you mean {close}?)"))
                 .unwrap_or_default();
             return Err(CaseError::one(
                 "",
                 "",
                 format!(
-                    "there is no built-in case \"{name}\": {hint}There are {}",
+                    "there is no built-in case \"{name}\"{hint}; there are {}, and any TOML file by its path",
                     names.join(", ")
                 ),
             ));
@@ -88,5 +88,16 @@ impl CaseSource {
             Origin::File(path) | Origin::Result(path) => stem(path).unwrap_or_else(|| "case".to_owned()),
             Origin::BuiltIn(name) => name.clone(),
         }
+    }
+}
+
+/// The operating system's error with what to do about it.
+fn words(error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::NotFound => "no such file; check the name".to_owned(),
+        ErrorKind::IsADirectory => "this is a folder; give a TOML file in it".to_owned(),
+        ErrorKind::PermissionDenied => "no permission; change the permissions of the file".to_owned(),
+        _ => error.to_string(),
     }
 }
