@@ -221,7 +221,7 @@ fn open_says_what_a_file_is_not() {
     let open = |name: &str| ResultFile::open(&path(name)).unwrap_err();
 
     assert!(matches!(open("missing.h5"), ResultError::NotFound { .. }));
-    assert!(matches!(open(""), ResultError::IsFolder { .. }));
+    assert!(matches!(open(""), ResultError::FolderIsNoResult { .. }));
     fs::write(path("empty.h5"), "").unwrap();
     assert!(matches!(open("empty.h5"), ResultError::NotHdf5 { .. }));
     fs::write(path("text.h5"), "time,theta\n").unwrap();

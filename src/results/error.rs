@@ -46,6 +46,8 @@ pub enum ResultError {
 
     #[error("{path}: no such file; check the name")]
     NotFound { path: PathBuf },
+    #[error("{path}: this is a folder; give a result file, as written by `stickslip run`")]
+    FolderIsNoResult { path: PathBuf },
     #[error("{path}: not an HDF5 file; give a result file, as written by `stickslip run`")]
     NotHdf5 { path: PathBuf },
     #[error(

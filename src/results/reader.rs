@@ -40,7 +40,7 @@ impl ResultFile {
             return Err(ResultError::NotFound { path });
         }
         if path.is_dir() {
-            return Err(ResultError::IsFolder { path });
+            return Err(ResultError::FolderIsNoResult { path });
         }
         if !target::has_hdf5_signature(&path)? {
             return Err(ResultError::NotHdf5 { path });
