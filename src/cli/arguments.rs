@@ -5,7 +5,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// High-accuracy reference runs of friction-induced vibration: every stick and slip located, stored in HDF5.
+/// High-accuracy reference runs of friction-induced vibration, stored in HDF5.
 #[derive(Debug, Parser)]
 #[command(name = "stickslip", disable_help_subcommand = true)]
 pub struct Arguments {
@@ -24,10 +24,10 @@ pub(super) struct Common {
     /// Say more of what is going on; twice for even more.
     #[arg(short, long, global = true, action = ArgAction::Count)]
     pub verbose: u8,
-    /// Progress bar on standard error.
-    #[arg(long, global = true, value_enum, default_value_t = ProgressChoice::Auto, value_name = "WHEN")]
+    /// Progress bar: always, never, or auto (on a terminal).
+    #[arg(long, global = true, value_enum, default_value_t = ProgressChoice::Auto, value_name = "WHEN", hide_possible_values = true, hide_default_value = true)]
     pub progress: ProgressChoice,
-    /// Print one JSON document on standard output, and nothing else there.
+    /// Print one JSON document on standard output.
     #[arg(long, global = true)]
     pub json: bool,
 }
@@ -35,7 +35,6 @@ pub(super) struct Common {
 /// When a progress bar is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum ProgressChoice {
-    /// If standard error is a terminal.
     Auto,
     Always,
     Never,
@@ -48,24 +47,25 @@ pub(super) enum Command {
     /// Show what a result file holds.
     Inspect(InspectOptions),
     /// Print a built-in case to start from.
+    #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
 }
 
 #[derive(Debug, Args)]
 pub(super) struct RunOptions {
-    /// A case file (TOML), a result file whose run is repeated, or the name of a built-in case.
+    /// A TOML file, a built-in case, or a result to repeat.
     #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT)]
     pub case: String,
-    /// Result file. Default: the case's name with .h5, in the working folder (NAME.repeat.h5 for a repeated run).
+    /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Integration method, the same as --set solver.method=M.
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
-    /// Override a key of the case by its dotted path, such as torsion.damping="200 lbf in s/rad".
+    /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Replace the result file even if it was not written by this program.
+    /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
 }

@@ -38,7 +38,7 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         for case in &listed {
             table.add_row([case.name, &case.title]);
         }
-        print(&format!("{table}\n"))?;
+        print(&terminal::show(&table))?;
     }
     Ok(End::Done)
 }

@@ -2,7 +2,8 @@
 
 use super::arguments::{Common, InspectOptions};
 use super::{CommandError, End, print, print_json, terminal};
-use crate::results::{AttributeValue, ResultError, ResultFile};
+use crate::results::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
+use crate::results::{AttributeInfo, AttributeValue, Contents, ResultError, ResultFile, VariableInfo};
 
 /// Lists what a result file holds.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
@@ -12,30 +13,86 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, 
         .map_err(input)?;
     if common.json {
         print_json(&contents)?;
-        return Ok(End::Done);
+    } else {
+        print(&listing(&contents))?;
     }
-    let mut attributes = terminal::table(&["group", "attribute", "value"]);
-    for a in &contents.attributes {
-        let value = match &a.value {
-            AttributeValue::Text(text) => text.clone(),
-            AttributeValue::Integer(n) => n.to_string(),
-            AttributeValue::Number(x) => x.to_string(),
-            AttributeValue::Integers(list) => format!("{list:?}"),
-            AttributeValue::Numbers(list) => format!("{list:?}"),
-        };
-        attributes.add_row([a.group.clone(), a.name.clone(), value]);
+    Ok(End::Done)
+}
+
+/// Group by group: the attributes as NAME = VALUE, then the variables as a table.
+fn listing(contents: &Contents) -> String {
+    let mut groups: Vec<&str> = Vec::new();
+    let of_attributes = contents.attributes.iter().map(|a| a.group.as_str());
+    for group in of_attributes.chain(contents.variables.iter().map(|v| v.group.as_str())) {
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
     }
-    let mut variables = terminal::table(&["variable", "type", "shape", "units", "least", "largest", "description"]);
-    for v in &contents.variables {
+    let mut parts = Vec::with_capacity(groups.len());
+    for group in groups {
+        let attributes: Vec<_> = contents.attributes.iter().filter(|a| a.group == group).collect();
+        let variables: Vec<_> = contents.variables.iter().filter(|v| v.group == group).collect();
+        let mut part = format!("{group}\n");
+        if !attributes.is_empty() {
+            part += &attribute_lines(&attributes);
+        }
+        if !variables.is_empty() {
+            if !attributes.is_empty() {
+                part.push('\n');
+            }
+            part += &variable_lines(&variables);
+        }
+        parts.push(part);
+    }
+    parts.join("\n")
+}
+
+/// A quantity's unit and description are attributes of their own in the file; here they stand beside it.
+fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
+    let companion = |name: &str, suffix: &str| {
+        let name = format!("{name}{suffix}");
+        attributes.iter().find(|a| a.name == name).map(|a| text(&a.value))
+    };
+    let is_companion = |a: &AttributeInfo| {
+        [UNITS_SUFFIX, LONG_NAME_SUFFIX].iter().any(|suffix| {
+            a.name
+                .strip_suffix(suffix)
+                .is_some_and(|stem| attributes.iter().any(|other| other.name == stem))
+        })
+    };
+    let described = attributes
+        .iter()
+        .any(|a| companion(&a.name, LONG_NAME_SUFFIX).is_some());
+    let mut table = terminal::table(&[]);
+    for a in attributes.iter().filter(|a| !is_companion(a)) {
+        let unit = companion(&a.name, UNITS_SUFFIX).filter(|unit| unit != "1");
+        let value = [Some(text(&a.value)), unit].into_iter().flatten().collect::<Vec<_>>();
+        let mut row = vec![a.name.clone(), value.join(" ")];
+        if described {
+            row.push(companion(&a.name, LONG_NAME_SUFFIX).unwrap_or_default());
+        }
+        table.add_row(row);
+    }
+    terminal::show(&table)
+}
+
+fn variable_lines(variables: &[&VariableInfo]) -> String {
+    let mut table = terminal::table(&["variable", "type", "shape", "units", "least", "largest", "description"]);
+    for v in variables {
         let shape = v.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
-        let bound = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:.6e}"));
+        let whole = v.kind.starts_with("int");
+        let bound = |x: Option<f64>| match x {
+            None => String::new(),
+            Some(x) if whole => format!("{x}"),
+            Some(x) => format!("{x:.6e}"),
+        };
         let meanings: Vec<String> = v.flags.iter().map(|f| format!("{} {}", f.value, f.meaning)).collect();
         let mut description = v.long_name.clone().unwrap_or_default();
         if !meanings.is_empty() {
             description += &format!(" ({})", meanings.join(", "));
         }
-        variables.add_row([
-            format!("{}/{}", v.group.trim_end_matches('/'), v.name),
+        table.add_row([
+            v.name.clone(),
             v.kind.clone(),
             shape,
             v.units.clone().unwrap_or_default(),
@@ -44,6 +101,17 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, 
             description,
         ]);
     }
-    print(&format!("{attributes}\n\n{variables}\n"))?;
-    Ok(End::Done)
+    terminal::align_right(&mut table, [2, 4, 5]);
+    terminal::show(&table)
+}
+
+fn text(value: &AttributeValue) -> String {
+    match value {
+        AttributeValue::Text(text) => text.clone(),
+        AttributeValue::Integer(n) => n.to_string(),
+        // With an exponent where that is shorter: 1e-10, not 0.0000000001.
+        AttributeValue::Number(x) => format!("{x:?}"),
+        AttributeValue::Integers(list) => format!("{list:?}"),
+        AttributeValue::Numbers(list) => format!("{list:?}"),
+    }
 }

@@ -29,7 +29,7 @@ impl RunBar {
                 // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
                 ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
             };
-            let style = ProgressStyle::with_template("{bar:32} {msg}  {elapsed} (left {eta})")
+            let style = ProgressStyle::with_template("{bar:16} {msg}  {elapsed} (left {eta})")
                 .unwrap_or_else(|_| ProgressStyle::default_bar());
             ProgressBar::with_draw_target(Some(TICKS as u64), target).with_style(style)
         } else {

@@ -10,7 +10,8 @@ mod paper {
     pub const FINAL_STICK: &str = "6.9896 s";
     pub const FIRST_STICK: &str = "50 us";
     pub const LAST_STICK: &str = "530 us";
-    pub const SLIP: &str = "190 us, nearly constant";
+    pub const SLIP: &str = "190 us";
+    pub const SLIP_RANGE: &str = "nearly constant";
     pub const NATURAL_PERIOD: &str = "240 us";
     pub const FIRST_PERIOD: &str = "1";
     pub const LAST_PERIOD: &str = "3";
@@ -29,17 +30,39 @@ pub(super) fn table(header: &[&str]) -> Table {
     table
 }
 
+/// A table as lines without a margin and without blanks at their ends.
+pub(super) fn show(table: &Table) -> String {
+    table
+        .lines()
+        .map(|line| format!("{}\n", line.strip_prefix(' ').unwrap_or(&line).trim_end()))
+        .collect()
+}
+
+/// Numbers stand below each other by their last digit.
+pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
 /// The report of a run.
 pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wall_time: f64) -> String {
     let s = summary;
     let residual = format!(
-        "{:.1e} J ({:.1e} of the initial energy)",
+        "{:.1e} J, {:.1e} relative",
         s.energy_residual, s.energy_residual_relative
     );
     let rows = [
         (
             "events",
-            format!("{} ({} sticks, {} slips)", s.events, s.sticks, s.slips),
+            format!(
+                "{} ({}, {})",
+                s.events,
+                count(s.sticks, "stick"),
+                count(s.slips, "slip")
+            ),
             "",
         ),
         ("onset of stick-slip", time(s.onset_time), paper::ONSET),
@@ -49,7 +72,7 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
             pair(s.first_slip_duration, s.last_slip_duration),
             paper::SLIP,
         ),
-        ("slip duration, range", range(s.slip_duration_range), ""),
+        ("slip duration, range", range(s.slip_duration_range), paper::SLIP_RANGE),
         (
             "stick duration, first",
             microseconds(s.first_stick_duration),
@@ -112,19 +135,21 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
             w.jacobian_evaluations.to_string(),
         ]);
     }
-    for column in 1..6 {
-        if let Some(column) = work.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    align_right(&mut work, 1..6);
     format!(
-        "{}\nmethod {}, rtol {:e}, t = 0 to {} s in {:.3} s of wall time\n\n{report}\n\n{work}\n",
+        "{}\nmethod {}, rtol {:e}, t = 0 to {} s in {:.3} s of wall time\n\n{}\n{}",
         case.title,
         case.solver.method.name(),
         case.solver.rtol,
         s.end,
         wall_time,
+        show(&report),
+        show(&work),
     )
+}
+
+fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 fn time(t: Option<f64>) -> String {
