@@ -1,0 +1,401 @@
+//! `stickslip run` as its user sees it: what it computes, prints and leaves behind.
+
+mod cli_common;
+
+use cli_common::{Folder, json, output, refusal};
+use predicates::prelude::*;
+use stickslip::results::Status;
+use stickslip::simulation::{Event, EventKind};
+
+/// Without arguments it is the paper's brake, into paper.h5.
+#[test]
+fn cli_run_without_a_case_is_the_paper_case() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run"]), 0);
+    assert_eq!(folder.names(), ["paper.h5"]);
+    assert_eq!(stderr, "");
+    // Beside the paper's numbers, and with the name of the file at the end.
+    for words in [
+        "48 sticks, 47 slips",
+        "6.975001",
+        "6.989377",
+        "paper.h5",
+        "esdirk",
+        "closed-form",
+    ] {
+        assert!(stdout.contains(words), "{words} in {stdout}");
+    }
+    let wide: Vec<&str> = stdout.lines().filter(|line| line.chars().count() > 80).collect();
+    assert_eq!(wide, Vec::<&str>::new());
+    assert!(stdout.lines().all(|line| line == line.trim_end()), "{stdout:?}");
+
+    let file = folder.result("paper.h5");
+    assert_eq!(file.status(), &Status::Complete);
+    let samples = file.samples(0..file.sample_count().unwrap()).unwrap();
+    assert!(samples.windows(2).all(|pair| pair[0].time < pair[1].time));
+    assert_eq!(samples.first().unwrap().time, 0.0);
+    assert_eq!(samples.last().unwrap().time, 10.0);
+    let of_kind = |kind| file.events().unwrap().iter().filter(|event| event.kind == kind).count();
+    assert_eq!(of_kind(EventKind::Stick), 48);
+    assert_eq!(of_kind(EventKind::Slip), 47);
+}
+
+#[test]
+fn cli_run_sets_keys_of_the_case() {
+    let folder = Folder::new();
+    let settings = [
+        "--set",
+        "torsion.damping=\"100 lbf in s/rad\"",
+        "--set",
+        "initial.speed=50",
+        "-o",
+        "x.h5",
+    ];
+    output(&mut folder.short_run(&settings), 0);
+    let resolved = folder.result("x.h5").resolved().unwrap();
+    assert!(resolved.contains("damping = 11.29848290276167"), "{resolved}");
+    assert!(resolved.contains("speed = 50"), "{resolved}");
+    let case_text = folder.result("x.h5").case_text().unwrap();
+    assert!(case_text.contains("damping = \"200 lbf in s/rad\""), "{case_text}");
+}
+
+#[test]
+fn cli_run_refuses_bad_settings() {
+    let folder = Folder::new();
+    for (setting, words) in [
+        (
+            "torsion.dampin=1",
+            "--set torsion.dampin: unknown key; did you mean torsion.damping?",
+        ),
+        ("torsion.damping=\"5 N\"", "\"5 N\" is a force"),
+        ("torsion.damping=nan", "--set torsion.damping: must be finite"),
+        (
+            "torsion.surface_inertia=0",
+            "--set torsion.surface_inertia: must be greater than 0",
+        ),
+        (
+            "friction.breakaway=0.1",
+            "--set friction.breakaway: must be at least friction.low_speed",
+        ),
+        ("solver.max_events=0", "--set solver.max_events"),
+        ("solver.rtol=0.5", "--set solver.rtol"),
+        ("output.interval=1e-12", "samples"),
+        ("torsion", "expected KEY=VALUE"),
+        ("=1", "is not a key"),
+    ] {
+        let stderr = refusal(&mut folder.stickslip(&["run", "--set", setting]));
+        assert!(stderr.contains(words), "{setting}: {stderr}");
+    }
+    assert_eq!(folder.names(), Vec::<String>::new());
+}
+
+/// The doubles at the time of the last sample are too far apart for the oscillation, or it is no time at all.
+#[test]
+fn cli_run_refuses_what_doubles_cannot_resolve() {
+    let folder = Folder::new();
+    for setting in [
+        "output.end_time=1e300",
+        "output.end_time=1e12",
+        "output.end_time=1e-300",
+    ] {
+        let spacing = ["--set", "output.interval=1e299", "--set", setting];
+        let stderr = refusal(folder.stickslip(&["run"]).args(spacing));
+        assert!(stderr.contains("--set output.end_time: "), "{setting}: {stderr}");
+    }
+    let stderr = refusal(&mut folder.stickslip(&["run", "--set", "solver.rtol=1e-16"]));
+    assert!(stderr.contains("--set solver.rtol: "), "{stderr}");
+}
+
+/// Every method gives the same sticks and slips, and says in the file what it was.
+#[test]
+fn cli_run_methods_agree() {
+    let folder = Folder::new();
+    // A stop that is soon over: the paper's from 7 rad/s, with the kick in the unstable window.
+    let quick = [
+        "--set",
+        "initial.speed=7",
+        "--set",
+        "actuation.rise_time=0.01",
+        "--set",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "--set",
+        "output={end_time=0.6, interval=0.01}",
+        "-q",
+    ];
+    let mut words: Vec<(&str, Vec<Event>)> = Vec::new();
+    for method in ["auto", "cvode-bdf", "cvode-adams", "erk", "esdirk"] {
+        let name = format!("{method}.h5");
+        let (stdout, stderr) = output(
+            folder.stickslip(&["run", "--method", method, "-o", &name]).args(quick),
+            0,
+        );
+        assert_eq!(stdout, "", "{method}");
+        println!("{method}: {stderr}");
+        let file = folder.result(&name);
+        let meta = file.meta().unwrap();
+        let named = meta.iter().find(|(key, _)| key == "method").unwrap();
+        assert_eq!(serde_json::to_value(&named.1).unwrap(), serde_json::Value::from(method));
+        let events = file.events().unwrap().into_iter();
+        words.push((method, events.filter(|event| event.kind.in_mode_word()).collect()));
+    }
+    let (_, reference) = &words[0];
+    assert!(reference.len() > 20);
+    for (method, events) in &words[1..] {
+        let kinds = |events: &[Event]| events.iter().map(|event| event.kind).collect::<Vec<_>>();
+        assert_eq!(kinds(events), kinds(reference), "{method}");
+        for (a, b) in events.iter().zip(reference) {
+            // The least accurate, BDF at its default tolerance, is some microseconds off.
+            assert!((a.time - b.time).abs() < 2e-5, "{method}: {} and {}", a.time, b.time);
+        }
+    }
+}
+
+#[test]
+fn cli_run_refuses_an_unknown_method() {
+    let folder = Folder::new();
+    let stderr = refusal(&mut folder.stickslip(&["run", "--method", "cvode-bfd"]));
+    assert!(stderr.contains("did you mean \"cvode-bdf\"?"), "{stderr}");
+}
+
+/// The names that scripts rely on.
+#[test]
+fn cli_run_json_is_one_document_with_known_names() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run", "--json"]), 0);
+    assert_eq!(stderr, "");
+    let document = json(&stdout);
+    let names = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    for name in [
+        "status",
+        "file",
+        "case",
+        "title",
+        "method",
+        "rtol",
+        "wall_time",
+        "summary",
+        "warnings",
+    ] {
+        assert!(names(&document).contains(&name.to_owned()), "{name} in {stdout}");
+    }
+    assert_eq!(document["status"], "complete");
+    assert_eq!(document["file"], "paper.h5");
+    assert_eq!(document["method"], "auto");
+    assert_eq!(document["warnings"], serde_json::json!([]));
+    assert!(document.get("error").is_none());
+    let summary = &document["summary"];
+    for name in [
+        "end",
+        "events",
+        "sticks",
+        "slips",
+        "onset_time",
+        "final_stick_time",
+        "first_stick_duration",
+        "last_stick_duration",
+        "stick_duration_range",
+        "first_slip_duration",
+        "last_slip_duration",
+        "slip_duration_range",
+        "first_period",
+        "last_period",
+        "natural_period",
+        "axial_displacement",
+        "instability_time",
+        "growth_exponent",
+        "e_folds_gained",
+        "energy_residual",
+        "energy_residual_relative",
+        "noise_determined",
+        "kicks_never_given",
+        "interrupted",
+        "work",
+    ] {
+        assert!(names(summary).contains(&name.to_owned()), "{name} in {stdout}");
+    }
+    assert_eq!(summary["sticks"], 48);
+    assert!(summary["energy_residual_relative"].as_f64().unwrap() < 1e-12);
+}
+
+#[test]
+fn cli_run_json_of_a_failed_run() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(
+        &mut folder.stickslip(&["run", "--json", "--set", "solver.max_events=10"]),
+        1,
+    );
+    let document = json(&stdout);
+    assert_eq!(document["status"], "failed");
+    assert_eq!(document["file"], "paper.partial.h5");
+    let error = document["error"].as_str().unwrap();
+    assert!(error.contains("event budget of 10"), "{error}");
+    assert!(stderr.contains(error), "{stderr}");
+}
+
+#[test]
+fn cli_run_json_prints_nothing_for_wrong_input() {
+    let folder = Folder::new();
+    refusal(&mut folder.stickslip(&["run", "--json", "--set", "nonsense=1"]));
+}
+
+#[test]
+fn cli_run_quiet_prints_nothing_but_errors() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.short_run(&["-q"]), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
+    // Not even the warning.
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run", "unperturbed", "--quiet"]), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("", ""));
+    let (stdout, stderr) = output(
+        &mut folder.stickslip(&["run", "-q", "--set", "solver.max_events=10"]),
+        1,
+    );
+    assert_eq!(stdout, "");
+    assert!(stderr.contains("event budget"), "{stderr}");
+}
+
+/// The bar is on standard error, in pipes only if asked for.
+#[test]
+fn cli_run_progress_is_on_standard_error() {
+    let folder = Folder::new();
+    let end = [" s of 10 s", "events"];
+    for (arguments, shown) in [
+        (&["--progress", "always"][..], true),
+        (&["--progress", "never"], false),
+        (&["--progress", "auto"], false),
+        (&[], false),
+        (&["-q"], false),
+        (&["--json"], false),
+        (&["--json", "--progress", "always"], true),
+    ] {
+        let (stdout, stderr) = output(folder.stickslip(&["run"]).args(arguments), 0);
+        for words in end {
+            assert_eq!(stderr.contains(words), shown, "{arguments:?}: {stderr}");
+        }
+        assert!(!stdout.contains(end[0]), "{arguments:?}");
+    }
+    refusal(&mut folder.stickslip(&["run", "--progress", "sometimes"]));
+}
+
+/// `stickslip run FILE.h5` gives the same numbers to the last bit, and says under which case the first was started.
+#[test]
+fn cli_run_repeats_a_result_to_the_last_bit() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "-q", "--set", "friction.decay=4.9"]), 0);
+    let (stdout, _) = output(&mut folder.stickslip(&["run", "paper.h5"]), 0);
+    assert!(stdout.contains("paper.repeat.h5"), "{stdout}");
+    assert_eq!(folder.names(), ["paper.h5", "paper.repeat.h5"]);
+    let (first, second) = (folder.result("paper.h5"), folder.result("paper.repeat.h5"));
+    let count = first.sample_count().unwrap();
+    assert!(count > 10_000);
+    assert_eq!(second.sample_count().unwrap(), count);
+    // Debug prints doubles so that they read back as themselves.
+    let bits = |rows: &dyn std::fmt::Debug| format!("{rows:?}");
+    assert!(bits(&first.samples(0..count).unwrap()) == bits(&second.samples(0..count).unwrap()));
+    assert!(bits(&first.events().unwrap()) == bits(&second.events().unwrap()));
+    assert!(bits(&first.segments().unwrap()) == bits(&second.segments().unwrap()));
+    assert_eq!(first.case_text().unwrap(), second.case_text().unwrap());
+    assert_eq!(first.resolved().unwrap(), second.resolved().unwrap());
+}
+
+/// A repeated run can be another one, too.
+#[test]
+fn cli_run_repeats_a_result_with_changes() {
+    let folder = Folder::new();
+    output(&mut folder.short_run(&["-q", "-o", "a.h5"]), 0);
+    output(
+        &mut folder.stickslip(&["run", "a.h5", "-q", "-o", "b.h5", "--set", "output.end_time=0.02"]),
+        0,
+    );
+    let times = folder.result("b.h5").column("time", 0..21).unwrap();
+    assert_eq!(times.last(), Some(&0.02));
+}
+
+/// Without a perturbation there is a warning that names G and the remedy; the remedy works.
+#[test]
+fn cli_run_unperturbed_warns_that_noise_decides() {
+    let folder = Folder::new();
+    let (_, stderr) = output(&mut folder.stickslip(&["run", "unperturbed"]), 0);
+    let said = predicate::str::contains("warning: ")
+        .and(predicate::str::contains("rounding error"))
+        .and(predicate::str::contains("G = "))
+        .and(predicate::str::contains("--set 'perturbation="));
+    assert!(said.eval(&stderr), "{stderr}");
+    let remedy = stderr.split("--set '").nth(1).unwrap().split('\'').next().unwrap();
+    let (_, stderr) = output(&mut folder.stickslip(&["run", "unperturbed", "--set", remedy]), 0);
+    assert_eq!(stderr, "");
+    let (stdout, _) = output(&mut folder.stickslip(&["run", "unperturbed", "--json"]), 0);
+    assert_eq!(json(&stdout)["summary"]["noise_determined"], true);
+    assert_eq!(json(&stdout)["warnings"].as_array().unwrap().len(), 1);
+}
+
+/// Without a falling friction sliding never loses its stability.
+#[test]
+fn cli_run_says_if_a_kick_never_came() {
+    let folder = Folder::new();
+    let (_, stderr) = output(
+        &mut folder.stickslip(&["run", "release", "--set", "friction.decay=0"]),
+        0,
+    );
+    assert!(
+        stderr.contains("warning: 1 of the kicks set at the instability never came"),
+        "{stderr}"
+    );
+}
+
+/// Located exactly, a breakaway by the stator torque alone is undone at once: an error, not an endless run.
+#[test]
+fn cli_run_chattering_is_a_clear_error() {
+    let folder = Folder::new();
+    let stator = ["run", "paper-si", "--set", "contact.breakaway_test=stator"];
+    let (stdout, stderr) = output(&mut folder.stickslip(&stator), 1);
+    assert_eq!(stdout, "");
+    let said = predicate::str::contains("chattering at t = 6.97")
+        .and(predicate::str::contains(" transitions within "))
+        .and(predicate::str::contains("mode "))
+        .and(predicate::str::contains("by the guard \""))
+        .and(predicate::str::contains("breakaway_test"))
+        .and(predicate::str::contains("paper-si.partial.h5"));
+    assert!(said.eval(&stderr), "{stderr}");
+    assert_eq!(folder.names(), ["paper-si.partial.h5"]);
+    let file = folder.result("paper-si.partial.h5");
+    let Status::Failed(message) = file.status() else {
+        panic!("{:?}", file.status())
+    };
+    assert!(message.contains("chattering"), "{message}");
+    assert!(file.sample_count().unwrap() > 1000);
+}
+
+/// The stop that was computed until the budget was used up is in the file, which says so.
+#[test]
+fn cli_run_event_budget_is_a_clear_error() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run", "--set", "solver.max_events=10"]), 1);
+    assert_eq!(stdout, "");
+    assert!(
+        stderr.contains("the event budget of 10 transitions is used up at t = 6.97"),
+        "{stderr}"
+    );
+    assert!(stderr.contains("solver.max_events"), "{stderr}");
+    let file = folder.result("paper.partial.h5");
+    assert!(matches!(file.status(), Status::Failed(_)));
+    let events = file.events().unwrap();
+    assert_eq!(events.iter().filter(|event| event.kind.in_mode_word()).count(), 11);
+    assert!(folder.names().iter().all(|name| name != "paper.h5"));
+}
+
+/// Tolerances so loose that nothing is resolved give a result, but not without a word about it.
+#[test]
+fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
+    let folder = Folder::new();
+    let loose = ["atol_twist=1e300", "atol_rate=1e300", "atol_speed=1e300"];
+    let mut command = folder.stickslip(&["run"]);
+    for tolerance in loose {
+        command.args(["--set", &format!("solver.{tolerance}")]);
+    }
+    let (_, stderr) = output(&mut command, 0);
+    assert!(
+        stderr.contains("warning: the energy balance does not close"),
+        "{stderr}"
+    );
+}
