@@ -256,8 +256,9 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
     let stake = axial_energy.max(initial_energy);
     if summary.energy_residual > OPEN_BALANCE * stake {
         warnings.push(format!(
-            "the energy balance does not close: it is off by {:.1e} J, with {stake:.1e} J at stake, so this result is \
-             not accurate. Use a smaller solver.rtol, leave the atol_ keys to their defaults, or use --method auto",
+            "the energy balance does not close: it is off by {:.1e} J, with {stake:.1e} J at stake, so the \
+             energies and angles of this result, at least, are not accurate. Leave the solver's atol_ keys to their \
+             defaults, use a smaller solver.rtol, or use --method auto",
             summary.energy_residual,
         ));
     }
