@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""Check that docs/result-file.md names every variable and attribute of a result file, with its unit.
+
+    python .ci/documented.py paper.h5
+
+Exits with 1 if one is missing.
+"""
+
+import pathlib
+import re
+import sys
+
+import h5py
+
+
+def main(path):
+    text = pathlib.Path(__file__).parent.parent.joinpath("docs", "result-file.md").read_text()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
+    units = {}
+    for names, unit, *_ in rows:
+        for name in re.findall(r"`([A-Za-z0-9_/]+)`", names):
+            units.setdefault(name, set()).add(unit)
+    words = set(re.findall(r"`([A-Za-z0-9_/]+)`", text))
+    missing = []
+    with h5py.File(path) as file:
+        for group in ("trajectory", "events", "segments", "stick_slip"):
+            for name, data in file[group].items():
+                if name.endswith(("_before", "_after")) and name != "mode_after":
+                    continue
+                if data.attrs["units"] not in units.get(name, ()):
+                    missing.append(f"/{group}/{name} [{data.attrs['units']}]")
+        headline = file["stick_slip"].attrs
+        for name in headline:
+            if not name.endswith(("_units", "_long_name")) and headline[name + "_units"] not in units.get(name, ()):
+                missing.append(f"/stick_slip attribute {name} [{headline[name + '_units']}]")
+        missing += [f"/input/{name}" for name in file["input"] if f"/input/{name}" not in words]
+        missing += [f"{name} of {group}" for group in ("/", "/meta") for name in file[group].attrs if name not in words]
+    for name in missing:
+        print(f"NOT DOCUMENTED: {name}")
+    print(f"docs/result-file.md: {len(missing)} missing")
+    sys.exit(1 if missing else 0)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])
