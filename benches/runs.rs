@@ -31,7 +31,7 @@ fn run(input: &(Parameters, SolverOptions, OutputOptions), recorder: &mut dyn Re
     let (parameters, solver, output) = input;
     let report = simulate(parameters, solver, output, recorder, &mut |_| ControlFlow::Continue(())).unwrap();
     let sticks = || report.events.iter().filter(|e| e.kind == EventKind::Stick);
-    (sticks().count(), sticks().last().map_or(0.0, |e| e.time))
+    (sticks().count(), sticks().next_back().map_or(0.0, |e| e.time))
 }
 
 /// The stopwatch of a run's parts: stamps the kick and every stick.

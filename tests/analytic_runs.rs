@@ -285,7 +285,6 @@ fn analytic_energy_balances_over_the_built_in_cases() {
 /// Where F_n is constant and friction has reached mu_d, the state is linear in time: any step of any order follows it, and
 /// a step control that does not look at the quadratures, which are parabolas then, lets them go.
 #[test]
-#[ignore = "the step control of CVODE's methods does not see the quadratures"]
 fn analytic_quadratures_by_every_method() {
     let friction = table_case(0.3).friction;
     let parameters = short_brake(friction, 0.02);

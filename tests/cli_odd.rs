@@ -250,7 +250,6 @@ fn cli_odd_mirrored_case_gives_the_mirrored_run() {
 
 /// A kick that has died out before sliding loses its stability, or that is below the rounding, starts nothing.
 #[test]
-#[ignore = "a kick's own size and decay are not yet weighed against rounding"]
 fn cli_odd_kick_that_cannot_matter_does_not_silence_the_warning() {
     let folder = Folder::new();
     for setting in [

@@ -79,7 +79,7 @@ fn property_no_method_strides_over_the_instability() {
             let (recorder, _) = run(&parameters, &solver(method, 1e-6), &output);
             let time = |kind| recorder.events.iter().filter(move |e| e.kind == kind).map(|e| e.time);
             let start = time(EventKind::Destabilised).next().expect("it loses stability");
-            let end = time(EventKind::Stick).last().expect("it sticks");
+            let end = time(EventKind::Stick).next_back().expect("it sticks");
             // Sticks in closed form have no steps: only slips are looked at, sample to sample within a segment.
             let longest = recorder
                 .samples

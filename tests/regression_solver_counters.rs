@@ -7,6 +7,9 @@ use std::fmt::Write as _;
 use stickslip::case::{Case, CaseSource};
 use stickslip::simulation::Segment;
 
+/// One counter of a segment.
+type Counter = fn(&Segment) -> u64;
+
 /// Sums over the segments of each solver.
 fn counters(case: &str) -> String {
     let Case {
@@ -27,7 +30,7 @@ fn counters(case: &str) -> String {
     for solver in solvers {
         let segments: Vec<&Segment> = recorder.segments.iter().filter(|s| s.solver == solver).collect();
         writeln!(text, "{solver}: {} segments", segments.len()).unwrap();
-        let counts: [(&str, fn(&Segment) -> u64); 8] = [
+        let counts: [(&str, Counter); 8] = [
             ("steps", |s| s.steps),
             ("right-hand sides", |s| s.rhs_evaluations),
             ("Jacobians", |s| s.jacobian_evaluations),

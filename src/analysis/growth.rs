@@ -4,13 +4,16 @@ use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::{of_momentum, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::{Event, EventKind, State};
+use crate::simulation::{Event, EventKind};
 use nalgebra::{Complex, DMatrix};
 
 /// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
 const DYNAMIC: usize = 5;
 
-/// Steps of the smooth path from its start to the stop.
+/// Share of the momentum that one step of the smooth path takes before the instability.
+const COARSE: f64 = 0.02;
+
+/// Steps of the smooth path from the instability to the stop.
 const STEPS: f64 = 300.0;
 
 /// A perturbation's growth along the kick-free smooth sliding, in e-folds.
@@ -27,8 +30,10 @@ pub struct Growth {
     pub to_first_stick: f64,
     /// Integral of Re lambda from the first kick to the run's first stick: what the kick gained.
     pub from_kick: Option<f64>,
-    /// What noise has gained before the first kick.
-    pub before_kick: Option<f64>,
+    /// By how many e-folds the kicks stand above rounding at the first stick: each with its size, its decay where
+    /// sliding was stable, and its growth, against the rounding of the relative velocity at the instability and its
+    /// growth. Negative infinity without a kick.
+    pub above_noise: f64,
 }
 
 impl Growth {
@@ -44,19 +49,27 @@ impl Growth {
         let unstable = events
             .iter()
             .find(|e| e.kind == EventKind::Destabilised && e.time <= first_stick)?;
-        let kick = events
+        let kicks: Vec<&Event> = events
             .iter()
-            .find(|e| e.kind == EventKind::Kick && e.time < first_stick);
-        let start = kick.filter(|k| k.time < unstable.time).unwrap_or(unstable);
-        let rates = growth_rates(parameters, start.time, &start.before, end);
+            .filter(|e| e.kind == EventKind::Kick && e.time < first_stick)
+            .collect();
+        let start = kicks.first().filter(|k| k.time < unstable.time).unwrap_or(&unstable);
+        let rates = growth_rates(parameters, start, unstable.time, end);
         let positive = |rate: f64| rate.max(0.0);
+        let to_first_stick = integrate(&rates, unstable.time, first_stick, positive);
+        let gained = |kick: &Event| integrate(&rates, kick.time, first_stick, |rate| rate);
+        let noise = (f64::EPSILON * unstable.before.relative_velocity.abs()).ln() + to_first_stick;
+        let above_noise = |kick: &Event| {
+            let size = (kick.after.relative_velocity - kick.before.relative_velocity).abs();
+            size.ln() + gained(kick) - noise
+        };
         Some(Growth {
             instability: unstable.time,
             smooth_end: rates.last().map_or(start.time, |r| r.0),
             exponent: integrate(&rates, unstable.time, end, positive),
-            to_first_stick: integrate(&rates, unstable.time, first_stick, positive),
-            from_kick: kick.map(|k| integrate(&rates, k.time, first_stick, |rate| rate)),
-            before_kick: kick.map(|k| integrate(&rates, unstable.time, k.time, positive)),
+            to_first_stick,
+            from_kick: kicks.first().map(|k| gained(k)),
+            above_noise: kicks.iter().map(|k| above_noise(k)).fold(f64::NEG_INFINITY, f64::max),
         })
     }
 }
@@ -77,11 +90,12 @@ fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -
         .sum()
 }
 
-/// (t, Re lambda) along the smooth sliding from the state `from` at `start` until it stops, `end` at the latest.
+/// (t, Re lambda) along the smooth sliding from the state before `start` until it stops, `end` at the latest.
 ///
 /// Smooth sliding is the motion on the slow manifold, on which the momentum of rotor and rotor surface is the one
 /// variable and falls by the friction torque. No solver of the full equations stays on it where it is unstable.
-fn growth_rates(parameters: &Parameters, start: f64, from: &State, end: f64) -> Vec<(f64, f64)> {
+fn growth_rates(parameters: &Parameters, start: &Event, instability: f64, end: f64) -> Vec<(f64, f64)> {
+    let (from, start) = (&start.before, start.time);
     let torsion = TorsionModel::new(parameters);
     let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
     let sense = from.relative_velocity.signum();
@@ -99,10 +113,16 @@ fn growth_rates(parameters: &Parameters, start: f64, from: &State, end: f64) -> 
     let (mut t, mut momentum) = (start, slow_momentum(&torsion, &y));
     let mut x = speed(t, momentum);
     let mut rates = vec![rate(t, x)];
-    let fall = momentum.abs() / STEPS;
+    let mut finest = None;
     let longest = (end - start) / STEPS;
     while t < end && x > 0.0 {
         let k1 = torque(t, momentum);
+        // Coarse where sliding is stable, and evenly down to the stop from the instability on.
+        let fall = if t < instability {
+            COARSE * momentum.abs()
+        } else {
+            *finest.get_or_insert(momentum.abs() / STEPS)
+        };
         let step = (fall / k1.abs()).min(longest).min(end - t);
         if t + step <= t {
             break;

@@ -41,6 +41,8 @@ pub struct Summary {
     pub energy_residual_relative: f64,
     /// The onset is amplified rounding: no kick stands far enough above it.
     pub noise_determined: bool,
+    /// By how many e-folds the kicks stand above rounding at the first stick.
+    pub kick_above_noise: Option<f64>,
     pub kicks_never_given: usize,
     pub interrupted: bool,
     pub work: Vec<SolverWorkRow>,
@@ -113,20 +115,12 @@ impl Summary {
             } else {
                 report.energy_residual
             },
-            noise_determined: growth.is_some_and(|g| noise_determined(&g)),
+            noise_determined: growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
+            kick_above_noise: growth.map(|g| g.above_noise).filter(|x| x.is_finite()),
             kicks_never_given: report.kicks_never_given,
             interrupted: report.interrupted,
             work: report.work.iter().map(SolverWorkRow::from).collect(),
             stick_slip,
         }
-    }
-}
-
-/// Noise starts to grow at the instability, a kick where it is given: the onset belongs to the noise where there is no
-/// kick, or where the noise has already grown past it.
-fn noise_determined(growth: &Growth) -> bool {
-    match growth.before_kick {
-        None => growth.to_first_stick > NOISE_E_FOLDS,
-        Some(before) => before > NOISE_E_FOLDS,
     }
 }

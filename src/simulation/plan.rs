@@ -7,8 +7,8 @@ use crate::model::torsion::{DIMENSION, TorsionModel, index};
 use crate::model::{Mode, Parameters};
 use crate::sundials::{ErkTable, EsdirkTable, Tolerances};
 
-/// Absolute tolerance of the quadratures: far too large to steer the step, whose size the state decides.
-const QUADRATURE_TOLERANCE: f64 = 1e30;
+/// Absolute tolerance of the slip displacement at relative tolerance 1, rad.
+const SLIP_SCALE: f64 = 1.0;
 
 /// Least number of steps in a natural period where the fast mode is resolved. With it the step, not the tolerance,
 /// decides the error of the order-8 method: 1e-12 s on the reference cases; 14 steps give 5e-12 s.
@@ -34,6 +34,8 @@ pub struct Plan {
     rtol: f64,
     /// Absolute tolerances at relative tolerance 1 of twist, rate and speed.
     scale: [f64; 3],
+    /// Absolute tolerance of the dissipated energies at relative tolerance 1, J.
+    energy: f64,
     /// As the user set them.
     absolute: [Option<f64>; 3],
     max_step: Option<f64>,
@@ -53,6 +55,7 @@ impl Plan {
             method: options.method,
             rtol: options.rtol,
             scale: [0.1 * twist, 0.1 * speed, speed],
+            energy: 0.5 * parameters.torsion.rotor_inertia * (parameters.initial.speed.powi(2) + speed.powi(2)),
             absolute: [options.atol_twist, options.atol_rate, options.atol_speed],
             max_step: options.max_step,
             period: model.natural_period(),
@@ -99,7 +102,8 @@ impl Plan {
 
     fn tolerances(&self, rtol: f64) -> Tolerances {
         let [twist, rate, speed] = std::array::from_fn(|k| self.absolute[k].unwrap_or(rtol * self.scale[k]));
-        let mut absolute = vec![QUADRATURE_TOLERANCE; DIMENSION];
+        let mut absolute = vec![rtol * self.energy; DIMENSION];
+        absolute[index::SLIP] = rtol * SLIP_SCALE;
         absolute[index::ROTOR_TWIST] = twist;
         absolute[index::STATOR_TWIST] = twist;
         absolute[index::ROTOR_TWIST_RATE] = rate;
