@@ -76,33 +76,33 @@ fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
     terminal::show(&table)
 }
 
+/// What fits a terminal; the JSON document has the types and all digits.
 fn variable_lines(variables: &[&VariableInfo]) -> String {
-    let mut table = terminal::table(&["variable", "type", "shape", "units", "least", "largest", "description"]);
+    let mut table = terminal::table(&["variable", "rows", "units", "least", "largest", "description"]);
     for v in variables {
         let shape = v.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
         let whole = v.kind.starts_with("int");
         let bound = |x: Option<f64>| match x {
             None => String::new(),
             Some(x) if whole => format!("{x}"),
-            Some(x) => format!("{x:.6e}"),
+            Some(x) => format!("{x:.3e}"),
         };
-        let meanings: Vec<String> = v.flags.iter().map(|f| format!("{} {}", f.value, f.meaning)).collect();
-        let mut description = v.long_name.clone().unwrap_or_default();
-        if !meanings.is_empty() {
-            description += &format!(" ({})", meanings.join(", "));
-        }
         table.add_row([
             v.name.clone(),
-            v.kind.clone(),
             shape,
             v.units.clone().unwrap_or_default(),
             bound(v.min),
             bound(v.max),
-            description,
+            v.long_name.clone().unwrap_or_default(),
         ]);
     }
-    terminal::align_right(&mut table, [2, 4, 5]);
-    terminal::show(&table)
+    terminal::align_right(&mut table, [1, 3, 4]);
+    let mut lines = terminal::show(&table);
+    for v in variables.iter().filter(|v| !v.flags.is_empty()) {
+        let meanings: Vec<String> = v.flags.iter().map(|f| format!("{} {}", f.value, f.meaning)).collect();
+        lines += &format!("{}: {}\n", v.name, meanings.join(", "));
+    }
+    lines
 }
 
 fn text(value: &AttributeValue) -> String {
