@@ -384,16 +384,12 @@ fn cli_run_event_budget_is_a_clear_error() {
     assert!(folder.names().iter().all(|name| name != "paper.h5"));
 }
 
-/// Tolerances so loose that nothing is resolved give a result, but not without a word about it.
+/// A method at a tolerance that does not resolve the run gives a result, but not without a word about it.
 #[test]
 fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
     let folder = Folder::new();
-    let loose = ["atol_twist=1e300", "atol_rate=1e300", "atol_speed=1e300"];
-    let mut command = folder.stickslip(&["run"]);
-    for tolerance in loose {
-        command.args(["--set", &format!("solver.{tolerance}")]);
-    }
-    let (_, stderr) = output(&mut command, 0);
+    let loose = ["run", "--method", "cvode-bdf", "--set", "solver.rtol=0.1"];
+    let (_, stderr) = output(&mut folder.stickslip(&loose), 0);
     assert!(
         stderr.contains("warning: the energy balance does not close"),
         "{stderr}"
