@@ -69,15 +69,6 @@ impl SampleTimes {
         self.settle();
     }
 
-    /// How many there are altogether, within one per window.
-    pub fn estimate(&self) -> f64 {
-        self.stretches
-            .iter()
-            .map(|(from, to, interval, _)| ((to - from) / interval).ceil())
-            .sum::<f64>()
-            + 1.0
-    }
-
     fn enter(&mut self) {
         if let Some(&(from, _, interval, origin)) = self.stretches.get(self.stretch) {
             self.count = ((from - origin) / interval - 1e-9).ceil();

@@ -7,28 +7,7 @@ use stickslip::model::Mode;
 use stickslip::results::{Extra, Header, MetaValue, Overwrite, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
-/// Collects rows in memory.
-#[derive(Debug, Default, Clone, PartialEq)]
-pub struct Rows {
-    pub samples: Vec<Sample>,
-    pub events: Vec<Event>,
-    pub segments: Vec<Segment>,
-}
-
-impl Recorder for Rows {
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        self.samples.push(*sample);
-        Ok(())
-    }
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        self.events.push(*event);
-        Ok(())
-    }
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        self.segments.push(segment.clone());
-        Ok(())
-    }
-}
+pub use stickslip::simulation::MemoryRecorder as Rows;
 
 fn state(seed: f64) -> State {
     State::from_values(std::array::from_fn(|k| {
