@@ -220,6 +220,7 @@ proptest! {
                 prop_assert!((sense * torque - limit).abs() < 1e-9 * limit);
                 after
             }
+            Breakaway::NotBefore { until } => panic!("the search stopped at {until} s"),
             Breakaway::NotYet | Breakaway::Never => within,
         };
         for k in 0..2000 {

@@ -293,7 +293,14 @@ fn a_window_ends_after_it_begins() {
 #[test]
 fn an_end_time_that_doubles_cannot_resolve_is_refused() {
     insta::assert_snapshot!(with("end_time = 10", "end_time = 1e-300"), @r#"brake.toml:43: output.end_time: must be at least 1e-12 s, but is 1e-300 s"#);
-    insta::assert_snapshot!(with("end_time = 10\ninterval = 0.01", "end_time = 1e9\ninterval = 10"), @r#"brake.toml:43: output.end_time: is too late for double precision: times near 1000000000.0 s are 2e-7 s apart, and the natural period 2 pi sqrt(surface_inertia/stiffness) is 2e-4 s; end earlier"#);
+    insta::assert_snapshot!(with("end_time = 10\ninterval = 0.01", "end_time = 1e9\ninterval = 10"), @r#"brake.toml:43: output.end_time: is too late for double precision: times near 1000000000.0 s are 2e-7 s apart, and the natural period 2 pi sqrt(torsion.surface_inertia/torsion.stiffness) is 2e-4 s; end earlier"#);
+    insta::assert_snapshot!(with("stiffness = \"55.38 MN/m\"", "stiffness = 1e300"), @r#"brake.toml:43: output.end_time: is too late for double precision: times near 10.0 s are 2e-15 s apart, and the axial period 2 pi sqrt(axial.mass/axial.stiffness) is 1e-149 s; end earlier"#);
+}
+
+#[test]
+fn a_rise_too_short_for_a_step_is_refused() {
+    accepted("rise_time = 1.0", "rise_time = 0");
+    insta::assert_snapshot!(with("rise_time = 1.0", "rise_time = 1e-300"), @r#"brake.toml:11: actuation.rise_time: must be 0 (a step) or at least 1e-12 s, but is 1e-300 s"#);
 }
 
 #[test]

@@ -103,7 +103,8 @@ fn any_finite() -> impl Strategy<Value = f64> {
 }
 
 fn actuation() -> impl Strategy<Value = Actuation> {
-    let ramp = (any_finite(), not_negative()).prop_map(|(force, rise_time)| Actuation::Ramp { force, rise_time });
+    let ramp = (any_finite(), prop_oneof![1e-12f64..1e300, Just(0.0)])
+        .prop_map(|(force, rise_time)| Actuation::Ramp { force, rise_time });
     let table = vec((1e-6f64..10.0, any_finite()), 1..8).prop_map(|points| {
         let mut now = -1.0;
         let time = points.iter().map(|&(step, _)| {
@@ -133,7 +134,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         Just(BreakawayTest::Rotor)
     ];
     (
-        (positive(), positive(), not_negative()),
+        (1e-30f64..1e30, 1e-3f64..1e16, not_negative()),
         actuation(),
         (positive(), 1e-30f64..1e30, 1e-3f64..1e16, not_negative()),
         (positive(), tests),
@@ -145,14 +146,14 @@ fn parameters() -> impl Strategy<Value = Parameters> {
             |(axial, actuation, torsion, contact, friction, speed, perturbations)| Parameters {
                 axial: Axial {
                     mass: axial.0,
-                    stiffness: axial.1,
+                    // By the square of the natural frequency, as below: both have to fit the end time.
+                    stiffness: axial.0 * axial.1,
                     damping: axial.2,
                 },
                 actuation,
                 torsion: Torsion {
                     rotor_inertia: torsion.0,
                     surface_inertia: torsion.1,
-                    // By the square of the natural frequency, which has to fit the end time.
                     stiffness: torsion.1 * torsion.2,
                     damping: torsion.3,
                 },

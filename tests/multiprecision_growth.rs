@@ -40,6 +40,46 @@ fn multiprecision_noise_is_called_noise() {
     assert!(!Summary::of_run(&parameters, &report).noise_determined);
 }
 
+/// A kick that turns the sliding round, seconds before, takes the margin of stability through zero and back and is damped
+/// out: the instability is the one that lasts, and what grows from it is rounding as without a kick.
+#[test]
+fn multiprecision_a_large_early_kick_leaves_the_onset_to_noise() {
+    let mut parameters = truth("si-unperturbed").parameters;
+    parameters.perturbations = vec![Kick {
+        time: KickTime::At(0.5),
+        relative_velocity: -500.0,
+    }];
+    let (recorder, report) = run(&parameters, &SolverOptions::default(), &output(7.1, 0.1));
+    let early = recorder.events.iter().find(|e| e.kind == EventKind::Destabilised);
+    assert!(early.is_some_and(|e| e.time < 0.51));
+    let summary = Summary::of_run(&parameters, &report);
+    assert!(summary.noise_determined);
+    assert!(summary.instability_time.is_some_and(|t| t > 6.8));
+    // The margin is lost at the same speed as without the kick, so that the growth is the same.
+    let exponent = summary.growth_exponent.expect("it loses stability");
+    let truth = truth("si-unperturbed");
+    let (_, undisturbed) = run(&truth.parameters, &SolverOptions::default(), &output(7.1, 0.1));
+    let expected = Summary::of_run(&truth.parameters, &undisturbed).growth_exponent;
+    assert!(
+        (exponent - expected.expect("it loses stability")).abs() < 1e-3,
+        "{exponent}"
+    );
+}
+
+/// G belongs to the case: it does not depend on where the run ends.
+#[test]
+fn multiprecision_growth_exponent_is_that_of_the_whole_slide() {
+    let parameters = truth("si-unperturbed").parameters;
+    let exponent = |end| {
+        let (_, report) = run(&parameters, &SolverOptions::default(), &output(end, 0.1));
+        Summary::of_run(&parameters, &report)
+            .growth_exponent
+            .expect("it loses stability")
+    };
+    let (cut, whole) = (exponent(6.96), exponent(7.1));
+    assert!((cut - whole).abs() < 1e-3 * whole, "{cut} {whole}");
+}
+
 /// e-folds that the kick gains, by the eigenvalues, against the amplitudes: from half the kick on each surface to a
 /// relative velocity that reaches zero, so the oscillation has the size of the sliding speed. Within one e-fold, as the
 /// phase of the crossing and the nonlinearity of the last periods are open.

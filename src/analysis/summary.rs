@@ -6,9 +6,10 @@ use crate::model::torsion::TorsionModel;
 use crate::simulation::{RunReport, SolverWork};
 use serde::Serialize;
 
-/// Growth in e-folds that lifts the rounding of a double to the size of the sliding speed: ln(2^53) is 36.7, and a
-/// perturbation a thousand times above the rounding still leaves three digits.
-const NOISE_E_FOLDS: f64 = 30.0;
+/// Growth to the first stick, in e-folds, from which a run belongs to its rounding. ln(2^53) = 36.7 lift the rounding of
+/// a double to the size of the sliding speed; a perturbation that takes 25 begins 1e5 times above that rounding, which
+/// leaves what it starts some five digits.
+const NOISE_E_FOLDS: f64 = 25.0;
 
 /// What a run comes to; times in s, lengths in m, energies in J.
 #[derive(Debug, Clone, Serialize)]

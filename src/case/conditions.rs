@@ -76,7 +76,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
 
     let output = &case.output;
     let torsion = &case.parameters.torsion;
-    let natural_period = std::f64::consts::TAU * (torsion.surface_inertia / torsion.stiffness).sqrt();
+    let axial = &case.parameters.axial;
     let clock = f64::EPSILON * output.end_time;
     if output.end_time < SHORTEST_RUN {
         complain(
@@ -84,16 +84,40 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             &[],
             format!("must be at least {SHORTEST_RUN:?} s, but is {:?} s", output.end_time),
         );
-    } else if clock > COARSEST_CLOCK * natural_period {
-        complain(
-            "output.end_time",
-            &["torsion.surface_inertia", "torsion.stiffness"],
-            format!(
-                "is too late for double precision: times near {:?} s are {clock:.0e} s apart, and the natural period \
-                 2 pi sqrt(surface_inertia/stiffness) is {natural_period:.0e} s; end earlier",
-                output.end_time
+    } else {
+        let periods = [
+            (
+                "natural",
+                "torsion.surface_inertia",
+                torsion.surface_inertia,
+                "torsion.stiffness",
+                torsion.stiffness,
             ),
-        );
+            ("axial", "axial.mass", axial.mass, "axial.stiffness", axial.stiffness),
+        ];
+        let [torsional, axial] = periods.map(|p| std::f64::consts::TAU * (p.2 / p.4).sqrt());
+        let (period, shortest) = if axial < torsional { (axial, 1) } else { (torsional, 0) };
+        let (name, inertia, _, stiffness, _) = periods[shortest];
+        if clock > COARSEST_CLOCK * period {
+            complain(
+                "output.end_time",
+                &[inertia, stiffness],
+                format!(
+                    "is too late for double precision: times near {:?} s are {clock:.0e} s apart, and the {name} period \
+                     2 pi sqrt({inertia}/{stiffness}) is {period:.0e} s; end earlier",
+                    output.end_time
+                ),
+            );
+        }
+    }
+    if let Actuation::Ramp { rise_time, .. } = &case.parameters.actuation {
+        if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
+            complain(
+                "actuation.rise_time",
+                &[],
+                format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
+            );
+        }
     }
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {

@@ -1,7 +1,9 @@
 //! Which program on which machine.
 
+use crate::case::Case;
+use crate::model::torsion::index::{ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE};
 use crate::results::MetaValue;
-use crate::simulation::SolverOptions;
+use crate::simulation::chosen_solvers;
 
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
@@ -58,7 +60,8 @@ pub(super) fn now() -> String {
 }
 
 /// Attributes of /meta.
-pub(super) fn meta(solver: &SolverOptions, started: &str) -> Vec<(String, MetaValue)> {
+pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+    let solver = &case.solver;
     let texts = [
         ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
         ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
@@ -77,16 +80,20 @@ pub(super) fn meta(solver: &SolverOptions, started: &str) -> Vec<(String, MetaVa
         .into_iter()
         .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
         .collect();
-    let numbers = [
-        ("rtol", Some(solver.rtol)),
-        ("atol_twist", solver.atol_twist),
-        ("atol_rate", solver.atol_rate),
-        ("atol_speed", solver.atol_speed),
-    ];
-    meta.extend(
-        numbers
-            .into_iter()
-            .filter_map(|(name, x)| Some((name.to_owned(), MetaValue::Number(x?)))),
-    );
+    let mut number = |name: String, value: f64| meta.push((name, MetaValue::Number(value)));
+    number("rtol".to_owned(), solver.rtol);
+    number("max_events".to_owned(), solver.max_events as f64);
+    // What the solvers themselves were given.
+    let (sliding, resolved) = chosen_solvers(&case.parameters, solver);
+    for (phase, chosen) in [("sliding", sliding), ("resolved", resolved)] {
+        let absolute = |component: usize| chosen.tolerances.absolute[component];
+        number(format!("{phase}_rtol"), chosen.tolerances.relative);
+        number(format!("{phase}_atol_twist"), absolute(ROTOR_TWIST));
+        number(format!("{phase}_atol_rate"), absolute(ROTOR_TWIST_RATE));
+        number(format!("{phase}_atol_speed"), absolute(ROTOR_SPEED));
+        if let Some(step) = chosen.max_step {
+            number(format!("{phase}_max_step"), step);
+        }
+    }
     meta
 }

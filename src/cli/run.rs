@@ -71,7 +71,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         history: format!("{started} {}", provenance::command_line()),
         case_text: text,
         resolved: case.resolved(),
-        meta: provenance::meta(&case.solver, &started),
+        meta: provenance::meta(&case, &started),
     };
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
@@ -102,10 +102,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     bar.finish();
     let (report, failure) = match result {
         Ok(report) => (report, None),
-        Err(failure) => {
-            let RunFailure { error, report } = *failure;
-            (report, Some(error))
-        }
+        Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
     };
     let summary = Summary::of_run(&case.parameters, &report);
     let warnings = warnings(&summary, &case, report.initial_energy);
@@ -137,7 +134,8 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             error,
         })?;
     } else if !common.quiet && error.is_none() {
-        let beside_paper = source.origin == Origin::BuiltIn(crate::case::builtin::DEFAULT.to_owned());
+        let built_in = Origin::BuiltIn(crate::case::builtin::DEFAULT.to_owned());
+        let beside_paper = source.origin == built_in && options.set.is_empty();
         print(&terminal::run_report(&case, &summary, beside_paper, wall_time))?;
         print(&format!("\n{}\n", file.display()))?;
     }
@@ -148,16 +146,19 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     }
     match unsaved {
         Some(error) => Err(CommandError::Computation(error)),
-        None => finish(failure.as_ref(), &report, &file, common.quiet),
+        None => finish(failure.as_deref(), &report, &file, common.quiet),
     }
 }
 
-fn finish(failure: Option<&RunError>, report: &RunReport, file: &Path, quiet: bool) -> Result<End, CommandError> {
+fn finish(failure: Option<&RunFailure>, report: &RunReport, file: &Path, quiet: bool) -> Result<End, CommandError> {
     match failure {
         // An error of the result file names the file itself.
-        Some(RunError::Observer(error)) => Err(CommandError::Computation(error.to_string())),
-        Some(error) => Err(CommandError::Computation(format!(
-            "{error}. What was computed until then is in {}",
+        Some(RunFailure {
+            error: RunError::Observer(error),
+            ..
+        }) => Err(CommandError::Computation(error.to_string())),
+        Some(failure) => Err(CommandError::Computation(format!(
+            "{failure}. What was computed until then is in {}",
             file.display()
         ))),
         None if report.interrupted => {
@@ -275,9 +276,9 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
         warnings.push(format!(
             "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
              t = {:.6} s, and until the first stick whatever deviates from smooth sliding grows by e^{g:.0} (of the \
-             growth exponent G = {all:.1} up to where smooth sliding itself would stick); {why}, so the onset, the counts and every event after it belong to this solver \
-             and this tolerance, and change with both. For a result that converges set a perturbation well above \
-             rounding, such as \
+             growth exponent G = {all:.1} up to where smooth sliding itself would stick); {why}, so the onset, the \
+             counts and every event after it belong to this solver and this tolerance, and change with both. For a \
+             result that converges set a perturbation well above rounding, such as \
              --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
             summary.instability_time.unwrap_or(f64::NAN),
         ));
@@ -290,6 +291,16 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
         ));
     }
     warnings
+}
+
+/// A further attribute of /stick_slip; NaN where there is no value.
+fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
+    Extra {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        description: description.to_owned(),
+        value: value.unwrap_or(f64::NAN),
+    }
 }
 
 fn stick_slip_table(summary: &Summary) -> StickSlipTable {
@@ -309,11 +320,25 @@ fn stick_slip_table(summary: &Summary) -> StickSlipTable {
         growth_exponent: missing(summary.growth_exponent),
         e_folds_gained: missing(summary.e_folds_gained),
         energy_residual_max: summary.energy_residual,
-        extras: vec![Extra {
-            name: "instability_time".to_owned(),
-            unit: "s".to_owned(),
-            description: "when steady sliding loses its stability".to_owned(),
-            value: missing(summary.instability_time),
-        }],
+        extras: vec![
+            extra(
+                "instability_time",
+                "s",
+                "when steady sliding loses its stability",
+                summary.instability_time,
+            ),
+            extra(
+                "growth_to_onset",
+                "1",
+                "the part of growth_exponent up to the first stick",
+                summary.growth_to_onset,
+            ),
+            extra(
+                "noise_determined",
+                "1",
+                "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
+                Some(f64::from(u8::from(summary.noise_determined))),
+            ),
+        ],
     }
 }

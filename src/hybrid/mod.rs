@@ -40,6 +40,8 @@ pub struct Guard {
 pub enum ClosedEnd {
     /// The guard of this index fires `after` (s) from the segment's start.
     Guard { after: f64, index: usize },
+    /// No guard fires within `after` (s) from the segment's start; beyond is not known yet.
+    Unknown { after: f64 },
     /// No guard fires within the time asked for.
     None,
 }
@@ -60,6 +62,12 @@ pub trait Dynamics: Send + Sync + 'static {
 
     /// One value for each of [`Self::guards`].
     fn guard_values(&self, location: &Self::Location, t: f64, y: &[f64], values: &mut [f64]);
+
+    /// Whether a guard that is zero at the start of a segment leaves zero to its forbidden side and is to be watched only
+    /// once it has come back: for models in which a location may be entered against its own guard.
+    fn starts_beyond(&self, _location: &Self::Location, _t: f64, _y: &[f64], _guard: usize) -> bool {
+        false
+    }
 
     /// Where the location has a closed form: the state `tau` (s) after the state `y` at `t`.
     fn closed_state(&self, _location: &Self::Location, _t: f64, _y: &[f64], _tau: f64, _out: &mut [f64]) {

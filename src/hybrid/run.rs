@@ -6,6 +6,12 @@ use crate::sundials::{Counters, Outcome, SolverError, Task};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+/// The observer is asked whether to go on after so many steps,
+const STEPS_BETWEEN_QUESTIONS: u32 = 256;
+
+/// and after so many samples, which can be far denser than the steps.
+const SAMPLES_BETWEEN_QUESTIONS: u32 = 1024;
+
 /// Where a run starts.
 #[derive(Debug, Clone)]
 pub struct Start<L> {
@@ -36,9 +42,7 @@ pub struct Finish<L> {
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    #[error(
-        "{solver} failed at t = {time:.12} s in {location}: {source}. Try a smaller solver.rtol, a solver.max_step, or another solver.method"
-    )]
+    #[error("{solver} failed at t = {time:.12} s in {location}: {source}")]
     Solver {
         solver: &'static str,
         time: f64,
@@ -46,7 +50,8 @@ pub enum RunError {
         source: SolverError,
     },
     #[error(
-        "chattering at t = {time:.12} s: {count} transitions within {window:.1e} s, the last from {location} by the guard \"{guard}\". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and contact.breakaway_test = \"transmitted\" is free of it"
+        "chattering at t = {time:.12} s: {count} transitions {}, the last from {location} by the guard \"{guard}\"",
+        duration(*window)
     )]
     Chattering {
         time: f64,
@@ -56,7 +61,7 @@ pub enum RunError {
         guard: String,
     },
     #[error(
-        "the event budget of {budget} transitions is used up at t = {time:.12} s, the last from {location} by the guard \"{guard}\". Raise solver.max_events if so many are expected"
+        "the event budget of {budget} transitions is used up at t = {time:.12} s, the last from {location} by the guard \"{guard}\""
     )]
     TooManyEvents {
         time: f64,
@@ -73,6 +78,14 @@ pub enum RunError {
     },
     #[error(transparent)]
     Observer(ObserverError),
+}
+
+fn duration(window: f64) -> String {
+    if window > 0.0 {
+        format!("within {window:.1e} s")
+    } else {
+        "at one instant".to_owned()
+    }
 }
 
 /// How a segment ended.
@@ -109,6 +122,8 @@ where
         time: start.time,
         location: start.location,
         state: start.state,
+        sampled: 0,
+        interrupted_at: None,
         sample: vec![0.0; dynamics.dimension()],
     };
     let interrupted = run.to(end_time, rules)?;
@@ -131,6 +146,10 @@ struct Run<'a, D: Dynamics, O> {
     time: f64,
     location: D::Location,
     state: Vec<f64>,
+    /// Samples handed out.
+    sampled: u32,
+    /// The sample at which the observer asked for an end.
+    interrupted_at: Option<f64>,
     /// Scratch for interpolated states.
     sample: Vec<f64>,
 }
@@ -157,9 +176,16 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             let chosen = rules.solver(&self.location);
             let (start, location) = (self.time, self.location);
             let (end, counters) = match chosen.kind {
-                SolverKind::ClosedForm => (self.closed_segment::<R>(stop)?, Counters::default()),
-                _ => self.solved_segment::<R>(&chosen, stop)?,
+                SolverKind::ClosedForm => (self.closed_segment::<R>(stop), Counters::default()),
+                _ => match self.solved_segment::<R>(&chosen, stop) {
+                    Ok((end, counters)) => (Ok(end), counters),
+                    Err(error) => (Err(error), Counters::default()),
+                },
             };
+            if let Err(RunError::Observer(error)) = end {
+                return Err(RunError::Observer(error));
+            }
+            // Before a failure is passed on: what was sampled until then has its segment, too.
             let report = SegmentReport {
                 start,
                 end: self.time,
@@ -168,7 +194,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 counters,
             };
             self.observer.segment(&report).map_err(RunError::Observer)?;
-            match end {
+            match end? {
                 SegmentEnd::Stop => {}
                 SegmentEnd::Interrupted => return Ok(true),
                 SegmentEnd::Guards(fired) => {
@@ -200,17 +226,20 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         let location = self.location;
         let (after, end) = match dynamics.closed_end(&location, start, &state, span) {
             ClosedEnd::Guard { after, index } if after < span => (after, SegmentEnd::Guards(vec![index])),
+            // The run goes on with a new segment.
+            ClosedEnd::Unknown { after } if start + after < stop => (after, SegmentEnd::Stop),
             _ => (span, SegmentEnd::Stop),
         };
-        let end_time = if matches!(end, SegmentEnd::Stop) {
-            stop
-        } else {
-            start + after
-        };
+        let end_time = if after < span { start + after } else { stop };
         self.samples_until::<R>(end_time, false, |run, t| {
             dynamics.closed_state(&location, start, &state, t - start, &mut run.sample);
             Ok(())
         })?;
+        if let Some(t) = self.interrupted_at {
+            self.time = t;
+            self.state.copy_from_slice(&self.sample);
+            return Ok(SegmentEnd::Interrupted);
+        }
         dynamics.closed_state(&location, start, &state, after, &mut self.state);
         self.time = end_time;
         self.check_finite()?;
@@ -275,6 +304,11 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                         .state_at(&mut pair, (t - start).min(tau), &mut run.sample)
                         .map_err(|e| failed(t, e))
                 })?;
+                if let Some(t) = self.interrupted_at {
+                    self.time = t;
+                    self.state.copy_from_slice(&self.sample);
+                    break SegmentEnd::Interrupted;
+                }
                 if let Some(end) = end {
                     break end;
                 }
@@ -285,7 +319,9 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 }
                 last_step.advance(tau, &self.state);
                 steps += 1;
-                if steps.is_multiple_of(256) && self.observer.progress(self.time, &location).is_break() {
+                if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS)
+                    && self.observer.progress(self.time, &location).is_break()
+                {
                     break SegmentEnd::Interrupted;
                 }
             };
@@ -365,6 +401,13 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             self.observer
                 .sample(due, &self.location, &self.sample)
                 .map_err(RunError::Observer)?;
+            self.sampled = self.sampled.wrapping_add(1);
+            if self.sampled.is_multiple_of(SAMPLES_BETWEEN_QUESTIONS)
+                && self.observer.progress(due, &self.location).is_break()
+            {
+                self.interrupted_at = Some(due);
+                return Ok(());
+            }
         }
     }
 

@@ -72,8 +72,11 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
     fn roots(&mut self, tau: f64, y: &[f64], values: &mut [f64]) {
         self.dynamics.guard_values(&self.location, self.origin + tau, y, values);
         if tau == 0.0 {
-            for (value, guard) in values.iter_mut().zip(self.dynamics.guards(&self.location)) {
+            for (index, (value, guard)) in values.iter_mut().zip(self.dynamics.guards(&self.location)).enumerate() {
+                let beyond = self.dynamics.starts_beyond(&self.location, self.origin, y, index);
                 match guard.direction {
+                    Direction::Falling if beyond => *value = value.min(-f64::MIN_POSITIVE),
+                    Direction::Rising if beyond => *value = value.max(f64::MIN_POSITIVE),
                     Direction::Falling => *value = value.max(f64::MIN_POSITIVE),
                     Direction::Rising => *value = value.min(-f64::MIN_POSITIVE),
                     Direction::Either => {}

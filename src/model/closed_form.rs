@@ -11,6 +11,10 @@ use super::torsion::{TorsionModel, TorsionState, index::*};
 use super::{BreakawayTest, Torsion};
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
+/// Steps of one search for a breakaway. A brake whose fast mode is damped out takes a few hundred; one so overdamped that
+/// its time scales lie a million apart could take minutes, in which the run must stay interruptible.
+const MOST_ROUNDS: u64 = 100_000;
+
 /// When a stick breaks away.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Breakaway {
@@ -18,6 +22,8 @@ pub enum Breakaway {
     After { after: f64, sense: f64 },
     /// Not within the stretch asked for.
     NotYet,
+    /// Not within `until` (s); the search has taken its steps without getting farther.
+    NotBefore { until: f64 },
     /// Not for as long as F(t) is defined, by the energy bound.
     Never,
 }
@@ -146,7 +152,7 @@ impl ClosedForm {
         let capacity = self.model.friction.breakaway * self.model.contact.radius;
         let start = self.reduced(y);
         let mut tau = 0.0;
-        for round in 0u64.. {
+        for round in 0..MOST_ROUNDS {
             let x = self.stick.advance(&start, tau);
             let energy = self.stick.energy_norm(&x);
             let axial_state = axial.at(t + tau);
@@ -172,6 +178,11 @@ impl ClosedForm {
                     (delta, sense) = (step, s);
                 }
             }
+            // Contact that is just closing, under no torque: the limit is zero now and positive right after.
+            if round == 0 && limit <= 0.0 && torque == 0.0 && (limit_rate > 0.0 || curvature > 0.0) {
+                tau = 1e-3 * self.model.natural_period();
+                continue;
+            }
             if delta <= f64::EPSILON * tau.max(1e-4 * self.model.natural_period()) {
                 return Breakaway::After { after: tau, sense };
             }
@@ -180,6 +191,6 @@ impl ClosedForm {
                 return Breakaway::NotYet;
             }
         }
-        unreachable!("the search ends by a root or at its end")
+        Breakaway::NotBefore { until: tau }
     }
 }

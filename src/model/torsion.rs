@@ -89,6 +89,13 @@ impl TorsionModel {
         sense * self.friction.coefficient(sense * self.relative_velocity(y)) * self.contact.radius * normal_force
     }
 
+    /// The rate of [`Self::sliding_torque`], N m/s, for the state's rates `dydt` and `pressing`, F_n (N) with its rate (N/s).
+    pub fn sliding_torque_rate(&self, sense: f64, y: &[f64], dydt: &[f64], pressing: (f64, f64)) -> f64 {
+        let (mu, slope) = self.friction.coefficient_and_slope(sense * self.relative_velocity(y));
+        let acceleration = self.relative_velocity(dydt);
+        self.contact.radius * (slope * acceleration * pressing.0 + sense * mu * pressing.1)
+    }
+
     /// Slip with sense `s` (+1 or -1), equations (2) and (3). `normal_force` F_n in N.
     #[inline]
     pub fn slip_rhs(&self, sense: f64, normal_force: f64, y: &[f64], dydt: &mut [f64]) {

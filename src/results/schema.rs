@@ -264,14 +264,14 @@ pub fn tables() -> [Table; 4] {
 /// (name, unit, description) of the float64 attributes of /stick_slip.
 pub const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
     ("onset_time", "s", "time of the first stick"),
-    ("final_stick_time", "s", "time of the last stick"),
+    ("final_stick_time", "s", "time of the last stick, if the run ends in it"),
     ("first_period", "s", "period of the first cycle"),
     ("last_period", "s", "period of the last cycle"),
     ("natural_period", "s", "natural period 2 pi sqrt(J/k_t)"),
     (
         "growth_exponent",
         "1",
-        "integral of the growth rate from the instability to the first stick",
+        "growth exponent G: integral of the growth rate from the instability to where smooth sliding would stick",
     ),
     (
         "e_folds_gained",

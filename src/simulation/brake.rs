@@ -4,7 +4,7 @@ use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{Breakaway, ClosedForm};
 use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
-use crate::model::{Mode, Parameters};
+use crate::model::{BreakawayTest, Mode, Parameters};
 use nalgebra::DMatrixViewMut;
 
 /// Whether the stability of steady sliding is watched: it is until the first stick.
@@ -56,6 +56,12 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
     direction: Direction::Falling,
 };
 
+/// A breakaway by a one-sided test may start against its own sense, because the torque that is tested is not the one that
+/// accelerates. Where the relative velocity goes back by less than this share of the oscillation's speed before it turns,
+/// the slip goes on; else the breakaway is undone at once. The share is of the size of the paper's tolerance on the
+/// relative velocity, the epsilon = 1e-5 rad/s of its equation (9).
+const LARGEST_DIP: f64 = 7.5e-5;
+
 /// Index of the guards of slip.
 pub const GUARD_STOPPING: usize = 0;
 /// Index of the guard of the stability margin in slip.
@@ -77,6 +83,12 @@ impl Brake {
     #[inline]
     fn contact_force(&self, t: f64) -> f64 {
         self.axial.pressing_force(t)
+    }
+
+    /// Velocity of an oscillation with the static twist under friction for its amplitude, rad/s.
+    fn oscillation_speed(&self, t: f64) -> f64 {
+        let torque = self.torsion.breakaway_torque(self.contact_force(t));
+        torque / self.torsion.torsion.stiffness * self.torsion.natural_angular_frequency()
     }
 
     /// The margin of steady sliding at `t`, N m s/rad.
@@ -170,8 +182,34 @@ impl Dynamics for Brake {
                 after,
                 index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },
             },
+            Breakaway::NotBefore { until } => ClosedEnd::Unknown { after: until },
             Breakaway::NotYet | Breakaway::Never => ClosedEnd::None,
         }
+    }
+
+    fn starts_beyond(&self, location: &Location, t: f64, y: &[f64], guard: usize) -> bool {
+        if guard != GUARD_STOPPING
+            || location.mode.sense() == 0
+            || self.torsion.contact.breakaway_test == BreakawayTest::Transmitted
+        {
+            return false;
+        }
+        let sense = f64::from(location.mode.sense());
+        let torsion = &self.torsion;
+        let speed = self.oscillation_speed(t);
+        if torsion.relative_velocity(y).abs() > 1e-9 * speed {
+            return false;
+        }
+        // From rest J omega_r' = 2 (T_f - T_i), so that omega_r is a parabola as far as the torques' rates last.
+        let axial = self.axial.at(t);
+        let pressing = (axial.pressing_force, axial.pressing_rate);
+        let mut rates = [0.0; DIMENSION];
+        torsion.slip_rhs(sense, pressing.0, y, &mut rates);
+        let lag = sense * (torsion.sliding_torque(sense, y, pressing.0) - torsion.transmitted_torque(y));
+        let rise =
+            sense * (torsion.transmitted_torque(&rates) - torsion.sliding_torque_rate(sense, y, &rates, pressing));
+        let deepest = lag * lag / (torsion.torsion.surface_inertia * rise);
+        lag > 0.0 && rise > 0.0 && deepest <= LARGEST_DIP * speed
     }
 
     fn describe(&self, location: &Location) -> String {

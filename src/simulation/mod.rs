@@ -12,10 +12,11 @@ mod observer;
 pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
-use crate::hybrid::{self, Limits, RunError, Start};
+use crate::hybrid::{self, ChosenSolver, Limits, RunError, Start};
+use crate::model::axial::AxialMotion;
 use crate::model::torsion::{DIMENSION, index::ROTOR_SPEED};
 use crate::model::{Mode, Parameters};
-use brake::Brake;
+use brake::{Brake, Location, Watch};
 use observer::Recording;
 use plan::Plan;
 use rules::BrakeRules;
@@ -62,17 +63,44 @@ pub struct SolverWork {
     pub jacobian_evaluations: u64,
 }
 
-/// A run that failed, with what it had computed.
+/// A run that failed, with what it had computed. Its message ends with what to do, in the words of the case file.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}")]
+#[error("{error}{}", remedy(error))]
 pub struct RunFailure {
     #[source]
     pub error: RunError,
     pub report: RunReport,
 }
 
+fn remedy(error: &RunError) -> &'static str {
+    match error {
+        RunError::Solver { .. } | RunError::NotFinite { .. } => {
+            "; another solver.method, solver.rtol or solver.max_step may get over it"
+        }
+        RunError::Chattering { .. } => {
+            ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
+             contact.breakaway_test = \"transmitted\" is free of it"
+        }
+        RunError::TooManyEvents { .. } => ". Raise solver.max_events if so many are expected",
+        RunError::Observer(_) => "",
+    }
+}
+
 /// This many transitions within a twentieth of the natural period are chattering.
 const CHATTER_COUNT: usize = 32;
+
+/// The solver with its tolerances and longest step, as a run of this case uses it: (in smooth sliding, where the fast mode
+/// is resolved).
+pub fn chosen_solvers(parameters: &Parameters, solver: &SolverOptions) -> (ChosenSolver, ChosenSolver) {
+    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+    let plan = Plan::new(parameters, axial.largest_force(), solver);
+    let sliding = |resolved| Location {
+        mode: Mode::SlipForward,
+        resolved,
+        watch: Watch::Stable,
+    };
+    (plan.solver(&sliding(false)), plan.solver(&sliding(true)))
+}
 
 /// Integrates one case from t = 0 to the end time of `output`.
 ///

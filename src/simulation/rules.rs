@@ -121,7 +121,7 @@ impl BrakeRules {
             .brake
             .torsion
             .breakaway_torque(self.brake.axial.pressing_force(t).max(0.0));
-        let torque = self.brake.torsion.tested_torque(y);
+        let torque = self.brake.torsion.transmitted_torque(y);
         if torque.abs() <= limit {
             Mode::Stick
         } else {
@@ -290,6 +290,14 @@ impl BrakeRules {
     fn stop(&mut self, location: &Location, t: f64, y: &[f64]) -> Happening {
         let joined: TorsionState = self.brake.torsion.joined(y);
         let mode = self.settle(t, &joined);
+        // A kick may end at zero with a torque that goes on in the same sense: nothing has happened.
+        if mode == location.mode {
+            return Transition {
+                kind: None,
+                location: *location,
+                state: joined.to_vec(),
+            };
+        }
         let (kind, watch) = if mode == Mode::Stick {
             (EventKind::Stick, Watch::Off)
         } else {
@@ -408,7 +416,7 @@ impl Rules<Brake> for BrakeRules {
         let mut happenings = Vec::new();
         let mut location = *location;
         let mut state = y.to_vec();
-        if fired.contains(&GUARD_STABILITY) {
+        if location.watch != Watch::Off && fired.contains(&GUARD_STABILITY) {
             let (kind, watch) = match location.watch {
                 Watch::Stable => (EventKind::Destabilised, Watch::Unstable),
                 _ => (EventKind::Restabilised, Watch::Stable),

@@ -82,7 +82,7 @@ impl SampleTimes {
             Some(&(from, to, interval, origin)) => {
                 let t = origin + self.count * interval;
                 // A sample that rounding puts a hair before the end of its stretch is the next stretch's first.
-                if t < to - 1e-9 * interval {
+                if t < to - 1e-9 * interval.min(to - from) {
                     self.next = t.max(from);
                 } else {
                     self.stretch += 1;
