@@ -71,6 +71,11 @@ TABLES = {
     }),
 }
 ROOT = ("Conventions", "title", "source", "history", "references", "format", "format_version", "status")
+META = (
+    "program_version", "program_commit", "sundials_version", "hdf5_version", "rustc_version", "platform",
+    "command_line", "method", "rtol", "started", "wall_time_s",
+    *(f"{phase}_{name}" for phase in ("sliding", "resolved") for name in ("rtol", "atol_twist", "atol_rate", "atol_speed")),
+)
 TEXTS = ("case", "resolved")
 STICK_SLIP = (
     "onset_time", "final_stick_time", "stick_count", "slip_count", "first_period", "last_period", "natural_period",
@@ -140,7 +145,8 @@ def check_h5py(path):
         for name in TEXTS:
             values["input", name] = text(file["input"][name][()])
             check(f"h5py: /input/{name} is a text", bool(values["input", name]))
-        check("h5py: /meta has attributes", len(file["meta"].attrs) > 0)
+        for name in META:
+            check(f"h5py: /meta attribute {name}", name in file["meta"].attrs)
         if file.attrs.get("status") == "complete":
             attributes = file["stick_slip"].attrs
             for name in STICK_SLIP:

@@ -416,25 +416,25 @@ const KEYS: &[Key] = &[
     key(
         "solver.atol_twist",
         "absolute tolerance of the twists",
-        Default("derived from rtol"),
+        Default("rtol times a tenth of the static twist under friction"),
         Kind::Number(D::Angle, Positive, optional!(solver.atol_twist)),
     ),
     key(
         "solver.atol_rate",
         "absolute tolerance of the twist rates",
-        Default("derived from rtol"),
+        Default("rtol times a tenth of the speed of an oscillation by that twist"),
         Kind::Number(D::AngularVelocity, Positive, optional!(solver.atol_rate)),
     ),
     key(
         "solver.atol_speed",
-        "absolute tolerance of the relative velocity",
-        Default("derived from rtol"),
+        "absolute tolerance of the rotor speed",
+        Default("rtol times that speed"),
         Kind::Number(D::AngularVelocity, Positive, optional!(solver.atol_speed)),
     ),
     key(
         "solver.max_step",
         "upper bound of every step",
-        Default("derived from the natural period"),
+        Default("a twentieth of the natural period where the fast mode is resolved, else none"),
         Kind::Number(D::Time, Positive, optional!(solver.max_step)),
     ),
     key(

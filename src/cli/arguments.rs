@@ -111,9 +111,8 @@ impl Arguments {
     pub fn read() -> Result<Arguments, Refusal> {
         use clap::{CommandFactory, FromArgMatches};
         // The versions of the libraries are known at run time only.
-        let version: &'static str = Box::leak(provenance::versions().into_boxed_str());
         let matches = Arguments::command()
-            .version(version)
+            .version(provenance::versions())
             .try_get_matches()
             .map_err(Refusal)?;
         Arguments::from_arg_matches(&matches).map_err(Refusal)
