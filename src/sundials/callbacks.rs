@@ -34,12 +34,17 @@ pub(super) struct Shared<S> {
 
 /// Sees that time goes on. In front of a wall that no step gets over, SUNDIALS may take steps for ever that are too
 /// short to be seen in the time.
-#[derive(Default)]
 struct Watch {
-    calls: u32,
+    /// Calls of the right-hand side until the next look at the time.
+    calls_left: u32,
     /// Where the mesh stood when it was looked at last.
     seen: Option<f64>,
     stalled: bool,
+}
+
+impl Watch {
+    /// So many calls of the right-hand side are between two looks at the time.
+    const CALLS: u32 = 1 << 14;
 }
 
 impl<S> Shared<S> {
@@ -50,7 +55,11 @@ impl<S> Shared<S> {
             crossings: 0,
             mesh_time: t0,
             clock: std::ptr::null_mut(),
-            watch: Watch::default(),
+            watch: Watch {
+                calls_left: Watch::CALLS,
+                seen: None,
+                stalled: false,
+            },
             panic: None,
             non_finite: None,
         }
@@ -66,18 +75,9 @@ impl<S> Shared<S> {
         self.watch.seen = None;
     }
 
-    /// So many calls of the right-hand side are between two looks at the time.
-    const MANY: u32 = 1 << 14;
-
-    /// At each call of the right-hand side: whether to go on.
-    #[inline]
-    fn watch(&mut self) -> bool {
-        self.watch.calls = self.watch.calls.wrapping_add(1);
-        !self.watch.calls.is_multiple_of(Self::MANY) || self.time_moves()
-    }
-
-    #[cold]
+    /// Whether the time has moved since it was looked at last.
     fn time_moves(&mut self) -> bool {
+        self.watch.calls_left = Watch::CALLS;
         let mut now = self.mesh_time;
         if !self.clock.is_null() {
             // SAFETY: the memory of the running CVODE; the function only reads its time.
@@ -85,41 +85,64 @@ impl<S> Shared<S> {
         }
         let before = self.watch.seen.replace(now);
         // Steps of the size of a rounding error would do as much; some of the time may be a step that is being tried.
-        let least = f64::from(Self::MANY) * f64::EPSILON * now.abs();
+        let least = f64::from(Watch::CALLS) * f64::EPSILON * now.abs();
         self.watch.stalled = before.is_some_and(|before| (now - before).abs() <= least);
         !self.watch.stalled
     }
 
-    /// Infinite values and not-a-numbers would pass through comparisons in C, and can send its root search round for
-    /// ever.
+    /// After each call of the right-hand side: looks at its values, and at times at the time.
     #[inline]
-    fn judge(&mut self, callback: Callback, time: f64, values: &[f64]) -> c_int {
-        // Zero times a value that is not finite is not a number, and so is the sum. A branch for each value would cost
-        // a short right-hand side a good part of its time.
-        let sum = values.iter().fold(0.0, |sum, value| sum + value * 0.0);
-        if sum == 0.0 {
+    fn judge_slopes(&mut self, time: f64, ydot: &[f64]) -> c_int {
+        self.watch.calls_left -= 1;
+        if seem_finite(ydot) && self.watch.calls_left > 0 {
             SUCCESS
         } else {
-            self.refuse(callback, time, values)
+            self.examine_slopes(time, ydot)
         }
     }
 
+    /// Out of line, as what follows: inlined, they would cost every call the saving of registers.
     #[cold]
-    fn refuse(&mut self, callback: Callback, time: f64, values: &[f64]) -> c_int {
-        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-            // Only of a Jacobian there can be more values than components.
-            let (component, column) = match callback {
-                Callback::Jacobian => (index % self.dimension, index / self.dimension),
-                Callback::RightHandSide | Callback::Crossing => (index, 0),
-            };
-            self.non_finite = Some(NonFinite {
-                callback,
-                component,
-                column,
-                time,
-                value: values[index],
-            });
+    #[inline(never)]
+    fn examine_slopes(&mut self, time: f64, ydot: &[f64]) -> c_int {
+        let verdict = self.examine(Callback::RightHandSide, time, ydot);
+        if self.watch.calls_left > 0 || self.time_moves() {
+            verdict
+        } else {
+            UNRECOVERABLE
         }
+    }
+
+    /// After each call of another callback.
+    #[inline]
+    fn judge(&mut self, callback: Callback, time: f64, values: &[f64]) -> c_int {
+        if seem_finite(values) {
+            SUCCESS
+        } else {
+            self.examine(callback, time, values)
+        }
+    }
+
+    /// Refuses infinite values and not-a-numbers: they would pass through comparisons in C, and can send its root search
+    /// round for ever.
+    #[cold]
+    #[inline(never)]
+    fn examine(&mut self, callback: Callback, time: f64, values: &[f64]) -> c_int {
+        let Some(index) = values.iter().position(|value| !value.is_finite()) else {
+            return SUCCESS;
+        };
+        // Only of a Jacobian there can be more values than components.
+        let (component, column) = match callback {
+            Callback::Jacobian => (index % self.dimension, index / self.dimension),
+            Callback::RightHandSide | Callback::Crossing => (index, 0),
+        };
+        self.non_finite = Some(NonFinite {
+            callback,
+            component,
+            column,
+            time,
+            value: values[index],
+        });
         RECOVERABLE
     }
 
@@ -128,6 +151,58 @@ impl<S> Shared<S> {
         self.panic = Some(payload);
         UNRECOVERABLE
     }
+}
+
+impl<S: OdeSystem> Shared<S> {
+    /// The length of the vectors, asked of the system: where that is a constant, the compiler leaves out bounds checks
+    /// and the ends of loops. It has to be checked, as the slices' memory hangs on it.
+    #[inline]
+    fn length(&self) -> usize {
+        let dimension = self.system.dimension();
+        if dimension != self.dimension {
+            self.other_dimension(dimension);
+        }
+        dimension
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn other_dimension(&self, dimension: usize) -> ! {
+        panic!(
+            "OdeSystem::dimension returned {dimension}, but {} when the integrator was made",
+            self.dimension
+        )
+    }
+
+    /// Writes the values of `count` crossing functions to `gout`.
+    ///
+    /// # Safety
+    /// `y` is a vector of the system, and `gout` has a place for each value, but not always a value yet.
+    #[inline(always)] // so that a constant `count` is one inside
+    unsafe fn crossings(&mut self, t: f64, y: ffi::N_Vector, gout: *mut f64, count: usize) -> c_int {
+        let (y, g) = unsafe {
+            std::ptr::write_bytes(gout, 0, count);
+            (values(y, self.length()), std::slice::from_raw_parts_mut(gout, count))
+        };
+        self.system.roots(t, y, g);
+        self.judge(Callback::Crossing, t, g)
+    }
+
+    /// The same, for as many as are set.
+    ///
+    /// # Safety
+    /// As above.
+    #[inline(never)] // its registers would have to be saved for one or two crossings, too
+    unsafe fn all_crossings(&mut self, t: f64, y: ffi::N_Vector, gout: *mut f64) -> c_int {
+        unsafe { self.crossings(t, y, gout, self.crossings) }
+    }
+}
+
+/// A sum is finite only if all its terms are, and seldom overflows; a branch for each term would cost a short right-hand
+/// side a good part of its time.
+#[inline]
+fn seem_finite(values: &[f64]) -> bool {
+    values.iter().sum::<f64>().abs() <= f64::MAX
 }
 
 const SUCCESS: c_int = 0;
@@ -157,12 +232,10 @@ pub(super) unsafe extern "C" fn rhs<S: OdeSystem>(
     // SAFETY: SUNDIALS passes the data it was given, and two different vectors of the system's length.
     unsafe {
         guarded::<S>(data, |shared| {
-            if !shared.watch() {
-                return UNRECOVERABLE;
-            }
-            let ydot = values_mut(ydot, shared.dimension);
-            shared.system.rhs(t, values(y, shared.dimension), ydot);
-            shared.judge(Callback::RightHandSide, t, ydot)
+            let n = shared.length();
+            let ydot = values_mut(ydot, n);
+            shared.system.rhs(t, values(y, n), ydot);
+            shared.judge_slopes(t, ydot)
         })
     }
 }
@@ -182,7 +255,7 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
     // SAFETY: as in `rhs`; the matrix is the dense square one of `DenseNewton`, whose columns lie one after the other.
     unsafe {
         guarded::<S>(data, |shared| {
-            let n = shared.dimension;
+            let n = shared.length();
             let content = (*matrix).content.cast::<ffi::_SUNMatrixContent_Dense>();
             let entries = std::slice::from_raw_parts_mut((*content).data, n * n);
             let view = DMatrixViewMut::from_slice(entries, n, n);
@@ -199,13 +272,16 @@ pub(super) unsafe extern "C" fn roots<S: OdeSystem>(
     gout: *mut f64,
     data: *mut c_void,
 ) -> c_int {
-    // SAFETY: as in `rhs`; `gout` has a place for each crossing that was set, but not always a value: it is given one.
+    // SAFETY: as in `rhs`; `gout` has a place for each crossing that was set.
     unsafe {
         guarded::<S>(data, |shared| {
-            std::ptr::write_bytes(gout, 0, shared.crossings);
-            let g = std::slice::from_raw_parts_mut(gout, shared.crossings);
-            shared.system.roots(t, values(y, shared.dimension), g);
-            shared.judge(Callback::Crossing, t, g)
+            // Of the usual numbers as constants the compiler makes neither loops nor a call of memset, which would take
+            // longer than the functions.
+            match shared.crossings {
+                1 => shared.crossings(t, y, gout, 1),
+                2 => shared.crossings(t, y, gout, 2),
+                _ => shared.all_crossings(t, y, gout),
+            }
         })
     }
 }

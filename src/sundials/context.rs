@@ -78,6 +78,7 @@ impl Context {
     }
 
     /// The messages of the errors since the last call.
+    #[cold]
     pub(super) fn take_messages(&self) -> String {
         // SAFETY: only the error handler uses it too, and only while a C function runs.
         let messages = unsafe { &mut *self.messages.as_ptr() };
@@ -88,11 +89,12 @@ impl Context {
     }
 
     /// Forgets what an earlier, successful call said.
+    #[inline]
     pub(super) fn clear_messages(&self) {
         // SAFETY: as in `take_messages`.
-        let messages = unsafe { &mut *self.messages.as_ptr() };
+        let messages = unsafe { &*self.messages.as_ptr() };
         if !messages.is_empty() {
-            messages.clear();
+            self.take_messages();
         }
     }
 }
@@ -141,7 +143,10 @@ pub(super) struct Vector {
 }
 
 impl Vector {
+    /// At least one value: `Core::new` refuses a dimension of 0.
     pub(super) fn new(context: &Context, values: &[f64]) -> Result<Self, SolverError> {
+        // Without values SUNDIALS gives a vector no memory, and a slice needs an address.
+        assert!(!values.is_empty(), "a vector has at least one value");
         // SAFETY: the context is alive. A length fits in an i64.
         let raw = unsafe { ffi::N_VNew_Serial(values.len() as ffi::sunindextype, context.raw()) };
         if raw.is_null() {
@@ -183,7 +188,7 @@ impl Drop for Vector {
 /// The values of a serial vector.
 ///
 /// # Safety
-/// `vector` is a serial vector of `length` initialised values that nobody writes during `'a`.
+/// `vector` is a serial vector of `length` (not 0) initialised values that nobody writes during `'a`.
 pub(super) unsafe fn values<'a>(vector: ffi::N_Vector, length: usize) -> &'a [f64] {
     unsafe { std::slice::from_raw_parts(data(vector), length) }
 }
@@ -191,20 +196,15 @@ pub(super) unsafe fn values<'a>(vector: ffi::N_Vector, length: usize) -> &'a [f6
 /// The values of a serial vector, to write.
 ///
 /// # Safety
-/// `vector` is a serial vector of `length` initialised values that nobody else touches during `'a`.
+/// `vector` is a serial vector of `length` (not 0) initialised values that nobody else touches during `'a`.
 pub(super) unsafe fn values_mut<'a>(vector: ffi::N_Vector, length: usize) -> &'a mut [f64] {
     unsafe { std::slice::from_raw_parts_mut(data(vector), length) }
 }
 
 /// What the macro `NV_DATA_S` does.
+#[inline]
 unsafe fn data(vector: ffi::N_Vector) -> *mut f64 {
-    let data = unsafe { (*(*vector).content.cast::<ffi::_N_VectorContent_Serial>()).data };
-    // A vector without values has no memory, and a slice needs an address.
-    if data.is_null() {
-        NonNull::dangling().as_ptr()
-    } else {
-        data
-    }
+    unsafe { (*(*vector).content.cast::<ffi::_N_VectorContent_Serial>()).data }
 }
 
 /// Dense Newton: the `SUNMatrix` of the system and its `SUNLinearSolver`.

@@ -86,17 +86,24 @@ impl<S: OdeSystem> Core<S> {
     }
 
     /// Before a C function that takes steps.
+    #[inline]
     pub(super) fn begin(&mut self, t_out: f64) -> Result<(), SolverError> {
-        finite("output time", t_out)?;
-        if self.status == Status::Failed {
-            return Err(SolverError::NotRestarted { time: self.time });
+        if !t_out.is_finite() || self.status == Status::Failed {
+            return self.refuse_to_begin(t_out);
         }
         self.shared_mut().non_finite = None;
         self.context.clear_messages();
         Ok(())
     }
 
+    #[cold]
+    fn refuse_to_begin(&self, t_out: f64) -> Result<(), SolverError> {
+        finite("output time", t_out)?;
+        Err(SolverError::NotRestarted { time: self.time })
+    }
+
     /// After a step that failed: makes the error, or goes on with the panic of a callback.
+    #[cold]
     pub(super) fn fail(&mut self, function: &'static str, family: Family, code: c_int, mesh_time: f64) -> SolverError {
         let shared = self.shared_mut();
         shared.mesh_time = mesh_time;
@@ -125,6 +132,7 @@ impl<S: OdeSystem> Core<S> {
     }
 
     /// After a call that succeeded.
+    #[inline]
     pub(super) fn succeed(&mut self, time: f64) {
         std::mem::swap(&mut self.state, &mut self.next);
         self.time = time;

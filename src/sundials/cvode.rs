@@ -173,6 +173,21 @@ impl<S: OdeSystem> Cvode<S> {
         }
         Ok(())
     }
+
+    #[cold]
+    #[inline(never)]
+    fn failed(&mut self, code: c_int, time: f64) -> SolverError {
+        let mesh_time = self.mesh_time().unwrap_or(time);
+        self.core.fail("CVode", Family::Cvode, code, mesh_time)
+    }
+
+    /// Out of line, to keep the path of a plain step short.
+    #[inline(never)]
+    fn find_crossings(&mut self) -> Result<(), SolverError> {
+        cv!(self, CVodeGetRootInfo(self.core.raw_found.as_mut_ptr()))?;
+        self.core.read_crossings();
+        Ok(())
+    }
 }
 
 impl<S: OdeSystem> Integrator for Cvode<S> {
@@ -242,6 +257,7 @@ impl<S: OdeSystem> Integrator for Cvode<S> {
         cv!(self, CVodeSetMaxNumSteps(max_steps(steps)))
     }
 
+    #[inline]
     fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, SolverError> {
         self.core.begin(t_out)?;
         let (c_task, done) = match task {
@@ -255,15 +271,11 @@ impl<S: OdeSystem> Integrator for Cvode<S> {
             ffi::CV_SUCCESS => done,
             ffi::CV_TSTOP_RETURN => Outcome::StopTime,
             ffi::CV_ROOT_RETURN => Outcome::Roots,
-            _ => {
-                let mesh_time = self.mesh_time().unwrap_or(time);
-                return Err(self.core.fail("CVode", Family::Cvode, code, mesh_time));
-            }
+            _ => return Err(self.failed(code, time)),
         };
         self.core.succeed(time);
         if outcome == Outcome::Roots {
-            cv!(self, CVodeGetRootInfo(self.core.raw_found.as_mut_ptr()))?;
-            self.core.read_crossings();
+            self.find_crossings()?;
         }
         Ok(outcome)
     }

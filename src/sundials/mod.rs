@@ -75,7 +75,8 @@ pub const SUNDIALS_VERSION: &str = env!("STICKSLIP_SUNDIALS_VERSION");
 /// The functions are called from C. They may panic: the panic goes on in Rust when C has returned. A value that is
 /// infinite or not a number is refused, see [`rhs`](Self::rhs).
 pub trait OdeSystem {
-    /// Number of components of y; at least 1, and always the same.
+    /// Number of components of y; at least 1, and always the same: another answer while an integrator runs is a panic.
+    /// Where it is a constant, the compiler knows the lengths of the slices below.
     fn dimension(&self) -> usize;
 
     /// The right-hand side: writes f(t, y) to `ydot`. Both slices have [`dimension`](Self::dimension) values; what is
