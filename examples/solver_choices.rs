@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
-    Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions, EsdirkTable, Integrator, OdeSystem, Outcome, SolverError, Task,
-    Tolerances,
+    Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions, EsdirkTable, Integrator, OdeSystem, Outcome, SolverError,
+    Stepping, Task, Tolerances,
 };
 
 fn main() -> Result<(), SolverError> {
@@ -54,7 +54,7 @@ fn error(t: f64, y: &[f64]) -> f64 {
 fn dense_output(table: ErkTable) -> Result<(f64, f64), SolverError> {
     let step = TAU / 20.0;
     let options = ErkOptions {
-        fixed_step: Some(step),
+        stepping: Stepping::fixed(step),
         ..table.into()
     };
     let mut solver = Erk::new(

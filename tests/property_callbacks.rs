@@ -6,8 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
-    Callback, Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Integrator, OdeSystem, SolverError, Task,
-    Tolerances,
+    Callback, Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Integrator, OdeSystem, SolverError, Stepping,
+    Task, Tolerances,
 };
 
 const BAD: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -121,7 +121,7 @@ fn property_finite_values_are_taken_even_if_their_sum_overflows() {
         };
         let step = 2f64.powi(-1003);
         let options = ErkOptions {
-            fixed_step: Some(step),
+            stepping: Stepping::fixed(step),
             ..ErkTable::HeunEuler2s12.into()
         };
         let tolerances = Tolerances::uniform(1e-6, 1.0, 2);

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use stickslip::sundials::{
     Callback, Counters, Cvode, CvodeFlag, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkOptions,
     EsdirkTable, Flag, Integrator, Interpolant, Multistep, Nonlinear, OdeSystem, Outcome, Predictor, SolverError,
-    StepController, Task, Tolerances,
+    StepController, Stepping, Task, Tolerances,
 };
 
 /// x'' = -x: x = cos t, v = -sin t from (1, 0). Crossings of x and of v.
@@ -394,7 +394,7 @@ fn analytic_explicit_tables_converge_with_their_order() {
     for &table in ErkTable::ALL {
         let observed = observed_order(|steps| {
             let options = ErkOptions {
-                fixed_step: Some(1.5 / f64::from(steps)),
+                stepping: Stepping::fixed(1.5 / f64::from(steps)),
                 ..table.into()
             };
             let mut solver = Erk::new(Oscillator::default(), options, 0.0, &START, &tight()).unwrap();
@@ -410,7 +410,7 @@ fn analytic_esdirk_tables_converge_with_their_order() {
     for &table in EsdirkTable::ALL {
         let observed = observed_order(|steps| {
             let options = EsdirkOptions {
-                fixed_step: Some(1.5 / f64::from(steps)),
+                stepping: Stepping::fixed(1.5 / f64::from(steps)),
                 nonlinear_tolerance: Some(1e-6),
                 max_nonlinear_iterations: Some(10),
                 ..table.into()
@@ -453,7 +453,10 @@ fn analytic_all_tables_follow_a_tolerance() {
             (Interpolant::Lagrange { degree: 2 }, Predictor::CutoffOrder, false),
         ] {
             let options = EsdirkOptions {
-                interpolant,
+                stepping: Stepping {
+                    interpolant,
+                    ..Stepping::default()
+                },
                 predictor,
                 deduce_implicit_rhs,
                 ..table.into()
@@ -485,8 +488,11 @@ fn sundials_all_controllers_follow_a_tolerance() {
     ];
     for controller in controllers {
         let options = ErkOptions {
-            controller: Some(controller),
-            safety: Some(0.9),
+            stepping: Stepping {
+                controller: Some(controller),
+                safety: Some(0.9),
+                ..Stepping::default()
+            },
             ..ErkTable::DormandPrince7s45.into()
         };
         let mut solver = Erk::new(Oscillator::default(), options, 0.0, &START, &tolerances).unwrap();
@@ -687,7 +693,7 @@ fn sundials_a_right_hand_side_without_a_first_value_is_an_error() {
 #[test]
 fn sundials_a_fixed_step_cannot_be_shortened() {
     let options = ErkOptions {
-        fixed_step: Some(0.1),
+        stepping: Stepping::fixed(0.1),
         ..ErkTable::DormandPrince7s45.into()
     };
     let mut solver = Erk::new(Edge::new(2.0), options, 0.0, &[1.0], &coarse()).unwrap();

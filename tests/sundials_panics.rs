@@ -7,7 +7,7 @@ use std::rc::Rc;
 use nalgebra::DMatrixViewMut;
 use stickslip::sundials::{
     Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, Interpolant, Multistep,
-    Nonlinear, OdeSystem, Outcome, SolverError, Task, Tolerances,
+    Nonlinear, OdeSystem, Outcome, SolverError, Stepping, Task, Tolerances,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,7 +156,10 @@ fn main() {
 
     // The dense output of degree 5 calls the right-hand side, too.
     let options = ErkOptions {
-        interpolant: Interpolant::Hermite { degree: 5 },
+        stepping: Stepping {
+            interpolant: Interpolant::Hermite { degree: 5 },
+            ..Stepping::default()
+        },
         ..ErkTable::Verner8s56.into()
     };
     let mut solver = Erk::new(

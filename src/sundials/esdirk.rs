@@ -2,10 +2,11 @@
 
 use std::ffi::c_int;
 
-use super::ark::{Ark, Interpolant, StepController, Stepper, Stepping, ark, arkls, integrator_by_ark};
+use super::ark::{Ark, Stepper, ark, arkls, integrator_by_ark};
 use super::context::DenseNewton;
 use super::core::positive;
 use super::error::SolverError;
+use super::stepping::Stepping;
 use super::{Counters, Direction, EsdirkTable, Integrator, OdeSystem, Outcome, Task, Tolerances, callbacks, ffi};
 
 /// How the first guess of each stage's iteration is made. (`ARKodeSetPredictorMethod`)
@@ -26,14 +27,8 @@ pub enum Predictor {
 pub struct EsdirkOptions {
     /// The method. (`ARKStepSetTableNum`)
     pub table: EsdirkTable,
-    /// The dense output.
-    pub interpolant: Interpolant,
-    /// Steps of this length, without control of the error; negative to go back in time. (`ARKodeSetFixedStep`)
-    pub fixed_step: Option<f64>,
-    /// None for ARKStep's own choice.
-    pub controller: Option<StepController>,
-    /// Factor on the step that would just be accepted, below 1; None for 0.96. (`ARKodeSetSafetyFactor`)
-    pub safety: Option<f64>,
+    /// Step sizes and dense output.
+    pub stepping: Stepping,
     /// Whether a stage's slope is taken from its solved equation instead of another call of the right-hand side.
     /// (`ARKodeSetDeduceImplicitRhs`)
     pub deduce_implicit_rhs: bool,
@@ -57,10 +52,7 @@ impl From<EsdirkTable> for EsdirkOptions {
     fn from(table: EsdirkTable) -> Self {
         Self {
             table,
-            interpolant: Interpolant::default(),
-            fixed_step: None,
-            controller: None,
-            safety: None,
+            stepping: Stepping::default(),
             deduce_implicit_rhs: false,
             predictor: Predictor::Trivial,
             nonlinear_tolerance: None,
@@ -87,20 +79,7 @@ impl<S: OdeSystem> Esdirk<S> {
         tolerances: &Tolerances,
     ) -> Result<Self, SolverError> {
         let options = options.into();
-        let EsdirkOptions {
-            table,
-            interpolant,
-            fixed_step,
-            controller,
-            safety,
-            ..
-        } = options;
-        let stepping = Stepping {
-            interpolant,
-            fixed_step,
-            controller,
-            safety,
-        };
+        let EsdirkOptions { table, stepping, .. } = options;
         let mut ark = Ark::new(Stepper::Implicit, system, table.order(), stepping, t0, y0, tolerances)?;
         ark!(ark, ARKStepSetTableNum(table.id(), ffi::ARKODE_ERK_NONE))?;
 

@@ -57,14 +57,15 @@ mod error;
 mod esdirk;
 mod ffi;
 mod flags;
+mod stepping;
 mod tables;
 
-pub use ark::{Interpolant, StepController};
 pub use cvode::{Cvode, CvodeOptions, Multistep, Nonlinear};
 pub use erk::{Erk, ErkOptions};
 pub use error::{Callback, Failure, NonFinite, SolverError};
 pub use esdirk::{Esdirk, EsdirkOptions, Predictor};
 pub use flags::{ArkodeFlag, ArkodeLinearFlag, CvodeFlag, CvodeLinearFlag, Flag};
+pub use stepping::{Interpolant, StepController, Stepping};
 pub use tables::{ErkTable, EsdirkTable};
 
 /// Version of the SUNDIALS library that is linked, such as `7.1.1` (`SUNDIALS_VERSION`).
