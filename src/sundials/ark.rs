@@ -168,12 +168,12 @@ impl<S: OdeSystem> Ark<S> {
     }
 
     fn init_crossings(&mut self) -> Result<(), SolverError> {
-        let count = self.core.directions.len() as c_int;
+        let count = self.core.directions.len();
         // Without the first call ARKODE would keep what it knows of functions of the same number: which of them were
         // zero, and so are not watched.
         ark!(self, ARKodeRootInit(0, None))?;
         if count > 0 {
-            ark!(self, ARKodeRootInit(count, Some(callbacks::roots::<S>)))?;
+            ark!(self, ARKodeRootInit(count as c_int, callbacks::roots::<S>(count)))?;
             ark!(self, ARKodeSetRootDirection(self.core.directions.as_mut_ptr()))?;
             ark!(self, ARKodeSetNoInactiveRootWarn())?;
         }
@@ -298,7 +298,7 @@ impl<S: OdeSystem> Ark<S> {
         let mut step = 0.0;
         let retried = loop {
             let shared = self.core.shared();
-            let met_non_finite = shared.panic.is_none()
+            let met_non_finite = !shared.has_panicked()
                 && shared
                     .non_finite
                     .is_some_and(|found| found.callback == Callback::RightHandSide);

@@ -15,6 +15,8 @@ use super::context::{values, values_mut};
 use super::error::{Callback, NonFinite};
 use super::ffi;
 
+pub(super) type Payload = Box<dyn Any + Send>;
+
 /// What callbacks and integrator have in common.
 pub(super) struct Shared<S> {
     pub(super) system: S,
@@ -27,7 +29,10 @@ pub(super) struct Shared<S> {
     pub(super) clock: *mut c_void,
     watch: Watch,
     /// The payload of a panic that waits to be resumed.
-    pub(super) panic: Option<Box<dyn Any + Send>>,
+    panic: Option<Payload>,
+    /// A system of this dimension is called: that of the vectors, or 0, which no system has, while a panic waits. So one
+    /// comparison sees to both.
+    admitted: usize,
     /// The last value of a callback that was not finite.
     pub(super) non_finite: Option<NonFinite>,
 }
@@ -61,8 +66,20 @@ impl<S> Shared<S> {
                 stalled: false,
             },
             panic: None,
+            admitted: dimension,
             non_finite: None,
         }
+    }
+
+    /// Whether a callback panicked since the last call of [`take_panic`](Self::take_panic).
+    pub(super) fn has_panicked(&self) -> bool {
+        self.panic.is_some()
+    }
+
+    /// The payload of a callback's panic, to go on with it. The system is called again from here on.
+    pub(super) fn take_panic(&mut self) -> Option<Payload> {
+        self.admitted = self.dimension;
+        self.panic.take()
     }
 
     /// Whether the solver was stopped because its time did not move.
@@ -147,62 +164,31 @@ impl<S> Shared<S> {
     }
 
     #[cold]
-    fn park(&mut self, payload: Box<dyn Any + Send>) -> c_int {
+    fn park(&mut self, payload: Payload) -> c_int {
         self.panic = Some(payload);
+        self.admitted = 0;
+        UNRECOVERABLE
+    }
+
+    /// A dimension is not the one admitted.
+    #[cold]
+    #[inline(never)]
+    fn turn_away(&self, dimension: usize) -> c_int {
+        assert!(
+            self.has_panicked(),
+            "OdeSystem::dimension returned {dimension}, but {} when the integrator was made",
+            self.dimension
+        );
         UNRECOVERABLE
     }
 }
 
-impl<S: OdeSystem> Shared<S> {
-    /// The length of the vectors, asked of the system: where that is a constant, the compiler leaves out bounds checks
-    /// and the ends of loops. It has to be checked, as the slices' memory hangs on it.
-    #[inline]
-    fn length(&self) -> usize {
-        let dimension = self.system.dimension();
-        if dimension != self.dimension {
-            self.other_dimension(dimension);
-        }
-        dimension
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn other_dimension(&self, dimension: usize) -> ! {
-        panic!(
-            "OdeSystem::dimension returned {dimension}, but {} when the integrator was made",
-            self.dimension
-        )
-    }
-
-    /// Writes the values of `count` crossing functions to `gout`.
-    ///
-    /// # Safety
-    /// `y` is a vector of the system, and `gout` has a place for each value, but not always a value yet.
-    #[inline(always)] // so that a constant `count` is one inside
-    unsafe fn crossings(&mut self, t: f64, y: ffi::N_Vector, gout: *mut f64, count: usize) -> c_int {
-        let (y, g) = unsafe {
-            std::ptr::write_bytes(gout, 0, count);
-            (values(y, self.length()), std::slice::from_raw_parts_mut(gout, count))
-        };
-        self.system.roots(t, y, g);
-        self.judge(Callback::Crossing, t, g)
-    }
-
-    /// The same, for as many as are set.
-    ///
-    /// # Safety
-    /// As above.
-    #[inline(never)] // its registers would have to be saved for one or two crossings, too
-    unsafe fn all_crossings(&mut self, t: f64, y: ffi::N_Vector, gout: *mut f64) -> c_int {
-        unsafe { self.crossings(t, y, gout, self.crossings) }
-    }
-}
-
-/// A sum is finite only if all its terms are, and seldom overflows; a branch for each term would cost a short right-hand
-/// side a good part of its time.
+/// A sum is finite only if all its terms are, and seldom overflows; zero times infinity is not a number. A branch for each
+/// term would cost a short right-hand side a good part of its time.
 #[inline]
 fn seem_finite(values: &[f64]) -> bool {
-    values.iter().sum::<f64>().abs() <= f64::MAX
+    let sum: f64 = values.iter().sum();
+    !(sum * 0.0).is_nan()
 }
 
 const SUCCESS: c_int = 0;
@@ -210,16 +196,24 @@ const SUCCESS: c_int = 0;
 const RECOVERABLE: c_int = 1;
 const UNRECOVERABLE: c_int = -1;
 
-/// Runs a callback, and parks its panic.
+/// Runs a callback, and parks its panic. The callback gets the length of the vectors.
+///
+/// It is asked of the system: where the answer is a constant, the compiler leaves out bounds checks and unrolls loops.
+/// But the slices' memory hangs on it, so it is compared.
 ///
 /// # Safety
 /// `data` points to a `Shared<S>` that nobody else uses meanwhile.
-unsafe fn guarded<S>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>) -> c_int) -> c_int {
+unsafe fn guarded<S: OdeSystem>(data: *mut c_void, callback: impl FnOnce(&mut Shared<S>, usize) -> c_int) -> c_int {
     let shared = unsafe { &mut *data.cast::<Shared<S>>() };
-    if shared.panic.is_some() {
-        return UNRECOVERABLE;
-    }
-    catch_unwind(AssertUnwindSafe(|| callback(shared))).unwrap_or_else(|payload| shared.park(payload))
+    catch_unwind(AssertUnwindSafe(|| {
+        let length = shared.system.dimension();
+        if length == shared.admitted {
+            callback(shared, length)
+        } else {
+            shared.turn_away(length)
+        }
+    }))
+    .unwrap_or_else(|payload| shared.park(payload))
 }
 
 /// `CVRhsFn` and `ARKRhsFn`
@@ -231,8 +225,7 @@ pub(super) unsafe extern "C" fn rhs<S: OdeSystem>(
 ) -> c_int {
     // SAFETY: SUNDIALS passes the data it was given, and two different vectors of the system's length.
     unsafe {
-        guarded::<S>(data, |shared| {
-            let n = shared.length();
+        guarded::<S>(data, |shared, n| {
             let ydot = values_mut(ydot, n);
             shared.system.rhs(t, values(y, n), ydot);
             shared.judge_slopes(t, ydot)
@@ -254,8 +247,7 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
 ) -> c_int {
     // SAFETY: as in `rhs`; the matrix is the dense square one of `DenseNewton`, whose columns lie one after the other.
     unsafe {
-        guarded::<S>(data, |shared| {
-            let n = shared.length();
+        guarded::<S>(data, |shared, n| {
             let content = (*matrix).content.cast::<ffi::_SUNMatrixContent_Dense>();
             let entries = std::slice::from_raw_parts_mut((*content).data, n * n);
             let view = DMatrixViewMut::from_slice(entries, n, n);
@@ -265,25 +257,45 @@ pub(super) unsafe extern "C" fn jacobian<S: OdeSystem>(
     }
 }
 
-/// `CVRootFn` and `ARKRootFn`
-pub(super) unsafe extern "C" fn roots<S: OdeSystem>(
+/// `CVRootFn` or `ARKRootFn` for that many crossings.
+pub(super) fn roots<S: OdeSystem>(crossings: usize) -> ffi::CVRootFn {
+    // Of a known number the compiler makes neither loops nor a call of memset, which would take longer than the functions.
+    Some(match crossings {
+        1 => known_roots::<S, 1>,
+        2 => known_roots::<S, 2>,
+        _ => any_roots::<S>,
+    })
+}
+
+unsafe extern "C" fn known_roots<S: OdeSystem, const CROSSINGS: usize>(
     t: f64,
     y: ffi::N_Vector,
     gout: *mut f64,
     data: *mut c_void,
 ) -> c_int {
     // SAFETY: as in `rhs`; `gout` has a place for each crossing that was set.
+    unsafe { guarded::<S>(data, |shared, n| write_roots(shared, t, values(y, n), gout, CROSSINGS)) }
+}
+
+unsafe extern "C" fn any_roots<S: OdeSystem>(t: f64, y: ffi::N_Vector, gout: *mut f64, data: *mut c_void) -> c_int {
+    // SAFETY: as above.
     unsafe {
-        guarded::<S>(data, |shared| {
-            // Of the usual numbers as constants the compiler makes neither loops nor a call of memset, which would take
-            // longer than the functions.
-            match shared.crossings {
-                1 => shared.crossings(t, y, gout, 1),
-                2 => shared.crossings(t, y, gout, 2),
-                _ => shared.all_crossings(t, y, gout),
-            }
+        guarded::<S>(data, |shared, n| {
+            write_roots(shared, t, values(y, n), gout, shared.crossings)
         })
     }
+}
+
+/// # Safety
+/// `gout` has a place for each value, but not always a value yet.
+#[inline(always)] // for the sake of the constant
+unsafe fn write_roots<S: OdeSystem>(shared: &mut Shared<S>, t: f64, y: &[f64], gout: *mut f64, count: usize) -> c_int {
+    let g = unsafe {
+        std::ptr::write_bytes(gout, 0, count);
+        std::slice::from_raw_parts_mut(gout, count)
+    };
+    shared.system.roots(t, y, g);
+    shared.judge(Callback::Crossing, t, g)
 }
 
 /// `ARKPostProcessFn`: notes where the step that was just completed ended.

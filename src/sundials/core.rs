@@ -108,7 +108,7 @@ impl<S: OdeSystem> Core<S> {
         let shared = self.shared_mut();
         shared.mesh_time = mesh_time;
         let cause = shared.non_finite.take();
-        let panic = shared.panic.take();
+        let panic = shared.take_panic();
         let stalled = shared.take_stalled();
         let error = match self.context.verdict(function, family, code, mesh_time) {
             Err(error) => error,
@@ -223,7 +223,7 @@ impl<S: OdeSystem> Core<S> {
     ) -> Result<(), SolverError> {
         let shared = self.shared_mut();
         shared.reset_watch();
-        if let Some(payload) = shared.panic.take() {
+        if let Some(payload) = shared.take_panic() {
             self.context.clear_messages();
             resume_unwind(payload);
         }

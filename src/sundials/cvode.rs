@@ -162,12 +162,12 @@ impl<S: OdeSystem> Cvode<S> {
     }
 
     fn init_crossings(&mut self) -> Result<(), SolverError> {
-        let count = self.core.directions.len() as c_int;
+        let count = self.core.directions.len();
         // Without the first call CVODE would keep what it knows of functions of the same number: which of them were
         // zero, and so are not watched.
         cv!(self, CVodeRootInit(0, None))?;
         if count > 0 {
-            cv!(self, CVodeRootInit(count, Some(callbacks::roots::<S>)))?;
+            cv!(self, CVodeRootInit(count as c_int, callbacks::roots::<S>(count)))?;
             cv!(self, CVodeSetRootDirection(self.core.directions.as_mut_ptr()))?;
             cv!(self, CVodeSetNoInactiveRootWarn())?;
         }
