@@ -1,6 +1,17 @@
 //! What the safe solver layer costs: the same CVODE, the same right-hand side, once through `stickslip::sundials` and once
 //! by the C functions alone, with callbacks that catch no panic, check no value and watch no time. The latter is to the
 //! instruction what a C program does.
+//!
+//! Both make their solver, go to the end step by step and free it; both have the same settings, Jacobian and crossing
+//! functions, and the states have to agree to the last bit. The functions of a problem are compiled once, for arrays of
+//! a known length as in C, and both call the same machine code: left to itself, the compiler inlines them here and not
+//! there, and the ratio would show that rather than the layer. What a callback of the layer does before and after is the
+//! layer's; so is everything around a step.
+//!
+//!     cargo bench --bench overhead
+//!
+//! The lines "of the time of C alone" are the answer: the shortest time of each, taken by turns in one run. Criterion's
+//! own times of the two, minutes apart, move by more than the ratio on a machine that does other things, too.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrixViewMut;
@@ -8,36 +19,34 @@ use std::ffi::{c_int, c_void};
 use std::hint::black_box;
 use std::marker::PhantomData;
 use std::time::{Duration, Instant};
-use stickslip::model::torsion::{DIMENSION, TorsionModel, index};
-use stickslip::model::{BreakawayTest, Contact, Friction, Torsion};
+use stickslip::case::{Case, CaseSource};
+use stickslip::model::Actuation;
+use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 use sundials_sys as c;
 
-/// A problem that both sides share.
-trait Problem: 'static {
+/// A problem of N components and G crossing functions, which both sides share. The functions are never inlined: see above.
+trait Problem<const N: usize, const G: usize>: 'static {
     const NAME: &'static str;
-    const DIMENSION: usize;
-    const CROSSINGS: usize;
     /// BDF with Newton and the Jacobian, or Adams with fixed-point iteration.
     const STIFF: bool;
-    fn start() -> Vec<f64>;
+    fn start() -> [f64; N];
     fn tolerances() -> Tolerances;
     fn end() -> f64;
-    fn rhs(&self, y: &[f64], ydot: &mut [f64]);
-    fn jacobian(&self, y: &[f64], jacobian: DMatrixViewMut<'_, f64>);
-    fn roots(&self, y: &[f64], g: &mut [f64]);
+    fn rhs(&self, y: &[f64; N], ydot: &mut [f64; N]);
+    fn jacobian(&self, y: &[f64; N], jacobian: DMatrixViewMut<'_, f64>);
+    fn roots(&self, y: &[f64; N], g: &mut [f64; G]);
 }
 
 /// `cvRoberts_dns.c` of the SUNDIALS distribution, to t = 4e10.
+#[derive(Clone, Copy)]
 struct Roberts;
 
-impl Problem for Roberts {
+impl Problem<3, 2> for Roberts {
     const NAME: &'static str = "roberts-bdf";
-    const DIMENSION: usize = 3;
-    const CROSSINGS: usize = 2;
     const STIFF: bool = true;
-    fn start() -> Vec<f64> {
-        vec![1.0, 0.0, 0.0]
+    fn start() -> [f64; 3] {
+        [1.0, 0.0, 0.0]
     }
     fn tolerances() -> Tolerances {
         Tolerances {
@@ -48,14 +57,14 @@ impl Problem for Roberts {
     fn end() -> f64 {
         4e10
     }
-    #[inline]
-    fn rhs(&self, y: &[f64], ydot: &mut [f64]) {
+    #[inline(never)]
+    fn rhs(&self, y: &[f64; 3], ydot: &mut [f64; 3]) {
         ydot[0] = -0.04 * y[0] + 1.0e4 * y[1] * y[2];
         ydot[2] = 3.0e7 * y[1] * y[1];
         ydot[1] = -ydot[0] - ydot[2];
     }
-    #[inline]
-    fn jacobian(&self, y: &[f64], mut j: DMatrixViewMut<'_, f64>) {
+    #[inline(never)]
+    fn jacobian(&self, y: &[f64; 3], mut j: DMatrixViewMut<'_, f64>) {
         j[(0, 0)] = -0.04;
         j[(0, 1)] = 1.0e4 * y[2];
         j[(0, 2)] = 1.0e4 * y[1];
@@ -64,46 +73,39 @@ impl Problem for Roberts {
         j[(1, 2)] = -1.0e4 * y[1];
         j[(2, 1)] = 6.0e7 * y[1];
     }
-    #[inline]
-    fn roots(&self, y: &[f64], g: &mut [f64]) {
+    #[inline(never)]
+    fn roots(&self, y: &[f64; 3], g: &mut [f64; 2]) {
         g[0] = y[0] - 0.0001;
         g[1] = y[2] - 0.01;
     }
 }
 
-/// The brake sliding at constant force, its fast mode kicked: 80 periods, every one resolved.
-struct Slip(TorsionModel);
+/// The brake of the case "paper-si" sliding at full force, from 2 rad/s, which sets its fast mode off: 80 periods, every
+/// one resolved.
+#[derive(Clone, Copy)]
+struct Slip {
+    torsion: TorsionModel,
+    normal_force: f64,
+}
 
 impl Slip {
     fn new() -> Self {
-        Slip(TorsionModel {
-            torsion: Torsion {
-                rotor_inertia: 2.262,
-                surface_inertia: 0.0113,
-                stiffness: 7.71e6,
-                damping: 22.606,
-            },
-            contact: Contact {
-                radius: 0.052388,
-                breakaway_test: BreakawayTest::Transmitted,
-            },
-            friction: Friction {
-                breakaway: 0.6,
-                low_speed: 0.6,
-                high_speed: 0.3,
-                decay: 3.5,
-            },
-        })
+        let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
+        let Actuation::Ramp { force, .. } = case.parameters.actuation else {
+            unreachable!("the paper's case has a ramp")
+        };
+        Slip {
+            torsion: TorsionModel::new(&case.parameters),
+            normal_force: force,
+        }
     }
 }
 
-impl Problem for Slip {
+impl Problem<DIMENSION, 1> for Slip {
     const NAME: &'static str = "slip-adams";
-    const DIMENSION: usize = DIMENSION;
-    const CROSSINGS: usize = 1;
     const STIFF: bool = false;
-    fn start() -> Vec<f64> {
-        let mut y = vec![0.0; DIMENSION];
+    fn start() -> TorsionState {
+        let mut y = [0.0; DIMENSION];
         y[index::ROTOR_SPEED] = 2.0;
         y
     }
@@ -121,65 +123,66 @@ impl Problem for Slip {
     fn end() -> f64 {
         0.02
     }
-    #[inline]
-    fn rhs(&self, y: &[f64], ydot: &mut [f64]) {
-        self.0.slip_rhs(1.0, 2225.0, y, ydot);
+    #[inline(never)]
+    fn rhs(&self, y: &TorsionState, ydot: &mut TorsionState) {
+        self.torsion.slip_rhs(1.0, self.normal_force, y, ydot);
     }
-    fn jacobian(&self, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
-        self.0.slip_jacobian(1.0, 2225.0, y, &mut jacobian);
+    #[inline(never)]
+    fn jacobian(&self, y: &TorsionState, mut jacobian: DMatrixViewMut<'_, f64>) {
+        self.torsion.slip_jacobian(1.0, self.normal_force, y, &mut jacobian);
     }
-    #[inline]
-    fn roots(&self, y: &[f64], g: &mut [f64]) {
-        g[0] = self.0.relative_velocity(y);
+    #[inline(never)]
+    fn roots(&self, y: &TorsionState, g: &mut [f64; 1]) {
+        g[0] = self.torsion.relative_velocity(y);
     }
 }
 
 /// Through the layer.
-struct Safe<P>(P);
+struct Safe<P, const N: usize, const G: usize>(P);
 
-impl<P: Problem> OdeSystem for Safe<P> {
+impl<P: Problem<N, G>, const N: usize, const G: usize> OdeSystem for Safe<P, N, G> {
     fn dimension(&self) -> usize {
-        P::DIMENSION
+        N
     }
     fn rhs(&mut self, _t: f64, y: &[f64], ydot: &mut [f64]) {
-        self.0.rhs(y, ydot);
+        self.0.rhs(y.try_into().unwrap(), ydot.try_into().unwrap());
     }
     fn has_jacobian(&self) -> bool {
         true
     }
     fn jacobian(&mut self, _t: f64, y: &[f64], _ydot: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
-        self.0.jacobian(y, jacobian);
+        self.0.jacobian(y.try_into().unwrap(), jacobian);
     }
     fn roots(&mut self, _t: f64, y: &[f64], g: &mut [f64]) {
-        self.0.roots(y, g);
+        self.0.roots(y.try_into().unwrap(), g.try_into().unwrap());
     }
 }
 
 /// Steps to the end; returns their number and the state.
-fn by_the_layer<P: Problem>(problem: P) -> (u64, Vec<f64>) {
+fn by_the_layer<P: Problem<N, G>, const N: usize, const G: usize>(problem: P) -> (u64, Vec<f64>) {
     let options = if P::STIFF {
         CvodeOptions::BDF
     } else {
         CvodeOptions::ADAMS
     };
     let mut solver = Cvode::new(Safe(problem), options, 0.0, &P::start(), &P::tolerances()).unwrap();
-    solver.set_crossings(&vec![Direction::Either; P::CROSSINGS]).unwrap();
+    solver.set_crossings(&[Direction::Either; G]).unwrap();
     solver.set_stop_time(Some(P::end())).unwrap();
     while solver.advance(P::end(), Task::OneStep).unwrap() != Outcome::StopTime {}
     (solver.counters().unwrap().steps, solver.state().to_vec())
 }
 
-unsafe fn data<'a>(vector: c::N_Vector, length: usize) -> &'a mut [f64] {
+unsafe fn data<'a, const N: usize>(vector: c::N_Vector) -> &'a mut [f64; N] {
     // SAFETY: only serial vectors of that length are made here.
-    unsafe { std::slice::from_raw_parts_mut((*(*vector).content.cast::<c::_N_VectorContent_Serial>()).data, length) }
+    unsafe { &mut *(*(*vector).content.cast::<c::_N_VectorContent_Serial>()).data.cast() }
 }
 
-struct Raw<P>(PhantomData<P>);
+struct Raw<P, const N: usize, const G: usize>(PhantomData<P>);
 
-impl<P: Problem> Raw<P> {
+impl<P: Problem<N, G>, const N: usize, const G: usize> Raw<P, N, G> {
     unsafe extern "C" fn rhs(_t: f64, y: c::N_Vector, ydot: c::N_Vector, user: *mut c_void) -> c_int {
         // SAFETY: CVODE hands back what it was given.
-        unsafe { (*user.cast::<P>()).rhs(data(y, P::DIMENSION), data(ydot, P::DIMENSION)) };
+        unsafe { (*user.cast::<P>()).rhs(data(y), data(ydot)) };
         0
     }
 
@@ -196,54 +199,46 @@ impl<P: Problem> Raw<P> {
         // SAFETY: as above; the matrix is the dense one made below.
         unsafe {
             let content = (*matrix).content.cast::<c::_SUNMatrixContent_Dense>();
-            let entries = std::slice::from_raw_parts_mut((*content).data, P::DIMENSION * P::DIMENSION);
-            let view = DMatrixViewMut::from_slice(entries, P::DIMENSION, P::DIMENSION);
-            (*user.cast::<P>()).jacobian(data(y, P::DIMENSION), view);
+            let entries = std::slice::from_raw_parts_mut((*content).data, N * N);
+            (*user.cast::<P>()).jacobian(data(y), DMatrixViewMut::from_slice(entries, N, N));
         }
         0
     }
 
     unsafe extern "C" fn roots(_t: f64, y: c::N_Vector, g: *mut f64, user: *mut c_void) -> c_int {
         // SAFETY: as above; CVODE makes room for as many values as were announced.
-        unsafe { (*user.cast::<P>()).roots(data(y, P::DIMENSION), std::slice::from_raw_parts_mut(g, P::CROSSINGS)) };
+        unsafe { (*user.cast::<P>()).roots(data(y), &mut *g.cast()) };
         0
     }
 }
 
 /// The same as a C program does it.
-fn by_c<P: Problem>(mut problem: P) -> (u64, Vec<f64>) {
+fn by_c<P: Problem<N, G>, const N: usize, const G: usize>(mut problem: P) -> (u64, Vec<f64>) {
     // SAFETY: every object is made, used and freed in this function, in the order that SUNDIALS asks for.
     unsafe {
         let mut context = std::ptr::null_mut();
         assert_eq!(c::SUNContext_Create(c::SUN_COMM_NULL, &mut context), 0);
-        let y = c::N_VNew_Serial(P::DIMENSION as c::sunindextype, context);
-        let absolute = c::N_VNew_Serial(P::DIMENSION as c::sunindextype, context);
-        data(y, P::DIMENSION).copy_from_slice(&P::start());
+        let y = c::N_VNew_Serial(N as c::sunindextype, context);
+        let absolute = c::N_VNew_Serial(N as c::sunindextype, context);
+        *data(y) = P::start();
         let tolerances = P::tolerances();
-        data(absolute, P::DIMENSION).copy_from_slice(&tolerances.absolute);
+        data::<N>(absolute).copy_from_slice(&tolerances.absolute);
         let mut memory = c::CVodeCreate(if P::STIFF { c::CV_BDF } else { c::CV_ADAMS }, context);
-        assert_eq!(c::CVodeInit(memory, Some(Raw::<P>::rhs), 0.0, y), 0);
+        assert_eq!(c::CVodeInit(memory, Some(Raw::<P, N, G>::rhs), 0.0, y), 0);
         c::CVodeSetUserData(memory, (&raw mut problem).cast());
         c::CVodeSVtolerances(memory, tolerances.relative, absolute);
         let (mut matrix, mut linear, mut fixed_point) =
             (std::ptr::null_mut(), std::ptr::null_mut(), std::ptr::null_mut());
         if P::STIFF {
-            matrix = c::SUNDenseMatrix(
-                P::DIMENSION as c::sunindextype,
-                P::DIMENSION as c::sunindextype,
-                context,
-            );
+            matrix = c::SUNDenseMatrix(N as c::sunindextype, N as c::sunindextype, context);
             linear = c::SUNLinSol_Dense(y, matrix, context);
             assert_eq!(c::CVodeSetLinearSolver(memory, linear, matrix), 0);
-            assert_eq!(c::CVodeSetJacFn(memory, Some(Raw::<P>::jacobian)), 0);
+            assert_eq!(c::CVodeSetJacFn(memory, Some(Raw::<P, N, G>::jacobian)), 0);
         } else {
             fixed_point = c::SUNNonlinSol_FixedPoint(y, 0, context);
             assert_eq!(c::CVodeSetNonlinearSolver(memory, fixed_point), 0);
         }
-        assert_eq!(
-            c::CVodeRootInit(memory, P::CROSSINGS as c_int, Some(Raw::<P>::roots)),
-            0
-        );
+        assert_eq!(c::CVodeRootInit(memory, G as c_int, Some(Raw::<P, N, G>::roots)), 0);
         assert_eq!(c::CVodeSetStopTime(memory, P::end()), 0);
         let mut t = 0.0;
         loop {
@@ -255,7 +250,7 @@ fn by_c<P: Problem>(mut problem: P) -> (u64, Vec<f64>) {
         }
         let mut steps = 0;
         c::CVodeGetNumSteps(memory, &mut steps);
-        let state = data(y, P::DIMENSION).to_vec();
+        let state = data::<N>(y).to_vec();
         c::CVodeFree(&mut memory);
         if P::STIFF {
             c::SUNLinSolFree(linear);
@@ -272,37 +267,37 @@ fn by_c<P: Problem>(mut problem: P) -> (u64, Vec<f64>) {
 
 /// Time of the layer over that of C, of the shortest of each: run by turns, so that a machine that is busy with other
 /// things disturbs both alike.
-fn ratio_by_turns<P: Problem>(problem: &impl Fn() -> P) -> f64 {
+fn ratio_by_turns<P: Problem<N, G> + Copy, const N: usize, const G: usize>(problem: P) -> f64 {
     let (mut layer, mut plain) = (Duration::MAX, Duration::MAX);
     for _ in 0..500 {
         let start = Instant::now();
-        black_box(by_c(black_box(problem())));
+        black_box(by_c(black_box(problem)));
         plain = plain.min(start.elapsed());
         let start = Instant::now();
-        black_box(by_the_layer(black_box(problem())));
+        black_box(by_the_layer(black_box(problem)));
         layer = layer.min(start.elapsed());
     }
     layer.as_secs_f64() / plain.as_secs_f64()
 }
 
-fn compare<P: Problem>(criterion: &mut Criterion, problem: impl Fn() -> P) {
-    let (layer, plain) = (by_the_layer(problem()), by_c(problem()));
+fn compare<P: Problem<N, G> + Copy, const N: usize, const G: usize>(criterion: &mut Criterion, problem: P) {
+    let (layer, plain) = (by_the_layer(problem), by_c(problem));
     assert_eq!(layer, plain, "the same arithmetic");
     println!("{}: {} steps, the same to the last bit", P::NAME, layer.0);
     println!(
         "{}: {:.4} of the time of C alone, by turns",
         P::NAME,
-        ratio_by_turns(&problem)
+        ratio_by_turns(problem)
     );
     let mut group = criterion.benchmark_group(P::NAME);
-    group.bench_function("c", |b| b.iter(|| by_c(black_box(problem()))));
-    group.bench_function("layer", |b| b.iter(|| by_the_layer(black_box(problem()))));
+    group.bench_function("c", |b| b.iter(|| by_c(black_box(problem))));
+    group.bench_function("layer", |b| b.iter(|| by_the_layer(black_box(problem))));
     group.finish();
 }
 
 fn overhead(criterion: &mut Criterion) {
-    compare(criterion, || Roberts);
-    compare(criterion, Slip::new);
+    compare(criterion, Roberts);
+    compare(criterion, Slip::new());
 }
 
 criterion_group!(benches, overhead);
