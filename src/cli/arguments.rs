@@ -46,6 +46,8 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
+    /// Natural frequencies, damping, and the loss of stability of a case.
+    Modes(ModesOptions),
     /// Print a built-in case to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
@@ -75,6 +77,16 @@ pub(super) struct InspectOptions {
     /// A result file.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ModesOptions {
+    /// A TOML file, a built-in case, or a result.
+    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT)]
+    pub case: String,
+    /// Override a key, such as friction.decay=4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 }
 
 #[derive(Debug, Args)]
