@@ -1,11 +1,14 @@
 //! `stickslip modes`.
 
-use super::arguments::{Common, ModesOptions};
+use super::arguments::{Common, DPI, Format, ModesOptions};
+use super::plot::{bad, check_target, save};
 use super::run::{Input, read_input};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::Modes;
 use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
+use crate::plot::{style, svg};
 use serde::Serialize;
+use std::path::Path;
 
 /// The JSON document of the modes.
 #[derive(Serialize)]
@@ -19,7 +22,14 @@ struct ModesDocument<'a> {
 
 /// Computes the modes of a case and reports them.
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
-    let Input { source, case, .. } = read_input(&options.case, &options.set, None)?;
+    let Input {
+        source, case, files, ..
+    } = read_input(&options.case, &options.set, None)?;
+    let target = options
+        .figure
+        .as_deref()
+        .map(|path| figure_target(path, options.force, &files))
+        .transpose()?;
     let modes = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
     if common.json {
         print_json(&ModesDocument {
@@ -30,6 +40,11 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     } else if !common.quiet {
         print(&report(&case.title, &modes))?;
     }
+    if let Some((path, format)) = target {
+        let figure = crate::plot::modes::figure(&case.title, &modes);
+        let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
+        save(path, &text, format, DPI).map_err(bad)?;
+    }
     if let (Some(failure), false) = (&modes.run_failure, common.quiet) {
         complain(&format!(
             "warning: the run that looks for the loss of stability failed before its first stick, so only what came \
@@ -37,6 +52,22 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         ));
     }
     Ok(End::Done)
+}
+
+/// The file of the figure, checked before anything is computed.
+fn figure_target<'a>(
+    path: &'a Path,
+    force: bool,
+    inputs: &[std::path::PathBuf],
+) -> Result<(&'a Path, Format), CommandError> {
+    let format = Format::of_path(path).ok_or_else(|| {
+        CommandError::Input(format!(
+            "{}: a figure is an SVG or a PNG file; give it the extension .svg or .png",
+            path.display()
+        ))
+    })?;
+    check_target(path, inputs, force)?;
+    Ok((path, format))
 }
 
 fn report(title: &str, modes: &Modes) -> String {
