@@ -162,7 +162,7 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
         let Some(run) = runs.first() else {
             return Err(PlotError::Drawing("no run".to_owned()));
         };
-        let what = format!("{} against {}", run.axis(y)?.short, run.axis(x)?.short);
+        let what = format!("{} against {}", run.axis(y)?.name, run.axis(x)?.name);
         own::phase(runs, &format!("{y}-against-{x}"), &title(&what), (x, y), window)
     };
     match &options.x {
@@ -173,7 +173,9 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
         }
         None if !options.channels.is_empty() => {
             let channels: Vec<&str> = options.channels.iter().map(String::as_str).collect();
-            figures.push(own::channels(runs, &title("run"), &channels, window)?);
+            let axes = runs.iter().take(1).flat_map(|run| channels.iter().map(|c| run.axis(c)));
+            let names = axes.map(|axis| Ok(axis?.name)).collect::<Result<Vec<_>, PlotError>>()?;
+            figures.push(own::channels(runs, &title(&names.join(", ")), &channels, window)?);
         }
         None => {}
     }

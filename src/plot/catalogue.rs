@@ -139,16 +139,16 @@ pub const ENTRIES: &[Entry] = &[
         portraits::torque,
     ),
     entry(
-        "phase-final-stick",
-        "Stator surface after the last stick has begun",
+        "phase-final-stick-stator",
+        "Stator surface in the last stick",
         None,
-        portraits::final_stick,
+        portraits::final_stick_stator,
     ),
     entry(
-        "phase-final-swing",
-        "Stator surface in the long run of the last stick",
+        "phase-final-stick-rotor",
+        "Rotor surface in the last stick",
         None,
-        portraits::final_swing,
+        portraits::final_stick_rotor,
     ),
 ];
 
@@ -347,9 +347,13 @@ fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
         }
     }
     let largest = friction.breakaway.max(friction.low_speed).max(friction.high_speed);
-    let y = Axis::new("friction coefficient μ", "1").from_to(0.0, 1.1 * largest.max(1e-3));
+    let y = Axis::new("friction coefficient", "1")
+        .with_symbol("μ")
+        .from_to(0.0, 1.1 * largest.max(1e-3));
     let panel = Panel::new(
-        Axis::new("relative velocity |ωᵣ|", "rad s-1").from_to(0.0, end),
+        Axis::new("relative velocity", "rad s-1")
+            .with_symbol("|ωᵣ|")
+            .from_to(0.0, end),
         y,
         curves,
     );
@@ -491,6 +495,8 @@ fn durations(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
         } else {
             (VERMILLION, BLUE, String::new())
         };
+        curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
+        curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
         if !several {
             let durations: Vec<f64> = cycles.iter().map(|c| c.stick_duration).collect();
             if let Some(fit) = ExponentialFit::of(&durations) {
@@ -499,8 +505,6 @@ fn durations(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
                 curves.push(Curve::line(&label, GREY, line.collect()).styled(CurveStyle::Dashed));
             }
         }
-        curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
-        curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
     }
     let longest = curves.iter().flat_map(Curve::points).map(|p| p.1).fold(0.0, f64::max);
     let count = curves.iter().flat_map(Curve::points).map(|p| p.0).fold(0.0, f64::max);

@@ -110,6 +110,7 @@ pub struct Portrait {
     drawn: HashSet<[i32; 4]>,
     lines: Vec<Vec<(f64, f64)>>,
     broken: bool,
+    seen: bool,
 }
 
 impl Portrait {
@@ -124,6 +125,7 @@ impl Portrait {
             drawn: HashSet::new(),
             lines: Vec::new(),
             broken: true,
+            seen: false,
         }
     }
 
@@ -132,6 +134,7 @@ impl Portrait {
         if x.is_nan() || y.is_nan() {
             return;
         }
+        self.seen = true;
         let cell = (
             ((x - self.from.0) * self.per_unit.0) as i32,
             ((y - self.from.1) * self.per_unit.1) as i32,
@@ -161,8 +164,11 @@ impl Portrait {
         (self.cell, self.broken) = (None, true);
     }
 
-    /// The lines that are kept.
-    pub fn finish(self) -> Vec<Vec<(f64, f64)>> {
+    /// The lines that are kept; one point where the curve never leaves its cell.
+    pub fn finish(mut self) -> Vec<Vec<(f64, f64)>> {
+        if self.lines.is_empty() && self.seen {
+            self.lines.push(vec![self.last]);
+        }
         self.lines
     }
 }

@@ -33,9 +33,9 @@ pub struct Panel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// What it shows, without unit.
-    pub label: String,
-    /// A shorter name, for where `label` has no room.
-    pub short: String,
+    pub name: String,
+    /// Its symbol, which stands after the name where there is room and alone where there is none; may be empty.
+    pub symbol: String,
     /// UDUNITS, "1" for a pure number.
     pub unit: String,
     /// Least and largest value, in `unit`; `None`: that of the curves and a margin.
@@ -92,12 +92,34 @@ impl Curve {
 
 impl Axis {
     /// An axis that fits its curves.
-    pub fn new(label: &str, unit: &str) -> Axis {
+    pub fn new(name: &str, unit: &str) -> Axis {
         Axis {
-            label: label.to_owned(),
-            short: label.to_owned(),
+            name: name.to_owned(),
+            symbol: String::new(),
             unit: unit.to_owned(),
             range: None,
+        }
+    }
+
+    /// With a symbol.
+    pub fn with_symbol(self, symbol: &str) -> Axis {
+        Axis {
+            symbol: symbol.to_owned(),
+            ..self
+        }
+    }
+
+    /// Its name and symbol.
+    pub fn label(&self) -> String {
+        format!("{} {}", self.name, self.symbol).trim().to_owned()
+    }
+
+    /// Its symbol, or its name if it has none.
+    pub fn short(&self) -> &str {
+        if self.symbol.is_empty() {
+            &self.name
+        } else {
+            &self.symbol
         }
     }
 

@@ -8,6 +8,7 @@ pub mod decimate;
 pub mod error;
 pub mod figure;
 pub mod font;
+pub mod labels;
 pub mod modes;
 pub mod own;
 pub mod portraits;

@@ -25,18 +25,22 @@ pub fn figure(title: &str, modes: &Modes) -> Figure {
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
-    let x = || Axis::new("relative velocity |ωᵣ|", "rad s-1").from_to(0.0, end);
-    let short = |label: &str, short: &str, unit: &str| Axis {
-        short: short.to_owned(),
-        ..Axis::new(label, unit)
+    let x = || {
+        Axis::new("relative velocity", "rad s-1")
+            .with_symbol("|ωᵣ|")
+            .from_to(0.0, end)
     };
     Figure {
         name: "modes".to_owned(),
         title: format!("Steady sliding: {title}"),
         paper_figure: None,
         panels: vec![
-            Panel::new(x(), short("effective damping", "damping", "N m s/rad"), damping),
-            Panel::new(x(), short("growth rate Re λ", "Re λ", "1/s"), growth),
+            Panel::new(
+                x(),
+                Axis::new("effective damping", "N m s/rad").with_symbol("c"),
+                damping,
+            ),
+            Panel::new(x(), Axis::new("growth rate", "1/s").with_symbol("Re λ"), growth),
         ],
     }
 }

@@ -3,6 +3,7 @@
 use super::catalogue::line_color;
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::labels;
 use super::run::Run;
 use super::style::of_mode;
 use crate::model::Mode;
@@ -46,9 +47,9 @@ pub fn over_time(
                 let axis = run.axis(channel)?;
                 let label = match (runs.len(), channels.len()) {
                     (1, 1) => String::new(),
-                    (1, _) => axis.label.clone(),
+                    (1, _) => axis.label(),
                     (_, 1) => run.label(),
-                    _ => format!("{}: {}", run.label(), axis.short),
+                    _ => format!("{}: {}", run.label(), axis.short()),
                 };
                 let color = line_color(first_color + number * channels.len() + k);
                 let style = style_of(number);
@@ -61,7 +62,7 @@ pub fn over_time(
         if runs.len() == 1 && panels.len() > 1 {
             first_color += channels.len();
         }
-        let mut panel = Panel::new(time_axis(window), common_axis(&axes), curves);
+        let mut panel = Panel::new(time_axis(window), labels::common(&axes), curves);
         if let Some(run) = runs.first() {
             panel.modes = run.ground(window);
             panel.events = run.marks(window);
@@ -97,23 +98,6 @@ pub fn channels(runs: &[Run], title: &str, channels: &[&str], window: (f64, f64)
 /// Candidates are thin, so that the reference shows below them.
 fn style_of(run: usize) -> CurveStyle {
     if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
-}
-
-/// What several channels in one panel have in common: the words that all of their names end with.
-fn common_axis(axes: &[Axis]) -> Axis {
-    let Some(first) = axes.first() else {
-        return Axis::new("", "1");
-    };
-    if axes.len() == 1 {
-        return first.clone();
-    }
-    let words: Vec<&str> = first.short.split(' ').collect();
-    let shared = |n: usize| {
-        let end = words[words.len() - n..].join(" ");
-        axes.iter().all(|axis| axis.short.ends_with(&end)).then_some(end)
-    };
-    let end = (1..=words.len()).rev().find_map(shared);
-    Axis::new(end.as_deref().unwrap_or("value"), &first.unit)
 }
 
 /// One channel against another, in a window of time, coloured by mode; of several runs, by run.

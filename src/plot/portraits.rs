@@ -8,10 +8,10 @@ use super::spiral::{Turns, factor_per_turn};
 use crate::analysis::modes::stick_modes;
 use crate::model::torsion::TorsionModel;
 
-/// Turns of the fast mode that a portrait shows before the first stick and in the last one.
+/// Turns of the fast mode that a portrait shows before the first stick.
 const TURNS: f64 = 24.0;
-/// Turns of the slow swing in the last stick.
-const SWINGS: f64 = 60.0;
+/// Turns of the slow swing that a portrait shows of the last stick.
+const SWINGS: f64 = 20.0;
 
 /// Amplitudes turn by turn of a channel in a window.
 ///
@@ -104,27 +104,27 @@ pub(super) fn torque(entry: &Entry, story: &Story) -> Result<Outcome, PlotError>
     during(entry, story, ("relative_velocity", "transmitted_torque"))
 }
 
-/// After the last stick has begun, as long as the samples resolve `period`; two turns at least.
-fn in_last_stick(entry: &Entry, story: &Story, turns: f64, period: f64) -> Result<Outcome, PlotError> {
+/// The last stick, as long as the samples resolve the swing of the rotor on both springs, which is some twenty times
+/// slower than the surfaces' own mode and decays as slowly; two turns at least.
+fn final_stick(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
     let Some(start) = story.final_stick else {
         return Ok(Err("the run does not end in a stick".to_owned()));
     };
-    let window = (start, start + turns * period);
-    match story.run.dense_until(window, period / SAMPLES_PER_PERIOD)? {
-        Some(end) if end - start > 2.0 * period => spiral(entry, story, ("phi1", "phi1_dot"), (start, end)),
-        _ => Ok(Err(too_sparse(window, period))),
-    }
-}
-
-pub(super) fn final_stick(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    in_last_stick(entry, story, TURNS, story.period)
-}
-
-/// The rotor swings on both springs, some twenty times more slowly than the surfaces.
-pub(super) fn final_swing(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     let modes = stick_modes(&TorsionModel::new(&story.run.parameters)).modes;
-    match modes.iter().filter_map(|mode| mode.natural_frequency).reduce(f64::min) {
-        Some(slow) => in_last_stick(entry, story, SWINGS, 1.0 / slow),
-        None => Ok(Err("the rotor does not swing: it is overdamped".to_owned())),
+    let Some(slow) = modes.iter().filter_map(|mode| mode.natural_frequency).reduce(f64::min) else {
+        return Ok(Err("the rotor does not swing: it is overdamped".to_owned()));
+    };
+    let window = (start, start + SWINGS / slow);
+    match story.run.dense_until(window, 1.0 / (slow * SAMPLES_PER_PERIOD))? {
+        Some(end) if end - start > 2.0 / slow => spiral(entry, story, axes, (start, end)),
+        _ => Ok(Err(too_sparse(window, 1.0 / slow))),
     }
+}
+
+pub(super) fn final_stick_stator(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    final_stick(entry, story, ("phi1", "phi1_dot"))
+}
+
+pub(super) fn final_stick_rotor(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    final_stick(entry, story, ("rotor_twist", "rotor_twist_rate"))
 }

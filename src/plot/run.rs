@@ -3,6 +3,7 @@
 use super::decimate::{MinMax, Portrait};
 use super::error::PlotError;
 use super::figure::Axis;
+use super::labels;
 use crate::analysis::StickSlip;
 use crate::case::{Case, CaseSource};
 use crate::model::{Mode, Parameters};
@@ -106,7 +107,7 @@ impl Run {
     /// # Errors
     /// If there is no such variable; the text lists those there are.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
-        axis_of(channel).ok_or_else(|| {
+        labels::axis(channel).ok_or_else(|| {
             let names: Vec<String> = schema::trajectory().variables.into_iter().map(|v| v.name).collect();
             PlotError::UnknownChannel {
                 path: self.path().to_owned(),
@@ -321,44 +322,15 @@ impl Run {
         ground
     }
 
-    /// Events in a window, for marks.
+    /// Events in a window, for marks. Of the changes of stability the first: those after it are crossings by the
+    /// oscillation that has grown since.
     pub fn marks(&self, (from, to): (f64, f64)) -> Vec<(f64, EventKind)> {
-        let inside = |e: &&Event| e.time >= from && e.time <= to;
-        self.events.iter().filter(inside).map(|e| (e.time, e.kind)).collect()
+        let is_stability = |e: &Event| matches!(e.kind, EventKind::Destabilised | EventKind::Restabilised);
+        let first = self.events.iter().position(is_stability);
+        let events = self.events.iter().enumerate();
+        events
+            .filter(|(k, e)| e.time >= from && e.time <= to && (!is_stability(e) || Some(*k) == first))
+            .map(|(_, e)| (e.time, e.kind))
+            .collect()
     }
-}
-
-/// The axis of a variable of /trajectory: its description with the symbols of the paper, and its name as a shorter one.
-fn axis_of(channel: &str) -> Option<Axis> {
-    let variable = schema::trajectory().variables.into_iter().find(|v| v.name == channel)?;
-    let described = variable.long_name.split(" = ").next().unwrap_or_default();
-    let mut label = described.split(" (").next().unwrap_or_default().to_owned();
-    for (ascii, symbol) in [
-        ("omega_r", "ωᵣ"),
-        ("phi_1'", "φ₁′"),
-        ("phi_2'", "φ₂′"),
-        ("phi_1", "φ₁"),
-        ("phi_2", "φ₂"),
-        ("theta'", "θ′"),
-        ("theta", "θ"),
-        ("z'", "z′"),
-        ("F_n", "Fₙ"),
-        (" - ", " − "),
-    ] {
-        label = label.replace(ascii, symbol);
-    }
-    let name = channel.replace('_', " ");
-    if !label.contains(' ') && label != channel {
-        label = format!("{name} {label}");
-    }
-    Some(Axis {
-        short: if label.chars().count() < name.chars().count() {
-            label.clone()
-        } else {
-            name
-        },
-        label,
-        unit: variable.units.to_owned(),
-        range: None,
-    })
 }

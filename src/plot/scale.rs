@@ -18,7 +18,7 @@ pub struct Scale {
     pub shown: (f64, f64),
     /// What stands in brackets; empty for a pure number.
     pub unit: String,
-    /// What is taken off, with its unit; empty without an offset.
+    /// " − 6.97 s" or " + 40.2 µm": what is taken off, with its unit; empty without an offset.
     pub off: String,
 }
 
@@ -29,40 +29,23 @@ impl Scale {
         let (span, size) = (high - low, low.abs().max(high.abs()));
         let base = human_unit(unit);
         let (offset, off) = if span < OFFSET_SHARE * size {
-            let grid = 10f64.powi(span.log10().ceil() as i32);
-            let steps = (low / grid).floor();
-            let decimals = (-grid.log10()).round().max(0.0) as usize;
-            let offset = steps * grid;
-            let text = number(offset, decimals);
-            (
-                offset,
-                if base.is_empty() {
-                    text
-                } else {
-                    format!("{text} {base}")
-                },
-            )
+            let grid = 10f64.powi(span.log10().floor() as i32);
+            let offset = (low / grid).floor() * grid;
+            (offset, offset_text(offset, grid, &base))
         } else {
             (0.0, String::new())
         };
         let size = (low - offset).abs().max((high - offset).abs());
-        let mut power = (size.log10() / 3.0 + 1e-9).floor() as i32;
-        // Thousands of radians are read more easily than kiloradians; a pure number has a power of ten instead.
+        let power = (size.log10() / 3.0 + 1e-9).floor() as i32;
+        // Thousands of radians are read more easily than kiloradians.
         let up = matches!(base.chars().next(), Some('N' | 'J' | 'W'));
-        power = power.clamp(-5, if up { 2 } else { 0 });
-        let (power, unit) = if base.is_empty() {
-            let plain = (1e-3..1e5).contains(&size);
-            let power = if plain { 0 } else { power };
-            (
-                power,
-                if power == 0 {
-                    String::new()
-                } else {
-                    format!("10{}", superscript(3 * power))
-                },
-            )
-        } else {
+        let (power, unit) = if !base.is_empty() && (-5..=if up { 2 } else { 0 }).contains(&power) {
             (power, format!("{}{base}", PREFIXES[(power + 5) as usize]))
+        } else if (1e-3..1e5).contains(&size) {
+            (0, base)
+        } else {
+            let unit = format!("10{} {base}", superscript(3 * power));
+            (power, unit.trim_end().to_owned())
         };
         let factor = 10f64.powi(-3 * power);
         Scale {
@@ -81,17 +64,12 @@ impl Scale {
 
     /// The name of the axis with offset and unit.
     pub fn title(&self, label: &str) -> String {
-        let minus = if self.off.is_empty() {
-            String::new()
-        } else {
-            format!(" − {}", self.off)
-        };
         let unit = if self.unit.is_empty() {
             String::new()
         } else {
             format!(" ({})", self.unit)
         };
-        format!("{label}{minus}{unit}")
+        format!("{label}{}{unit}", self.off)
     }
 
     /// At most `count` round values, and with how many decimals they are written.
@@ -105,6 +83,26 @@ impl Scale {
         let decimals = (0..12).find(|&d| whole(d)).unwrap_or(12);
         (ticks, decimals)
     }
+}
+
+/// The offset as a sum, with the digits that its grid has.
+fn offset_text(offset: f64, grid: f64, base: &str) -> String {
+    let sign = if offset < 0.0 { '+' } else { '−' };
+    let power = if base.is_empty() {
+        0
+    } else {
+        // From a tenth of a unit on without a prefix: 0.99 s.
+        ((offset.abs().log10() + 1.0) / 3.0 + 1e-9).floor().clamp(-5.0, 0.0) as i32
+    };
+    let prefix = PREFIXES[(power + 5) as usize];
+    let factor = 10f64.powi(-3 * power);
+    let decimals = (-(grid * factor).log10()).round().max(0.0) as usize;
+    let unit = if base.is_empty() {
+        String::new()
+    } else {
+        format!(" {prefix}{base}")
+    };
+    format!(" {sign} {:.decimals$}{unit}", offset.abs() * factor)
 }
 
 /// A range that is not empty and not absurd.
@@ -162,11 +160,13 @@ mod tests {
         let z = Scale::new((-40.2e-6, 0.0), "m");
         assert_eq!((z.title("z").as_str(), z.show(-40.2e-6).round()), ("z (µm)", -40.0));
         let t = Scale::new((6.9748, 6.9768), "s");
-        assert_eq!(t.title("time"), "time − 6.97 s (ms)");
-        assert!((t.show(6.975) - 5.0).abs() < 1e-9);
+        assert_eq!(t.title("time"), "time − 6.974 s (ms)");
+        assert!((t.show(6.975) - 1.0).abs() < 1e-9);
+        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.21 µm (nm)");
         assert_eq!(Scale::new((0.0, 100.0), "rad s-1").title("ω"), "ω (rad/s)");
         assert_eq!(Scale::new((0.0, 2224.0), "N").title("F"), "F (kN)");
         assert_eq!(Scale::new((0.0, 371.0), "rad").title("θ"), "θ (rad)");
+        assert_eq!(Scale::new((0.0, 4e300), "N").title("F"), "F (10³⁰⁰ N)");
         assert_eq!(Scale::new((0.0, 2e-8), "1").title("x"), "x (10⁻⁹)");
     }
 

@@ -1,7 +1,7 @@
 //! Draws a figure as SVG.
 
 use super::error::PlotError;
-use super::figure::{Curve, CurveStyle, Figure, Panel};
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::font::{self, text_width, wrapped};
 use super::scale::{Scale, number};
 use super::style::*;
@@ -48,6 +48,7 @@ struct Measured<'a> {
     panel: &'a Panel,
     x: Scale,
     y: Scale,
+    width: f64,
     height: f64,
     x_ticks: usize,
     y_ticks: usize,
@@ -142,6 +143,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                 panel,
                 x,
                 y,
+                width,
                 height,
                 x_ticks: 2,
                 y_ticks: 2,
@@ -162,6 +164,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
     let left = MARGIN + 1.2 * LINE_HEIGHT + labels + 2.0 * f64::from(TICK) + 60.0;
     let plot_width = width - left - right;
     for m in &mut measured {
+        m.width = plot_width;
         if m.panel.square {
             m.height = plot_width;
         }
@@ -174,15 +177,19 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                 widest_label(&m.x, n) + LABEL_SIZE < plot_width / (gaps + 1) as f64
             })
             .unwrap_or(2);
-        let full = m.y.title(&m.panel.y.label);
-        m.y_title = if text_width(&full, LABEL_SIZE) <= m.height {
-            full
-        } else {
-            m.y.title(&m.panel.y.short)
-        };
+        m.y_title = fitting_title(&m.y, &m.panel.y, m.height);
         m.marked = !m.panel.events.is_empty() && m.panel.events.len() as f64 * CLOSEST_EVENTS < plot_width;
     }
     (measured, left, right)
+}
+
+/// Name and symbol, or as much of them as fits.
+fn fitting_title(scale: &Scale, axis: &Axis, room: f64) -> String {
+    let titles = [axis.label().as_str(), axis.name.as_str(), axis.short()].map(|label| scale.title(label));
+    let fits = titles.iter().find(|title| text_width(title, LABEL_SIZE) <= room);
+    fits.or(titles.iter().min_by_key(|title| title.len()))
+        .cloned()
+        .unwrap_or_default()
 }
 
 fn widest_label(scale: &Scale, count: usize) -> f64 {
@@ -192,7 +199,7 @@ fn widest_label(scale: &Scale, count: usize) -> f64 {
 }
 
 fn label_height(m: &Measured) -> f64 {
-    2.0 * f64::from(TICK) + LINE_HEIGHT * if m.last { 2.2 } else { 1.1 }
+    2.0 * f64::from(TICK) + LINE_HEIGHT * if m.last { 2.0 } else { 1.1 }
 }
 
 fn panel_height(m: &Measured) -> f64 {
@@ -349,7 +356,7 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
     let label = text_style(LABEL_SIZE, Pos::default());
     let grid: RGBAColor = GREY.mix(0.3);
     let x_title = if m.last {
-        m.x.title(&m.panel.x.label)
+        fitting_title(&m.x, &m.panel.x, m.width)
     } else {
         String::new()
     };
@@ -377,6 +384,12 @@ fn draw_curve(chart: &Chart, m: &Measured, curve: &Curve) -> Result<(), PlotErro
     for piece in &curve.pieces {
         let points: Vec<(f64, f64)> = piece.iter().map(shown).collect();
         match curve.style {
+            // A single sample has no length: without a dot it would not show.
+            CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed if points.len() < 2 => {
+                for point in points {
+                    draw(chart, &Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
+                }
+            }
             CurveStyle::Solid => draw(chart, &PathElement::new(points, line))?,
             CurveStyle::Thin => draw(chart, &PathElement::new(points, stroke(curve.color, CURVE_STROKE / 2)))?,
             CurveStyle::Dashed => draw(chart, &DashedPathElement::new(points, 90, 60, line))?,
