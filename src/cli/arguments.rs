@@ -146,10 +146,10 @@ pub(super) struct PlotOptions {
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     pub phase: Vec<String>,
     /// Start of a figure of one's own, s.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub from: Option<f64>,
     /// End of a figure of one's own, s.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// Format in a folder [default: both].
     #[arg(long, value_enum, value_name = "svg|png", hide_possible_values = true)]
@@ -172,6 +172,13 @@ fn between(text: &str, low: f64, high: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (low..=high).contains(&value) => Ok(value),
         _ => Err(format!("give a number from {low} to {high}")),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("give a time in seconds, such as 6.975".to_owned()),
     }
 }
 

@@ -13,6 +13,17 @@ use std::path::{Path, PathBuf};
 struct PlotDocument {
     files: Vec<Written>,
     not_drawn: Vec<NotDrawn>,
+    /// What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampling: Option<String>,
+}
+
+/// What there is to draw, and what a run does not have.
+#[derive(Default)]
+struct Chosen {
+    figures: Vec<Figure>,
+    not_drawn: Vec<NotDrawn>,
+    sampling: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -43,21 +54,24 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
         return list(common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
-    let chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
+    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
+    let mut names = std::collections::HashSet::new();
+    chosen.retain(|entry| names.insert(entry.name));
     let runs = options.files.iter().map(|path| Run::open(path));
     let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(bad)?;
     for run in runs.iter().filter(|_| !common.quiet) {
         tell_status(run);
     }
-    let (figures, not_drawn) = figures(options, &runs, &chosen)?;
-    let written = write(options, &figures)?;
+    let chosen = figures(options, &runs, &chosen)?;
+    let written = write(options, &chosen.figures)?;
     if common.json {
         print_json(&PlotDocument {
             files: written,
-            not_drawn,
+            not_drawn: chosen.not_drawn,
+            sampling: chosen.sampling,
         })?;
     } else if !common.quiet {
-        print(&report(&written, &not_drawn))?;
+        print(&report(&written, &chosen, &options.files))?;
     }
     Ok(End::Done)
 }
@@ -108,47 +122,58 @@ fn tell_status(run: &Run) {
 }
 
 /// The figures that are asked for, and those of the catalogue that the run does not have.
-fn figures(
-    options: &PlotOptions,
-    runs: &[Run],
-    chosen: &[&Entry],
-) -> Result<(Vec<Figure>, Vec<NotDrawn>), CommandError> {
+fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
-        return own_figures(options, runs)
-            .map(|figures| (figures, Vec::new()))
-            .map_err(bad);
+        let figures = own_figures(options, runs).map_err(bad)?;
+        return Ok(Chosen {
+            figures,
+            ..Chosen::default()
+        });
     }
-    if options.from.is_some() || options.to.is_some() || options.x.is_some() {
+    if options.from.is_some() || options.to.is_some() {
         return Err(CommandError::Input(
-            "--from, --to and --x are for figures of one's own; the figures of the paper find their windows by the \
-             events. Name what to draw with --channel NAME or --phase A B"
+            "--from and --to are for figures of one's own; the figures of the paper find their windows by the events. \
+             Name what to draw with --channel NAME or --phase A B"
                 .to_owned(),
         ));
     }
     let Some(story) = Story::new(runs) else {
-        return Ok((Vec::new(), Vec::new()));
+        return Ok(Chosen::default());
     };
     let all: Vec<&Entry> = ENTRIES.iter().collect();
-    let (mut figures, mut not_drawn) = (Vec::new(), Vec::new());
-    for entry in if chosen.is_empty() { &all[..] } else { chosen } {
+    let (mut chosen, mut absent) = (Chosen::default(), Vec::new());
+    for entry in if only.is_empty() { &all[..] } else { only } {
         match entry.build(&story).map_err(bad)? {
-            Ok(figure) => figures.push(figure),
-            Err(why) => not_drawn.push(NotDrawn {
-                figure: entry.name,
-                why,
-            }),
+            Ok(figure) => chosen.figures.push(figure),
+            Err(missing) => absent.push((entry, missing)),
         }
     }
+    let missing: Vec<_> = absent.iter().map(|(_, missing)| missing).collect();
+    chosen.sampling = catalogue::sampling(story.run, &missing);
     // What is asked for by name has to be there.
-    if let (Some(missing), false) = (not_drawn.first(), chosen.is_empty()) {
+    if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
+        let path = story.run.path().display();
+        let remedy = chosen.sampling.as_deref().map(|text| remedy(text, story.run.path()));
         return Err(CommandError::Input(format!(
-            "{}: {} cannot be drawn: {}",
-            story.run.path().display(),
-            missing.figure,
-            missing.why
+            "{path}: {} cannot be drawn: {}{}",
+            entry.name,
+            missing.why,
+            remedy.map(|text| format!("; {text}")).unwrap_or_default()
         )));
     }
-    Ok((figures, not_drawn))
+    let not_drawn = absent.into_iter().map(|(entry, missing)| NotDrawn {
+        figure: entry.name,
+        why: missing.why,
+    });
+    chosen.not_drawn = not_drawn.collect();
+    Ok(chosen)
+}
+
+fn remedy(sampling: &str, path: &Path) -> String {
+    format!(
+        "repeat the run with closer samples: stickslip run {} --set '{sampling}'",
+        path.display()
+    )
 }
 
 fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotError> {
@@ -185,6 +210,9 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
     Ok(figures)
 }
 
+/// Extensions by which nobody means a folder.
+const OTHER_FORMATS: [&str; 8] = ["pdf", "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif"];
+
 /// Where each figure goes, in which format.
 fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
     if let Some(format) = Format::of_path(&options.output) {
@@ -194,6 +222,12 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
             });
         }
         return Ok(vec![(0, options.output.clone(), format)]);
+    }
+    let extension = options.output.extension().unwrap_or_default().to_ascii_lowercase();
+    if OTHER_FORMATS.iter().any(|other| extension == *other) {
+        return Err(PlotError::Format {
+            path: options.output.clone(),
+        });
     }
     if options.output.is_file() {
         return Err(PlotError::NoFolder {
@@ -213,9 +247,6 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
 
 fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, CommandError> {
     let targets = targets(options, figures).map_err(bad)?;
-    for (_, path, _) in &targets {
-        check_target(path, &options.files, options.force)?;
-    }
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
         std::fs::create_dir_all(&options.output).map_err(|source| {
             bad(PlotError::Io {
@@ -224,6 +255,9 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
                 source,
             })
         })?;
+    }
+    for (_, path, _) in &targets {
+        check_target(path, &options.files, options.force)?;
     }
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, String)> = None;
@@ -265,13 +299,16 @@ pub(super) fn save(path: &Path, svg: &str, format: Format, dpi: f64) -> Result<(
     }
 }
 
-fn report(written: &[Written], not_drawn: &[NotDrawn]) -> String {
+fn report(written: &[Written], chosen: &Chosen, files: &[PathBuf]) -> String {
     let mut lines: String = written.iter().map(|w| format!("{}\n", w.file)).collect();
-    if !not_drawn.is_empty() {
+    if !chosen.not_drawn.is_empty() {
         lines += "\nnot drawn:\n";
     }
-    for missing in not_drawn {
+    for missing in &chosen.not_drawn {
         lines += &format!("{}: {}\n", missing.figure, missing.why);
+    }
+    if let (Some(sampling), Some(path)) = (&chosen.sampling, files.first()) {
+        lines += &format!("\n{}\n", remedy(sampling, path));
     }
     lines
 }

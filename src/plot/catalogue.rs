@@ -10,7 +10,7 @@ use crate::analysis::modes::critical_speed;
 use crate::case;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::EventKind;
+use crate::simulation::{EventKind, OutputWindow};
 use plotters::style::RGBColor;
 use std::f64::consts::TAU;
 
@@ -23,7 +23,25 @@ const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
 
 /// What comes of a figure: drawn, or why this run does not have it.
-pub type Outcome = Result<Figure, String>;
+pub type Outcome = Result<Figure, Absent>;
+
+/// Why a run does not have a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Absent {
+    /// In words.
+    pub why: String,
+    /// The sampling that a repeated run would need to have it.
+    pub window: Option<OutputWindow>,
+}
+
+impl From<&str> for Absent {
+    fn from(why: &str) -> Self {
+        Absent {
+            why: why.to_owned(),
+            window: None,
+        }
+    }
+}
 
 /// One figure of the catalogue.
 #[derive(Debug, Clone, Copy)]
@@ -263,7 +281,7 @@ impl<'a> Story<'a> {
         &self,
         (from, to): (f64, f64),
         period: f64,
-    ) -> Result<Result<(f64, f64), String>, PlotError> {
+    ) -> Result<Result<(f64, f64), Absent>, PlotError> {
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));
         let count = match self.run.rows_in(window) {
             Ok(rows) => rows.len() as f64,
@@ -277,23 +295,48 @@ impl<'a> Story<'a> {
     }
 }
 
-/// Why a close-up is not drawn, and what to run for it.
-pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> String {
-    // Two digits, and a hundred samples in a period.
+/// Why a close-up is not drawn, and which samples it needs: a hundred in a period.
+pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
+    // Two digits, and whole milliseconds.
     let interval = period / 100.0;
-    let grid = 10f64.powi(interval.log10().floor() as i32 - 1);
-    let interval = (interval / grid).round() * grid;
     let outward = |t: f64, round: fn(f64) -> f64| round(t * 1e3) / 1e3;
-    format!(
-        "the samples from {from:.6} to {to:.6} s are too far apart to show the motion; repeat the run with --set \
-         'output.window=[{{from = {}, to = {}, interval = {interval:.1e}}}]'",
-        outward(from, f64::floor),
-        outward(to, f64::ceil),
-    )
+    let window = OutputWindow {
+        from: outward(from, f64::floor).max(0.0),
+        to: outward(to, f64::ceil),
+        interval: format!("{interval:.1e}").parse().unwrap_or(interval),
+    };
+    Absent {
+        why: format!(
+            "the samples from {from:.6} to {to:.6} s are too far apart to show the motion: it takes one every {:.1e} s",
+            window.interval
+        ),
+        window: Some(window),
+    }
+}
+
+/// The sampling with which a repeated run has everything that was absent, as `--set` takes it: its windows so far and
+/// those that are needed. `None` if no sampling helps.
+pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
+    let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
+    let mut windows: Vec<&OutputWindow> = run.windows.iter().chain(&needed).collect();
+    // What another window covers at least as densely is of no use; of equal ones the first stays.
+    windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
+    let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;
+    let mut kept: Vec<&OutputWindow> = Vec::new();
+    for window in windows {
+        if !kept.iter().any(|denser| covers(denser, window)) {
+            kept.push(window);
+        }
+    }
+    kept.sort_by(|a, b| a.from.total_cmp(&b.from));
+    let text = |w: &&OutputWindow| format!("{{from={}, to={}, interval={:e}}}", w.from, w.to, w.interval);
+    let list = kept.iter().map(text).collect::<Vec<_>>().join(", ");
+    (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
 }
 
 pub(super) const NO_STICK: &str = "the run has no stick";
-const NO_CYCLE: &str = "the run has no stick that ends";
+pub(super) const NO_CORNER: &str = "F(t) has no corner after the start";
+pub(super) const NO_CYCLE: &str = "the run has no stick that ends";
 
 fn whole(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
     // One pass over the file for all figures of the whole run.
@@ -375,7 +418,7 @@ fn axial_displacement(entry: &Entry, story: &Story) -> Result<Outcome, PlotError
 
 fn axial_settling(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     let Some(corner) = story.corner else {
-        return Ok(Err("F(t) has no corner after the start".to_owned()));
+        return Ok(Err(NO_CORNER.into()));
     };
     let window = (corner - story.axial_period, corner + 5.0 * story.axial_period);
     close_up(entry, story, &[&["z"]], window, story.axial_period)
@@ -384,7 +427,7 @@ fn axial_settling(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
 /// From the loss of stability, or a little before the first stick, to a little after the last.
 fn stop(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
     let Some(onset) = story.onset else {
-        return Ok(Err(NO_STICK.to_owned()));
+        return Ok(Err(NO_STICK.into()));
     };
     let end = story
         .final_stick
@@ -396,7 +439,7 @@ fn stop(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, Plo
 
 fn growth(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     let Some(onset) = story.onset else {
-        return Ok(Err(NO_STICK.to_owned()));
+        return Ok(Err(NO_STICK.into()));
     };
     let window = (onset - 24.0 * story.period, onset + 2.0 * story.period);
     close_up(entry, story, &[&["relative_velocity"]], window, story.period)
@@ -404,7 +447,7 @@ fn growth(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
 
 fn transition(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     let Some(onset) = story.onset else {
-        return Ok(Err(NO_STICK.to_owned()));
+        return Ok(Err(NO_STICK.into()));
     };
     let end = story
         .final_stick
@@ -417,7 +460,7 @@ fn transition(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
 fn first_cycles(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
     let cycles = &story.run.stick_slip.cycles;
     let (Some(onset), false) = (story.onset, cycles.is_empty()) else {
-        return Ok(Err(NO_CYCLE.to_owned()));
+        return Ok(Err(NO_CYCLE.into()));
     };
     let length: f64 = cycles.iter().take(5).map(|c| c.period).sum();
     let window = (onset - story.period, onset + length + 0.2 * story.period);
@@ -427,7 +470,7 @@ fn first_cycles(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outc
 fn last_cycles(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     let cycles = &story.run.stick_slip.cycles;
     let (Some(end), false) = (story.final_stick, cycles.is_empty()) else {
-        return Ok(Err(NO_CYCLE.to_owned()));
+        return Ok(Err(NO_CYCLE.into()));
     };
     let length: f64 = cycles.iter().rev().take(4).map(|c| c.period).sum();
     let window = (end - length - 0.2 * story.period, end + 2.0 * story.period);
@@ -480,7 +523,7 @@ impl ExponentialFit {
 
 fn durations(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     if story.run.stick_slip.cycles.is_empty() {
-        return Ok(Err(NO_CYCLE.to_owned()));
+        return Ok(Err(NO_CYCLE.into()));
     }
     let several = story.runs.len() > 1;
     let mut curves = Vec::new();

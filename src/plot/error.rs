@@ -56,8 +56,15 @@ pub enum PlotError {
     Foreign { path: PathBuf },
     #[error("{path}: a folder; give the figure a file name, such as {path}/figure.svg")]
     IsFolder { path: PathBuf },
-    #[error("{path}: a file; give a folder for several figures, or draw one of them alone with --only")]
+    #[error(
+        "{path}: several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends \
+         in .svg or .png"
+    )]
     NoFolder { path: PathBuf },
+    #[error("{path}: figures are SVG or PNG; give a name that ends in .svg or .png, or a folder")]
+    Format { path: PathBuf },
+    #[error("{path}: the folder {folder} does not exist; create it, or choose another with -o")]
+    MissingFolder { path: PathBuf, folder: PathBuf },
     #[error("{path}: {action} failed: {source}; check the folder and its permissions, or choose another with -o")]
     Io {
         path: PathBuf,

@@ -1,6 +1,6 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::catalogue::{Entry, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Story, too_sparse};
+use super::catalogue::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Story, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::Run;
@@ -49,7 +49,7 @@ fn in_window(
 
 fn after_corner(entry: &Entry, story: &Story, axes: (&str, &str), period: f64) -> Result<Outcome, PlotError> {
     let Some(corner) = story.corner else {
-        return Ok(Err("F(t) has no corner after the start".to_owned()));
+        return Ok(Err(NO_CORNER.into()));
     };
     in_window(entry, story, axes, (corner, corner + 6.0 * story.axial_period), period)
 }
@@ -65,7 +65,7 @@ pub(super) fn plateau(entry: &Entry, story: &Story) -> Result<Outcome, PlotError
 fn before_onset(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
     match story.onset {
         Some(onset) => in_window(entry, story, axes, (onset - TURNS * story.period, onset), story.period),
-        None => Ok(Err(NO_STICK.to_owned())),
+        None => Ok(Err(NO_STICK.into())),
     }
 }
 
@@ -80,11 +80,11 @@ pub(super) fn growth_rotor(entry: &Entry, story: &Story) -> Result<Outcome, Plot
 /// From the first stick to the last: no spiral, but an orbit for each cycle.
 fn during(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
     let (Some(onset), Some(last)) = (story.onset, story.run.events.last()) else {
-        return Ok(Err(NO_STICK.to_owned()));
+        return Ok(Err(NO_STICK.into()));
     };
     let end = story.final_stick.unwrap_or(last.time);
     if end <= onset {
-        return Ok(Err("the run has no stick that ends".to_owned()));
+        return Ok(Err(NO_CYCLE.into()));
     }
     match story.resolved((onset, end), story.period)? {
         Ok(window) => phase(story.runs, entry.name, entry.title, axes, window).map(Ok),
@@ -108,11 +108,11 @@ pub(super) fn torque(entry: &Entry, story: &Story) -> Result<Outcome, PlotError>
 /// slower than the surfaces' own mode and decays as slowly; two turns at least.
 fn final_stick(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
     let Some(start) = story.final_stick else {
-        return Ok(Err("the run does not end in a stick".to_owned()));
+        return Ok(Err("the run does not end in a stick".into()));
     };
     let modes = stick_modes(&TorsionModel::new(&story.run.parameters)).modes;
     let Some(slow) = modes.iter().filter_map(|mode| mode.natural_frequency).reduce(f64::min) else {
-        return Ok(Err("the rotor does not swing: it is overdamped".to_owned()));
+        return Ok(Err("the rotor does not swing: it is overdamped".into()));
     };
     let window = (start, start + SWINGS / slow);
     match story.run.dense_until(window, 1.0 / (slow * SAMPLES_PER_PERIOD))? {

@@ -8,7 +8,7 @@ use crate::analysis::StickSlip;
 use crate::case::{Case, CaseSource};
 use crate::model::{Mode, Parameters};
 use crate::results::{ResultFile, Status, schema};
-use crate::simulation::{Event, EventKind};
+use crate::simulation::{Event, EventKind, OutputWindow};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -38,6 +38,8 @@ pub struct Run {
     pub stick_slip: StickSlip,
     /// Of the case kept in the file.
     pub parameters: Parameters,
+    /// Windows in which the run was sampled more densely.
+    pub windows: Vec<OutputWindow>,
     /// (start, end, mode), joined where the mode goes on.
     stretches: Vec<(f64, f64, Mode)>,
     /// Curves that several figures use, by channel and window.
@@ -75,6 +77,7 @@ impl Run {
             stick_slip: StickSlip::from_events(&events),
             events,
             parameters: case.parameters,
+            windows: case.output.windows,
             stretches,
             file,
             cache: RefCell::default(),

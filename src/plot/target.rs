@@ -12,8 +12,16 @@ const HEAD: u64 = 4096;
 /// Whether a figure may be written to `path`.
 ///
 /// # Errors
-/// A folder, or a file that is no figure of this program and is not to be replaced by `force`.
+/// A folder, a file in a folder that is missing, or a file that is no figure of this program and is not to be replaced
+/// by `force`.
 pub fn check(path: &Path, force: bool) -> Result<(), PlotError> {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        return Err(PlotError::MissingFolder {
+            path: path.to_owned(),
+            folder: folder.to_owned(),
+        });
+    }
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         Err(source) => Err(io(path, "looking at the file", source)),
