@@ -254,11 +254,10 @@ impl Run {
         let mut current = None;
         self.each_sample(&["mode", x, y], window, |row| {
             let mode = row[0] as usize;
-            if let Some(before) = current.replace(mode).filter(|&before| before != mode) {
-                if let Some((_, portrait)) = by_mode.get_mut(before) {
-                    portrait.push(row[1], row[2]);
-                    portrait.lift();
-                }
+            let left = current.replace(mode).filter(|&before| before != mode);
+            if let Some((_, portrait)) = left.and_then(|before| by_mode.get_mut(before)) {
+                portrait.push(row[1], row[2]);
+                portrait.lift();
             }
             if let Some((_, portrait)) = by_mode.get_mut(mode) {
                 portrait.push(row[1], row[2]);
