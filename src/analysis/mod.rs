@@ -1,9 +1,13 @@
-//! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation.
+//! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
+//! its modes and its loss of stability.
 
 pub mod growth;
+pub mod modes;
+pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 
 pub use growth::Growth;
+pub use modes::Modes;
 pub use stick_slip::{Cycle, StickSlip};
 pub use summary::Summary;

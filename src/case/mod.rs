@@ -101,7 +101,7 @@ impl Case {
 }
 
 /// The known name that an unknown one most likely means, if any is close; upper and lower case are alike.
-fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // Below this similarity, suggestions on misspelt keys are more often wrong than right.
     const CLOSE: f64 = 0.8;
     let unknown = unknown.to_lowercase();

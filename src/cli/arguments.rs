@@ -46,6 +46,11 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
+    /// Draw the figures of the paper, or any channel, from result files.
+    #[command(override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot [OPTIONS] --list")]
+    Plot(PlotOptions),
+    /// Natural frequencies, damping, and the loss of stability of a case.
+    Modes(ModesOptions),
     /// Print a built-in case to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
@@ -75,6 +80,115 @@ pub(super) struct InspectOptions {
     /// A result file.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ModesOptions {
+    /// A TOML file, a built-in case, or a result.
+    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT)]
+    pub case: String,
+    /// Override a key, such as friction.decay=4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Draw effective damping and growth rate against the speed, into an SVG or PNG file.
+    #[arg(long, value_name = "FILE")]
+    pub figure: Option<PathBuf>,
+    /// With --figure: replace any file, not only a figure of this program.
+    #[arg(long, requires = "figure")]
+    pub force: bool,
+}
+
+/// File format of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    Svg,
+    Png,
+}
+
+impl Format {
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Svg => "svg",
+            Format::Png => "png",
+        }
+    }
+
+    /// By the extension of a file name.
+    pub fn of_path(path: &std::path::Path) -> Option<Format> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        [Format::Svg, Format::Png]
+            .into_iter()
+            .find(|f| f.extension() == extension)
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PlotOptions {
+    /// Result files; several are drawn over each other, the first is the reference.
+    #[arg(value_name = "FILE", required_unless_present = "list")]
+    pub files: Vec<PathBuf>,
+    /// A folder for the figures, or a file (.svg, .png) for one.
+    #[arg(short, long, value_name = "DIR|FILE", default_value = "figures")]
+    pub output: PathBuf,
+    /// Only this figure, by name or by its number in the paper; may be repeated.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["channels", "phase"])]
+    pub only: Vec<String>,
+    /// List the figures.
+    #[arg(long)]
+    pub list: bool,
+    /// Draw this variable of /trajectory over time; may be repeated.
+    #[arg(long = "channel", value_name = "NAME")]
+    pub channels: Vec<String>,
+    /// Draw the channels against this variable instead of time.
+    #[arg(long, value_name = "NAME", requires = "channels")]
+    pub x: Option<String>,
+    /// Draw variable B against variable A.
+    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    pub phase: Vec<String>,
+    /// Start of a figure of one's own, s.
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// End of a figure of one's own, s.
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Format in a folder [default: both].
+    #[arg(long, value_enum, value_name = "svg|png", hide_possible_values = true)]
+    pub format: Option<Format>,
+    /// Width of a figure, mm: 85 is a journal's column, 300 a wide screen.
+    #[arg(long, value_name = "MM", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
+    pub width: f64,
+    /// Pixels of an inch in PNG.
+    #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
+    pub dpi: f64,
+    /// Replace any file, not only a figure of this program.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Pixels of an inch in print.
+pub(super) const DPI: f64 = 300.0;
+
+fn between(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => Err(format!("give a number from {low} to {high}")),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("give a time in seconds, such as 6.975".to_owned()),
+    }
+}
+
+/// Below 60 mm there is no room for axes.
+fn width(text: &str) -> Result<f64, String> {
+    between(text, 60.0, 1000.0)
+}
+
+fn dpi(text: &str) -> Result<f64, String> {
+    between(text, 30.0, 2400.0)
 }
 
 #[derive(Debug, Args)]

@@ -3,6 +3,8 @@
 mod arguments;
 mod case_command;
 mod inspect;
+mod modes;
+mod plot;
 mod progress;
 mod provenance;
 mod run;
@@ -70,6 +72,8 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     match command {
         Command::Run(options) => run::run(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
+        Command::Plot(options) => plot::plot(&options, &common),
+        Command::Modes(options) => modes::modes(&options, &common),
         Command::Case(options) => case_command::case(&options, &common),
     }
 }

@@ -19,13 +19,13 @@ const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Co
                           Vibration, 2016, article 9275147";
 
 /// What is to be run: where it is from, and what it says.
-struct Input {
-    source: CaseSource,
-    case: Case,
+pub(super) struct Input {
+    pub source: CaseSource,
+    pub case: Case,
     /// The case text for /input/case: that of the first run, if one is repeated.
     text: String,
     /// Files that must not be overwritten.
-    files: Vec<PathBuf>,
+    pub files: Vec<PathBuf>,
 }
 
 /// The JSON document of a run: complete, interrupted or failed.
@@ -56,7 +56,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         case,
         text,
         files,
-    } = read_input(options)?;
+    } = read_input(&options.case, &options.set, options.method.as_deref())?;
     let path = options.output.clone().unwrap_or_else(|| default_output(&source));
     let overwrite = if options.force {
         Overwrite::Force
@@ -183,27 +183,27 @@ fn bad_file(error: ResultError) -> CommandError {
 }
 
 /// The case from a file, a result file or the built-in ones, with its overrides.
-fn read_input(options: &RunOptions) -> Result<Input, CommandError> {
-    let path = Path::new(&options.case);
+pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Result<Input, CommandError> {
+    let path = Path::new(case);
     let mut files = Vec::new();
     let mut text = None;
     let source = if path.is_file() && is_hdf5(path) {
         let file = ResultFile::open(path).map_err(bad_file)?;
         text = Some(file.case_text().map_err(bad_file)?);
         CaseSource::result(path, file.resolved().map_err(bad_file)?)
-    } else if path.exists() || looks_like_a_path(&options.case) {
+    } else if path.exists() || looks_like_a_path(case) {
         CaseSource::file(path).map_err(bad_case)?
     } else {
-        CaseSource::built_in(&options.case).map_err(bad_case)?
+        CaseSource::built_in(case).map_err(bad_case)?
     };
     if path.exists() {
         files.push(path.to_owned());
     }
-    let mut overrides = Vec::with_capacity(options.set.len() + 1);
-    for setting in &options.set {
+    let mut overrides = Vec::with_capacity(set.len() + 1);
+    for setting in set {
         overrides.push(Override::parse(setting).map_err(bad_case)?);
     }
-    if let Some(method) = &options.method {
+    if let Some(method) = method {
         overrides.push(Override::parse(&format!("solver.method={method}")).map_err(bad_case)?);
     }
     let case = Case::parse(&source, &overrides).map_err(bad_case)?;

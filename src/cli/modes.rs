@@ -1,0 +1,230 @@
+//! `stickslip modes`.
+
+use super::arguments::{Common, DPI, Format, ModesOptions};
+use super::plot::{bad, check_target, save};
+use super::run::{Input, read_input};
+use super::{CommandError, End, complain, print, print_json, terminal};
+use crate::analysis::Modes;
+use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
+use crate::plot::{style, svg};
+use serde::Serialize;
+use std::path::Path;
+
+/// The JSON document of the modes.
+#[derive(Serialize)]
+struct ModesDocument<'a> {
+    /// Where the case is from.
+    case: String,
+    title: &'a str,
+    #[serde(flatten)]
+    modes: &'a Modes,
+}
+
+/// Computes the modes of a case and reports them.
+pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
+    let Input {
+        source, case, files, ..
+    } = read_input(&options.case, &options.set, None)?;
+    let target = options
+        .figure
+        .as_deref()
+        .map(|path| figure_target(path, options.force, &files))
+        .transpose()?;
+    let modes = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
+    if common.json {
+        print_json(&ModesDocument {
+            case: source.label(),
+            title: &case.title,
+            modes: &modes,
+        })?;
+    } else if !common.quiet {
+        print(&report(&case.title, &modes))?;
+    }
+    if let Some((path, format)) = target {
+        let figure = crate::plot::modes::figure(&case.title, &modes);
+        let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
+        save(path, &text, format, DPI).map_err(bad)?;
+    }
+    if let (Some(failure), false) = (&modes.run_failure, common.quiet) {
+        complain(&format!(
+            "warning: the run that looks for the loss of stability failed before its first stick, so only what came \
+             before is known: {failure}"
+        ));
+    }
+    Ok(End::Done)
+}
+
+/// The file of the figure, checked before anything is computed.
+fn figure_target<'a>(
+    path: &'a Path,
+    force: bool,
+    inputs: &[std::path::PathBuf],
+) -> Result<(&'a Path, Format), CommandError> {
+    let format = Format::of_path(path).ok_or_else(|| {
+        CommandError::Input(format!(
+            "{}: a figure is an SVG or a PNG file; give it the extension .svg or .png",
+            path.display()
+        ))
+    })?;
+    check_target(path, inputs, force)?;
+    Ok((path, format))
+}
+
+fn report(title: &str, modes: &Modes) -> String {
+    format!(
+        "{title}\n\n{}\n{}\n{}\n{}",
+        headline(modes),
+        mode_table(modes),
+        damping_table(modes),
+        stability(modes)
+    )
+}
+
+fn headline(modes: &Modes) -> String {
+    let mut table = terminal::table(&[]);
+    let critical = modes
+        .critical_speed
+        .map_or_else(|| "none".to_owned(), |x| format!("{x:.6} rad/s"));
+    for (name, value) in [
+        ("axial frequency sqrt(k_e/m)", hertz(modes.axial_frequency)),
+        (
+            "axial damping ratio c_a/(2 sqrt(k_e m))",
+            format!("{:.4}", modes.axial_damping_ratio),
+        ),
+        ("torsional frequency sqrt(k_t/J)", hertz(modes.torsional_frequency)),
+        ("natural period T_n", format!("{:.2} us", modes.natural_period * 1e6)),
+        (
+            "contact force of the slip below",
+            format!("{:.1} N", modes.normal_force),
+        ),
+        ("critical speed under that force", critical),
+    ] {
+        table.add_row([name.to_owned(), value]);
+    }
+    terminal::show(&table)
+}
+
+fn mode_table(modes: &Modes) -> String {
+    let mut table = terminal::table(&[
+        "state", "omega_r", "mode", "Hz", "damping", "1/s", "theta", "phi_2", "phi_1",
+    ]);
+    for state in &modes.states {
+        for mode in &state.modes {
+            let part = |coordinate| shape(mode, coordinate);
+            table.add_row([
+                state.state.to_owned(),
+                state.relative_velocity.map(|x| format!("{x:.3}")).unwrap_or_default(),
+                mode.name.to_owned(),
+                mode.natural_frequency
+                    .map_or_else(|| "-".to_owned(), |f| format!("{f:.1}")),
+                mode.damping_ratio.map_or_else(|| "-".to_owned(), |d| format!("{d:.4}")),
+                format!("{:.2}", mode.growth_rate),
+                part("theta"),
+                part("phi2"),
+                part("phi1"),
+            ]);
+        }
+    }
+    terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7, 8]);
+    format!(
+        "omega_r in rad/s; damping as a ratio; 1/s: Re of the eigenvalue, positive where\n\
+         the mode grows; then the velocities of its shape\n{}",
+        terminal::show(&table)
+    )
+}
+
+/// The real part of the velocity in phase with the largest one.
+fn shape(mode: &Eigenmode, coordinate: &str) -> String {
+    mode.shape
+        .iter()
+        .find(|part| part.coordinate == coordinate)
+        .map(|part| {
+            let hundredths = (100.0 * part.amplitude * part.phase.cos()).round();
+            // Adding zero drops the sign of -0.
+            format!("{:.2}", hundredths / 100.0 + 0.0)
+        })
+        .unwrap_or_default()
+}
+
+/// Rows of the curve beside the fractions of the critical speed that matter.
+fn damping_table(modes: &Modes) -> String {
+    let mut table = terminal::table(&["omega_r rad/s", "effective damping N m s/rad", "ratio", "growth 1/s"]);
+    let count = modes.effective_damping.len();
+    for k in 0..=8 {
+        let EffectiveDamping {
+            relative_velocity,
+            damping,
+            damping_ratio,
+            growth_rate,
+        } = modes.effective_damping[k * (count - 1) / 8];
+        table.add_row([
+            format!("{relative_velocity:.4}"),
+            format!("{damping:.4}"),
+            format!("{damping_ratio:.4}"),
+            format!("{growth_rate:.2}"),
+        ]);
+    }
+    terminal::align_right(&mut table, 0..4);
+    terminal::show(&table)
+}
+
+fn stability(modes: &Modes) -> String {
+    let sentence = match modes.stability {
+        Stability::Lost => return modes.instability.as_ref().map(loss).unwrap_or_default(),
+        Stability::FrictionDoesNotFall => {
+            "Steady sliding is stable at every speed and force: friction does not fall with speed (decay 0, or \
+             low_speed not above high_speed)."
+        }
+        Stability::DampingSuffices => {
+            "Steady sliding is stable at every speed: the damping outweighs the fall of the friction even at rest, \
+             under the largest force."
+        }
+        Stability::NotReached => {
+            "Steady sliding would lose its stability below the critical speed, but the run sticks or ends before."
+        }
+    };
+    format!("{sentence}\n")
+}
+
+fn loss(lost: &Instability) -> String {
+    let mut table = terminal::table(&[]);
+    let folds = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}"));
+    let speed = |x: f64| format!("{x:.6} rad/s");
+    let crossing = lost.eigenvalue_crossing.map_or_else(
+        || "none nearby".to_owned(),
+        |c| format!("{:.9} s, at {}", c.time, speed(c.relative_velocity)),
+    );
+    let onset = lost
+        .onset_time
+        .map_or_else(|| "none".to_owned(), |t| format!("{t:.9} s"));
+    let decided = match lost.onset_decided_by {
+        OnsetDecision::Perturbation => "the perturbation",
+        OnsetDecision::Rounding => "rounding and solver error: this onset does not converge",
+        OnsetDecision::SmoothSliding => "neither perturbation nor rounding: smooth sliding stops by itself",
+    };
+    for (name, value) in [
+        (
+            "loss of stability (zero of the margin)",
+            format!("{:.9} s, at {}", lost.time, speed(lost.relative_velocity)),
+        ),
+        ("eigenvalue crossing", crossing),
+        ("growth rate at the loss", format!("{:.4} 1/s", lost.growth_rate)),
+        ("growth exponent G", format!("{:.2}", lost.growth_exponent)),
+        ("first stick", onset),
+        ("growth up to the first stick", format!("{:.2}", lost.growth_to_onset)),
+        ("e-folds gained from the kick", folds(lost.e_folds_gained)),
+        ("kick above rounding, e-folds", folds(lost.kick_above_noise)),
+        ("the onset is decided by", decided.to_owned()),
+    ] {
+        table.add_row([name.to_owned(), value]);
+    }
+    terminal::show(&table)
+}
+
+fn hertz(frequency: f64) -> String {
+    if frequency < 1e3 {
+        format!("{frequency:.2} Hz")
+    } else {
+        format!("{:.4} kHz", frequency / 1e3)
+    }
+}

@@ -1,0 +1,314 @@
+//! `stickslip plot`.
+
+use super::arguments::{Common, Format, PlotOptions};
+use super::{CommandError, End, complain, print, print_json, terminal};
+use crate::plot::catalogue::{self, ENTRIES, Entry, Story};
+use crate::plot::{Figure, PlotError, Run, own, raster, svg, target};
+use crate::results::Status;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The JSON document of a plot.
+#[derive(Serialize)]
+struct PlotDocument {
+    files: Vec<Written>,
+    not_drawn: Vec<NotDrawn>,
+    /// What `stickslip run FILE --set ...` needs for what was not drawn, where sampling is what it lacks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampling: Option<String>,
+}
+
+/// What there is to draw, and what a run does not have.
+#[derive(Default)]
+struct Chosen {
+    figures: Vec<Figure>,
+    not_drawn: Vec<NotDrawn>,
+    sampling: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Written {
+    file: String,
+    figure: String,
+    title: String,
+    /// Number in the paper, where it is known.
+    paper_figure: Option<u32>,
+}
+
+#[derive(Serialize)]
+struct NotDrawn {
+    figure: &'static str,
+    why: String,
+}
+
+#[derive(Serialize)]
+struct Listed {
+    figure: &'static str,
+    title: &'static str,
+    paper_figure: Option<u32>,
+}
+
+/// Draws figures of one run, or of several over each other.
+pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
+    if options.list {
+        return list(common);
+    }
+    let chosen = options.only.iter().map(|name| catalogue::find(name));
+    let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
+    let mut names = std::collections::HashSet::new();
+    chosen.retain(|entry| names.insert(entry.name));
+    let runs = options.files.iter().map(|path| Run::open(path));
+    let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(bad)?;
+    for run in runs.iter().filter(|_| !common.quiet) {
+        tell_status(run);
+    }
+    let chosen = figures(options, &runs, &chosen)?;
+    let written = write(options, &chosen.figures)?;
+    if common.json {
+        print_json(&PlotDocument {
+            files: written,
+            not_drawn: chosen.not_drawn,
+            sampling: chosen.sampling,
+        })?;
+    } else if !common.quiet {
+        print(&report(&written, &chosen, &options.files))?;
+    }
+    Ok(End::Done)
+}
+
+/// The exit status that an error deserves.
+pub(super) fn bad(error: PlotError) -> CommandError {
+    match error {
+        PlotError::Drawing(_) | PlotError::Io { .. } => CommandError::Computation(error.to_string()),
+        _ => CommandError::Input(error.to_string()),
+    }
+}
+
+fn list(common: &Common) -> Result<End, CommandError> {
+    if common.json {
+        let listed: Vec<Listed> = ENTRIES
+            .iter()
+            .map(|e| Listed {
+                figure: e.name,
+                title: e.title,
+                paper_figure: e.paper_figure,
+            })
+            .collect();
+        print_json(&listed)?;
+        return Ok(End::Done);
+    }
+    let mut table = terminal::table(&["figure", "paper", "shows"]);
+    for e in ENTRIES {
+        let number = e.paper_figure.map(|n| n.to_string()).unwrap_or_default();
+        table.add_row([e.name, &number, e.title]);
+    }
+    terminal::align_right(&mut table, [1]);
+    print(&terminal::show(&table))?;
+    Ok(End::Done)
+}
+
+/// Says of a run that is not whole how far it can be drawn.
+fn tell_status(run: &Run) {
+    let how = match run.status() {
+        Status::Complete => return,
+        Status::Interrupted => "was interrupted (or still runs)",
+        Status::Failed(_) => "failed",
+    };
+    complain(&format!(
+        "warning: {}: this run {how}; drawn is what is there, up to t = {:.6} s",
+        run.path().display(),
+        run.times.1
+    ));
+}
+
+/// The figures that are asked for, and those of the catalogue that the run does not have.
+fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chosen, CommandError> {
+    if !options.channels.is_empty() || !options.phase.is_empty() {
+        let figures = own_figures(options, runs).map_err(bad)?;
+        return Ok(Chosen {
+            figures,
+            ..Chosen::default()
+        });
+    }
+    if options.from.is_some() || options.to.is_some() {
+        return Err(CommandError::Input(
+            "--from and --to are for figures of one's own; the figures of the paper find their windows by the events. \
+             Name what to draw with --channel NAME or --phase A B"
+                .to_owned(),
+        ));
+    }
+    let Some(story) = Story::new(runs) else {
+        return Ok(Chosen::default());
+    };
+    let all: Vec<&Entry> = ENTRIES.iter().collect();
+    let (mut chosen, mut absent) = (Chosen::default(), Vec::new());
+    for entry in if only.is_empty() { &all[..] } else { only } {
+        match entry.build(&story).map_err(bad)? {
+            Ok(figure) => chosen.figures.push(figure),
+            Err(missing) => absent.push((entry, missing)),
+        }
+    }
+    let missing: Vec<_> = absent.iter().map(|(_, missing)| missing).collect();
+    chosen.sampling = catalogue::sampling(story.run, &missing);
+    // What is asked for by name has to be there.
+    if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
+        let path = story.run.path().display();
+        let remedy = chosen.sampling.as_deref().map(|text| remedy(text, story.run.path()));
+        return Err(CommandError::Input(format!(
+            "{path}: {} cannot be drawn: {}{}",
+            entry.name,
+            missing.why,
+            remedy.map(|text| format!("; {text}")).unwrap_or_default()
+        )));
+    }
+    let not_drawn = absent.into_iter().map(|(entry, missing)| NotDrawn {
+        figure: entry.name,
+        why: missing.why,
+    });
+    chosen.not_drawn = not_drawn.collect();
+    Ok(chosen)
+}
+
+fn remedy(sampling: &str, path: &Path) -> String {
+    format!(
+        "repeat the run with closer samples: stickslip run {} --set '{sampling}'",
+        path.display()
+    )
+}
+
+fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotError> {
+    let window = own::window(runs, options.from, options.to)?;
+    let mut figures = Vec::new();
+    let title = |what: &str| match runs {
+        [run] => format!("{what}, {}", run.label()),
+        _ => what.to_owned(),
+    };
+    let against = |x: &str, y: &str| -> Result<Figure, PlotError> {
+        let Some(run) = runs.first() else {
+            return Err(PlotError::Drawing("no run".to_owned()));
+        };
+        let what = format!("{} against {}", run.axis(y)?.name, run.axis(x)?.name);
+        own::phase(runs, &format!("{y}-against-{x}"), &title(&what), (x, y), window)
+    };
+    match &options.x {
+        Some(x) => {
+            for y in &options.channels {
+                figures.push(against(x, y)?);
+            }
+        }
+        None if !options.channels.is_empty() => {
+            let channels: Vec<&str> = options.channels.iter().map(String::as_str).collect();
+            let axes = runs.iter().take(1).flat_map(|run| channels.iter().map(|c| run.axis(c)));
+            let names = axes.map(|axis| Ok(axis?.name)).collect::<Result<Vec<_>, PlotError>>()?;
+            figures.push(own::channels(runs, &title(&names.join(", ")), &channels, window)?);
+        }
+        None => {}
+    }
+    for pair in options.phase.chunks_exact(2) {
+        figures.push(against(&pair[0], &pair[1])?);
+    }
+    Ok(figures)
+}
+
+/// Extensions by which nobody means a folder.
+const OTHER_FORMATS: [&str; 8] = ["pdf", "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif"];
+
+/// Where each figure goes, in which format.
+fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
+    if let Some(format) = Format::of_path(&options.output) {
+        if figures.len() != 1 {
+            return Err(PlotError::NoFolder {
+                path: options.output.clone(),
+            });
+        }
+        return Ok(vec![(0, options.output.clone(), format)]);
+    }
+    let extension = options.output.extension().unwrap_or_default().to_ascii_lowercase();
+    if OTHER_FORMATS.iter().any(|other| extension == *other) {
+        return Err(PlotError::Format {
+            path: options.output.clone(),
+        });
+    }
+    if options.output.is_file() {
+        return Err(PlotError::NoFolder {
+            path: options.output.clone(),
+        });
+    }
+    let formats: &[Format] = match &options.format {
+        Some(format) => std::slice::from_ref(format),
+        None => &[Format::Svg, Format::Png],
+    };
+    let file = |name: &str, format: &Format| options.output.join(format!("{name}.{}", format.extension()));
+    let of_figure = |(k, figure): (usize, &Figure)| -> Vec<(usize, PathBuf, Format)> {
+        formats.iter().map(|f| (k, file(&figure.name, f), *f)).collect()
+    };
+    Ok(figures.iter().enumerate().flat_map(of_figure).collect())
+}
+
+fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, CommandError> {
+    let targets = targets(options, figures).map_err(bad)?;
+    if Format::of_path(&options.output).is_none() && !targets.is_empty() {
+        std::fs::create_dir_all(&options.output).map_err(|source| {
+            bad(PlotError::Io {
+                path: options.output.clone(),
+                action: "creating the folder",
+                source,
+            })
+        })?;
+    }
+    for (_, path, _) in &targets {
+        check_target(path, &options.files, options.force)?;
+    }
+    let mut written = Vec::with_capacity(targets.len());
+    let mut drawn: Option<(usize, String)> = None;
+    for (number, path, format) in targets {
+        let figure = &figures[number];
+        let text = match drawn.take().filter(|(of, _)| *of == number) {
+            Some((_, text)) => text,
+            None => svg::svg(figure, options.width).map_err(bad)?,
+        };
+        save(&path, &text, format, options.dpi).map_err(bad)?;
+        written.push(Written {
+            file: path.display().to_string(),
+            figure: figure.name.clone(),
+            title: figure.full_title(),
+            paper_figure: figure.paper_figure,
+        });
+        drawn = Some((number, text));
+    }
+    Ok(written)
+}
+
+/// Also by force an input is never an output.
+pub(super) fn check_target(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
+    let same = |input: &PathBuf| matches!((input.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if inputs.iter().any(same) {
+        return Err(CommandError::Input(format!(
+            "{}: this is the file to be drawn; give the figure another name with -o",
+            path.display()
+        )));
+    }
+    target::check(path, force).map_err(bad)
+}
+
+/// Writes one figure in one format.
+pub(super) fn save(path: &Path, svg: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
+    match format {
+        Format::Svg => target::write(path, svg.as_bytes()),
+        Format::Png => target::write(path, &raster::png(svg, dpi)?),
+    }
+}
+
+fn report(written: &[Written], chosen: &Chosen, files: &[PathBuf]) -> String {
+    let mut lines: String = written.iter().map(|w| format!("{}\n", w.file)).collect();
+    if !chosen.not_drawn.is_empty() {
+        lines += "\nnot drawn:\n";
+    }
+    for missing in &chosen.not_drawn {
+        lines += &format!("{}: {}\n", missing.figure, missing.why);
+    }
+    if let (Some(sampling), Some(path)) = (&chosen.sampling, files.first()) {
+        lines += &format!("\n{}\n", remedy(sampling, path));
+    }
+    lines
+}

@@ -1,0 +1,565 @@
+//! The figures of the paper, from one run or several: each knows its window of time by the events.
+
+use super::error::PlotError;
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::own::over_time;
+use super::portraits;
+use super::run::Run;
+use super::style::{BLACK, BLUE, GREY, PALETTE, VERMILLION};
+use crate::analysis::modes::critical_speed;
+use crate::case;
+use crate::model::axial::AxialMotion;
+use crate::model::torsion::TorsionModel;
+use crate::simulation::{EventKind, OutputWindow};
+use plotters::style::RGBColor;
+use std::f64::consts::TAU;
+
+/// The figure of the paper that is a critical curve in (alpha, c_t).
+const CRITICAL_CURVE: u32 = 25;
+/// The first and the last figure of the paper that are of one run.
+const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
+
+/// Samples in a period from which a close-up shows the motion and not its sampling.
+pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
+
+/// What comes of a figure: drawn, or why this run does not have it.
+pub type Outcome = Result<Figure, Absent>;
+
+/// Why a run does not have a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Absent {
+    /// In words.
+    pub why: String,
+    /// The sampling that a repeated run would need to have it.
+    pub window: Option<OutputWindow>,
+}
+
+impl From<&str> for Absent {
+    fn from(why: &str) -> Self {
+        Absent {
+            why: why.to_owned(),
+            window: None,
+        }
+    }
+}
+
+/// One figure of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// File name without extension.
+    pub name: &'static str,
+    pub title: &'static str,
+    /// Number in the paper, where it is known.
+    pub paper_figure: Option<u32>,
+    build: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
+}
+
+/// Every figure, in the order in which the paper tells the story.
+pub const ENTRIES: &[Entry] = &[
+    entry("friction-law", "Friction law", Some(4), friction_law),
+    entry("axial-displacement", "Axial displacement", Some(5), axial_displacement),
+    entry(
+        "axial-settling",
+        "Axial displacement after the force has come to its plateau",
+        None,
+        axial_settling,
+    ),
+    entry("rotor-speed", "Rotor speed", None, |e, s| {
+        whole(e, s, &[&["theta_dot"]])
+    }),
+    entry("rotor-speed-stop", "Rotor speed before the stop", None, |e, s| {
+        stop(e, s, &[&["theta_dot"]])
+    }),
+    entry("surface-speeds", "Speeds of the contact surfaces", None, |e, s| {
+        whole(e, s, &[&["phi2_dot"], &["phi1_dot"]])
+    }),
+    entry(
+        "surface-speeds-stop",
+        "Speeds of the contact surfaces before the stop",
+        None,
+        |e, s| stop(e, s, &[&["phi2_dot"], &["phi1_dot"]]),
+    ),
+    entry(
+        "surface-speeds-close-up",
+        "Speeds of the contact surfaces, first sticks",
+        None,
+        |e, s| first_cycles(e, s, &[&["phi2_dot", "phi1_dot"]]),
+    ),
+    entry("relative-velocity", "Relative velocity", None, |e, s| {
+        whole(e, s, &[&["relative_velocity"]])
+    }),
+    entry(
+        "relative-velocity-growth",
+        "Relative velocity before the first stick",
+        None,
+        growth,
+    ),
+    entry("stick-slip-transition", "Stick-slip", None, transition),
+    entry(
+        "stick-slip-close-up",
+        "First sticks: relative velocity and torques",
+        None,
+        |e, s| {
+            first_cycles(
+                e,
+                s,
+                &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]],
+            )
+        },
+    ),
+    entry(
+        "stick-slip-end",
+        "Last sticks: relative velocity and torques",
+        None,
+        last_cycles,
+    ),
+    entry("durations", "Durations of the sticks and slips", Some(15), durations),
+    entry(
+        "phase-axial",
+        "Axial motion after the force has come to its plateau",
+        None,
+        portraits::axial,
+    ),
+    entry(
+        "phase-plateau",
+        "Stator surface after the force has come to its plateau",
+        None,
+        portraits::plateau,
+    ),
+    entry(
+        "phase-growth-stator",
+        "Stator surface before the first stick",
+        None,
+        portraits::growth_stator,
+    ),
+    entry(
+        "phase-growth-rotor",
+        "Rotor surface before the first stick",
+        None,
+        portraits::growth_rotor,
+    ),
+    entry(
+        "phase-stick-slip-stator",
+        "Stator surface during stick-slip",
+        None,
+        portraits::stick_slip_stator,
+    ),
+    entry(
+        "phase-stick-slip-rotor",
+        "Rotor surface during stick-slip",
+        None,
+        portraits::stick_slip_rotor,
+    ),
+    entry(
+        "phase-stick-slip-torque",
+        "Torque and relative velocity during stick-slip",
+        None,
+        portraits::torque,
+    ),
+    entry(
+        "phase-final-stick-stator",
+        "Stator surface in the last stick",
+        None,
+        portraits::final_stick_stator,
+    ),
+    entry(
+        "phase-final-stick-rotor",
+        "Rotor surface in the last stick",
+        None,
+        portraits::final_stick_rotor,
+    ),
+];
+
+const fn entry(
+    name: &'static str,
+    title: &'static str,
+    paper_figure: Option<u32>,
+    build: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
+) -> Entry {
+    Entry {
+        name,
+        title,
+        paper_figure,
+        build,
+    }
+}
+
+impl Entry {
+    /// Makes the figure.
+    ///
+    /// # Errors
+    /// If a file cannot be read. That a run does not have the figure is no error.
+    pub fn build(&self, story: &Story) -> Result<Outcome, PlotError> {
+        let outcome = (self.build)(self, story)?;
+        Ok(outcome.map(|figure| Figure {
+            paper_figure: self.paper_figure,
+            ..figure
+        }))
+    }
+}
+
+/// The figure of a name or of a number in the paper.
+///
+/// # Errors
+/// If there is none, with what there is.
+pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
+    if let Ok(number) = name.parse::<u32>() {
+        return match ENTRIES.iter().find(|e| e.paper_figure == Some(number)) {
+            Some(entry) => Ok(entry),
+            None if number == CRITICAL_CURVE => Err(PlotError::CriticalCurve { number }),
+            None if OF_A_RUN.contains(&number) => Err(PlotError::UnknownNumber { number }),
+            None => Err(unknown_figure(name)),
+        };
+    }
+    ENTRIES
+        .iter()
+        .find(|e| e.name == name)
+        .ok_or_else(|| unknown_figure(name))
+}
+
+fn unknown_figure(name: &str) -> PlotError {
+    let names: Vec<&str> = ENTRIES.iter().map(|e| e.name).collect();
+    PlotError::UnknownFigure {
+        name: name.to_owned(),
+        hint: hint(name, names.iter().copied()),
+        known: names.join(", "),
+    }
+}
+
+/// " (did you mean ...?)" if a known name is close.
+pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> String {
+    case::suggest(unknown, known)
+        .map(|close| format!(" (did you mean {close}?)"))
+        .unwrap_or_default()
+}
+
+/// Colour of the n-th line.
+pub(super) fn line_color(number: usize) -> RGBColor {
+    PALETTE[number % PALETTE.len()]
+}
+
+/// The runs to draw and the moments of the first of them that divide its story.
+#[derive(Debug)]
+pub struct Story<'a> {
+    pub runs: &'a [Run],
+    pub run: &'a Run,
+    /// T_n, s.
+    pub period: f64,
+    /// Period of the axial motion without damping, s.
+    pub axial_period: f64,
+    /// First and last stick, s.
+    pub onset: Option<f64>,
+    /// The stick in which the run ends, s.
+    pub final_stick: Option<f64>,
+    /// Loss of stability, s.
+    pub instability: Option<f64>,
+    /// The last corner of F(t), s.
+    pub corner: Option<f64>,
+}
+
+impl<'a> Story<'a> {
+    /// Of runs of which the first is the reference; `None` without a run.
+    pub fn new(runs: &'a [Run]) -> Option<Story<'a>> {
+        let run = runs.first()?;
+        let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
+        let axial = &run.parameters.axial;
+        let corners = AxialMotion::new(axial, &run.parameters.actuation).corners().last();
+        Some(Story {
+            runs,
+            run,
+            period: TorsionModel::new(&run.parameters).natural_period(),
+            axial_period: TAU / (axial.stiffness / axial.mass).sqrt(),
+            onset: run.stick_slip.onset_time,
+            final_stick: run.stick_slip.final_stick_time,
+            instability: first(EventKind::Destabilised),
+            corner: corners.filter(|&t| t > 0.0),
+        })
+    }
+
+    /// The part of a window that the first run covers, if its samples there resolve motions of `period`; or why not.
+    pub(super) fn resolved(
+        &self,
+        (from, to): (f64, f64),
+        period: f64,
+    ) -> Result<Result<(f64, f64), Absent>, PlotError> {
+        let window = (from.max(self.run.times.0), to.min(self.run.times.1));
+        let count = match self.run.rows_in(window) {
+            Ok(rows) => rows.len() as f64,
+            Err(PlotError::NothingInRange { .. }) => 0.0,
+            Err(error) => return Err(error),
+        };
+        if window.1 > window.0 && count * period >= SAMPLES_PER_PERIOD * (window.1 - window.0) {
+            return Ok(Ok(window));
+        }
+        Ok(Err(too_sparse((from, to), period)))
+    }
+}
+
+/// Why a close-up is not drawn, and which samples it needs: a hundred in a period.
+pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
+    // Two digits, and whole milliseconds.
+    let interval = period / 100.0;
+    let outward = |t: f64, round: fn(f64) -> f64| round(t * 1e3) / 1e3;
+    let window = OutputWindow {
+        from: outward(from, f64::floor).max(0.0),
+        to: outward(to, f64::ceil),
+        interval: format!("{interval:.1e}").parse().unwrap_or(interval),
+    };
+    Absent {
+        why: format!(
+            "the samples from {from:.6} to {to:.6} s are too far apart to show the motion: it takes one every {:.1e} s",
+            window.interval
+        ),
+        window: Some(window),
+    }
+}
+
+/// The sampling with which a repeated run has everything that was absent, as `--set` takes it: its windows so far and
+/// those that are needed. `None` if no sampling helps.
+pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
+    let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
+    let mut windows: Vec<&OutputWindow> = run.windows.iter().chain(&needed).collect();
+    // What another window covers at least as densely is of no use; of equal ones the first stays.
+    windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
+    let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;
+    let mut kept: Vec<&OutputWindow> = Vec::new();
+    for window in windows {
+        if !kept.iter().any(|denser| covers(denser, window)) {
+            kept.push(window);
+        }
+    }
+    kept.sort_by(|a, b| a.from.total_cmp(&b.from));
+    let text = |w: &&OutputWindow| format!("{{from={}, to={}, interval={:e}}}", w.from, w.to, w.interval);
+    let list = kept.iter().map(text).collect::<Vec<_>>().join(", ");
+    (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
+}
+
+pub(super) const NO_STICK: &str = "the run has no stick";
+pub(super) const NO_CORNER: &str = "F(t) has no corner after the start";
+pub(super) const NO_CYCLE: &str = "the run has no stick that ends";
+
+fn whole(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+    // One pass over the file for all figures of the whole run.
+    let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
+    for run in story.runs {
+        run.curves(&channels, story.run.times)?;
+    }
+    over_time(story.runs, entry.name, entry.title, panels, story.run.times).map(Ok)
+}
+
+/// A figure over a window in which motions of `period` are to be seen.
+fn close_up(
+    entry: &Entry,
+    story: &Story,
+    panels: &[&[&str]],
+    window: (f64, f64),
+    period: f64,
+) -> Result<Outcome, PlotError> {
+    match story.resolved(window, period)? {
+        Ok(window) => over_time(story.runs, entry.name, entry.title, panels, window).map(Ok),
+        Err(reason) => Ok(Err(reason)),
+    }
+}
+
+/// Equation (8), from rest to where the exponential has gone.
+fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    let mut curves = Vec::new();
+    let several = story.runs.len() > 1;
+    let scale = 6.0 / story.run.parameters.friction.decay;
+    let end = if scale.is_finite() { scale } else { 1.0 };
+    for (k, run) in story.runs.iter().enumerate() {
+        let friction = &run.parameters.friction;
+        let law = (0..=240)
+            .map(|k| end * f64::from(k) / 240.0)
+            .map(|x| (x, friction.coefficient(x)));
+        let label = if several {
+            run.label()
+        } else {
+            "sliding, μ(|ωᵣ|)".to_owned()
+        };
+        curves.push(Curve::line(&label, line_color(k), law.collect()));
+    }
+    let friction = &story.run.parameters.friction;
+    if !several {
+        let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
+        curves.push(rest.styled(CurveStyle::Points));
+        let force = AxialMotion::new(&story.run.parameters.axial, &story.run.parameters.actuation).largest_force();
+        if let Some(x) = critical_speed(&TorsionModel::new(&story.run.parameters), force) {
+            let point = Curve::line("critical speed", BLACK, vec![(x, friction.coefficient(x))]);
+            curves.push(point.styled(CurveStyle::OpenPoints));
+        }
+    }
+    let largest = friction.breakaway.max(friction.low_speed).max(friction.high_speed);
+    let y = Axis::new("friction coefficient", "1")
+        .with_symbol("μ")
+        .from_to(0.0, 1.1 * largest.max(1e-3));
+    let panel = Panel::new(
+        Axis::new("relative velocity", "rad s-1")
+            .with_symbol("|ωᵣ|")
+            .from_to(0.0, end),
+        y,
+        curves,
+    );
+    Ok(Ok(Figure {
+        name: entry.name.to_owned(),
+        title: entry.title.to_owned(),
+        paper_figure: None,
+        panels: vec![panel],
+    }))
+}
+
+/// As long again as F(t) changes.
+fn axial_displacement(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    let (first, last) = story.run.times;
+    let end = story.corner.map_or(last, |corner| (2.0 * corner).min(last));
+    let end = if end > first { end } else { last };
+    over_time(story.runs, entry.name, entry.title, &[&["z"]], (first, end)).map(Ok)
+}
+
+fn axial_settling(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    let Some(corner) = story.corner else {
+        return Ok(Err(NO_CORNER.into()));
+    };
+    let window = (corner - story.axial_period, corner + 5.0 * story.axial_period);
+    close_up(entry, story, &[&["z"]], window, story.axial_period)
+}
+
+/// From the loss of stability, or a little before the first stick, to a little after the last.
+fn stop(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+    let Some(onset) = story.onset else {
+        return Ok(Err(NO_STICK.into()));
+    };
+    let end = story
+        .final_stick
+        .or(story.run.events.last().map(|e| e.time))
+        .unwrap_or(onset);
+    let from = story.instability.unwrap_or(onset - 60.0 * story.period);
+    close_up(entry, story, panels, (from, end + 8.0 * story.period), story.period)
+}
+
+fn growth(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    let Some(onset) = story.onset else {
+        return Ok(Err(NO_STICK.into()));
+    };
+    let window = (onset - 24.0 * story.period, onset + 2.0 * story.period);
+    close_up(entry, story, &[&["relative_velocity"]], window, story.period)
+}
+
+fn transition(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    let Some(onset) = story.onset else {
+        return Ok(Err(NO_STICK.into()));
+    };
+    let end = story
+        .final_stick
+        .or(story.run.events.last().map(|e| e.time))
+        .unwrap_or(onset);
+    let window = (onset - 12.0 * story.period, end + 6.0 * story.period);
+    close_up(entry, story, &[&["relative_velocity"]], window, story.period)
+}
+
+fn first_cycles(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+    let cycles = &story.run.stick_slip.cycles;
+    let (Some(onset), false) = (story.onset, cycles.is_empty()) else {
+        return Ok(Err(NO_CYCLE.into()));
+    };
+    let length: f64 = cycles.iter().take(5).map(|c| c.period).sum();
+    let window = (onset - story.period, onset + length + 0.2 * story.period);
+    close_up(entry, story, panels, window, story.period)
+}
+
+fn last_cycles(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    let cycles = &story.run.stick_slip.cycles;
+    let (Some(end), false) = (story.final_stick, cycles.is_empty()) else {
+        return Ok(Err(NO_CYCLE.into()));
+    };
+    let length: f64 = cycles.iter().rev().take(4).map(|c| c.period).sum();
+    let window = (end - length - 0.2 * story.period, end + 2.0 * story.period);
+    let panels: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
+    close_up(entry, story, panels, window, story.period)
+}
+
+/// Stick durations as A exp(k/K): the factor from stick to stick and how well it fits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExponentialFit {
+    /// A, s: at index 0.
+    pub first: f64,
+    /// exp(1/K): from one index to the next.
+    pub factor: f64,
+    /// Share of the variance of the logarithms that the fit explains.
+    pub r_squared: f64,
+    /// Largest |duration/fit - 1|.
+    pub worst: f64,
+}
+
+impl ExponentialFit {
+    /// By least squares on the logarithms; `None` for fewer than three durations, or any that is not positive.
+    pub fn of(durations: &[f64]) -> Option<ExponentialFit> {
+        if durations.len() < 3 || durations.iter().any(|&d| d <= 0.0) {
+            return None;
+        }
+        let n = durations.len() as f64;
+        let mean_k = (n - 1.0) / 2.0;
+        let mean = durations.iter().map(|d| d.ln()).sum::<f64>() / n;
+        let centred = || {
+            durations
+                .iter()
+                .enumerate()
+                .map(|(k, d)| (k as f64 - mean_k, d.ln() - mean))
+        };
+        let slope = centred().map(|(k, l)| k * l).sum::<f64>() / centred().map(|(k, _)| k * k).sum::<f64>();
+        let total: f64 = centred().map(|(_, l)| l * l).sum();
+        let left: f64 = centred().map(|(k, l)| (l - slope * k).powi(2)).sum();
+        let first = (mean - slope * mean_k).exp();
+        let fit = |k: usize| first * (slope * k as f64).exp();
+        let worst = durations.iter().enumerate().map(|(k, d)| (d / fit(k) - 1.0).abs());
+        Some(ExponentialFit {
+            first,
+            factor: slope.exp(),
+            r_squared: if total > 0.0 { 1.0 - left / total } else { 1.0 },
+            worst: worst.fold(0.0, f64::max),
+        })
+    }
+}
+
+fn durations(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+    if story.run.stick_slip.cycles.is_empty() {
+        return Ok(Err(NO_CYCLE.into()));
+    }
+    let several = story.runs.len() > 1;
+    let mut curves = Vec::new();
+    for (number, run) in story.runs.iter().enumerate() {
+        let cycles = &run.stick_slip.cycles;
+        let indexed = |f: fn(&crate::analysis::Cycle) -> f64| -> Vec<(f64, f64)> {
+            cycles.iter().enumerate().map(|(k, c)| (k as f64, f(c))).collect()
+        };
+        let (sticks, slips) = (indexed(|c| c.stick_duration), indexed(|c| c.slip_duration));
+        let (stick_color, slip_color, prefix) = if several {
+            (line_color(number), line_color(number), format!("{}: ", run.label()))
+        } else {
+            (VERMILLION, BLUE, String::new())
+        };
+        curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
+        curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
+        if !several {
+            let durations: Vec<f64> = cycles.iter().map(|c| c.stick_duration).collect();
+            if let Some(fit) = ExponentialFit::of(&durations) {
+                let line = (0..durations.len()).map(|k| (k as f64, fit.first * fit.factor.powi(k as i32)));
+                let label = format!("exponential, ×{:.3} per stick, R² = {:.3}", fit.factor, fit.r_squared);
+                curves.push(Curve::line(&label, GREY, line.collect()).styled(CurveStyle::Dashed));
+            }
+        }
+    }
+    let longest = curves.iter().flat_map(Curve::points).map(|p| p.1).fold(0.0, f64::max);
+    let count = curves.iter().flat_map(Curve::points).map(|p| p.0).fold(0.0, f64::max);
+    let panel = Panel::new(
+        Axis::new("index of the cycle", "1").from_to(-0.03 * count - 0.5, 1.03 * count + 0.5),
+        Axis::new("duration", "s").from_to(0.0, 1.08 * longest),
+        curves,
+    );
+    Ok(Ok(Figure {
+        name: entry.name.to_owned(),
+        title: entry.title.to_owned(),
+        paper_figure: None,
+        panels: vec![panel],
+    }))
+}

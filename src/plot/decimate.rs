@@ -1,0 +1,174 @@
+//! Fewer points for the same picture: what a long column comes down to on paper, block by block.
+
+use std::collections::HashSet;
+
+/// A curve over a rising x in pixel-wide buckets, of each of which the first, least, largest and last point are kept:
+/// the drawn line covers the same pixels as the whole one, and no extreme is lost. Memory: four points a bucket.
+#[derive(Debug, Clone)]
+pub struct MinMax {
+    from: f64,
+    per_x: f64,
+    buckets: usize,
+    current: Option<(usize, Bucket)>,
+    kept: Vec<(f64, f64)>,
+}
+
+/// Points by their number in the bucket, so that they come out in order.
+#[derive(Debug, Clone, Copy)]
+struct Bucket {
+    count: u64,
+    first: (f64, f64),
+    least: (u64, (f64, f64)),
+    largest: (u64, (f64, f64)),
+    last: (f64, f64),
+}
+
+impl Bucket {
+    fn new(point: (f64, f64)) -> Self {
+        Bucket {
+            count: 1,
+            first: point,
+            least: (0, point),
+            largest: (0, point),
+            last: point,
+        }
+    }
+
+    fn push(&mut self, point: (f64, f64)) {
+        if point.1 < self.least.1.1 {
+            self.least = (self.count, point);
+        }
+        if point.1 > self.largest.1.1 {
+            self.largest = (self.count, point);
+        }
+        self.last = point;
+        self.count += 1;
+    }
+
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let mut points = [(0, self.first), self.least, self.largest, (self.count - 1, self.last)];
+        points.sort_by_key(|point| point.0);
+        let mut previous = None;
+        points
+            .into_iter()
+            .filter_map(move |(number, point)| (previous.replace(number) != Some(number)).then_some(point))
+    }
+}
+
+impl MinMax {
+    /// For points with x from `from` to `to`; those outside go to the first and the last of the `buckets`.
+    pub fn new(from: f64, to: f64, buckets: usize) -> Self {
+        let buckets = buckets.max(1);
+        let width = to - from;
+        MinMax {
+            from,
+            per_x: if width > 0.0 { buckets as f64 / width } else { 0.0 },
+            buckets,
+            current: None,
+            kept: Vec::new(),
+        }
+    }
+
+    /// The next point; x must not fall. Points with a NaN are left out.
+    pub fn push(&mut self, x: f64, y: f64) {
+        if x.is_nan() || y.is_nan() {
+            return;
+        }
+        // A negative number becomes 0.
+        let bucket = (((x - self.from) * self.per_x) as usize).min(self.buckets - 1);
+        match &mut self.current {
+            Some((index, points)) if *index == bucket => points.push((x, y)),
+            current => {
+                if let Some((_, done)) = current.replace((bucket, Bucket::new((x, y)))) {
+                    self.kept.extend(done.points());
+                }
+            }
+        }
+    }
+
+    /// The points that are kept, in their order.
+    pub fn finish(mut self) -> Vec<(f64, f64)> {
+        if let Some((_, last)) = self.current.take() {
+            self.kept.extend(last.points());
+        }
+        self.kept
+    }
+}
+
+/// Cells along each side of a portrait: a tenth of a millimetre at column width.
+const CELLS: f64 = 900.0;
+
+/// A curve with any x and y on a grid of cells: a point in the cell of the one before it is left out, and a passage
+/// from cell to cell is drawn once. What is drawn deviates from the whole by less than a cell. Memory is bounded by the
+/// cells that the curve visits.
+#[derive(Debug, Clone)]
+pub struct Portrait {
+    from: (f64, f64),
+    per_unit: (f64, f64),
+    cell: Option<(i32, i32)>,
+    last: (f64, f64),
+    drawn: HashSet<[i32; 4]>,
+    lines: Vec<Vec<(f64, f64)>>,
+    broken: bool,
+    seen: bool,
+}
+
+impl Portrait {
+    /// For points in these ranges of x and y.
+    pub fn new(x: (f64, f64), y: (f64, f64)) -> Self {
+        let per_unit = |(low, high): (f64, f64)| if high > low { CELLS / (high - low) } else { 0.0 };
+        Portrait {
+            from: (x.0, y.0),
+            per_unit: (per_unit(x), per_unit(y)),
+            cell: None,
+            last: (0.0, 0.0),
+            drawn: HashSet::new(),
+            lines: Vec::new(),
+            broken: true,
+            seen: false,
+        }
+    }
+
+    /// The next point. Points with a NaN are left out.
+    pub fn push(&mut self, x: f64, y: f64) {
+        if x.is_nan() || y.is_nan() {
+            return;
+        }
+        self.seen = true;
+        let cell = (
+            ((x - self.from.0) * self.per_unit.0) as i32,
+            ((y - self.from.1) * self.per_unit.1) as i32,
+        );
+        match self.cell {
+            Some(before) if before == cell => {}
+            Some(before) => {
+                if self.drawn.insert([before.0, before.1, cell.0, cell.1]) {
+                    if self.broken {
+                        self.lines.push(vec![self.last]);
+                    }
+                    if let Some(line) = self.lines.last_mut() {
+                        line.push((x, y));
+                    }
+                    self.broken = false;
+                } else {
+                    self.broken = true;
+                }
+                (self.cell, self.last) = (Some(cell), (x, y));
+            }
+            None => (self.cell, self.last) = (Some(cell), (x, y)),
+        }
+    }
+
+    /// Ends the line: the next point begins another.
+    pub fn lift(&mut self) {
+        (self.cell, self.broken) = (None, true);
+    }
+
+    /// The lines that are kept; one point where the curve never leaves its cell.
+    pub fn finish(mut self) -> Vec<Vec<(f64, f64)>> {
+        if self.lines.is_empty() && self.seen {
+            self.lines.push(vec![self.last]);
+        }
+        self.lines
+    }
+}

@@ -1,0 +1,78 @@
+//! Why a figure could not be drawn, in the words of the user.
+
+use crate::case::CaseError;
+use crate::results::ResultError;
+use std::io;
+use std::path::PathBuf;
+
+/// Why a figure could not be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// The result file could not be read.
+    #[error(transparent)]
+    Result(#[from] ResultError),
+    /// The case kept in the result file could not be read.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// Nothing to draw.
+    #[error(
+        "{path}: has no trajectory: there is not one sample in it{}; repeat the run (`stickslip run {path}`)",
+        if *.interrupted { ", as the run was ended before the first block was saved" } else { "" }
+    )]
+    NoSamples { path: PathBuf, interrupted: bool },
+    #[error(
+        "{path}: /trajectory has no variable \"{name}\"{hint}; there are {known} (`stickslip inspect` says what each is)"
+    )]
+    UnknownChannel {
+        path: PathBuf,
+        name: String,
+        hint: String,
+        known: String,
+    },
+    #[error("there is no figure \"{name}\"{hint}; there are {known}")]
+    UnknownFigure { name: String, hint: String, known: String },
+    #[error(
+        "figure {number} of the paper is a critical curve: stick-slip or not over decay rate and damping. It needs the \
+         runs of a sweep, and this program does not compute sweeps yet; of a single run, --list says what can be drawn"
+    )]
+    CriticalCurve { number: u32 },
+    #[error(
+        "figure {number} of the paper: which picture that is, is not known here; --list says what can be drawn, with \
+         the paper's number where it is known"
+    )]
+    UnknownNumber { number: u32 },
+    #[error("{path}: no samples from {from} to {to} s; they reach from {first} to {last} s")]
+    NothingInRange {
+        path: PathBuf,
+        from: f64,
+        to: f64,
+        first: f64,
+        last: f64,
+    },
+    #[error(
+        "{path}: there already, and not a figure that this program drew; choose another name with -o, or replace it with \
+         --force"
+    )]
+    Foreign { path: PathBuf },
+    #[error("{path}: a folder; give the figure a file name, such as {path}/figure.svg")]
+    IsFolder { path: PathBuf },
+    #[error(
+        "{path}: several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends \
+         in .svg or .png"
+    )]
+    NoFolder { path: PathBuf },
+    #[error("{path}: figures are SVG or PNG; give a name that ends in .svg or .png, or a folder")]
+    Format { path: PathBuf },
+    #[error("{path}: the folder {folder} does not exist; create it, or choose another with -o")]
+    MissingFolder { path: PathBuf, folder: PathBuf },
+    #[error("{path}: {action} failed: {source}; check the folder and its permissions, or choose another with -o")]
+    Io {
+        path: PathBuf,
+        action: &'static str,
+        source: io::Error,
+    },
+    #[error("a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi")]
+    TooLarge { width: f64, height: f64 },
+    #[error("drawing failed: {0}")]
+    Drawing(String),
+}

@@ -1,0 +1,66 @@
+//! The font of the figures, which is part of the program: no figure depends on what a system has installed.
+
+use std::sync::OnceLock;
+
+/// DejaVu Sans, reduced to the letters that figures use: see data/fonts.
+pub const DATA: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.subset.ttf");
+
+/// Families in the SVG: where the first is missing, Verdana has the same widths.
+pub const FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
+
+/// Width of a character that the font does not have, in ems: that of its replacement box.
+const MISSING: f64 = 0.6;
+
+fn face() -> Option<&'static ttf_parser::Face<'static>> {
+    static FACE: OnceLock<Option<ttf_parser::Face<'static>>> = OnceLock::new();
+    FACE.get_or_init(|| ttf_parser::Face::parse(DATA, 0).ok()).as_ref()
+}
+
+/// Width of a line of text in the unit of `size`, its font size.
+pub fn text_width(text: &str, size: f64) -> f64 {
+    let Some(face) = face() else {
+        return MISSING * size * text.chars().count() as f64;
+    };
+    let em = f64::from(face.units_per_em());
+    let width = |c: char| {
+        let advance = face.glyph_index(c).and_then(|glyph| face.glyph_hor_advance(glyph));
+        advance.map_or(MISSING, |advance| f64::from(advance) / em)
+    };
+    size * text.chars().map(width).sum::<f64>()
+}
+
+/// `text` broken at blanks into lines no wider than `width`, as far as single words allow.
+pub fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line} {word}"), size) <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// DejaVu Sans: "0" is 1303 of 2048 units wide, and so is every digit.
+    #[test]
+    fn published_widths() {
+        assert_eq!(text_width("0000", 2048.0), 4.0 * 1303.0);
+        assert_eq!(text_width("7", 2048.0), 1303.0);
+        assert!(text_width("ωᵣ φ₁′ θ µ −", 1.0) > 5.0);
+    }
+
+    #[test]
+    fn analytic_every_symbol_of_the_labels_is_in_the_font() {
+        let face = face().unwrap();
+        for c in "ωᵣφ₁₂θµ−′₀αΔ×·≤²³¹⁻".chars() {
+            assert!(face.glyph_index(c).is_some(), "{c}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What the axes of the variables of a result file are called.
+
+use super::figure::Axis;
+use crate::results::schema;
+
+/// Variable of /trajectory, what it is, and its symbol in the paper's notation, if it has one.
+const LABELS: &[(&str, &str, &str)] = &[
+    ("time", "time", "t"),
+    ("mode", "mode", ""),
+    ("segment", "segment", ""),
+    ("z", "axial displacement", "z"),
+    ("z_dot", "axial velocity", "z′"),
+    ("theta", "rotor angle", "θ"),
+    ("theta_dot", "rotor speed", "θ′"),
+    ("phi1", "stator surface angle", "φ₁"),
+    ("phi1_dot", "stator surface speed", "φ₁′"),
+    ("phi2", "rotor surface angle", "φ₂"),
+    ("phi2_dot", "rotor surface speed", "φ₂′"),
+    ("rotor_twist", "rotor twist", "θ − φ₂"),
+    ("rotor_twist_rate", "rotor twist rate", "θ′ − φ₂′"),
+    ("relative_velocity", "relative velocity", "ωᵣ"),
+    ("slip_displacement", "slip displacement", "φ₂ − φ₁"),
+    ("applied_force", "actuating force", "F"),
+    ("normal_force", "contact force", "Fₙ"),
+    ("friction_torque", "interface torque", "T"),
+    ("transmitted_torque", "transmitted torque", "T_f"),
+    ("energy_kinetic", "kinetic energy", ""),
+    ("energy_elastic", "elastic energy", ""),
+    ("work_applied", "work of the force", ""),
+    ("work_perturbation", "work of the kicks", ""),
+    ("dissipated_friction", "energy dissipated by friction", ""),
+    ("dissipated_damping", "energy dissipated by damping", ""),
+    ("energy_residual", "energy residual", ""),
+];
+
+/// The axis of a variable of /trajectory; `None` if there is no such variable.
+pub fn axis(channel: &str) -> Option<Axis> {
+    let variable = schema::trajectory().variables.into_iter().find(|v| v.name == channel)?;
+    let known = LABELS.iter().find(|label| label.0 == channel);
+    let (name, symbol) = known.map_or_else(
+        || (channel.replace('_', " "), String::new()),
+        |&(_, name, symbol)| (name.to_owned(), symbol.to_owned()),
+    );
+    Some(Axis {
+        name,
+        symbol,
+        unit: variable.units.to_owned(),
+        range: None,
+    })
+}
+
+/// What several channels in one panel have in common: the words that all of their names end with.
+pub fn common(axes: &[Axis]) -> Axis {
+    let Some(first) = axes.first() else {
+        return Axis::new("", "1");
+    };
+    if axes.len() == 1 {
+        return first.clone();
+    }
+    let words: Vec<&str> = first.name.split(' ').collect();
+    let shared = |n: usize| {
+        let end = words[words.len() - n..].join(" ");
+        axes.iter().all(|axis| axis.name.ends_with(&end)).then_some(end)
+    };
+    let name = (1..=words.len()).rev().find_map(shared);
+    let symbols: Vec<&str> = axes.iter().map(Axis::short).collect();
+    Axis {
+        symbol: symbols.join(", "),
+        ..Axis::new(name.as_deref().unwrap_or(""), &first.unit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn property_every_variable_has_a_label() {
+        for variable in schema::trajectory().variables {
+            assert!(LABELS.iter().any(|label| label.0 == variable.name), "{}", variable.name);
+        }
+    }
+
+    #[test]
+    fn analytic_common_words() {
+        let name = |channels: &[&str]| common(&channels.iter().filter_map(|c| axis(c)).collect::<Vec<_>>()).name;
+        assert_eq!(name(&["phi2_dot", "phi1_dot"]), "surface speed");
+        assert_eq!(name(&["transmitted_torque", "friction_torque"]), "torque");
+        assert_eq!(name(&["theta"]), "rotor angle");
+    }
+}

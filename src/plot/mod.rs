@@ -1,0 +1,25 @@
+//! Figures: from result files to SVG and PNG.
+//!
+//! A result file is opened as a [`Run`]; the [`catalogue`] or [`own`] makes [`Figure`]s of it, which are data; [`svg`]
+//! draws them, and [`raster`] turns that into pixels with a font of its own.
+
+pub mod catalogue;
+pub mod decimate;
+pub mod error;
+pub mod figure;
+pub mod font;
+pub mod labels;
+pub mod modes;
+pub mod own;
+pub mod portraits;
+pub mod raster;
+pub mod run;
+pub mod scale;
+pub mod spiral;
+pub mod style;
+pub mod svg;
+pub mod target;
+
+pub use error::PlotError;
+pub use figure::{Axis, Curve, CurveStyle, Figure, Panel};
+pub use run::Run;

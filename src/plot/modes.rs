@@ -1,0 +1,46 @@
+//! The figure of `stickslip modes`.
+
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::style::{BLACK, BLUE, GREY, VERMILLION};
+use crate::analysis::Modes;
+use crate::analysis::modes::EffectiveDamping;
+
+/// Effective damping of the relative mode and the growth rate of the slip state against the relative speed.
+pub fn figure(title: &str, modes: &Modes) -> Figure {
+    let curve = |value: fn(&EffectiveDamping) -> f64| -> Vec<(f64, f64)> {
+        let points = modes.effective_damping.iter();
+        points.map(|point| (point.relative_velocity, value(point))).collect()
+    };
+    let end = modes
+        .effective_damping
+        .last()
+        .map_or(1.0, |point| point.relative_velocity);
+    let zero = || Curve::line("", GREY, vec![(0.0, 0.0), (end, 0.0)]).styled(CurveStyle::Dashed);
+    let mut damping = vec![zero(), Curve::line("effective damping", BLUE, curve(|p| p.damping))];
+    let mut growth = vec![zero(), Curve::line("growth rate", VERMILLION, curve(|p| p.growth_rate))];
+    if let Some(critical) = modes.critical_speed {
+        let label = format!("critical speed, {critical:.4} rad/s");
+        for curves in [&mut damping, &mut growth] {
+            let point = Curve::line(&label, BLACK, vec![(critical, 0.0)]);
+            curves.push(point.styled(CurveStyle::OpenPoints));
+        }
+    }
+    let x = || {
+        Axis::new("relative velocity", "rad s-1")
+            .with_symbol("|ωᵣ|")
+            .from_to(0.0, end)
+    };
+    Figure {
+        name: "modes".to_owned(),
+        title: format!("Steady sliding: {title}"),
+        paper_figure: None,
+        panels: vec![
+            Panel::new(
+                x(),
+                Axis::new("effective damping", "N m s/rad").with_symbol("c"),
+                damping,
+            ),
+            Panel::new(x(), Axis::new("growth rate", "1/s").with_symbol("Re λ"), growth),
+        ],
+    }
+}

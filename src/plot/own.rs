@@ -1,0 +1,150 @@
+//! Figures of the user's own: any channel over time, or against another.
+
+use super::catalogue::line_color;
+use super::error::PlotError;
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::labels;
+use super::run::Run;
+use super::style::of_mode;
+use crate::model::Mode;
+
+/// A window of time, s, as far as the first run goes.
+///
+/// # Errors
+/// If it holds no sample of the first run.
+pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, f64), PlotError> {
+    let Some(run) = runs.first() else {
+        return Ok((0.0, 0.0));
+    };
+    let window = (from.unwrap_or(run.times.0), to.unwrap_or(run.times.1));
+    run.rows_in(window)?;
+    Ok((window.0.max(run.times.0), window.1.min(run.times.1)))
+}
+
+/// The axis of time over a window.
+pub fn time_axis(window: (f64, f64)) -> Axis {
+    Axis::new("time", "s").from_to(window.0, window.1)
+}
+
+/// Channels over time, those of a panel in common axes, of all runs; modes and events are those of the first run.
+///
+/// # Errors
+/// Unknown channel, no sample in the window, or a file that cannot be read.
+pub fn over_time(
+    runs: &[Run],
+    name: &str,
+    title: &str,
+    panels: &[&[&str]],
+    window: (f64, f64),
+) -> Result<Figure, PlotError> {
+    let mut drawn = Vec::with_capacity(panels.len());
+    let mut first_color = 0;
+    for channels in panels {
+        let mut curves = Vec::new();
+        let mut axes = Vec::with_capacity(channels.len());
+        for (number, run) in runs.iter().enumerate() {
+            for (k, (channel, points)) in channels.iter().zip(run.curves(channels, window)?).enumerate() {
+                let axis = run.axis(channel)?;
+                let label = match (runs.len(), channels.len()) {
+                    (1, 1) => String::new(),
+                    (1, _) => axis.label(),
+                    (_, 1) => run.label(),
+                    _ => format!("{}: {}", run.label(), axis.short()),
+                };
+                let color = line_color(first_color + number * channels.len() + k);
+                let style = style_of(number);
+                curves.push(Curve::line(&label, color, points).styled(style));
+                if number == 0 {
+                    axes.push(axis);
+                }
+            }
+        }
+        if runs.len() == 1 && panels.len() > 1 {
+            first_color += channels.len();
+        }
+        let mut panel = Panel::new(time_axis(window), labels::common(&axes), curves);
+        if let Some(run) = runs.first() {
+            panel.modes = run.ground(window);
+            panel.events = run.marks(window);
+        }
+        drawn.push(panel);
+    }
+    Ok(Figure {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        paper_figure: None,
+        panels: drawn,
+    })
+}
+
+/// Channels over time: those with a common unit in common axes.
+///
+/// # Errors
+/// As [`over_time`].
+pub fn channels(runs: &[Run], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
+    let mut panels: Vec<(String, Vec<&str>)> = Vec::new();
+    for &channel in channels {
+        let Some(run) = runs.first() else { break };
+        let unit = run.axis(channel)?.unit;
+        match panels.iter_mut().find(|panel| panel.0 == unit) {
+            Some(panel) => panel.1.push(channel),
+            None => panels.push((unit, vec![channel])),
+        }
+    }
+    let panels: Vec<&[&str]> = panels.iter().map(|panel| &panel.1[..]).collect();
+    over_time(runs, &channels.join("-"), title, &panels, window)
+}
+
+/// Candidates are thin, so that the reference shows below them.
+fn style_of(run: usize) -> CurveStyle {
+    if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
+}
+
+/// One channel against another, in a window of time, coloured by mode; of several runs, by run.
+///
+/// # Errors
+/// As [`over_time`].
+pub fn phase(
+    runs: &[Run],
+    name: &str,
+    title: &str,
+    (x, y): (&str, &str),
+    window: (f64, f64),
+) -> Result<Figure, PlotError> {
+    let mut curves = Vec::new();
+    let mut axes = None;
+    for (number, run) in runs.iter().enumerate() {
+        for (mode, pieces) in run.portrait(x, y, window)? {
+            let (label, color) = if runs.len() == 1 {
+                (mode.name().to_owned(), of_mode(mode))
+            } else {
+                (run.label(), line_color(number))
+            };
+            let style = style_of(number);
+            curves.push(Curve {
+                label,
+                color,
+                style,
+                pieces,
+            });
+        }
+        if axes.is_none() {
+            axes = Some((run.axis(x)?, run.axis(y)?));
+        }
+    }
+    let (x, y) = axes.unwrap_or_else(|| (Axis::new("", "1"), Axis::new("", "1")));
+    // One mode throughout needs no name.
+    if runs.len() == 1 && curves.len() == 1 && curves[0].label == Mode::SlipForward.name() {
+        curves[0].label.clear();
+    }
+    let panel = Panel {
+        square: true,
+        ..Panel::new(x, y, curves)
+    };
+    Ok(Figure {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        paper_figure: None,
+        panels: vec![panel],
+    })
+}

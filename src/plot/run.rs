@@ -1,0 +1,338 @@
+//! A result file as figures need it: columns thinned block by block, events, and where the modes change.
+
+use super::decimate::{MinMax, Portrait};
+use super::error::PlotError;
+use super::figure::Axis;
+use super::labels;
+use crate::analysis::StickSlip;
+use crate::case::{Case, CaseSource};
+use crate::model::{Mode, Parameters};
+use crate::results::{ResultFile, Status, schema};
+use crate::simulation::{Event, EventKind, OutputWindow};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Rows read at a time: a few megabytes for all columns of a figure.
+const BLOCK: usize = 65_536;
+
+/// Buckets of a curve over time: finer than the pixels of a column at 300 dots per inch.
+const BUCKETS: usize = 1200;
+
+/// Closest stretches of modes that the ground shows apart, as a share of the panel's width.
+const GROUND_CELLS: usize = 600;
+
+type Points = Vec<(f64, f64)>;
+
+/// A result file, open for drawing.
+#[derive(Debug)]
+pub struct Run {
+    file: ResultFile,
+    rows: usize,
+    /// Times of the first and the last sample, s.
+    pub times: (f64, f64),
+    /// Every event, in order of time.
+    pub events: Vec<Event>,
+    /// Sticks and slips, from the events.
+    pub stick_slip: StickSlip,
+    /// Of the case kept in the file.
+    pub parameters: Parameters,
+    /// Windows in which the run was sampled more densely.
+    pub windows: Vec<OutputWindow>,
+    /// (start, end, mode), joined where the mode goes on.
+    stretches: Vec<(f64, f64, Mode)>,
+    /// Curves that several figures use, by channel and window.
+    cache: RefCell<HashMap<(String, u64, u64), Points>>,
+}
+
+impl Run {
+    /// Opens a result file that has a trajectory, complete or not.
+    ///
+    /// # Errors
+    /// No result file of this program, damaged, in use, or without a sample.
+    pub fn open(path: &Path) -> Result<Run, PlotError> {
+        let file = ResultFile::open(path)?;
+        let rows = file.sample_count()?;
+        if rows == 0 {
+            return Err(PlotError::NoSamples {
+                path: path.to_owned(),
+                interrupted: *file.status() != Status::Complete,
+            });
+        }
+        let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
+        let times = (first(0)?, first(rows - 1)?);
+        let events = file.events()?;
+        let case = Case::parse(&CaseSource::result(path, file.resolved()?), &[])?;
+        let mut stretches: Vec<(f64, f64, Mode)> = Vec::new();
+        for segment in file.segments()? {
+            match stretches.last_mut() {
+                Some(last) if last.2 == segment.mode => last.1 = segment.end,
+                _ => stretches.push((segment.start, segment.end, segment.mode)),
+            }
+        }
+        Ok(Run {
+            rows,
+            times,
+            stick_slip: StickSlip::from_events(&events),
+            events,
+            parameters: case.parameters,
+            windows: case.output.windows,
+            stretches,
+            file,
+            cache: RefCell::default(),
+        })
+    }
+
+    /// How the run ended.
+    pub fn status(&self) -> &Status {
+        self.file.status()
+    }
+
+    /// Where the file is.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// What a legend calls it: the file's name without extension.
+    pub fn label(&self) -> String {
+        let stem = PathBuf::from(self.path().file_stem().unwrap_or_default());
+        stem.display().to_string()
+    }
+
+    /// Samples in the file.
+    pub fn sample_count(&self) -> usize {
+        self.rows
+    }
+
+    /// The axis of a variable of /trajectory.
+    ///
+    /// # Errors
+    /// If there is no such variable; the text lists those there are.
+    pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
+        labels::axis(channel).ok_or_else(|| {
+            let names: Vec<String> = schema::trajectory().variables.into_iter().map(|v| v.name).collect();
+            PlotError::UnknownChannel {
+                path: self.path().to_owned(),
+                name: channel.to_owned(),
+                hint: super::catalogue::hint(channel, names.iter().map(String::as_str)),
+                known: names.join(", "),
+            }
+        })
+    }
+
+    /// The first row whose time is not below `t`.
+    fn row_at(&self, t: f64) -> Result<usize, PlotError> {
+        let (mut low, mut high) = (0, self.rows);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.file.column("time", middle..middle + 1)?[0] < t {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        Ok(low)
+    }
+
+    /// The rows of a window of time, both ends included.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
+        let start = self.row_at(from)?;
+        let end = if to >= self.times.1 {
+            self.rows
+        } else {
+            self.row_at(to.next_up())?
+        };
+        if start < end {
+            Ok(start..end)
+        } else {
+            Err(PlotError::NothingInRange {
+                path: self.path().to_owned(),
+                from,
+                to,
+                first: self.times.0,
+                last: self.times.1,
+            })
+        }
+    }
+
+    /// Hands the columns of a window to `take`, block by block.
+    fn blocks(
+        &self,
+        channels: &[&str],
+        window: (f64, f64),
+        mut take: impl FnMut(&[Vec<f64>]),
+    ) -> Result<(), PlotError> {
+        let rows = self.rows_in(window)?;
+        for channel in channels {
+            self.axis(channel)?;
+        }
+        for start in rows.clone().step_by(BLOCK) {
+            let block = start..rows.end.min(start + BLOCK);
+            let columns = channels
+                .iter()
+                .map(|channel| self.file.column(channel, block.clone()))
+                .collect::<Result<Vec<_>, _>>()?;
+            take(&columns);
+        }
+        Ok(())
+    }
+
+    /// Calls `take` with the values of the channels at every sample of a window of time.
+    ///
+    /// # Errors
+    /// Unknown channel, no sample in the window, or a file that cannot be read.
+    pub fn each_sample(
+        &self,
+        channels: &[&str],
+        window: (f64, f64),
+        mut take: impl FnMut(&[f64]),
+    ) -> Result<(), PlotError> {
+        let mut row = vec![0.0; channels.len()];
+        self.blocks(channels, window, |columns| {
+            for k in 0..columns.first().map_or(0, Vec::len) {
+                for (value, column) in row.iter_mut().zip(columns) {
+                    *value = column[k];
+                }
+                take(&row);
+            }
+        })
+    }
+
+    /// Curves of channels over time in a window, thinned without losing an extreme. One pass over the file for all.
+    ///
+    /// # Errors
+    /// As [`Self::each_sample`].
+    pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<Points>, PlotError> {
+        let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
+        let new: Vec<&str> = channels
+            .iter()
+            .copied()
+            .filter(|c| !self.cache.borrow().contains_key(&key(c)))
+            .collect();
+        if !new.is_empty() {
+            let (from, to) = (window.0.max(self.times.0), window.1.min(self.times.1));
+            let mut thinned = vec![MinMax::new(from, to, BUCKETS); new.len()];
+            let columns: Vec<&str> = std::iter::once("time").chain(new.iter().copied()).collect();
+            self.blocks(&columns, window, |columns| {
+                for (thin, column) in thinned.iter_mut().zip(&columns[1..]) {
+                    for (&t, &value) in columns[0].iter().zip(column) {
+                        thin.push(t, value);
+                    }
+                }
+            })?;
+            let mut cache = self.cache.borrow_mut();
+            for (channel, thin) in new.iter().zip(thinned) {
+                cache.insert(key(channel), thin.finish());
+            }
+        }
+        let cache = self.cache.borrow();
+        Ok(channels
+            .iter()
+            .map(|c| cache.get(&key(c)).cloned().unwrap_or_default())
+            .collect())
+    }
+
+    /// One channel against another in a window of time, thinned: the lines of each mode that occurs.
+    ///
+    /// # Errors
+    /// As [`Self::each_sample`].
+    pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<Points>)>, PlotError> {
+        let empty = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut x_range, mut y_range) = (empty, empty);
+        self.each_sample(&[x, y], window, |row| {
+            x_range = (x_range.0.min(row[0]), x_range.1.max(row[0]));
+            y_range = (y_range.0.min(row[1]), y_range.1.max(row[1]));
+        })?;
+        let mut by_mode: Vec<(Mode, Portrait)> = Mode::ALL
+            .into_iter()
+            .map(|mode| (mode, Portrait::new(x_range, y_range)))
+            .collect();
+        let mut current = None;
+        self.each_sample(&["mode", x, y], window, |row| {
+            let mode = row[0] as usize;
+            let left = current.replace(mode).filter(|&before| before != mode);
+            if let Some((_, portrait)) = left.and_then(|before| by_mode.get_mut(before)) {
+                portrait.push(row[1], row[2]);
+                portrait.lift();
+            }
+            if let Some((_, portrait)) = by_mode.get_mut(mode) {
+                portrait.push(row[1], row[2]);
+            }
+        })?;
+        Ok(by_mode
+            .into_iter()
+            .map(|(mode, portrait)| (mode, portrait.finish()))
+            .filter(|(_, lines)| !lines.is_empty())
+            .collect())
+    }
+
+    /// The end of the part of a window, from its first sample on, in which no two samples are further apart than
+    /// `gap` (s); `None` without a sample.
+    ///
+    /// # Errors
+    /// As [`Self::each_sample`].
+    pub fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
+        match self.rows_in(window) {
+            Err(PlotError::NothingInRange { .. }) => return Ok(None),
+            other => other?,
+        };
+        let (mut last, mut open) = (window.0, true);
+        self.each_sample(&["time"], window, |row| {
+            open &= row[0] - last <= gap;
+            if open {
+                last = row[0];
+            }
+        })?;
+        Ok((last > window.0).then_some(last))
+    }
+
+    /// Stretches of modes in a window for the ground of a panel: where they are too narrow to be told apart, that with
+    /// the largest share of the place.
+    pub fn ground(&self, (from, to): (f64, f64)) -> Vec<(f64, f64, Mode)> {
+        let width = (to - from) / GROUND_CELLS as f64;
+        let inside = |s: &&(f64, f64, Mode)| s.1 > from && s.0 < to;
+        let shown: Vec<_> = self.stretches.iter().filter(inside).collect();
+        if shown.iter().all(|s| s.1.min(to) - s.0.max(from) > width) {
+            return shown.iter().map(|s| (s.0.max(from), s.1.min(to), s.2)).collect();
+        }
+        let mut ground: Vec<(f64, f64, Mode)> = Vec::new();
+        let mut first = 0;
+        for cell in 0..GROUND_CELLS {
+            let (left, right) = (from + width * cell as f64, from + width * (cell + 1) as f64);
+            while first < shown.len() && shown[first].1 <= left {
+                first += 1;
+            }
+            let mut shares = [0.0; Mode::ALL.len()];
+            for stretch in shown[first..].iter().take_while(|s| s.0 < right) {
+                shares[stretch.2 as usize] += stretch.1.min(right) - stretch.0.max(left);
+            }
+            let largest = Mode::ALL
+                .into_iter()
+                .max_by(|a, b| shares[*a as usize].total_cmp(&shares[*b as usize]));
+            let Some(mode) = largest.filter(|mode| shares[*mode as usize] > 0.0) else {
+                continue;
+            };
+            match ground.last_mut() {
+                Some(last) if last.2 == mode && last.1 >= left - 0.5 * width => last.1 = right,
+                _ => ground.push((left, right, mode)),
+            }
+        }
+        ground
+    }
+
+    /// Events in a window, for marks. Of the changes of stability the first: those after it are crossings by the
+    /// oscillation that has grown since.
+    pub fn marks(&self, (from, to): (f64, f64)) -> Vec<(f64, EventKind)> {
+        let is_stability = |e: &Event| matches!(e.kind, EventKind::Destabilised | EventKind::Restabilised);
+        let first = self.events.iter().position(is_stability);
+        let events = self.events.iter().enumerate();
+        events
+            .filter(|(k, e)| e.time >= from && e.time <= to && (!is_stability(e) || Some(*k) == first))
+            .map(|(_, e)| (e.time, e.kind))
+            .collect()
+    }
+}

@@ -1,0 +1,190 @@
+//! From SI values to what stands at an axis: prefixes, offsets, ticks.
+
+use plotters::coord::ranged1d::{BoldPoints, Ranged};
+use plotters::coord::types::RangedCoordf64;
+
+/// A range this many times smaller than its values is shown from an offset.
+const OFFSET_SHARE: f64 = 0.02;
+
+/// SI prefixes by powers of a thousand, from -5 on.
+const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
+
+/// How values of an axis are shown: (value - offset) * factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scale {
+    pub offset: f64,
+    pub factor: f64,
+    /// Range of what is shown.
+    pub shown: (f64, f64),
+    /// What stands in brackets; empty for a pure number.
+    pub unit: String,
+    /// " − 6.97 s" or " + 40.2 µm": what is taken off, with its unit; empty without an offset.
+    pub off: String,
+}
+
+impl Scale {
+    /// For values from `low` to `high` in a UDUNITS unit.
+    pub fn new((low, high): (f64, f64), unit: &str) -> Scale {
+        let (low, high) = widened(low, high);
+        let (span, size) = (high - low, low.abs().max(high.abs()));
+        let base = human_unit(unit);
+        let (offset, off) = if span < OFFSET_SHARE * size {
+            let grid = 10f64.powi(span.log10().floor() as i32);
+            let offset = (low / grid).floor() * grid;
+            (offset, offset_text(offset, grid, &base))
+        } else {
+            (0.0, String::new())
+        };
+        let size = (low - offset).abs().max((high - offset).abs());
+        let power = (size.log10() / 3.0 + 1e-9).floor() as i32;
+        // Thousands of radians are read more easily than kiloradians.
+        let up = matches!(base.chars().next(), Some('N' | 'J' | 'W'));
+        let (power, unit) = if !base.is_empty() && (-5..=if up { 2 } else { 0 }).contains(&power) {
+            (power, format!("{}{base}", PREFIXES[(power + 5) as usize]))
+        } else if (1e-3..1e5).contains(&size) {
+            (0, base)
+        } else {
+            let unit = format!("10{} {base}", superscript(3 * power));
+            (power, unit.trim_end().to_owned())
+        };
+        let factor = 10f64.powi(-3 * power);
+        Scale {
+            offset,
+            factor,
+            shown: ((low - offset) * factor, (high - offset) * factor),
+            unit,
+            off,
+        }
+    }
+
+    /// What is shown for a value.
+    pub fn show(&self, value: f64) -> f64 {
+        (value - self.offset) * self.factor
+    }
+
+    /// The name of the axis with offset and unit.
+    pub fn title(&self, label: &str) -> String {
+        let unit = if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", self.unit)
+        };
+        format!("{label}{}{unit}", self.off)
+    }
+
+    /// At most `count` round values, and with how many decimals they are written.
+    pub fn ticks(&self, count: usize) -> (Vec<f64>, usize) {
+        let (low, high) = self.shown;
+        let ticks = RangedCoordf64::from(low..high).key_points(BoldPoints(count));
+        let whole = |decimals: usize| {
+            let power = 10f64.powi(decimals as i32);
+            ticks.iter().all(|t| (t * power - (t * power).round()).abs() < 1e-4)
+        };
+        let decimals = (0..12).find(|&d| whole(d)).unwrap_or(12);
+        (ticks, decimals)
+    }
+}
+
+/// The offset as a sum, with the digits that its grid has.
+fn offset_text(offset: f64, grid: f64, base: &str) -> String {
+    let sign = if offset < 0.0 { '+' } else { '−' };
+    let power = if base.is_empty() {
+        0
+    } else {
+        // From a tenth of a unit on without a prefix: 0.99 s.
+        ((offset.abs().log10() + 1.0) / 3.0 + 1e-9).floor().clamp(-5.0, 0.0) as i32
+    };
+    let prefix = PREFIXES[(power + 5) as usize];
+    let factor = 10f64.powi(-3 * power);
+    let decimals = (-(grid * factor).log10()).round().max(0.0) as usize;
+    let unit = if base.is_empty() {
+        String::new()
+    } else {
+        format!(" {prefix}{base}")
+    };
+    format!(" {sign} {:.decimals$}{unit}", offset.abs() * factor)
+}
+
+/// A range that is not empty and not absurd.
+fn widened(low: f64, high: f64) -> (f64, f64) {
+    let size = low.abs().max(high.abs());
+    if !(low.is_finite() && high.is_finite()) {
+        (0.0, 1.0)
+    } else if high - low > 1e-12 * size && high - low > 1e-300 {
+        (low, high)
+    } else if size > 1e-290 {
+        (low - 1e-3 * size, high + 1e-3 * size)
+    } else {
+        (-1.0, 1.0)
+    }
+}
+
+/// A number with a true minus sign.
+pub fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| c == '0' || c == '.') => digits.to_owned(),
+        Some(digits) => format!("−{digits}"),
+        None => text,
+    }
+}
+
+/// UDUNITS as people write it: "rad s-1" is rad/s.
+fn human_unit(unit: &str) -> String {
+    match unit {
+        "1" | "" => String::new(),
+        _ => match unit.strip_suffix(" s-1") {
+            Some(above) => format!("{above}/s"),
+            None => unit.to_owned(),
+        },
+    }
+}
+
+fn superscript(power: i32) -> String {
+    let digit = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        c => char::from_u32(0x2070 + c as u32 - '0' as u32).unwrap_or(c),
+    };
+    power.to_string().chars().map(digit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_prefixes_and_offsets() {
+        let z = Scale::new((-40.2e-6, 0.0), "m");
+        assert_eq!((z.title("z").as_str(), z.show(-40.2e-6).round()), ("z (µm)", -40.0));
+        let t = Scale::new((6.9748, 6.9768), "s");
+        assert_eq!(t.title("time"), "time − 6.974 s (ms)");
+        assert!((t.show(6.975) - 1.0).abs() < 1e-9);
+        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.21 µm (nm)");
+        assert_eq!(Scale::new((0.0, 100.0), "rad s-1").title("ω"), "ω (rad/s)");
+        assert_eq!(Scale::new((0.0, 2224.0), "N").title("F"), "F (kN)");
+        assert_eq!(Scale::new((0.0, 371.0), "rad").title("θ"), "θ (rad)");
+        assert_eq!(Scale::new((0.0, 4e300), "N").title("F"), "F (10³⁰⁰ N)");
+        assert_eq!(Scale::new((0.0, 2e-8), "1").title("x"), "x (10⁻⁹)");
+    }
+
+    #[test]
+    fn analytic_ticks_have_the_digits_they_need() {
+        let (ticks, decimals) = Scale::new((0.0, 0.6), "1").ticks(5);
+        assert!(ticks.len() >= 3 && ticks.len() <= 5, "{ticks:?}");
+        assert_eq!(decimals, 1);
+        assert_eq!(number(-0.0, 1), "0.0");
+        assert_eq!(number(-2.5, 1), "−2.5");
+    }
+
+    #[test]
+    fn analytic_a_constant_has_a_range() {
+        for value in [0.0, 3.0, -1e-7, 1e-320] {
+            let scale = Scale::new((value, value), "m");
+            assert!(scale.shown.1 > scale.shown.0, "{value}: {scale:?}");
+            assert!(scale.ticks(5).0.len() >= 2, "{value}: {scale:?} {:?}", scale.ticks(5));
+        }
+    }
+}

@@ -1,0 +1,408 @@
+//! Draws a figure as SVG.
+
+use super::error::PlotError;
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::font::{self, text_width, wrapped};
+use super::scale::{Scale, number};
+use super::style::*;
+use crate::simulation::EventKind;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
+use plotters::prelude::{
+    Cartesian2d, ChartBuilder, ChartContext, Circle, DrawingArea, IntoDrawingArea, LabelAreaPosition, PathElement,
+    Rectangle, SVGBackend, TRANSPARENT, WHITE,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
+
+/// Every figure starts with these words in its `<desc>`, by which the program knows its own.
+pub const SIGNATURE: &str = "stickslip figure";
+
+/// Free border, drawing units.
+const MARGIN: f64 = 150.0;
+/// Largest width of a figure whose panels are square, drawing units.
+const WIDEST_SQUARE: f64 = 11_000.0;
+/// A legend's piece of line, the gap to its text, and that to the next entry.
+const SWATCH: f64 = 380.0;
+const SWATCH_GAP: f64 = 90.0;
+const ENTRY_GAP: f64 = 300.0;
+/// Closest that events may stand on average to be marked by a line each.
+const CLOSEST_EVENTS: f64 = 130.0;
+/// Room above the largest and below the least value, as a share of the range.
+const HEADROOM: f64 = 0.05;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// What stands beside a name in the legend.
+#[derive(Clone, PartialEq)]
+enum Swatch {
+    Curve(RGBColor, CurveStyle),
+    Ground(RGBColor, f64),
+    Event(RGBColor),
+}
+
+/// A panel with everything measured.
+struct Measured<'a> {
+    panel: &'a Panel,
+    x: Scale,
+    y: Scale,
+    width: f64,
+    height: f64,
+    x_ticks: usize,
+    y_ticks: usize,
+    y_title: String,
+    last: bool,
+    marked: bool,
+}
+
+/// The figure as an SVG document, `width` mm wide.
+///
+/// # Errors
+/// If the drawing library fails, which it does for no valid figure.
+pub fn svg(figure: &Figure, width: f64) -> Result<String, PlotError> {
+    let square = figure.panels.iter().all(|panel| panel.square);
+    let width = width * UNITS_PER_MM;
+    let width = if square { width.min(WIDEST_SQUARE) } else { width };
+    let title = wrapped(&figure.full_title(), TITLE_SIZE, width - 2.0 * MARGIN);
+    let (measured, left, right) = measure(figure, width);
+    let legend = legend_rows(&legend(&measured), width - 2.0 * MARGIN);
+    let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + 0.3 * LINE_HEIGHT;
+    let height = top + measured.iter().map(panel_height).sum::<f64>() + 0.4 * MARGIN;
+    let mut text = String::new();
+    let size = (width.round() as u32, height.round() as u32);
+    {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        root.fill(&WHITE).map_err(failed)?;
+        let mut y = MARGIN;
+        for line in &title {
+            write(&root, line, TITLE_SIZE, (MARGIN, y))?;
+            y += LINE_HEIGHT;
+        }
+        for row in &legend {
+            draw_legend(&root, row, y)?;
+            y += LINE_HEIGHT;
+        }
+        let mut rest = root.clone();
+        let mut above = top;
+        for panel in &measured {
+            let (_, below) = rest.split_vertically(above.round() as i32);
+            draw_panel(&below, panel, (left, right))?;
+            rest = below;
+            above = panel_height(panel);
+        }
+        root.present().map_err(failed)?;
+    }
+    Ok(with_header(&text, figure, size))
+}
+
+fn failed(error: impl std::fmt::Display) -> PlotError {
+    PlotError::Drawing(error.to_string())
+}
+
+/// The document with its physical size, and with what it shows for those who do not see it.
+fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> String {
+    let body = text.split_once('>').map_or("", |(_, body)| body);
+    let mm = |units: u32| f64::from(units) / UNITS_PER_MM;
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {width} {height}\" \
+         role=\"img\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{SIGNATURE} {}</desc>{body}",
+        mm(width),
+        mm(height),
+        escaped(&figure.full_title()),
+        escaped(&figure.name),
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Scales, ticks and heights of the panels, and the margins that all of them share.
+fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
+    let count = figure.panels.len();
+    let share = if count == 1 { 0.5 } else { 0.34 };
+    let height = (share * width).min(8000.0);
+    let mut measured: Vec<Measured> = figure
+        .panels
+        .iter()
+        .enumerate()
+        .map(|(k, panel)| {
+            let extent = |range: Option<(f64, f64)>, of: fn((f64, f64)) -> f64, room: f64| {
+                range.unwrap_or_else(|| {
+                    let (low, high) = panel.extent(of);
+                    let margin = room * (high - low);
+                    (low - margin, high + margin)
+                })
+            };
+            let room = if panel.square { HEADROOM } else { 0.0 };
+            let x = Scale::new(extent(panel.x.range, |p| p.0, room), &panel.x.unit);
+            let y = Scale::new(extent(panel.y.range, |p| p.1, HEADROOM), &panel.y.unit);
+            Measured {
+                panel,
+                x,
+                y,
+                width,
+                height,
+                x_ticks: 2,
+                y_ticks: 2,
+                y_title: String::new(),
+                last: k + 1 == count || figure.panels[k + 1].x != panel.x,
+                marked: false,
+            }
+        })
+        .collect();
+    let right = MARGIN + measured.iter().map(|m| widest_label(&m.x, 4) / 2.0).fold(0.0, f64::max);
+    for m in &mut measured {
+        m.y_ticks = ((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9);
+    }
+    let labels = measured
+        .iter()
+        .map(|m| widest_label(&m.y, m.y_ticks))
+        .fold(0.0, f64::max);
+    let left = MARGIN + 1.2 * LINE_HEIGHT + labels + 2.0 * f64::from(TICK) + 60.0;
+    let plot_width = width - left - right;
+    for m in &mut measured {
+        m.width = plot_width;
+        if m.panel.square {
+            m.height = plot_width;
+        }
+        m.y_ticks = ((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9);
+        // As many ticks as have a letter's width between their labels.
+        m.x_ticks = (2..=15)
+            .rev()
+            .find(|&n| {
+                let gaps = m.x.ticks(n).0.len().max(2) - 1;
+                widest_label(&m.x, n) + LABEL_SIZE < plot_width / (gaps + 1) as f64
+            })
+            .unwrap_or(2);
+        m.y_title = fitting_title(&m.y, &m.panel.y, m.height);
+        m.marked = !m.panel.events.is_empty() && m.panel.events.len() as f64 * CLOSEST_EVENTS < plot_width;
+    }
+    (measured, left, right)
+}
+
+/// Name and symbol, or as much of them as fits.
+fn fitting_title(scale: &Scale, axis: &Axis, room: f64) -> String {
+    let titles = [axis.label().as_str(), axis.name.as_str(), axis.short()].map(|label| scale.title(label));
+    let fits = titles.iter().find(|title| text_width(title, LABEL_SIZE) <= room);
+    fits.or(titles.iter().min_by_key(|title| title.len()))
+        .cloned()
+        .unwrap_or_default()
+}
+
+fn widest_label(scale: &Scale, count: usize) -> f64 {
+    let (ticks, decimals) = scale.ticks(count);
+    let width = |&t: &f64| text_width(&number(t, decimals), LABEL_SIZE);
+    ticks.iter().map(width).fold(0.0, f64::max)
+}
+
+fn label_height(m: &Measured) -> f64 {
+    2.0 * f64::from(TICK) + LINE_HEIGHT * if m.last { 2.0 } else { 1.1 }
+}
+
+fn panel_height(m: &Measured) -> f64 {
+    m.height + label_height(m)
+}
+
+/// Name and swatch of everything that needs one, each once.
+fn legend(measured: &[Measured]) -> Vec<(String, Swatch)> {
+    let mut entries: Vec<(String, Swatch)> = Vec::new();
+    let mut add = |name: &str, swatch: Swatch| {
+        if !name.is_empty() && !entries.iter().any(|e| e.0 == name && e.1 == swatch) {
+            entries.push((name.to_owned(), swatch));
+        }
+    };
+    for m in measured {
+        for curve in &m.panel.curves {
+            add(&curve.label, Swatch::Curve(curve.color, curve.style));
+        }
+    }
+    for m in measured {
+        for &(_, _, mode) in &m.panel.modes {
+            let (color, opacity) = ground(mode);
+            add(mode.name(), Swatch::Ground(color, opacity));
+        }
+        for &(_, kind) in m.panel.events.iter().filter(|_| m.marked) {
+            add(event_name(kind), Swatch::Event(of_event(kind)));
+        }
+    }
+    entries
+}
+
+/// Stick and slip are modes too: as events they are where these begin.
+fn event_name(kind: EventKind) -> &'static str {
+    match kind {
+        EventKind::Stick => "stick begins",
+        EventKind::Slip => "slip begins",
+        EventKind::Destabilised => "loss of stability",
+        EventKind::Corner => "corner of F(t)",
+        kind => kind.name(),
+    }
+}
+
+fn entry_width(name: &str) -> f64 {
+    SWATCH + SWATCH_GAP + text_width(name, LABEL_SIZE) + ENTRY_GAP
+}
+
+fn legend_rows(entries: &[(String, Swatch)], width: f64) -> Vec<Vec<(f64, String, Swatch)>> {
+    let mut rows: Vec<Vec<(f64, String, Swatch)>> = Vec::new();
+    let mut x = 0.0;
+    for (name, swatch) in entries {
+        let needed = entry_width(name);
+        if rows.is_empty() || x + needed - ENTRY_GAP > width {
+            rows.push(Vec::new());
+            x = 0.0;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push((MARGIN + x, name.clone(), swatch.clone()));
+        }
+        x += needed;
+    }
+    rows
+}
+
+fn stroke(color: RGBColor, width: u32) -> ShapeStyle {
+    color.stroke_width(width)
+}
+
+fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
+    // The library divides by 1.24 what it is told.
+    (font::FAMILIES, size * 1.24).into_font().color(&BLACK).pos(pos)
+}
+
+fn write(area: &Area, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), PlotError> {
+    let style = text_style(size, Pos::new(HPos::Left, VPos::Top));
+    area.draw_text(text, &style, (x.round() as i32, y.round() as i32))
+        .map_err(failed)
+}
+
+fn draw_legend(area: &Area, row: &[(f64, String, Swatch)], y: f64) -> Result<(), PlotError> {
+    let middle = (y + 0.4 * LABEL_SIZE).round() as i32;
+    for (x, name, swatch) in row {
+        let (left, right) = (x.round() as i32, (x + SWATCH).round() as i32);
+        let center = ((x + SWATCH / 2.0).round() as i32, middle);
+        match swatch {
+            Swatch::Curve(color, CurveStyle::Solid) => area.draw(&PathElement::new(
+                [(left, middle), (right, middle)],
+                stroke(*color, CURVE_STROKE),
+            )),
+            Swatch::Curve(color, CurveStyle::Thin) => area.draw(&PathElement::new(
+                [(left, middle), (right, middle)],
+                stroke(*color, CURVE_STROKE / 2),
+            )),
+            Swatch::Curve(color, CurveStyle::Dashed) => {
+                let line = [(left, middle), (right, middle)];
+                area.draw(&DashedPathElement::new(line, 90, 60, stroke(*color, CURVE_STROKE)))
+            }
+            Swatch::Curve(color, CurveStyle::Points) => area.draw(&Circle::new(center, POINT_RADIUS, color.filled())),
+            Swatch::Curve(color, CurveStyle::OpenPoints) => {
+                area.draw(&Circle::new(center, POINT_RADIUS, stroke(*color, THIN_STROKE)))
+            }
+            Swatch::Ground(color, opacity) => {
+                let corners = [(left, middle - 90), (right, middle + 90)];
+                area.draw(&Rectangle::new(corners, color.mix(*opacity).filled()))
+            }
+            Swatch::Event(color) => {
+                let line = [(center.0, middle - 110), (center.0, middle + 110)];
+                area.draw(&PathElement::new(line, stroke(*color, THIN_STROKE + 4)))
+            }
+        }
+        .map_err(failed)?;
+        write(area, name, LABEL_SIZE, (x + SWATCH + SWATCH_GAP, y))?;
+    }
+    Ok(())
+}
+
+fn draw_panel(area: &Area, m: &Measured, (left, right): (f64, f64)) -> Result<(), PlotError> {
+    let (own, _) = area.split_vertically(panel_height(m).round() as i32);
+    let (x, y) = (m.x.shown, m.y.shown);
+    let mut chart = ChartBuilder::on(&own)
+        .margin_left(MARGIN.round() as i32)
+        .margin_right(right.round() as i32)
+        .set_label_area_size(LabelAreaPosition::Left, (left - MARGIN).round() as i32)
+        .set_label_area_size(LabelAreaPosition::Bottom, label_height(m).round() as i32)
+        .build_cartesian_2d(x.0..x.1, y.0..y.1)
+        .map_err(failed)?;
+    for &(from, to, mode) in &m.panel.modes {
+        let (color, opacity) = ground(mode);
+        let corners = [(m.x.show(from).max(x.0), y.0), (m.x.show(to).min(x.1), y.1)];
+        draw(&chart, &Rectangle::new(corners, color.mix(opacity).filled()))?;
+    }
+    draw_mesh(&mut chart, m)?;
+    if m.marked {
+        for &(at, kind) in &m.panel.events {
+            let at = m.x.show(at);
+            let line = [(at, y.0), (at, y.1)];
+            let style = stroke(of_event(kind), THIN_STROKE);
+            draw(&chart, &PathElement::new(line, style))?;
+        }
+    }
+    m.panel.curves.iter().try_for_each(|curve| draw_curve(&chart, m, curve))
+}
+
+fn draw<'b, E>(chart: &Chart<'_, 'b>, element: &E) -> Result<(), PlotError>
+where
+    for<'e> &'e E: plotters::element::PointCollection<'e, (f64, f64)>,
+    E: plotters::element::Drawable<SVGBackend<'b>>,
+{
+    chart.plotting_area().draw(element).map_err(failed)
+}
+
+fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
+    let (_, x_decimals) = m.x.ticks(m.x_ticks);
+    let (_, y_decimals) = m.y.ticks(m.y_ticks);
+    let label = text_style(LABEL_SIZE, Pos::default());
+    let grid: RGBAColor = GREY.mix(0.3);
+    let x_title = if m.last {
+        fitting_title(&m.x, &m.panel.x, m.width)
+    } else {
+        String::new()
+    };
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(grid.stroke_width(THIN_STROKE))
+        .axis_style(stroke(BLACK, AXIS_STROKE))
+        .set_all_tick_mark_size(TICK)
+        .x_labels(m.x_ticks)
+        .y_labels(m.y_ticks)
+        .x_label_formatter(&|v| number(*v, x_decimals))
+        .y_label_formatter(&|v| number(*v, y_decimals))
+        .label_style(label.clone())
+        .axis_desc_style(label)
+        .x_desc(x_title)
+        .y_desc(m.y_title.clone())
+        .draw()
+        .map_err(failed)
+}
+
+fn draw_curve(chart: &Chart, m: &Measured, curve: &Curve) -> Result<(), PlotError> {
+    let shown = |&(x, y): &(f64, f64)| (m.x.show(x), m.y.show(y));
+    let line = stroke(curve.color, CURVE_STROKE);
+    for piece in &curve.pieces {
+        let points: Vec<(f64, f64)> = piece.iter().map(shown).collect();
+        match curve.style {
+            // A single sample has no length: without a dot it would not show.
+            CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed if points.len() < 2 => {
+                for point in points {
+                    draw(chart, &Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
+                }
+            }
+            CurveStyle::Solid => draw(chart, &PathElement::new(points, line))?,
+            CurveStyle::Thin => draw(chart, &PathElement::new(points, stroke(curve.color, CURVE_STROKE / 2)))?,
+            CurveStyle::Dashed => draw(chart, &DashedPathElement::new(points, 90, 60, line))?,
+            CurveStyle::Points | CurveStyle::OpenPoints => {
+                let style = match curve.style {
+                    CurveStyle::Points => curve.color.filled(),
+                    _ => stroke(curve.color, THIN_STROKE + 4),
+                };
+                for point in points {
+                    draw(chart, &Circle::new(point, POINT_RADIUS, style))?;
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,48 @@
+//! `stickslip modes`.
+
+mod cli_common;
+use cli_common::{Folder, json, output, refusal};
+
+#[test]
+fn cli_modes_says_the_same_in_table_and_json() {
+    let folder = Folder::new();
+    let (table, stderr) = output(&mut folder.stickslip(&["modes"]), 0);
+    assert_eq!(stderr, "");
+    let (document, _) = output(&mut folder.stickslip(&["modes", "paper", "--json"]), 0);
+    let document = json(&document);
+    assert_eq!(document["stability"], "lost");
+    assert_eq!(document["instability"]["onset_decided_by"], "perturbation");
+    let time = document["instability"]["time"].as_f64().unwrap();
+    for words in [
+        format!("{time:.9} s"),
+        format!("{:.6} rad/s", document["critical_speed"].as_f64().unwrap()),
+        format!("{:.2}", document["instability"]["growth_exponent"].as_f64().unwrap()),
+        "4.1570 kHz".to_owned(),
+        "the perturbation".to_owned(),
+    ] {
+        assert!(table.contains(&words), "{words} in {table}");
+    }
+    let states = document["states"].as_array().unwrap();
+    assert_eq!(states.len(), 5);
+    assert_eq!(folder.names(), [""; 0]);
+    // The table fits a terminal.
+    assert!(table.lines().skip(1).all(|line| line.chars().count() <= 80), "{table}");
+}
+
+#[test]
+fn cli_modes_of_a_result_are_those_of_its_case() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
+    let (of_case, _) = output(&mut folder.stickslip(&["modes", "paper-si"]), 0);
+    let (of_file, _) = output(&mut folder.stickslip(&["modes", "paper-si.h5"]), 0);
+    assert_eq!(of_case, of_file);
+}
+
+#[test]
+fn cli_modes_without_an_instability_says_why() {
+    let folder = Folder::new();
+    let (table, _) = output(&mut folder.stickslip(&["modes", "--set", "friction.decay=0"]), 0);
+    assert!(table.contains("friction does not fall with speed"), "{table}");
+    let refused = refusal(&mut folder.stickslip(&["modes", "--set", "friction.decoy=0"]));
+    assert!(refused.contains("friction.decoy"), "{refused}");
+}

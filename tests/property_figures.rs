@@ -1,0 +1,183 @@
+//! Figures: thinning keeps what is seen, and no text covers another or the data.
+
+mod cli_common;
+
+use cli_common::{Folder, output};
+use proptest::prelude::*;
+use resvg::usvg;
+use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, Story};
+use stickslip::plot::decimate::{MinMax, Portrait};
+use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
+
+fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
+    prop::collection::vec((0.0..1.0f64, -1e3..1e3f64), 1..2000).prop_map(|steps| {
+        let mut x = 5.0;
+        steps
+            .into_iter()
+            .map(|(dx, y)| {
+                // Uneven, with points that coincide.
+                x += if dx < 0.2 { 0.0 } else { dx.powi(8) };
+                (x, y)
+            })
+            .collect()
+    })
+}
+
+proptest! {
+    /// In each pixel the first, least, largest and last value are those of the whole curve; nothing is made up, moved
+    /// or put in another order, and what is kept has a bound.
+    #[test]
+    fn property_thinning_keeps_the_extremes_of_each_pixel(points in curves(), buckets in 1usize..200) {
+        let (from, to) = (points[0].0, points[points.len() - 1].0);
+        let mut thin = MinMax::new(from, to, buckets);
+        points.iter().for_each(|&(x, y)| thin.push(x, y));
+        let kept = thin.finish();
+        prop_assert!(kept.len() <= 4 * buckets);
+        let mut rest = points.iter();
+        for point in &kept {
+            prop_assert!(rest.any(|p| p == point), "{point:?} is not there, or out of order");
+        }
+        let pixel = |x: f64| if to > from {
+            (((x - from) * (buckets as f64 / (to - from))) as usize).min(buckets - 1)
+        } else {
+            0
+        };
+        for bucket in 0..buckets {
+            let inside = |list: &[(f64, f64)]| -> Vec<f64> {
+                list.iter().filter(|p| pixel(p.0) == bucket).map(|p| p.1).collect()
+            };
+            let (all, few) = (inside(&points), inside(&kept));
+            prop_assert_eq!(all.first(), few.first());
+            prop_assert_eq!(all.last(), few.last());
+            let largest = |v: &[f64]| v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let least = |v: &[f64]| v.iter().copied().fold(f64::INFINITY, f64::min);
+            prop_assert_eq!((least(&all), largest(&all)), (least(&few), largest(&few)));
+        }
+    }
+
+    /// Every point of a portrait has a drawn point within a cell, a 900th of each range.
+    #[test]
+    fn property_portrait_is_drawn_within_a_cell(points in prop::collection::vec((-2.0..3.0f64, 1e-6..2e-6f64), 1..300)) {
+        let mut portrait = Portrait::new((-2.0, 3.0), (1e-6, 2e-6));
+        // The way there and back twice: what is drawn already is not drawn again.
+        for &(x, y) in points.iter().chain(points.iter().rev()).chain(&points) {
+            portrait.push(x, y);
+        }
+        let drawn: Vec<(f64, f64)> = portrait.finish().into_iter().flatten().collect();
+        let passages = 2 * points.len().saturating_sub(1);
+        prop_assert!(drawn.len() <= 2 * passages + 2, "{} of {}", drawn.len(), points.len());
+        for (x, y) in points {
+            let close = |&&(a, b): &&(f64, f64)| (a - x).abs() <= 5.0 / 900.0 && (b - y).abs() <= 1e-6 / 900.0;
+            prop_assert!(drawn.iter().any(|p| close(&p)), "({x}, {y})");
+        }
+    }
+
+    /// An exponential is found, whatever its factor; anything else has an R^2 below 1.
+    #[test]
+    fn analytic_exponential_fit(first in 1e-6..1e-3f64, factor in 0.8..1.3f64, count in 3i32..60) {
+        let durations: Vec<f64> = (0..count).map(|k| first * factor.powi(k)).collect();
+        let fit = ExponentialFit::of(&durations).unwrap();
+        prop_assert!((fit.factor - factor).abs() < 1e-9 && (fit.first / first - 1.0).abs() < 1e-9, "{fit:?}");
+        prop_assert!(fit.worst < 1e-9, "{fit:?}");
+    }
+}
+
+/// Boxes of the texts and of everything else but the white ground, in the order of the document.
+fn boxes(svg: &str) -> (usvg::Size, Vec<(String, usvg::Rect)>, Vec<usvg::Rect>) {
+    fn walk(group: &usvg::Group, texts: &mut Vec<(String, usvg::Rect)>, paths: &mut Vec<usvg::Rect>) {
+        for node in group.children() {
+            match node {
+                usvg::Node::Group(group) => walk(group, texts, paths),
+                usvg::Node::Text(text) => {
+                    let words = text.chunks().iter().map(|chunk| chunk.text()).collect::<String>();
+                    // The ink: the box of the flattened letters.
+                    texts.push((words, text.flattened().abs_bounding_box()));
+                }
+                other => paths.push(other.abs_bounding_box()),
+            }
+        }
+    }
+    let tree = raster::tree(svg).unwrap();
+    let (mut texts, mut paths) = (Vec::new(), Vec::new());
+    walk(tree.root(), &mut texts, &mut paths);
+    (tree.size(), texts, paths.split_off(1))
+}
+
+/// More than a twentieth of a millimetre of both.
+fn overlap(a: &usvg::Rect, b: &usvg::Rect) -> bool {
+    let slack = 0.2;
+    a.left() + slack < b.right()
+        && b.left() + slack < a.right()
+        && a.top() + slack < b.bottom()
+        && b.top() + slack < a.bottom()
+}
+
+fn assert_readable(figure: &Figure, width: f64) {
+    let text = svg::svg(figure, width).unwrap();
+    let (size, texts, paths) = boxes(&text);
+    let name = format!("{} at {width} mm", figure.name);
+    assert!(texts.len() > 6, "{name}: {texts:?}");
+    for (k, (words, place)) in texts.iter().enumerate() {
+        assert!(!words.trim().is_empty(), "{name}: an empty text");
+        let inside = place.left() >= 0.0
+            && place.top() >= 0.0
+            && place.right() <= size.width()
+            && place.bottom() <= size.height();
+        assert!(inside, "{name}: \"{words}\" leaves the picture: {place:?} in {size:?}");
+        for (others, other) in &texts[k + 1..] {
+            assert!(!overlap(place, other), "{name}: \"{words}\" covers \"{others}\"");
+        }
+        for path in &paths {
+            assert!(
+                !overlap(place, path),
+                "{name}: \"{words}\" stands on a line or the ground: {path:?}"
+            );
+        }
+    }
+}
+
+/// Every figure of the catalogue at a column's and at a screen's width, of one run and of two; letters as the renderer
+/// places them.
+#[test]
+fn property_no_text_covers_another_or_the_data() {
+    let folder = Folder::new();
+    let window = "output.window=[{from=0.998,to=1.012,interval=2e-6},{from=6.96,to=6.992,interval=2.5e-6},\
+                  {from=6.992,to=7.3,interval=5e-5}]";
+    output(&mut folder.stickslip(&["run", "-q", "--set", window]), 0);
+    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
+    let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| Run::open(&path).unwrap());
+    for runs in [&runs[..1], &runs[..]] {
+        let story = Story::new(runs).unwrap();
+        for entry in ENTRIES {
+            let figure = entry.build(&story).unwrap().unwrap();
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+}
+
+/// Numbers that need many digits, long names, letters that SVG would take for its own, and no data at all.
+#[test]
+fn property_odd_figures_are_readable_too() {
+    let curve = |points: Vec<(f64, f64)>| Curve::line("a <&> b", stickslip::plot::style::BLUE, points);
+    let ranges = [
+        vec![(-1e-30, 5e300), (3e-30, 5.1e300)],
+        vec![(1e9, 371.123456789), (1e9 + 1e-3, 371.12345679)],
+        vec![(0.0, 0.0)],
+        vec![(0.0, -0.0), (1.0, 0.0)],
+        vec![],
+    ];
+    for points in ranges {
+        for unit in ["1", "rad s-1", "N"] {
+            let axis = || Axis::new("a quantity whose name is much longer than any axis", unit).with_symbol("Ω");
+            let figure = Figure {
+                name: "odd".to_owned(),
+                title: "A title that needs more than one line at the width of a column: <svg> & \"co\"".to_owned(),
+                paper_figure: Some(99),
+                panels: vec![Panel::new(axis(), axis(), vec![curve(points.clone())])],
+            };
+            assert_readable(&figure, 85.0);
+        }
+    }
+}
