@@ -3,8 +3,11 @@
 use super::axial::AxialMotion;
 use super::torsion::TorsionModel;
 
-/// Up to this alpha |omega_r| the exponential of the friction law is resolved: beyond, it is below e^-40.
-const WEAKENING_EXPONENT: f64 = 40.0;
+/// No step is shorter than this part of the speed at the start, however steep the friction law.
+const FINEST: f64 = 20_000.0;
+
+/// More steps are not taken: 10,000 are usual.
+const MOST_STEPS: usize = 100_000;
 
 /// Rigid sliding ahead of a given instant: the rotor and its surface as one inertia, slowed by quasi-steady friction.
 /// It leaves out the twists (relative error about J/I and omega_r / omega_n), which is enough to decide ahead of time
@@ -29,11 +32,12 @@ impl Forecast {
         let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
         let mut path = vec![(t, damping)];
         let mut trouble = None;
-        let decay = model.friction.decay.max(1e-3);
         let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
+        let finest = x / FINEST;
         while t < until {
             let here = margin(t, x);
-            if here < 0.0 || x <= 0.0 {
+            // A force so steep that the path does not get on counts as trouble, too: steps are then resolved.
+            if here < 0.0 || x <= 0.0 || path.len() > MOST_STEPS {
                 trouble = Some(t);
                 break;
             }
@@ -43,20 +47,11 @@ impl Forecast {
             if t + step > corner {
                 step = corner - t;
             }
-            // Resolve the fall of the speed, and of the friction's exponential where there is something of it.
-            let weakening_begins = WEAKENING_EXPONENT / decay;
-            let mut fall = 0.02 * x + 1e-6;
-            if x - fall < weakening_begins {
-                fall = fall.min((x - weakening_begins).max(0.05 / decay));
-            }
-            // While the force rises, what it will be decides.
-            loop {
-                let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
-                // The hair is for the rounding of the quotient.
-                if ahead * step <= fall * (1.0 + 1e-9) {
-                    break;
-                }
-                step = (fall / ahead).max(0.5 * step);
+            // Resolve the fall of the speed and of the friction's exponential.
+            let fall = (0.02 * x + 1e-6).min(0.05 / model.friction.decay.max(1e-3)).max(finest);
+            let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
+            if ahead * step > fall {
+                step = fall / ahead;
             }
             if t + step <= t {
                 trouble = Some(t);
