@@ -110,14 +110,15 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             );
         }
     }
-    if let Actuation::Ramp { rise_time, .. } = &case.parameters.actuation {
-        if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
-            complain(
-                "actuation.rise_time",
-                &[],
-                format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
-            );
-        }
+    if let Actuation::Ramp { rise_time, .. } = &case.parameters.actuation
+        && *rise_time > 0.0
+        && *rise_time < SHORTEST_RUN
+    {
+        complain(
+            "actuation.rise_time",
+            &[],
+            format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
+        );
     }
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {
