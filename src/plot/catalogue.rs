@@ -263,7 +263,7 @@ impl<'a> Story<'a> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
         let axial = &run.parameters.axial;
-        let corners = AxialMotion::new(axial, &run.parameters.actuation).corners().last();
+        let corner = run.events.iter().rfind(|e| e.kind == EventKind::Corner);
         Some(Story {
             runs,
             run,
@@ -272,7 +272,7 @@ impl<'a> Story<'a> {
             onset: run.stick_slip.onset_time,
             final_stick: run.stick_slip.final_stick_time,
             instability: first(EventKind::Destabilised),
-            corner: corners.filter(|&t| t > 0.0),
+            corner: corner.map(|e| e.time).filter(|&t| t > 0.0),
         })
     }
 

@@ -1,0 +1,66 @@
+//! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
+//!
+//! One run of the paper's brake, sampled closely where the pictures look closely, and the figures of docs/gallery.md
+//! from it, into docs/figures.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::path::Path;
+use stickslip::analysis::{Modes, StickSlip};
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::plot::catalogue::{Story, find};
+use stickslip::plot::style::COLUMN_WIDTH;
+use stickslip::plot::{Figure, Run, modes, svg, target};
+use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
+use stickslip::simulation::simulate;
+
+/// The end of the force's ramp, the stick-slip, and the swing in the last stick.
+const WINDOWS: &str = "output.window=[{from=0.998, to=1.012, interval=2e-6}, {from=6.96, to=6.992, interval=2.5e-6}, \
+                       {from=6.992, to=7.3, interval=5e-5}]";
+
+const FIGURES: [&str; 9] = [
+    "friction-law",
+    "axial-displacement",
+    "stick-slip-transition",
+    "stick-slip-close-up",
+    "durations",
+    "phase-plateau",
+    "phase-growth-stator",
+    "phase-stick-slip-stator",
+    "phase-final-stick-stator",
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let case = Case::parse(&CaseSource::built_in("paper")?, &[Override::parse(WINDOWS)?])?;
+    let path = Path::new("target").join("gallery.h5");
+    let header = Header {
+        title: case.title.clone(),
+        source: "examples/gallery.rs".to_owned(),
+        references: String::new(),
+        history: String::new(),
+        case_text: case.resolved(),
+        resolved: case.resolved(),
+        meta: Vec::new(),
+    };
+    let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
+    let report = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |_| {
+        ControlFlow::Continue(())
+    })?;
+    writer.finish(Status::Complete, &StickSlipTable::default(), 0.0)?;
+    println!("{} sticks", StickSlip::from_events(&report.events).stick_count);
+    let runs = [Run::open(&path)?];
+    let story = Story::new(&runs).ok_or("no run")?;
+    for name in FIGURES {
+        save(&find(name)?.build(&story)?.map_err(|absent| absent.why)?)?;
+    }
+    let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
+    save(&modes::figure(&case.title, &of_case))
+}
+
+fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
+    let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
+    target::check(&path, false)?;
+    target::write(&path, svg::svg(figure, COLUMN_WIDTH)?.as_bytes())?;
+    println!("{}", path.display());
+    Ok(())
+}
