@@ -146,11 +146,6 @@ impl AxialMotion {
         }
     }
 
-    /// Times after 0 at which the slope or the value of F changes: the integrator restarts there.
-    pub fn corners(&self) -> impl Iterator<Item = f64> + '_ {
-        self.pieces.iter().map(|p| p.start).filter(|&t| t > 0.0)
-    }
-
     /// F at its largest magnitude over the run, N.
     pub fn largest_force(&self) -> f64 {
         let last = self.pieces.last().map_or(0.0, |p| p.force.abs());
