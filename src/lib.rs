@@ -15,6 +15,7 @@
 //! | [`results`] | the HDF5 result file: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
+//! | [`plot`] | figures of a result file |
 //! | [`cli`] | arguments to validated options to a call |
 
 pub mod analysis;
@@ -22,6 +23,7 @@ pub mod case;
 pub mod cli;
 pub mod hybrid;
 pub mod model;
+pub mod plot;
 pub mod results;
 pub mod simulation;
 pub mod sundials;

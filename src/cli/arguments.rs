@@ -44,6 +44,8 @@ pub(super) enum ProgressChoice {
 pub(super) enum Command {
     /// Integrate one case and store the run in HDF5.
     Run(RunOptions),
+    /// Show a run on an interactive page.
+    Plot(PlotOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
     /// Print a built-in case to start from.
@@ -66,6 +68,19 @@ pub(super) struct RunOptions {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Replace any file, not only a result of this program.
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PlotOptions {
+    /// A result file.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Interactive page to write, one HTML file.
+    #[arg(long, value_name = "PAGE")]
+    pub html: PathBuf,
+    /// Replace any file, not only a page of this program.
     #[arg(long)]
     pub force: bool,
 }

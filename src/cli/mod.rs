@@ -3,6 +3,7 @@
 mod arguments;
 mod case_command;
 mod inspect;
+mod plot;
 mod progress;
 mod provenance;
 mod run;
@@ -69,6 +70,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         .init();
     match command {
         Command::Run(options) => run::run(&options, &common),
+        Command::Plot(options) => plot::plot(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Case(options) => case_command::case(&options, &common),
     }
