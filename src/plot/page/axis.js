@@ -21,6 +21,7 @@ function withUnit(value, unit, digits = 6) {
   if (!isFinite(value)) return minus(String(value));
   if (value === 0) return `0 ${readable(unit)}`;
   const [factor, prefix] = prefixFor(Math.abs(value));
+  if (Math.abs(value) < factor) return minus(`${value.toExponential(2)} ${readable(unit)}`);
   return minus(`${(value / factor).toPrecision(digits)} ${prefix}${readable(unit)}`);
 }
 

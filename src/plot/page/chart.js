@@ -65,7 +65,7 @@ class Chart {
     const curves = definition.curves.filter(([name]) => this.trajectory.has(name));
     const panel = { title: definition.title, box, titleElement: title, canvas: null, shown: definition.shown, change: definition.change, curves: [] };
     for (const [name, label, colour, limit] of curves) {
-      const curve = { name, colour, limit: limit === "limit", on: true, output: null };
+      const curve = { name, colour, limit: limit === "limit", thin: name.startsWith("breakaway"), on: true, output: null };
       panel.curves.push(curve);
       const button = legend.appendChild(document.createElement("button"));
       button.type = "button";
@@ -129,10 +129,12 @@ class Chart {
     this.width = Math.max(this.root.clientWidth, LEFT + RIGHT + 50);
     this.plotWidth = this.width - LEFT - RIGHT;
     this.scale = this.plotWidth / (this.to - this.from);
-    this.ticks = axisOf(this.from, this.to, this.plotWidth, 95);
+    this.ticks = axisOf(this.from, this.to, this.plotWidth, 85);
     this.columns = this.columnsInView();
     this.shades = this.shadesInView();
     this.marks = this.eventsInView();
+    // Room for the states at the events.
+    this.rings = this.eventCount * 24 <= this.plotWidth;
     for (const panel of this.panels) if (panel.shown) this.drawPanel(panel);
     this.drawStrip();
     this.drawAxis();
@@ -188,7 +190,10 @@ class Chart {
   drawPanel(panel) {
     const context = prepare(panel.canvas, this.width, PANEL);
     const right = this.width - RIGHT, top = 2, bottom = PANEL - 2;
+    context.fillStyle = SHADES["slip-forward"];
+    context.fillRect(LEFT, top, this.plotWidth, bottom - top);
     for (const [x0, x1, colour] of this.shades) {
+      if (colour === SHADES["slip-forward"]) continue;
       context.fillStyle = colour;
       context.fillRect(x0, top, x1 - x0, bottom - top);
     }
@@ -232,6 +237,8 @@ class Chart {
       // The neighbours of the view count only where the curve enters and leaves it.
       pyramid.extremes(Math.min(first + 1, last), Math.max(last - 1, first));
       const edges = [this.valueAt(values, this.from, first), this.valueAt(values, this.to, Math.max(last - 2, first))];
+      const states = this.rings && this.run.events.states.get(curve.name);
+      if (states) for (const [, i] of this.marks) edges.push(states.before[i], states.after[i]);
       low = Math.min(low, pyramid.low - curve.shift, ...edges.filter(isFinite).map(value => value - curve.shift));
       high = Math.max(high, pyramid.high - curve.shift, ...edges.filter(isFinite).map(value => value - curve.shift));
     }
@@ -253,60 +260,112 @@ class Chart {
   drawEventLines(context, top, bottom) {
     for (const [x, i] of this.marks) {
       context.fillStyle = GLYPHS[this.run.events.kinds[this.run.events.kind[i]]][0] + "70";
-      context.fillRect(x - 0.5, top, 1, bottom - top);
+      context.fillRect(Math.round(x), top, 1, bottom - top);
     }
   }
 
   drawCurve(context, curve, y) {
-    const { trajectory, columns } = this, { low, high, pyramid } = trajectory.channel(curve.name);
-    const last = columns.length - 2, dots = this.plotWidth / (last + 1) > 7, bands = [];
-    const left = LEFT - 20, right = this.width - RIGHT + 20;
-    let down = false;
-    const to = (x, value) => {
-      if (isNaN(value)) down = false;
-      else if (down) context.lineTo(x, y(value));
-      else context.moveTo(x, y(value));
-      down = !isNaN(value);
-    };
     context.beginPath();
-    for (let c = 0; c <= last; c++) {
-      const i = columns[c], j = columns[c + 1];
-      let x = this.x(trajectory.time[i]);
-      if (trajectory.isBucket(i) && j === i + 1) {
-        bands.push(i);
-        down = false;
-      } else if (j > i + 1) {
-        pyramid.extremes(i, j);
-        to(x, low[i]);
-        to(x, pyramid.low);
-        to(x, pyramid.high);
-        to(x, low[j - 1]);
-      } else if (x < left && c < last && !trajectory.isBucket(i + 1)) {
-        // A neighbour may be a million pixels away: the line begins, and ends, just outside instead.
-        to(left, this.valueAt(low, this.timeAt(left), i));
-      } else if (x > right && c > 0 && !trajectory.isBucket(i - 1)) {
-        to(right, this.valueAt(low, this.timeAt(right), i - 1));
-      } else {
-        to(x, low[i]);
-      }
-    }
+    const entries = this.columns[this.columns.length - 1] - this.columns[0];
+    const dense = entries > 2 * this.plotWidth;
+    if (dense) this.traceColumns(context, curve, y);
+    else this.traceVertices(context, curve, y);
     context.strokeStyle = curve.colour;
-    context.lineWidth = curve.limit || curve.name === "breakaway_torque" ? 1 : 1.4;
+    // A line of one pixel takes a fraction of the time of a broader one; where it is dense, it looks the same.
+    context.lineWidth = curve.thin || 4 * entries > this.plotWidth ? 1 : 1.4;
     context.setLineDash(curve.limit ? [5, 4] : []);
     context.stroke();
-    context.fillStyle = curve.colour;
-    if (dots && !curve.limit) this.drawDots(context, low, y);
-    context.fillStyle = `${curve.colour}80`;
-    for (const i of bands) {
-      const x0 = this.x(trajectory.time[i]), x1 = this.x(trajectory.end(i)), top = y(high[i]);
-      context.fillRect(x0, top - 0.5, Math.max(x1 - x0, 1), y(low[i]) - top + 1);
+    context.setLineDash([]);
+    if (this.trajectory.bucket) this.drawBands(context, curve, y);
+    if (entries * 7 < this.plotWidth && !curve.limit) this.drawDots(context, curve, y);
+    if (this.rings) this.drawRings(context, curve, y);
+  }
+
+  // More entries than pixels: in each column from the first by way of least and largest to the last.
+  traceColumns(context, curve, y) {
+    const { trajectory, columns } = this, { low, pyramid } = trajectory.channel(curve.name);
+    let down = false, x = 0, latest = NaN;
+    const to = value => {
+      if (isNaN(value) || (down && value === latest)) return;
+      if (down) context.lineTo(x, y(value));
+      else context.moveTo(x, y(value));
+      down = true;
+      latest = value;
+    };
+    for (let c = 0; c + 1 < columns.length; c++) {
+      const i = columns[c], j = columns[c + 1], first = low[i], last = low[j - 1];
+      x = Math.round(this.x(trajectory.time[i]));
+      latest = NaN;
+      if (j === i + 1) {
+        // A bucket that is a column of its own is a band.
+        if (trajectory.isBucket(i) || isNaN(first)) down = false;
+        else to(first);
+        continue;
+      }
+      pyramid.extremes(i, j);
+      if (pyramid.low === Infinity) {
+        down = false;
+        continue;
+      }
+      const rising = !(last < first);
+      to(first);
+      to(rising ? pyramid.low : pyramid.high);
+      to(rising ? pyramid.high : pyramid.low);
+      to(last);
     }
-    this.drawEventStates(context, curve, y);
+  }
+
+  // Few entries: through each sample, and through the states on both sides of the events between them.
+  traceVertices(context, curve, y) {
+    const { trajectory, columns } = this, { time } = trajectory, { low } = trajectory.channel(curve.name);
+    const states = this.rings && this.run.events.states.get(curve.name), eventTime = this.run.events.time;
+    const first = columns[0], last = columns[columns.length - 1];
+    const left = this.timeAt(LEFT - 20), right = this.timeAt(this.width - RIGHT + 20);
+    let t0 = NaN, v0 = NaN, down = false, event = lowerBound(eventTime, time[first]);
+    // The neighbours of the view may be a million pixels away: lines begin and end just outside of it instead.
+    const to = (t1, v1) => {
+      if (t0 <= t1 && t1 >= left && t0 <= right) {
+        const at = t => (t1 > t0 ? v0 + (v1 - v0) * (t - t0) / (t1 - t0) : v1);
+        const begin = Math.max(t0, left), end = Math.min(t1, right);
+        if (!down) context.moveTo(this.x(begin), y(begin === t0 ? v0 : at(begin)));
+        down = true;
+        context.lineTo(this.x(end), y(end === t1 ? v1 : at(end)));
+      } else {
+        down = false;
+      }
+      t0 = isNaN(v1) ? NaN : t1;
+      v0 = v1;
+    };
+    for (let i = first; i < last; i++) {
+      for (; states && i > first && event < eventTime.length && eventTime[event] <= time[i]; event++) {
+        to(eventTime[event], states.before[event]);
+        to(eventTime[event], states.after[event]);
+      }
+      if (trajectory.isBucket(i)) to(NaN, NaN);
+      else to(time[i], low[i]);
+    }
+  }
+
+  // What stands for samples that are not on the page: from the least to the largest value.
+  drawBands(context, curve, y) {
+    const { trajectory, columns } = this, { low, high } = trajectory.channel(curve.name);
+    context.fillStyle = `${curve.colour}80`;
+    for (let c = 0; c + 1 < columns.length; c++) {
+      const i = columns[c];
+      if (columns[c + 1] > i + 1 && columns[columns.length - 1] - columns[0] > 2 * this.plotWidth) continue;
+      for (let k = i; k < columns[c + 1]; k++) {
+        if (!trajectory.isBucket(k)) continue;
+        const x0 = Math.max(this.x(trajectory.time[k]), LEFT - 5), x1 = Math.min(this.x(trajectory.end(k)), this.width);
+        const top = y(high[k]);
+        context.fillRect(x0, top - 0.5, Math.max(x1 - x0, 1), y(low[k]) - top + 1);
+      }
+    }
   }
 
   // Where they are far enough apart, the samples themselves.
-  drawDots(context, values, y) {
-    const { columns, trajectory } = this;
+  drawDots(context, curve, y) {
+    const { columns, trajectory } = this, values = trajectory.channel(curve.name).low;
+    context.fillStyle = curve.colour;
     context.beginPath();
     for (let i = columns[0]; i < columns[columns.length - 1]; i++) {
       const x = this.x(trajectory.time[i]);
@@ -317,13 +376,12 @@ class Chart {
     context.fill();
   }
 
-  // Events are not samples; where there is room, the state before and after each stands as a ring.
-  drawEventStates(context, curve, y) {
+  // Events are not samples: the states before and after each are rings.
+  drawRings(context, curve, y) {
     const states = this.run.events.states.get(curve.name);
-    if (!states || this.eventCount * 24 > this.plotWidth) return;
+    if (!states) return;
     context.strokeStyle = curve.colour;
     context.lineWidth = 1;
-    context.setLineDash([]);
     for (const [x, i] of this.marks) {
       for (const value of [states.before[i], states.after[i]]) {
         context.beginPath();
@@ -359,9 +417,10 @@ class Chart {
   }
 }
 
+const glyphPaths = Object.fromEntries(Object.entries(GLYPHS).map(([kind, [, outline]]) => [kind, new Path2D(outline)]));
+
 function drawGlyph(context, kind, x, y) {
-  const [colour, outline, filled] = GLYPHS[kind];
-  const path = new Path2D(outline);
+  const [colour, , filled] = GLYPHS[kind], path = glyphPaths[kind];
   context.save();
   context.translate(x, y);
   context.fillStyle = filled ? colour : "#ffffff";

@@ -111,7 +111,8 @@ class Trajectory {
   withHighs(low, packed) {
     if (!this.bucket) return low;
     const highs = unpack(packed, this.json.block), high = low.slice();
-    for (let i = 0; i < high.length; i++) if (this.bucket[i] >= 0) high[i] = highs[this.bucket[i]];
+    // Least and largest are rounded apart from each other, and must not cross where they are equal.
+    for (let i = 0; i < high.length; i++) if (this.bucket[i] >= 0) high[i] = Math.max(low[i], highs[this.bucket[i]]);
     return high;
   }
 

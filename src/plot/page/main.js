@@ -35,7 +35,7 @@ const portraits = [
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
 
 // Portraits of more entries than this wait until the view rests.
-const QUICK = 3000;
+const QUICK = 600;
 let resting = 0;
 
 // Entries first to last - 1 are in view.
