@@ -24,8 +24,8 @@ pub(super) fn codes(values: &[i8]) -> String {
 /// cycle. Where a block has values below half of its largest, the base is 0 instead, so that what is zero (the
 /// relative velocity in stick) stays zero, and what is small keeps its digits. Either way the error is at most 2^-23
 /// of the range of the block: with the first value as base an offset is no larger than the range, and with 0 a
-/// value is no larger than twice the range; a rounding is 2^-24 of the number. Offsets beyond the range of single
-/// precision (3.4e38) become infinite.
+/// value is no larger than twice the range; a rounding is 2^-24 of the number. Beyond the range of single precision,
+/// offsets above 3.4e38 become infinite, and those below 1e-45 become 0.
 #[derive(Debug, Serialize)]
 pub(super) struct Packed {
     base: String,
