@@ -312,7 +312,11 @@ fn results_an_unfinished_file_shows_what_it_has() {
     assert_eq!(made.samples, 5_050);
     assert!(assert_holds(&file, &page).iter().all(|kept| *kept));
     assert_eq!(page.run["status"], "interrupted");
-    assert!(page.run["notice"].as_str().unwrap().contains("not complete"));
+    let notice = page.run["notice"].as_str().unwrap();
+    assert!(
+        notice.contains("not complete") && notice.contains("up to t = 0.5049 s"),
+        "{notice}"
+    );
     // The last segment was never written: its mode is that of the samples.
     let last = *codes(&page.run["modes"]["code"]).last().unwrap();
     assert_eq!(last, results_common::sample(5_049).mode.code());

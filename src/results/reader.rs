@@ -514,14 +514,18 @@ pub struct VariableInfo {
 pub struct AddedGroup {
     /// In alphabetical order.
     pub attributes: Vec<(String, AttributeValue)>,
+    /// In the order of the file.
     pub columns: Vec<AddedColumn>,
 }
 
 /// A variable of such a group.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AddedColumn {
+    /// As in the file.
     pub name: String,
+    /// UDUNITS.
     pub units: Option<String>,
+    /// What it is.
     pub long_name: Option<String>,
     /// Rows in the file, of which `values` are the first.
     pub rows: usize,

@@ -25,6 +25,8 @@ const CERTIFICATE_ROWS: usize = 1_000;
 #[derive(Debug, Serialize)]
 pub(super) struct Document {
     title: String,
+    /// Name of the result file, without its folder.
+    file: String,
     /// complete, interrupted or failed.
     status: &'static str,
     /// What a reader of an unfinished run has to know.
@@ -119,6 +121,7 @@ impl Document {
         let case_text = file.case_text()?;
         Ok(Document {
             title: file.title().to_owned(),
+            file: file_name(file),
             status: file.status().name(),
             notice: notice(file)?,
             natural_period: headline.natural_period,
@@ -139,7 +142,12 @@ impl Document {
 
 /// What a reader of a run that is not complete has to know.
 fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
-    let until = "The page shows what the file holds.";
+    let samples = file.sample_count()?;
+    let last = file.column("time", samples.saturating_sub(1)..samples)?;
+    let until = match last.first() {
+        Some(time) => format!("The page shows what the file holds, up to t = {time} s."),
+        None => "The file has no samples.".to_owned(),
+    };
     Ok(match file.status() {
         Status::Complete => None,
         Status::Interrupted => Some(format!(
@@ -168,16 +176,14 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
     }))
 }
 
+fn file_name(file: &ResultFile) -> String {
+    let name = file.path().file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
 /// Where the run is from: root attributes in words, then /meta by name.
 fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
-    let mut rows = vec![(
-        "file".to_owned(),
-        file.path()
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
-    )];
+    let mut rows = vec![("file".to_owned(), file_name(file))];
     for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
         rows.push((name.to_owned(), file.text(name)?));
     }

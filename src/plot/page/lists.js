@@ -24,6 +24,7 @@ function tableOf(header, rows, numbers = Infinity) {
 
 function showTexts(run, trajectory) {
   byId("title").textContent = run.title;
+  byId("subtitle").textContent = `${run.file}: ${run.status} run, ${trajectory.samples.toLocaleString("en")} samples, ${run.events.count.toLocaleString("en")} events`;
   byId("notice").textContent = run.notice || "";
   byId("notice").hidden = !run.notice;
   const micro = text => text.replace(/ us$/, " µs");

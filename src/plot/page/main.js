@@ -37,6 +37,8 @@ const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerB
 // Portraits of more entries than this wait until the view rests.
 const QUICK = 600;
 let resting = 0;
+// Where the pointer is over the figure, px.
+let pointer = null;
 
 // Entries first to last - 1 are in view.
 function inView() {
@@ -63,6 +65,7 @@ function afterDraw() {
   byId("view").textContent = `${chart.from.toFixed(digits)} to ${chart.to.toFixed(digits)} s (${span}); ${held} in view`;
   root.dataset.from = String(chart.from);
   root.dataset.to = String(chart.to);
+  if (pointer !== null) hover(pointer);
   clearTimeout(resting);
   if (last - first < QUICK) drawPortraits();
   else resting = setTimeout(drawPortraits, 150);
@@ -155,9 +158,11 @@ let drag = null;
 root.addEventListener("wheel", event => {
   if (!onCanvas(event)) return;
   event.preventDefault();
+  // A pinch on a touchpad comes as small turns of the wheel with Ctrl.
+  const gain = event.ctrlKey ? 8 : 1;
   const unit = event.deltaMode === 1 ? 30 : event.deltaMode === 2 ? 300 : 1;
   if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) chart.pan(event.deltaX * unit / chart.plotWidth);
-  else chart.zoom(1.0018 ** (event.deltaY * unit), chart.timeAt(place(event)));
+  else chart.zoom(1.0018 ** (event.deltaY * unit * gain), chart.timeAt(place(event)));
 }, { passive: false });
 
 root.addEventListener("pointerdown", event => {
@@ -215,6 +220,7 @@ function clickEvent(x) {
 
 // A line through the sample nearest to x, and the values there; null: none.
 function hover(x) {
+  pointer = x;
   const inside = x !== null && x >= LEFT && x <= chart.width - RIGHT;
   const cursor = byId("cursor");
   cursor.hidden = !inside;
