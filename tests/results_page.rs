@@ -246,6 +246,8 @@ fn results_the_paper_stands_beside_its_own_case_only() {
     let path = folder.path().join("made-up.h5");
     write(&path, 100);
     assert_eq!(page_of(&path).2.run["beside_paper"], false);
+    let changed = run(&folder, &["friction.decay=4.9", "output.end_time=0.1"]);
+    assert_eq!(page_of(&changed).2.run["beside_paper"], false);
 }
 
 /// Texts of a case are texts on the page, whatever they look like.

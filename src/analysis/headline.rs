@@ -182,9 +182,12 @@ impl Headline {
     }
 }
 
-/// Whether a case text is that of the built-in case of the paper, beside which its numbers are put.
-pub fn is_paper_case(text: &str) -> bool {
-    CaseSource::built_in(builtin::DEFAULT).is_ok_and(|source| source.text == text)
+/// Whether these are the parameters of the built-in case of the paper, beside which its numbers are put; solver and
+/// output are free.
+pub fn is_paper_case(parameters: &Parameters) -> bool {
+    CaseSource::built_in(builtin::DEFAULT)
+        .and_then(|source| Case::parse(&source, &[]))
+        .is_ok_and(|case| case.parameters == *parameters)
 }
 
 fn count(n: usize, what: &str) -> String {

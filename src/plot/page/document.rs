@@ -125,8 +125,10 @@ impl Document {
             status: file.status().name(),
             notice: notice(file)?,
             natural_period: headline.natural_period,
-            breakaway_arm: case.map(|case| TorsionModel::new(&case.parameters).breakaway_torque(1.0)),
-            beside_paper: is_paper_case(&case_text),
+            breakaway_arm: case
+                .as_ref()
+                .map(|case| TorsionModel::new(&case.parameters).breakaway_torque(1.0)),
+            beside_paper: case.as_ref().is_some_and(|case| is_paper_case(&case.parameters)),
             headline: headline.rows(),
             certificate: certificate(file)?,
             provenance: provenance(file)?,

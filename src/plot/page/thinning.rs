@@ -61,7 +61,7 @@ impl Plan {
         let bucket = Some((rows - kept).div_ceil(buckets));
         let mut stretches = Vec::new();
         let mut next = 0;
-        for range in full.into_iter().chain([rows..rows]) {
+        for range in full.into_iter().chain(std::iter::once(rows..rows)) {
             stretches.push(Stretch {
                 rows: next..range.start,
                 bucket,
