@@ -10,7 +10,8 @@ use stickslip::analysis::{Modes, StickSlip};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::plot::catalogue::{Story, find};
 use stickslip::plot::style::COLUMN_WIDTH;
-use stickslip::plot::{Figure, Run, modes, svg, target};
+use stickslip::plot::target::{self, Product};
+use stickslip::plot::{Figure, Run, modes, svg};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::simulate;
 
@@ -59,8 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
     let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
-    target::check(&path, false)?;
-    target::write(&path, svg::svg(figure, COLUMN_WIDTH)?.as_bytes())?;
+    target::check(&path, Product::Figure, &[], false)?;
+    target::write(&path, Product::Figure, &[svg::svg(figure, COLUMN_WIDTH)?.as_bytes()])?;
     println!("{}", path.display());
     Ok(())
 }

@@ -2,12 +2,14 @@
 //! its modes and its loss of stability.
 
 pub mod growth;
+pub mod headline;
 pub mod modes;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 
 pub use growth::Growth;
+pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;
 pub use stick_slip::{Cycle, StickSlip};
 pub use summary::Summary;

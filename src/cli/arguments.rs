@@ -46,8 +46,10 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
-    /// Draw the figures of the paper, or any channel, from result files.
-    #[command(override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot [OPTIONS] --list")]
+    /// Draw figures of result files, or write the interactive page of one.
+    #[command(
+        override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
+    )]
     Plot(PlotOptions),
     /// Natural frequencies, damping, and the loss of stability of a case.
     Modes(ModesOptions),
@@ -90,10 +92,10 @@ pub(super) struct ModesOptions {
     /// Override a key, such as friction.decay=4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Draw effective damping and growth rate against the speed, into an SVG or PNG file.
+    /// Draw growth rate and damping over the speed (SVG, PNG).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
-    /// With --figure: replace any file, not only a figure of this program.
+    /// Replace any file, not only this program's figure.
     #[arg(long, requires = "figure")]
     pub force: bool,
 }
@@ -124,22 +126,22 @@ impl Format {
 
 #[derive(Debug, Args)]
 pub(super) struct PlotOptions {
-    /// Result files; several are drawn over each other, the first is the reference.
+    /// Result files; several are drawn over each other.
     #[arg(value_name = "FILE", required_unless_present = "list")]
     pub files: Vec<PathBuf>,
-    /// A folder for the figures, or a file (.svg, .png) for one.
+    /// Folder, or a file for one figure.
     #[arg(short, long, value_name = "DIR|FILE", default_value = "figures")]
     pub output: PathBuf,
-    /// Only this figure, by name or by its number in the paper; may be repeated.
+    /// Only this figure, by name or number in the paper.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["channels", "phase"])]
     pub only: Vec<String>,
     /// List the figures.
     #[arg(long)]
     pub list: bool,
-    /// Draw this variable of /trajectory over time; may be repeated.
+    /// Draw this channel over time; may be repeated.
     #[arg(long = "channel", value_name = "NAME")]
     pub channels: Vec<String>,
-    /// Draw the channels against this variable instead of time.
+    /// Draw the channels against this one, not time.
     #[arg(long, value_name = "NAME", requires = "channels")]
     pub x: Option<String>,
     /// Draw variable B against variable A.
@@ -154,13 +156,22 @@ pub(super) struct PlotOptions {
     /// Format in a folder [default: both].
     #[arg(long, value_enum, value_name = "svg|png", hide_possible_values = true)]
     pub format: Option<Format>,
-    /// Width of a figure, mm: 85 is a journal's column, 300 a wide screen.
+    /// Width, mm: 85 is a column, 300 a screen.
     #[arg(long, value_name = "MM", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
     pub width: f64,
     /// Pixels of an inch in PNG.
     #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
     pub dpi: f64,
-    /// Replace any file, not only a figure of this program.
+    /// Write the interactive page of one file.
+    #[arg(
+        long,
+        value_name = "PAGE",
+        conflicts_with_all = [
+            "output", "only", "list", "channels", "x", "phase", "from", "to", "format", "width", "dpi"
+        ]
+    )]
+    pub html: Option<PathBuf>,
+    /// Replace any file, not only this program's.
     #[arg(long)]
     pub force: bool,
 }

@@ -9,11 +9,13 @@ mod raw;
 mod reader;
 pub mod schema;
 mod stick_slip;
-mod target;
+pub(crate) mod target;
 mod writer;
 
 pub use error::ResultError;
-pub use reader::{AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo};
+pub use reader::{
+    AddedColumn, AddedGroup, AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo,
+};
 pub use stick_slip::{Extra, StickSlipTable};
 pub use target::{Overwrite, check_target, partial_path};
 pub use writer::{Header, MetaValue, ResultWriter, Status};

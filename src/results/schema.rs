@@ -35,6 +35,8 @@ pub mod group {
     pub const EVENTS: &str = "events";
     pub const SEGMENTS: &str = "segments";
     pub const STICK_SLIP: &str = "stick_slip";
+    /// How many digits are true; only in a certified file.
+    pub const CERTIFICATE: &str = "certificate";
     pub const INPUT: &str = "input";
     pub const META: &str = "meta";
 }

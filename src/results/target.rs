@@ -27,7 +27,7 @@ pub fn partial_path(path: &Path) -> PathBuf {
 }
 
 /// The folder that holds `path`, "." where it names none.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
+pub(crate) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder.to_owned(),
         _ => PathBuf::from("."),
@@ -130,7 +130,7 @@ pub(super) fn has_hdf5_signature(path: &Path) -> Result<bool, ResultError> {
 }
 
 /// Whether both paths lead to one file, by whatever links.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt;
