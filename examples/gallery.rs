@@ -1,23 +1,18 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
-//! One run of the paper's brake, sampled closely where the pictures look closely, and the figures of docs/gallery.md
-//! from it, into docs/figures.
+//! One run of the paper's brake, and the figures of docs/gallery.md from it, into docs/figures.
 
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::{Modes, StickSlip};
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{Story, find};
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
 use stickslip::plot::{Figure, Run, modes, svg};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::simulate;
-
-/// The end of the force's ramp, the stick-slip, and the swing in the last stick.
-const WINDOWS: &str = "output.window=[{from=0.998, to=1.012, interval=2e-6}, {from=6.96, to=6.992, interval=2.5e-6}, \
-                       {from=6.992, to=7.3, interval=5e-5}]";
 
 const FIGURES: [&str; 9] = [
     "friction-law",
@@ -32,7 +27,7 @@ const FIGURES: [&str; 9] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let case = Case::parse(&CaseSource::built_in("paper")?, &[Override::parse(WINDOWS)?])?;
+    let case = Case::parse(&CaseSource::built_in("paper")?, &[])?;
     let path = Path::new("target").join("gallery.h5");
     let header = Header {
         title: case.title.clone(),

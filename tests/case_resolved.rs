@@ -78,9 +78,19 @@ time = 6.966 # when the kick comes: a time, or "instability" [s]
 relative_velocity = 1.3e-6 # delta, jump of omega_r, half on each surface [rad/s]
 
 [[output.window]]
+from = 0.998 # start of a stretch that is sampled more densely [s]
+to = 1.011 # end of that stretch [s]
+interval = 2.4e-6 # sampling interval there [s]
+
+[[output.window]]
 from = 6.96 # start of a stretch that is sampled more densely [s]
 to = 6.992 # end of that stretch [s]
 interval = 2.5e-6 # sampling interval there [s]
+
+[[output.window]]
+from = 6.989 # start of a stretch that is sampled more densely [s]
+to = 7.09 # end of that stretch [s]
+interval = 4e-5 # sampling interval there [s]
 "#);
 }
 
