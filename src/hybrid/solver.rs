@@ -190,6 +190,11 @@ impl LastStep {
         self.start
     }
 
+    /// The state there.
+    pub(super) fn state(&self) -> &[f64] {
+        &self.state
+    }
+
     /// The next step will start where the solver stands.
     pub(super) fn advance(&mut self, tau: f64, y: &[f64]) {
         self.start = tau;
