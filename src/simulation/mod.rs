@@ -1,6 +1,7 @@
 //! The brake run by the automaton: which solver where, and what is recorded.
 
 pub mod brake;
+pub mod fixed_step;
 pub mod options;
 pub mod plan;
 pub mod record;
