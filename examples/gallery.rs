@@ -36,6 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         history: String::new(),
         case_text: case.resolved(),
         resolved: case.resolved(),
+        events: Vec::new(),
         meta: Vec::new(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;

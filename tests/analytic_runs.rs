@@ -88,8 +88,9 @@ struct Accuracy {
 fn accuracy(method: Method) -> Accuracy {
     let (time, state) = match method {
         Method::Auto => (1e-11, 1e-9),
-        Method::Erk | Method::Esdirk => (1e-10, 1e-8),
+        Method::Erk | Method::Esdirk | Method::ErkPair(_) => (1e-10, 1e-8),
         Method::CvodeBdf | Method::CvodeAdams => (1e-8, 1e-5),
+        Method::Paper => unreachable!("it locates nothing"),
     };
     Accuracy { time, state }
 }

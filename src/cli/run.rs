@@ -72,6 +72,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         case_text: text,
         resolved: case.resolved(),
         meta: provenance::meta(&case, &started),
+        events: provenance::events(&case),
     };
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;

@@ -40,9 +40,11 @@ pub struct Header {
     pub resolved: String,
     /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
     pub meta: Vec<(String, MetaValue)>,
+    /// Attributes of /events: how its times were found.
+    pub events: Vec<(String, MetaValue)>,
 }
 
-/// The value of an attribute of /meta.
+/// The value of an attribute of /meta or /events.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MetaValue {
     Text(String),
@@ -370,12 +372,8 @@ impl Open {
             write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)?;
         }
         let meta = create_group(&file, schema::group::META)?;
-        for (name, value) in &header.meta {
-            match value {
-                MetaValue::Text(text) => write_text_attribute(&meta, name, text)?,
-                MetaValue::Number(number) => write_number_attribute(&meta, name, *number)?,
-            }
-        }
+        write_attributes(&meta, &header.meta)?;
+        write_attributes(&file.group(schema::group::EVENTS)?, &header.events)?;
         write_number_attribute(&meta, schema::META_WALL_TIME, f64::NAN)?;
         file.flush()?;
         Ok(Open {
@@ -626,6 +624,13 @@ fn write_companions(location: &Location, name: &str, units: &str, long_name: &st
         &format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
         long_name,
     )
+}
+
+fn write_attributes(group: &Group, attributes: &[(String, MetaValue)]) -> hdf5::Result<()> {
+    attributes.iter().try_for_each(|(name, value)| match value {
+        MetaValue::Text(text) => write_text_attribute(group, name, text),
+        MetaValue::Number(number) => write_number_attribute(group, name, *number),
+    })
 }
 
 fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
