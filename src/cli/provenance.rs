@@ -81,9 +81,8 @@ pub(super) fn events(case: &Case) -> Vec<(String, MetaValue)> {
         .to_vec()
 }
 
-/// Attributes of /meta.
-pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
-    let solver = &case.solver;
+/// Attributes of /meta that say which program on which machine, and when.
+pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
     let texts = [
         ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
         ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
@@ -95,14 +94,24 @@ pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
             format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         ),
         ("command_line", command_line()),
-        ("method", solver.method.name().to_owned()),
-        ("event_location", event_location(case).to_owned()),
         ("started", started.to_owned()),
     ];
-    let mut meta: Vec<(String, MetaValue)> = texts
+    texts
         .into_iter()
         .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
-        .collect();
+        .collect()
+}
+
+/// Attributes of /meta of a run.
+pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+    let solver = &case.solver;
+    let mut meta = program(started);
+    for (name, text) in [
+        ("method", solver.method.name()),
+        ("event_location", event_location(case)),
+    ] {
+        meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
+    }
     let mut number = |name: String, value: f64| meta.push((name, MetaValue::Number(value)));
     number("rtol".to_owned(), solver.rtol);
     number("max_events".to_owned(), solver.max_events as f64);

@@ -240,7 +240,7 @@ fn default_output(source: &CaseSource) -> PathBuf {
 }
 
 /// A flag that Ctrl-C and a termination signal set; the run then ends in good order.
-fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
+pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     let flag = Arc::new(AtomicBool::new(false));
     let setter = flag.clone();
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
