@@ -152,11 +152,10 @@ fn figure_targets(
         return Ok(Vec::new());
     };
     std::fs::create_dir_all(folder).map_err(|source| {
-        bad(PlotError::Io {
-            path: folder.to_owned(),
-            action: "creating the folder",
-            source,
-        })
+        CommandError::Computation(format!(
+            "{}: creating the folder of the figure failed: {source}; choose another with --figure",
+            folder.display()
+        ))
     })?;
     let mut targets = Vec::with_capacity(2);
     for format in [Format::Svg, Format::Png] {

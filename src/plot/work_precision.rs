@@ -52,7 +52,10 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
         Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), curves)
     };
-    let by_calls = || Axis::new("calls of the right-hand side", "1");
+    // One axis for both panels: the first also has runs whose sequence of events is another.
+    let counts = result.measurements.iter().filter(|m| m.failure.is_none()).map(calls);
+    let (fewest, most) = counts.fold((f64::INFINITY, 1.0f64), |(low, high), x| (low.min(x), high.max(x)));
+    let by_calls = || Axis::new("calls of the right-hand side", "1").from_to(0.8 * fewest.min(most), 1.25 * most);
     Figure {
         name: NAME.to_owned(),
         title: title.to_owned(),

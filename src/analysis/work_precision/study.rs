@@ -71,17 +71,8 @@ pub struct Study {
     pub files: Vec<PathBuf>,
 }
 
-const KEYS: [&str; 8] = [
-    "title",
-    "case",
-    "set",
-    "methods",
-    "tolerances",
-    "fixed",
-    "reference",
-    "repeat",
-];
-const FIXED_KEYS: [&str; 2] = ["methods", "steps"];
+const KEYS: [&str; 6] = ["title", "case", "set", "repeat", "series", "reference"];
+const SERIES_KEYS: [&str; 3] = ["methods", "tolerances", "steps"];
 const REFERENCE_KEYS: [&str; 4] = ["truth", "method", "check", "rtol"];
 
 impl Study {
@@ -124,38 +115,31 @@ impl Study {
         };
         let (source, mut files) = reader.case(&root)?;
         let shared = reader.overrides(&root)?;
-        let methods = reader.methods(&root, "methods")?;
-        let tolerances = reader.numbers(&root, "tolerances", "solver.rtol")?;
-        if methods.is_empty() != tolerances.is_empty() {
-            let (missing, given) = if methods.is_empty() {
-                ("methods", "tolerances")
-            } else {
-                ("tolerances", "methods")
-            };
-            return Err(reader.problem(&root, missing, format!("missing or empty, but there are {given}: give both")));
-        }
-        let mut pairs: Vec<(Method, Knob, &str)> = Vec::new();
-        for &method in &methods {
-            pairs.extend(tolerances.iter().map(|&r| (method, Knob::Tolerance(r), "tolerances")));
-        }
-        if let Some(fixed) = root.at("fixed") {
-            reader.keys(fixed, "fixed.", &FIXED_KEYS)?;
-            let methods = reader.methods(&root, "fixed.methods")?;
-            let steps = reader.numbers(&root, "fixed.steps", "solver.fixed_step")?;
-            if methods.is_empty() || steps.is_empty() {
-                let message = "needs methods and steps, such as methods = [\"erk\"], steps = [\"20 us\", \"10 us\"]";
-                return Err(reader.problem(&root, "fixed", message.to_owned()));
+        // What is wrong with the case itself is said at its own keys, not at the first run's.
+        let key = if shared.is_empty() { "case" } else { "set" };
+        Case::parse(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
+        let series = reader.list(&root, "series")?;
+        let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
+        for (index, node) in series.iter().enumerate() {
+            let key = format!("series.{index}");
+            reader.keys(node, "series.", &SERIES_KEYS)?;
+            let methods = reader.methods(&root, &format!("{key}.methods"))?;
+            let tolerances = reader.numbers(&root, &format!("{key}.tolerances"), "solver.rtol")?;
+            let steps = reader.numbers(&root, &format!("{key}.steps"), "solver.fixed_step")?;
+            if methods.is_empty() || tolerances.is_empty() == steps.is_empty() {
+                let message = "needs methods, and either tolerances or steps, such as methods = [\"auto\"], tolerances = [1e-6, \
+                               1e-8]; no list may be empty";
+                return Err(reader.problem(&root, &key, message.to_owned()));
             }
+            let knobs = tolerances.into_iter().map(Knob::Tolerance);
+            let knobs: Vec<Knob> = knobs.chain(steps.into_iter().map(Knob::FixedStep)).collect();
             for method in methods {
-                pairs.extend(steps.iter().map(|&h| (method, Knob::FixedStep(h), "fixed.steps")));
+                pairs.extend(knobs.iter().map(|&knob| (method, knob, key.clone())));
             }
         }
         if pairs.is_empty() {
-            let message = format!(
-                "missing or empty: a study needs methods (of {}) and tolerances, such as tolerances = [1e-6, 1e-8]",
-                Method::all().map(Method::name).collect::<Vec<_>>().join(", ")
-            );
-            return Err(reader.problem(&root, "methods", message));
+            let message = "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
+            return Err(reader.problem(&root, "series", message.to_owned()));
         }
         let case = |key: &str, method: Method, knob: Knob| -> Result<Case, CaseError> {
             let mut overrides = shared.clone();
@@ -173,7 +157,7 @@ impl Study {
         };
         let runs = pairs
             .into_iter()
-            .map(|(method, knob, key)| Ok((method, knob, case(key, method, knob)?)))
+            .map(|(method, knob, key)| Ok((method, knob, case(&key, method, knob)?)))
             .collect::<Result<Vec<_>, CaseError>>()?;
         let reference = reader.reference(&root)?;
         let reference_cases = match &reference {
@@ -304,7 +288,7 @@ impl Reader<'_> {
             let text = self.text(node, "set")?;
             let change = Override::parse(text).map_err(|error| self.of_case(root, "set", &error))?;
             if let key @ ("solver.method" | "solver.rtol" | "solver.fixed_step") = change.path() {
-                let message = format!("{key} is what the study varies: use methods, tolerances and fixed");
+                let message = format!("{key} is what the study varies: use a [[series]]");
                 return Err(CaseError::one(node.place.show(self.label), "set", message));
             }
             overrides.push(change);
