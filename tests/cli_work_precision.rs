@@ -16,14 +16,23 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     let (stdout, stderr) = output(&mut folder.stickslip(&arguments), 0);
     assert_eq!(stderr, "");
     let document = json(&stdout);
-    assert_eq!((&document["status"], &document["file"]), (&"complete".into(), &"small.h5".into()));
+    assert_eq!(
+        (&document["status"], &document["file"]),
+        (&"complete".into(), &"small.h5".into())
+    );
     let runs = document["runs"].as_array().unwrap();
     let names: Vec<&str> = runs.iter().map(|run| run["method"].as_str().unwrap()).collect();
     assert_eq!(names, ["auto", "erk-verner-76", "paper", "erk"]);
-    assert_eq!((&runs[3]["rtol"], &runs[3]["fixed_step"]), (&serde_json::Value::Null, &2e-5.into()));
+    assert_eq!(
+        (&runs[3]["rtol"], &runs[3]["fixed_step"]),
+        (&serde_json::Value::Null, &2e-5.into())
+    );
     // The located methods are far better than the paper's procedure, which has another sequence of events.
     let onset = |k: usize| runs[k]["error"]["onset"].as_f64().unwrap();
-    assert!([0, 1, 3].iter().all(|&k| onset(k) < 1e-6) && onset(2) > 1e-6, "{stdout}");
+    assert!(
+        [0, 1, 3].iter().all(|&k| onset(k) < 1e-6) && onset(2) > 1e-6,
+        "{stdout}"
+    );
     assert!(runs[2]["error"]["largest_event"].is_null() && runs[2]["same_sequence"] == false);
     assert_eq!(folder.names(), ["pictures", "small.h5", "small.toml"]);
 
@@ -39,14 +48,29 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
     drop(file);
 
     let picture = std::fs::read_to_string(folder.path("pictures/work-precision.svg")).unwrap();
-    for text in ["erk-verner-76", "uncertainty of the reference", "calls of the right-hand side", "fixed steps"] {
+    for text in [
+        "erk-verner-76",
+        "uncertainty of the reference",
+        "calls of the right-hand side",
+        "fixed steps",
+    ] {
         assert!(picture.contains(text), "{text}");
     }
-    assert!(std::fs::read(folder.path("pictures/work-precision.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(
+        std::fs::read(folder.path("pictures/work-precision.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
 
     // Its own earlier file and figure are replaced; the table has a row for each run.
-    let (table, _) = output(&mut folder.stickslip(&["work-precision", "small.toml", "--figure", "pictures"]), 0);
-    assert!(table.contains("erk-verner-76") && table.contains("cvode-adams"), "{table}");
+    let (table, _) = output(
+        &mut folder.stickslip(&["work-precision", "small.toml", "--figure", "pictures"]),
+        0,
+    );
+    assert!(
+        table.contains("erk-verner-76") && table.contains("cvode-adams"),
+        "{table}"
+    );
     // The file shows itself to whoever inspects it as what it is, and no other file is replaced.
     let foreign = folder.write("foreign.h5", "mine");
     let said = refusal(&mut folder.stickslip(&["work-precision", "small.toml", "-o", "foreign.h5"]));
@@ -75,22 +99,58 @@ fn cli_a_wrong_study_is_answered_with_place_and_remedy() {
         (
             "\"erk-verner-76\"",
             "\"erk-verner76\"",
-            &["study.toml:6: series.0.methods", "did you mean \"erk-verner-76\"", "erk-heun-euler-21"][..],
+            &[
+                "study.toml:6: series.0.methods",
+                "did you mean \"erk-verner-76\"",
+                "erk-heun-euler-21",
+            ][..],
         ),
         ("[\"erk\"]", "[]", &["study.toml:9: series.1", "no list may be empty"]),
-        ("steps = [\"20 us\"]", "steps = []", &["series.1", "tolerances or steps"]),
-        ("set =", "sets =", &["study.toml:3: sets: unknown key; did you mean set?"]),
-        ("steps =", "step =", &["study.toml:11: series.step: unknown key; did you mean series.steps?"]),
+        (
+            "steps = [\"20 us\"]",
+            "steps = []",
+            &["series.1", "tolerances or steps"],
+        ),
+        (
+            "set =",
+            "sets =",
+            &["study.toml:3: sets: unknown key; did you mean set?"],
+        ),
+        (
+            "steps =",
+            "step =",
+            &["study.toml:11: series.step: unknown key; did you mean series.steps?"],
+        ),
         ("case = \"paper-si\"\n", "", &["case: missing", "\"paper\""]),
-        ("\"paper-si\"", "\"paper-is\"", &["study.toml:2: case", "did you mean paper-si"]),
-        ("[1e-6]", "1e-6", &["study.toml:7: series.0.tolerances: expected a list"]),
+        (
+            "\"paper-si\"",
+            "\"paper-is\"",
+            &["study.toml:2: case", "did you mean paper-si"],
+        ),
+        (
+            "[1e-6]",
+            "1e-6",
+            &["study.toml:7: series.0.tolerances: expected a list"],
+        ),
         ("[1e-6]", "[2]", &["study.toml:7", "from 2e-15 to 0.1"]),
         ("\"20 us\"", "\"20 N\"", &["study.toml:11: series.1.steps"]),
         // A step that no explicit method survives, and a method that has none.
         ("\"20 us\"", "\"1 ms\"", &["series.1", "unstable", "4.157 kHz"]),
-        ("[\"erk\"]", "[\"auto\"]", &["series.1", "only the explicit Runge-Kutta methods take fixed steps"]),
-        ("output.end_time=7", "solver.rtol=1e-3", &["study.toml:3: set: solver.rtol is what the study varies"]),
-        ("output.end_time=7", "output.endtime=7", &["study.toml:3: set", "unknown key"]),
+        (
+            "[\"erk\"]",
+            "[\"auto\"]",
+            &["series.1", "only the explicit Runge-Kutta methods take fixed steps"],
+        ),
+        (
+            "output.end_time=7",
+            "solver.rtol=1e-3",
+            &["study.toml:3: set: solver.rtol is what the study varies"],
+        ),
+        (
+            "output.end_time=7",
+            "output.endtime=7",
+            &["study.toml:3: set", "unknown key"],
+        ),
     ] {
         let said = change(from, to);
         for part in parts {
@@ -107,7 +167,10 @@ fn cli_a_wrong_study_is_answered_with_place_and_remedy() {
 fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     let with = |reference: &str| format!("{STUDY}[reference]\n{reference}\n");
     let missing = said(&with("truth = \"nowhere.json\""), 2);
-    assert!(missing.contains("nowhere.json") && missing.contains("no such file"), "{missing}");
+    assert!(
+        missing.contains("nowhere.json") && missing.contains("no such file"),
+        "{missing}"
+    );
     let both = said(&with("truth = \"nowhere.json\"\nrtol = 1e-9"), 2);
     assert!(both.contains("reference.rtol has no meaning"), "{both}");
     let one = said(&with("check = \"auto\""), 2);
@@ -122,7 +185,11 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
         ("a.json", "{", "not JSON"),
         ("b.json", "{}", "no list \"events\""),
         ("c.json", "{\"events\": []}", "is empty"),
-        ("d.json", "{\"events\": [{\"kind\": \"stick\", \"time\": \"soon\"}]}", "event 0"),
+        (
+            "d.json",
+            "{\"events\": [{\"kind\": \"stick\", \"time\": \"soon\"}]}",
+            "event 0",
+        ),
     ] {
         folder.write(name, text);
         folder.write("study.toml", with(&format!("truth = \"{name}\"")));
@@ -133,7 +200,10 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
     // Without a perturbation no two methods agree: exit status 1, and why.
     let unperturbed = STUDY.replace("\"paper-si\"", "\"unperturbed\"");
     let said = said(&unperturbed, 1);
-    assert!(said.contains("there is no reference") && said.contains("perturbation"), "{said}");
+    assert!(
+        said.contains("there is no reference") && said.contains("perturbation"),
+        "{said}"
+    );
 }
 
 #[test]

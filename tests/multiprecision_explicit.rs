@@ -53,7 +53,8 @@ fn study(text: &str) -> Study {
     Study::parse(text, "study", "study", folder).unwrap()
 }
 
-const SERIES: &str = "case = \"paper-si\"\n[[series]]\nmethods = [\"auto\", \"cvode-bdf\"]\ntolerances = [1e-6, 1e-9]\n";
+const SERIES: &str =
+    "case = \"paper-si\"\n[[series]]\nmethods = [\"auto\", \"cvode-bdf\"]\ntolerances = [1e-6, 1e-9]\n";
 
 /// The errors of a study are those that a direct comparison with the true events gives; and by reference runs instead of
 /// the true events they change by no more than the uncertainty that these state, some 1e-13 s, and a factor for the
@@ -71,7 +72,10 @@ fn multiprecision_a_study_measures_the_errors() {
     let by_runs = measure("");
     let Errors { onset, largest, .. } = by_runs.uncertainty;
     let (onset, largest) = (onset.unwrap(), largest.unwrap());
-    assert!(onset > 0.0 && onset <= largest && largest < 1e-11, "{onset:e} {largest:e}");
+    assert!(
+        onset > 0.0 && onset <= largest && largest < 1e-11,
+        "{onset:e} {largest:e}"
+    );
     assert_eq!(by_truth.measurements.len(), 4);
     for (a, b) in by_truth.measurements.iter().zip(&by_runs.measurements) {
         let rtol = match a.knob {
@@ -86,7 +90,10 @@ fn multiprecision_a_study_measures_the_errors() {
         assert!(a.same_sequence && b.same_sequence);
         let error = largest_event_error(&truth, &recorder);
         assert!((a.errors.largest.unwrap() - error).abs() < 2e-15, "{a:?}: {error:e}");
-        assert!((a.errors.largest.unwrap() - b.errors.largest.unwrap()).abs() < 5.0 * largest, "{a:?} {b:?}");
+        assert!(
+            (a.errors.largest.unwrap() - b.errors.largest.unwrap()).abs() < 5.0 * largest,
+            "{a:?} {b:?}"
+        );
         let calls: u64 = report.work.iter().map(|w| w.rhs_evaluations).sum();
         assert_eq!((a.rhs_evaluations, b.rhs_evaluations), (calls, calls));
         let first = recorder.events.iter().find(|e| e.kind.name() == "stick").unwrap();

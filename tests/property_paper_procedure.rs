@@ -80,7 +80,11 @@ fn multiprecision_paper_case_within_microseconds() {
     let smooth = truth.samples.iter().filter(|s| s.time < 6.96);
     let mut worst = 0.0f64;
     for expected in smooth {
-        let sample = recorder.samples.iter().find(|s| (s.time - expected.time).abs() < 1e-12).unwrap();
+        let sample = recorder
+            .samples
+            .iter()
+            .find(|s| (s.time - expected.time).abs() < 1e-12)
+            .unwrap();
         let value = |name: &str| expected.state.iter().find(|(n, _)| n == name).unwrap().1;
         worst = worst.max((channel(sample, "rotor_twist") - value("rotor_twist")).abs());
         assert!((channel(sample, "theta_dot") - value("theta_dot")).abs() < 1e-8);
@@ -96,7 +100,11 @@ fn multiprecision_unperturbed_case_is_noise() {
     let truth = truth("si-unperturbed");
     assert_eq!(truth.events.len(), 1);
     let onsets = [1e-10, 1e-7].map(|rtol| {
-        let (recorder, _) = run(&truth.parameters, &solver(Method::Paper, rtol), &output(truth.end_time, 0.1));
+        let (recorder, _) = run(
+            &truth.parameters,
+            &solver(Method::Paper, rtol),
+            &output(truth.end_time, 0.1),
+        );
         hold_sequence(&recorder);
         let found = StickSlip::from_events(&recorder.events);
         assert!(found.stick_count > 20, "{} sticks", found.stick_count);

@@ -71,10 +71,14 @@ impl Truth {
         }
         let events = events.iter().enumerate().map(|(index, event)| {
             let kind = event.get("kind").and_then(Value::as_str).unwrap_or_default();
-            let kind = EventKind::ALL.into_iter().find(|k| k.name() == kind && k.in_mode_word());
+            let kind = EventKind::ALL
+                .into_iter()
+                .find(|k| k.name() == kind && k.in_mode_word());
             let time = event.get("time").and_then(decimal);
             kind.zip(time).ok_or_else(|| {
-                form(format!("event {index} has no kind of the event sequence, or no time that is a decimal text"))
+                form(format!(
+                    "event {index} has no kind of the event sequence, or no time that is a decimal text"
+                ))
             })
         });
         let events: Vec<(EventKind, f64)> = events.collect::<Result<_, _>>()?;
@@ -91,7 +95,11 @@ impl Truth {
             })
             .collect::<Result<_, _>>()?;
         Ok(Truth {
-            method: json.get("method").and_then(Value::as_str).unwrap_or("not said").to_owned(),
+            method: json
+                .get("method")
+                .and_then(Value::as_str)
+                .unwrap_or("not said")
+                .to_owned(),
             events,
             parameters,
             path: path.to_owned(),
@@ -152,8 +160,16 @@ fn symbols(case: &Parameters) -> Vec<(&'static str, f64)> {
         },
         _ => (f64::NAN, f64::NAN),
     };
-    let several = if perturbations.len() > 1 { perturbations.len() as f64 } else { f64::NAN };
-    let test = if contact.breakaway_test == BreakawayTest::Transmitted { f64::NAN } else { 1.0 };
+    let several = if perturbations.len() > 1 {
+        perturbations.len() as f64
+    } else {
+        f64::NAN
+    };
+    let test = if contact.breakaway_test == BreakawayTest::Transmitted {
+        f64::NAN
+    } else {
+        1.0
+    };
     vec![
         ("k_e", axial.stiffness),
         ("c_a", axial.damping),

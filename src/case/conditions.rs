@@ -2,6 +2,7 @@
 
 use super::Case;
 use crate::model::Actuation;
+use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
 
 /// More samples than this are a slip of the pen: a terabyte.
@@ -76,6 +77,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     }
 
     fixed_step(case, &mut complain);
+    paper_tolerances(case, &mut complain);
 
     let output = &case.output;
     let torsion = &case.parameters.torsion;
@@ -182,7 +184,12 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
         let frequency = (torsion.stiffness / torsion.surface_inertia).sqrt() / std::f64::consts::TAU;
         complain(
             PATH,
-            &["solver.method", "torsion.stiffness", "torsion.surface_inertia", "torsion.damping"],
+            &[
+                "solver.method",
+                "torsion.stiffness",
+                "torsion.surface_inertia",
+                "torsion.damping",
+            ],
             format!(
                 "{step:?} s is unstable: with steps above {longest:.3e} s method \"{}\" makes the torsional oscillation of \
                  {:.3} kHz grow without bound; give a shorter step (its error falls with the step to the power of {}), or \
@@ -192,5 +199,24 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
                 table.order(),
             ),
         );
+    }
+}
+
+/// The paper's procedure has one tolerance, which is rtol's.
+fn paper_tolerances(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    if case.solver.method != Method::Paper {
+        return;
+    }
+    let solver = &case.solver;
+    for (path, given) in [
+        ("solver.atol_twist", solver.atol_twist),
+        ("solver.atol_rate", solver.atol_rate),
+        ("solver.atol_speed", solver.atol_speed),
+    ] {
+        if given.is_some() {
+            let message =
+                "has no meaning with method \"paper\", whose one tolerance is a tenth of solver.rtol: remove it";
+            complain(path, &["solver.method"], message.to_owned());
+        }
     }
 }

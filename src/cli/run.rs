@@ -264,6 +264,13 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
             summary.energy_residual,
         ));
     }
+    if !case.solver.method.locates_events() {
+        warnings.push(
+            "the events of this run are those that its steps happened to show: nothing was located, and its own noise may \
+             have started the stick-slip. It is there to be studied beside a run by another method"
+                .to_owned(),
+        );
+    }
     if summary.noise_determined {
         let (g, all) = (
             summary.growth_to_onset.unwrap_or(0.0),

@@ -194,7 +194,10 @@ fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecision
     let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let runs = result.measurements.iter().map(|m| {
         let (rtol, fixed_step) = knobs(m.knob);
-        let method = methods.iter().position(|&method| method == m.method).unwrap_or_default();
+        let method = methods
+            .iter()
+            .position(|&method| method == m.method)
+            .unwrap_or_default();
         WorkPrecisionRow {
             method: i8::try_from(method).unwrap_or(i8::MAX),
             rtol: missing(rtol),
@@ -265,7 +268,11 @@ fn document<'a>(
         }
     });
     StudyDocument {
-        status: if *status == Status::Complete { "complete" } else { "interrupted" },
+        status: if *status == Status::Complete {
+            "complete"
+        } else {
+            "interrupted"
+        },
         file: file.display().to_string(),
         figures: figures.iter().map(|path| path.display().to_string()).collect(),
         title: &study.title,

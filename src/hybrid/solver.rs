@@ -2,8 +2,8 @@
 
 use super::Dynamics;
 use crate::sundials::{
-    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, OdeSystem, Outcome, SolverError, Stepping,
-    Task, Tolerances,
+    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, OdeSystem, Outcome,
+    SolverError, Stepping, Task, Tolerances,
 };
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;

@@ -145,7 +145,11 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                     Scale::new(range, &axis.unit)
                 }
             };
-            let room = if panel.square || panel.x.logarithmic { HEADROOM } else { 0.0 };
+            let room = if panel.square || panel.x.logarithmic {
+                HEADROOM
+            } else {
+                0.0
+            };
             let x = scale(&panel.x, |p| p.0, room);
             let y = scale(&panel.y, |p| p.1, HEADROOM);
             Measured {

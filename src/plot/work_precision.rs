@@ -63,7 +63,12 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         panels: vec![
             panel(by_calls(), calls, "error of the onset", |e| e.onset),
             panel(by_calls(), calls, "largest error of an event", |e| e.largest),
-            panel(Axis::new("time", "s"), |m| m.wall_time, "largest error of an event", |e| e.largest),
+            panel(
+                Axis::new("time", "s"),
+                |m| m.wall_time,
+                "largest error of an event",
+                |e| e.largest,
+            ),
         ],
     }
 }
@@ -78,10 +83,13 @@ fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
     let mut series: Vec<Series> = Vec::new();
     let mut methods: Vec<Method> = Vec::new();
     for m in measurements {
-        let color = methods.iter().position(|&method| method == m.method).unwrap_or_else(|| {
-            methods.push(m.method);
-            methods.len() - 1
-        });
+        let color = methods
+            .iter()
+            .position(|&method| method == m.method)
+            .unwrap_or_else(|| {
+                methods.push(m.method);
+                methods.len() - 1
+            });
         let fixed = matches!(m.knob, Knob::FixedStep(_));
         match series.iter_mut().find(|s| s.color == color && s.fixed == fixed) {
             Some(s) => s.runs.push(m),

@@ -284,7 +284,10 @@ pub fn work_precision_runs(methods: &[&'static str]) -> Table {
             vec![(0, "no"), (1, "yes")],
         ),
         Variable::count("events", "events of the sequence"),
-        seconds("onset_error", "error of the first stick, NaN where there is none to compare"),
+        seconds(
+            "onset_error",
+            "error of the first stick, NaN where there is none to compare",
+        ),
         seconds(
             "final_stick_error",
             "error of the stick in which the run ends, NaN where there is none to compare",
@@ -323,7 +326,11 @@ pub fn work_precision_reference() -> Table {
 /// (name, unit, description) of the float64 attributes of /reference: what errors below are not told from zero.
 pub const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
     ("onset_uncertainty", "s", "uncertainty of the first stick"),
-    ("final_stick_uncertainty", "s", "uncertainty of the stick in which the run ends"),
+    (
+        "final_stick_uncertainty",
+        "s",
+        "uncertainty of the stick in which the run ends",
+    ),
     ("largest_event_uncertainty", "s", "largest uncertainty of all events"),
 ];
 

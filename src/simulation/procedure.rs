@@ -100,7 +100,11 @@ pub(super) fn run(
         }
     }
     kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let watch = if contact == Contact::Stick { Watch::Off } else { Watch::Stable };
+    let watch = if contact == Contact::Stick {
+        Watch::Off
+    } else {
+        Watch::Stable
+    };
     let mut run = Run {
         model: &model,
         pair: EmbeddedPair::new(PAIR, UNKNOWNS),
@@ -184,8 +188,7 @@ impl Run<'_> {
                     .step(self.time, &location, &self.state)
                     .map_err(RunError::Observer)?;
             }
-            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS)
-                && self.recording.progress(self.time, &location).is_break()
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &location).is_break()
             {
                 self.end_segment()?;
                 return Ok(true);
@@ -232,7 +235,11 @@ impl Run<'_> {
                 self.counters.last_step = taken;
                 self.counters.last_order = self.pair.order();
                 // A step that was cut for the stop says nothing against the proposal.
-                let next = if passes && taken < step { step.max(wanted) } else { wanted };
+                let next = if passes && taken < step {
+                    step.max(wanted)
+                } else {
+                    wanted
+                };
                 return (taken, next.clamp(shortest_step, longest_step));
             }
             self.counters.error_test_failures += 1;

@@ -31,9 +31,7 @@ fn friction_torque(torsion: &TorsionModel, mode: Mode, twists: &[f64], normal_fo
     match mode {
         Mode::Separated => 0.0,
         Mode::Stick => torsion.transmitted_torque(twists),
-        Mode::SlipForward | Mode::SlipBackward => {
-            torsion.sliding_torque(f64::from(mode.sense()), twists, normal_force)
-        }
+        Mode::SlipForward | Mode::SlipBackward => torsion.sliding_torque(f64::from(mode.sense()), twists, normal_force),
     }
 }
 

@@ -21,7 +21,9 @@ pub enum StudyError {
     #[error(transparent)]
     Truth(#[from] TruthError),
     /// A run of the reference failed.
-    #[error("the reference cannot be computed: method {method} fails: {failure}; name other methods in [reference], or a truth")]
+    #[error(
+        "the reference cannot be computed: method {method} fails: {failure}; name other methods in [reference], or a truth"
+    )]
     ReferenceFailed {
         /// Of the run.
         method: &'static str,
@@ -49,7 +51,9 @@ pub enum StudyError {
         time: f64,
     },
     /// Nothing to compare.
-    #[error("the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer")]
+    #[error(
+        "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer"
+    )]
     NoEvents,
 }
 
@@ -149,7 +153,9 @@ pub fn run(
             of,
             method: *method,
         };
-        let Some(measurement) = measure(*method, *knob, case, &reference, study.repeat, &mut || control(progress)) else {
+        let Some(measurement) = measure(*method, *knob, case, &reference, study.repeat, &mut || {
+            control(progress)
+        }) else {
             return Ok(Some(StudyResult {
                 reference,
                 uncertainty,
@@ -178,7 +184,9 @@ fn sequence(events: &[Event]) -> Sequence {
 /// A run without any record; `None` if it was interrupted.
 fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
     let mut recorder = NoRecorder;
-    match simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| control()) {
+    match simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
+        control()
+    }) {
         Ok(report) => Ok((!report.interrupted).then_some(report)),
         Err(failure) => Err(failure.to_string()),
     }
@@ -222,7 +230,10 @@ fn reference(
             if !alike(&events, &checked) {
                 let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
                 let parting = parting.unwrap_or(events.len().min(checked.len()));
-                let time = events.get(parting).or(checked.get(parting)).map_or(f64::NAN, |event| event.1);
+                let time = events
+                    .get(parting)
+                    .or(checked.get(parting))
+                    .map_or(f64::NAN, |event| event.1);
                 return Err(StudyError::NoReference {
                     method: method.name(),
                     check: check.name(),

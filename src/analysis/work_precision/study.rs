@@ -138,7 +138,8 @@ impl Study {
             }
         }
         if pairs.is_empty() {
-            let message = "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
+            let message =
+                "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
             return Err(reader.problem(&root, "series", message.to_owned()));
         }
         let case = |key: &str, method: Method, knob: Knob| -> Result<Case, CaseError> {
@@ -221,7 +222,11 @@ impl Reader<'_> {
     fn keys(&self, node: &Node, prefix: &str, known: &[&str]) -> Result<(), CaseError> {
         let Value::Table(entries) = &node.value else {
             let message = format!("expected a table, but got {}", node.value.describe());
-            return Err(CaseError::one(node.place.show(self.label), prefix.trim_end_matches('.'), message));
+            return Err(CaseError::one(
+                node.place.show(self.label),
+                prefix.trim_end_matches('.'),
+                message,
+            ));
         };
         for (name, child) in entries {
             if !known.contains(&name.as_str()) {
@@ -230,7 +235,11 @@ impl Reader<'_> {
                     |close| format!("did you mean {prefix}{close}?"),
                 );
                 let place = child.place.show(self.label);
-                return Err(CaseError::one(place, format!("{prefix}{name}"), format!("unknown key; {hint}")));
+                return Err(CaseError::one(
+                    place,
+                    format!("{prefix}{name}"),
+                    format!("unknown key; {hint}"),
+                ));
             }
         }
         Ok(())
@@ -311,7 +320,10 @@ impl Reader<'_> {
     }
 
     fn methods(&self, root: &Node, key: &str) -> Result<Vec<Method>, CaseError> {
-        self.list(root, key)?.iter().map(|node| self.method(node, key)).collect()
+        self.list(root, key)?
+            .iter()
+            .map(|node| self.method(node, key))
+            .collect()
     }
 
     /// Numbers as the case's key takes them, by whose rules they are read.
@@ -320,8 +332,7 @@ impl Reader<'_> {
         elements
             .iter()
             .map(|node| {
-                number_of(node, case_key)
-                    .map_err(|message| CaseError::one(node.place.show(self.label), key, message))
+                number_of(node, case_key).map_err(|message| CaseError::one(node.place.show(self.label), key, message))
             })
             .collect()
     }
@@ -334,7 +345,8 @@ impl Reader<'_> {
         self.keys(node, "reference.", &REFERENCE_KEYS)?;
         if let Some(truth) = node.at("truth") {
             if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {
-                let message = format!("with truth, which is computed already, reference.{other} has no meaning: remove one");
+                let message =
+                    format!("with truth, which is computed already, reference.{other} has no meaning: remove one");
                 return Err(CaseError::one(truth.place.show(self.label), "reference.truth", message));
             }
             let name = self.text(truth, "reference.truth")?;
