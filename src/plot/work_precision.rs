@@ -61,8 +61,8 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         title: title.to_owned(),
         paper_figure: None,
         panels: vec![
-            panel(by_calls(), calls, "error of the onset", |e| e.onset),
-            panel(by_calls(), calls, "largest error of an event", |e| e.largest),
+            panel(by_calls(), calls, "onset error", |e| e.onset),
+            panel(by_calls(), calls, "largest error", |e| e.largest),
             panel(
                 Axis::new("time", "s"),
                 |m| m.wall_time,
