@@ -1,16 +1,18 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
-//! One run of the paper's brake, and the figures of docs/gallery.md from it, into docs/figures.
+//! One run of the paper's brake, and the figures of docs/gallery.md from it, into docs/figures; and that of the built-in
+//! work-precision study, which takes some minutes and whose times are those of the machine.
 
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
+use stickslip::analysis::work_precision::{self, Study};
 use stickslip::analysis::{Modes, StickSlip};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{Story, find};
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
-use stickslip::plot::{Figure, Run, modes, svg};
+use stickslip::plot::{self, Figure, Run, modes, svg};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::simulate;
 
@@ -36,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         history: String::new(),
         case_text: case.resolved(),
         resolved: case.resolved(),
+        events: Vec::new(),
         meta: Vec::new(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
@@ -50,7 +53,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         save(&find(name)?.build(&story)?.map_err(|absent| absent.why)?)?;
     }
     let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
-    save(&modes::figure(&case.title, &of_case))
+    save(&modes::figure(&case.title, &of_case))?;
+    let study = Study::find("work-precision")?;
+    let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
+    save(&plot::work_precision::figure(&study.title, &result))
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {

@@ -1,5 +1,5 @@
 //! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
-//! its modes and its loss of stability.
+//! its modes and its loss of stability; and from a study: methods by tolerances.
 
 pub mod growth;
 pub mod headline;
@@ -7,6 +7,8 @@ pub mod modes;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
+pub mod truth;
+pub mod work_precision;
 
 pub use growth::Growth;
 pub use headline::{Headline, HeadlineRow};

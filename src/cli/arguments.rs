@@ -1,6 +1,7 @@
 //! The arguments.
 
 use super::provenance;
+use crate::simulation::Method;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,6 +54,8 @@ pub(super) enum Command {
     Plot(PlotOptions),
     /// Natural frequencies, damping, and the loss of stability of a case.
     Modes(ModesOptions),
+    /// Measure what accuracy costs: methods by tolerances against a reference.
+    WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
@@ -66,8 +69,8 @@ pub(super) struct RunOptions {
     /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Integration method, the same as --set solver.method=M.
-    #[arg(long, value_name = "M")]
+    /// Integration method, the same as --set solver.method=M; --help lists them.
+    #[arg(long, value_name = "M", long_help = method_help())]
     pub method: Option<String>,
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -98,6 +101,31 @@ pub(super) struct ModesOptions {
     /// Replace any file, not only this program's figure.
     #[arg(long, requires = "figure")]
     pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct WorkPrecisionOptions {
+    /// A TOML file, or a built-in study.
+    #[arg(value_name = "STUDY", default_value = crate::analysis::work_precision::STUDIES[0].name)]
+    pub study: String,
+    /// Result file [default: STUDY.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Draw the figure, as SVG and PNG, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub figure: Option<PathBuf>,
+    /// Replace any file, not only one of this program.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// The methods by name.
+fn method_help() -> String {
+    let names: Vec<&str> = Method::all().map(Method::name).collect();
+    format!(
+        "Integration method, the same as --set solver.method=M: {}",
+        names.join(", ")
+    )
 }
 
 /// File format of a figure.

@@ -20,6 +20,7 @@ pub mod spiral;
 pub mod style;
 pub mod svg;
 pub mod target;
+pub mod work_precision;
 
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, Panel};

@@ -10,6 +10,7 @@ mod reader;
 pub mod schema;
 mod stick_slip;
 pub(crate) mod target;
+mod work_precision;
 mod writer;
 
 pub use error::ResultError;
@@ -18,4 +19,5 @@ pub use reader::{
 };
 pub use stick_slip::{Extra, StickSlipTable};
 pub use target::{Overwrite, check_target, partial_path};
+pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{Header, MetaValue, ResultWriter, Status};

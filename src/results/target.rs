@@ -101,7 +101,9 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
         .with_fapl(|access| access.file_locking(true))
         .open(path)
     {
-        Ok(file) => Ok(text_attribute(&file, schema::root::FORMAT).as_deref() == Some(schema::FORMAT)),
+        Ok(file) => {
+            Ok(text_attribute(&file, schema::root::FORMAT).is_some_and(|f| schema::FORMATS.contains(&f.as_str())))
+        }
         Err(error) => match ResultError::read(path, &error) {
             busy @ ResultError::InUse { .. } => Err(busy),
             _ => Ok(stem.ends_with(".partial")),
