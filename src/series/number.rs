@@ -1,0 +1,59 @@
+//! What the series need of a number.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A real number of some precision: `f64`, or one with more digits.
+pub trait Number:
+    Clone
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The number nearest to `x`.
+    fn of(x: f64) -> Self;
+
+    /// e to the power of it.
+    fn exp(&self) -> Self;
+
+    /// The sum over k of `a[k] b[n - k]`, n the index of the last elements: both slices have the same length.
+    fn convolution(a: &[Self], b: &[Self]) -> Self {
+        let mut sum = Self::of(0.0);
+        for (x, y) in a.iter().zip(b.iter().rev()) {
+            sum = sum + x.clone() * y.clone();
+        }
+        sum
+    }
+}
+
+impl Number for f64 {
+    #[inline]
+    fn of(x: f64) -> f64 {
+        x
+    }
+
+    #[inline]
+    fn exp(&self) -> f64 {
+        f64::exp(*self)
+    }
+
+    /// Four partial sums: one alone would wait for each addition.
+    #[inline]
+    fn convolution(a: &[f64], b: &[f64]) -> f64 {
+        let n = a.len().min(b.len());
+        let (a, b) = (&a[..n], &b[..n]);
+        let mut sums = [0.0; 4];
+        let whole = n / 4 * 4;
+        for k in (0..whole).step_by(4) {
+            for (j, sum) in sums.iter_mut().enumerate() {
+                *sum += a[k + j] * b[n - 1 - k - j];
+            }
+        }
+        for k in whole..n {
+            sums[0] += a[k] * b[n - 1 - k];
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
+    }
+}
