@@ -20,6 +20,8 @@ pub enum SolverKind {
     Esdirk(EsdirkTable),
     /// [`Dynamics::closed_state`].
     ClosedForm,
+    /// [`Dynamics::stepper`].
+    Series,
 }
 
 impl SolverKind {
@@ -31,6 +33,7 @@ impl SolverKind {
             SolverKind::Erk(_) => "erk",
             SolverKind::Esdirk(_) => "esdirk",
             SolverKind::ClosedForm => "closed-form",
+            SolverKind::Series => "series",
         }
     }
 }
@@ -233,6 +236,6 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
         SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
         SolverKind::Erk(table) => Box::new(Erk::new(flow, table, 0.0, y, tolerances)?),
         SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, table, 0.0, y, tolerances)?),
-        SolverKind::ClosedForm => unreachable!("a closed form needs no solver"),
+        SolverKind::ClosedForm | SolverKind::Series => unreachable!("not a solver of SUNDIALS"),
     })
 }

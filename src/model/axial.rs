@@ -146,6 +146,24 @@ impl AxialMotion {
         }
     }
 
+    /// The Taylor coefficients of the pressing force (N) about `t`, by powers of time over `unit` (s), as many as `out`
+    /// holds (at least two), and the degree beyond which they are zero. They hold until the next corner of F.
+    pub fn pressing_series(&self, t: f64, unit: f64, out: &mut [f64]) -> usize {
+        let piece = self.piece_at(t);
+        let tau = t - piece.start;
+        let degree = if tau >= piece.silent_after {
+            out.fill(0.0);
+            usize::from(piece.slope != 0.0)
+        } else {
+            let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+            self.oscillator.series(q, rate, unit, out);
+            out.len() - 1
+        };
+        out[0] += piece.force + piece.slope * tau;
+        out[1] += piece.slope * unit;
+        degree
+    }
+
     /// F at its largest magnitude over the run, N.
     pub fn largest_force(&self) -> f64 {
         let last = self.pieces.last().map_or(0.0, |p| p.force.abs());

@@ -99,7 +99,10 @@ impl<const S: usize> RadauTableau<S> {
             Complex::new(f64::from(u8::from(i == j)), 0.0) - z * self.a[(i, j)]
         });
         // The stages of y' = lambda y are (1 - z A)^-1 1, and the last is the result.
-        matrix.lu().solve(&one).map_or(Complex::new(f64::NAN, 0.0), |stages| stages[S - 1])
+        matrix
+            .lu()
+            .solve(&one)
+            .map_or(Complex::new(f64::NAN, 0.0), |stages| stages[S - 1])
     }
 }
 
@@ -286,7 +289,11 @@ mod tests {
         let t = RadauTableau::<S>::new();
         for i in 0..S {
             for j in 0..S {
-                let pairs: f64 = t.complex.iter().map(|l| 2.0 * (l.right[i] * l.left[j] / l.inverse).re).sum();
+                let pairs: f64 = t
+                    .complex
+                    .iter()
+                    .map(|l| 2.0 * (l.right[i] * l.left[j] / l.inverse).re)
+                    .sum();
                 let sum = t.real.right[i] * t.real.left[j] / t.real.inverse + pairs;
                 // The eigenvectors' condition number is some 1e3.
                 assert!((sum - t.a[(i, j)]).abs() < 1e-12, "{sum} {}", t.a[(i, j)]);

@@ -6,6 +6,7 @@ pub mod plan;
 pub mod record;
 pub mod rules;
 pub mod sampling;
+pub mod series;
 
 mod observer;
 
@@ -77,6 +78,7 @@ fn remedy(error: &RunError) -> &'static str {
         RunError::Solver { .. } | RunError::NotFinite { .. } => {
             "; another solver.method, solver.rtol or solver.max_step may get over it"
         }
+        RunError::Stepper { .. } => ". Try another solver.method",
         RunError::Chattering { .. } => {
             ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
              contact.breakaway_test = \"transmitted\" is free of it"

@@ -13,15 +13,19 @@ pub enum Method {
     Erk,
     /// ARKODE's singly diagonally implicit Runge-Kutta method for everything.
     Esdirk,
+    /// Radau collocation while sliding, Taylor series where the fast mode is followed, closed forms in stick and
+    /// separation: no solver of SUNDIALS.
+    Series,
 }
 
 impl Method {
-    pub const ALL: [Method; 5] = [
+    pub const ALL: [Method; 6] = [
         Method::Auto,
         Method::CvodeBdf,
         Method::CvodeAdams,
         Method::Erk,
         Method::Esdirk,
+        Method::Series,
     ];
 
     pub fn name(self) -> &'static str {
@@ -31,6 +35,7 @@ impl Method {
             Method::CvodeAdams => "cvode-adams",
             Method::Erk => "erk",
             Method::Esdirk => "esdirk",
+            Method::Series => "series",
         }
     }
 

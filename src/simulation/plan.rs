@@ -27,6 +27,12 @@ const SMALLEST_RESOLVED: f64 = 1e-14;
 /// The same for BDF in every phase.
 const SMALLEST_BDF: f64 = 1e-13;
 
+/// The same for the series, where a few digits more cost next to nothing.
+const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
+const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
+const SMALLEST_SERIES_SLIDING: f64 = 1e-13;
+const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -64,7 +70,7 @@ impl Plan {
 
     /// Whether the location is taken in closed form.
     pub fn closed_form(&self, mode: Mode) -> bool {
-        self.method == Method::Auto && matches!(mode, Mode::Stick | Mode::Separated)
+        matches!(self.method, Method::Auto | Method::Series) && matches!(mode, Mode::Stick | Mode::Separated)
     }
 
     pub fn solver(&self, location: &Location) -> ChosenSolver {
@@ -78,8 +84,21 @@ impl Plan {
                 (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
                 (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
                 (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
+                (Method::Series, _) => SolverKind::Series,
             }
         };
+        if self.method == Method::Series {
+            let rtol = if location.resolved {
+                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
+            } else {
+                (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
+            };
+            return ChosenSolver {
+                kind,
+                tolerances: self.tolerances(rtol),
+                max_step: self.max_step,
+            };
+        }
         let bdf = self.method == Method::CvodeBdf;
         let rtol = match (location.resolved, bdf) {
             (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_BDF),

@@ -1,0 +1,484 @@
+//! The brake's own solver: Radau IIA over the quiet stretches of a slip, Taylor series where the fast mode moves.
+//!
+//! Where steps have to resolve the fast mode ([`Location::resolved`]), each is a Taylor expansion of the slip. Where they
+//! have not, the expansion at the segment's start says how much of the fast mode is there: as long as it is more than
+//! what is tolerated, expansions follow it down, and from then on Radau IIA strides over it.
+//!
+//! On a Taylor step the guards are polynomials, of the step's own accuracy, and their first root is isolated, not
+//! searched for. A slip that begins tangentially starts at a double root of its own guard, which is divided out. On a
+//! Radau step the guards' values at the stages are interpolated, and the root's step is taken again, exactly to the
+//! root.
+
+use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
+use crate::hybrid::{Advance, ChosenSolver, Stepper, StepperError};
+use crate::model::slip_series::{SlipConstants, SlipSeries};
+use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::series::polynomial_roots::first_falling;
+use crate::series::radau::{Attempt, Radau, StiffProblem};
+use crate::series::radau_tableau::RadauTableau;
+use crate::series::taylor;
+use crate::sundials::Counters;
+use nalgebra::{DMatrixViewMut, SMatrix, SVector};
+use std::sync::{Arc, OnceLock};
+
+/// Coefficients of a Taylor expansion: order 24. A step then spans a third of a natural period at full accuracy.
+const TERMS: usize = 25;
+
+/// Stages of Radau IIA: order 13.
+const STAGES: usize = 7;
+
+/// Components that the right-hand side needs; those after them are quadratures.
+const DYNAMIC: usize = 5;
+
+/// Values of a guard on a Radau step: at its start and its stages.
+const NODES: usize = STAGES + 1;
+
+/// Shortest Radau step, in natural periods: below it an expansion is cheaper.
+const SHORTEST_RADAU: f64 = 0.5;
+
+/// Largest growth from one Radau step to the next. Its polynomial is extrapolated over the next step.
+const LARGEST_GROWTH: f64 = 4.0;
+
+/// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
+/// located to 1e-14 s or better.
+const MARGIN_NOISE: f64 = 1e-9;
+
+/// Share of the torques within which their sum counts as zero at a tangential departure: mu_0 r F_n against mu_s r F_n,
+/// at a breakaway located to the last place.
+const DEPARTURE_NOISE: f64 = 1e-10;
+
+/// The same for the relative velocity, of the speeds that it is the difference of.
+const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;
+
+/// What the last step was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Last {
+    /// An expansion about this time.
+    Expansion(f64),
+    /// Held by [`Radau::step`].
+    Collocation,
+}
+
+/// See the module.
+pub struct BrakeStepper {
+    brake: Arc<Brake>,
+    constants: SlipConstants<f64>,
+    series: SlipSeries<f64, TERMS>,
+    force: [f64; TERMS],
+    radau: Radau<DYNAMIC, DIMENSION, STAGES>,
+    location: Location,
+    origin: f64,
+    span: f64,
+    max_step: f64,
+    relative: f64,
+    absolute: TorsionState,
+    tau: f64,
+    y: TorsionState,
+    last: Last,
+    /// Nothing has been stepped over in this segment.
+    first: bool,
+    /// The fast mode may be above what is tolerated, though it need not be resolved for its own sake.
+    lively: bool,
+    /// The next Radau step, and whether the last one's polynomial foretells it.
+    next: f64,
+    foretold: bool,
+    counters: Counters,
+    radau_before: crate::series::radau::Work,
+}
+
+fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
+    static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
+    TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
+}
+
+/// From values at the start and the stages to the coefficients of the polynomial through them.
+fn interpolation() -> &'static SMatrix<f64, NODES, NODES> {
+    static INTERPOLATION: OnceLock<SMatrix<f64, NODES, NODES>> = OnceLock::new();
+    INTERPOLATION.get_or_init(|| {
+        let node = |i: usize| if i == 0 { 0.0 } else { tableau().c[i - 1] };
+        let vandermonde = SMatrix::<f64, NODES, NODES>::from_fn(|i, k| node(i).powi(k as i32));
+        vandermonde.try_inverse().expect("the nodes differ")
+    })
+}
+
+/// A slip on a segment's clock.
+struct Slip<'a> {
+    brake: &'a Brake,
+    sense: f64,
+    origin: f64,
+}
+
+impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
+    fn rhs(&self, t: f64, y: &TorsionState) -> TorsionState {
+        let mut rates = [0.0; DIMENSION];
+        let force = self.brake.axial.pressing_force(self.origin + t);
+        self.brake.torsion.slip_rhs(self.sense, force, y, &mut rates);
+        rates
+    }
+
+    fn jacobian(&self, t: f64, y: &TorsionState) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+        let mut entries = [0.0; DIMENSION * DIMENSION];
+        let mut view = DMatrixViewMut::from_slice(&mut entries, DIMENSION, DIMENSION);
+        let force = self.brake.axial.pressing_force(self.origin + t);
+        self.brake.torsion.slip_jacobian(self.sense, force, y, &mut view);
+        view.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
+    }
+}
+
+impl BrakeStepper {
+    pub fn new(brake: Arc<Brake>) -> Self {
+        let unit = 1.0 / brake.torsion.natural_angular_frequency();
+        BrakeStepper {
+            constants: SlipConstants::new(&brake.torsion),
+            series: SlipSeries::new(unit),
+            force: [0.0; TERMS],
+            radau: Radau::new(tableau().clone()),
+            location: Location {
+                mode: crate::model::Mode::SlipForward,
+                resolved: true,
+                watch: Watch::Off,
+            },
+            origin: 0.0,
+            span: 0.0,
+            max_step: f64::INFINITY,
+            relative: 0.0,
+            absolute: [0.0; DIMENSION],
+            tau: 0.0,
+            y: [0.0; DIMENSION],
+            last: Last::Expansion(0.0),
+            first: true,
+            lively: true,
+            next: 0.0,
+            foretold: false,
+            counters: Counters::default(),
+            radau_before: Default::default(),
+            brake,
+        }
+    }
+
+    fn sense(&self) -> f64 {
+        f64::from(self.location.mode.sense())
+    }
+
+    /// The guards' indices, each with the sign that makes it fire when it falls.
+    fn guards(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let stability = match self.location.watch {
+            Watch::Off => None,
+            Watch::Stable => Some((GUARD_STABILITY, 1.0)),
+            Watch::Unstable => Some((GUARD_STABILITY, -1.0)),
+        };
+        std::iter::once((GUARD_STOPPING, 1.0)).chain(stability)
+    }
+
+    fn guard(&self, index: usize, tau: f64, y: &TorsionState) -> f64 {
+        if index == GUARD_STOPPING {
+            self.sense() * self.brake.torsion.relative_velocity(y)
+        } else {
+            self.brake.stability_margin(self.sense(), self.origin + tau, y)
+        }
+    }
+
+    /// What counts as zero of a guard where the segment begins.
+    fn noise(&self, index: usize) -> f64 {
+        if index == GUARD_STOPPING {
+            let speeds = self.y[ROTOR_SPEED].abs() + self.y[ROTOR_TWIST_RATE].abs() + self.y[STATOR_TWIST_RATE].abs();
+            VELOCITY_NOISE * speeds
+        } else {
+            MARGIN_NOISE * self.brake.torsion.torsion.damping
+        }
+    }
+
+    fn weights(&self) -> TorsionState {
+        std::array::from_fn(|k| self.absolute[k] + self.relative * self.y[k].abs())
+    }
+
+    /// Expands the slip about where it stands.
+    fn expand(&mut self) {
+        let t = self.origin + self.tau;
+        let degree = self.brake.axial.pressing_series(t, self.series.unit, &mut self.force);
+        self.series
+            .expand(&self.constants, self.sense(), &self.y, &self.force, degree);
+        self.counters.rhs_evaluations += 1;
+    }
+
+    /// How fast the fast mode moves (rad/s), from an expansion: an oscillation A cos(omega_n t) has the last coefficient
+    /// A / (TERMS - 1)! in the series' unit, and nothing slower comes near that.
+    fn liveliness(&self) -> f64 {
+        let factorial: f64 = (1..TERMS).map(|n| n as f64).product();
+        let last = |component: usize| self.series.state[component][TERMS - 1].abs();
+        factorial * last(ROTOR_TWIST_RATE).max(last(STATOR_TWIST_RATE))
+    }
+
+    /// A step by the expansion about where it stands.
+    fn expansion_step(&mut self) -> Result<Advance, StepperError> {
+        let unit = self.series.unit;
+        let weights = self.weights();
+        let size = |n: usize| {
+            (0..DYNAMIC)
+                .map(|k| self.series.state[k][n].abs() / weights[k])
+                .fold(0.0, |a: f64, b| if b <= a { a } else { b })
+        };
+        let longest = taylor::step(TERMS - 1, size) * unit;
+        if longest.is_nan() {
+            return Err(StepperError::NotFinite);
+        }
+        let left = self.span - self.tau;
+        let bound = longest.min(self.max_step);
+        let reaches = bound >= left;
+        let length = if reaches { left } else { bound };
+        let tau = self.tau + length;
+        if tau <= self.tau {
+            return Err(StepperError::StepTooShort { step: length });
+        }
+        let mut earliest: Option<(f64, usize)> = None;
+        for (index, sign) in self.guards() {
+            if let Some(share) = self.first_root(index, sign, length / unit)
+                && earliest.is_none_or(|(before, _)| share < before)
+            {
+                earliest = Some((share, index));
+            }
+        }
+        self.last = Last::Expansion(self.tau);
+        self.first = false;
+        self.counters.steps += 1;
+        self.counters.last_order = TERMS as u32 - 1;
+        let length = earliest.map_or(length, |(share, _)| share * length);
+        self.counters.last_step = length;
+        self.y = self.series.at(&(length / unit));
+        self.tau = if earliest.is_some() { self.tau + length } else { tau };
+        Ok(match earliest {
+            Some((_, index)) => Advance::Guard(index),
+            None if reaches => Advance::Stop,
+            None => Advance::Stepped,
+        })
+    }
+
+    /// The first share of the expansion's first `x` units at which a guard fires.
+    fn first_root(&mut self, index: usize, sign: f64, x: f64) -> Option<f64> {
+        self.counters.root_evaluations += 1;
+        let series = if index == GUARD_STOPPING {
+            &self.series.relative_velocity
+        } else {
+            &self.series.stability_margin
+        };
+        let sign = if index == GUARD_STOPPING {
+            sign * self.sense()
+        } else {
+            sign
+        };
+        let mut power = sign;
+        let mut guard = series.map(|c| {
+            let scaled = c * power;
+            power *= x;
+            scaled
+        });
+        if self.first && guard[0].abs() <= self.noise(index) {
+            // It leaves zero here: the root, simple or double, is divided out.
+            let torsion = &self.brake.torsion;
+            let torques = torsion.rotor_torque(&self.y).abs() + torsion.stator_torque(&self.y).abs();
+            let slope_noise = DEPARTURE_NOISE * torques / torsion.torsion.surface_inertia * self.series.unit * x;
+            let double = index == GUARD_STOPPING && guard[1].abs() <= slope_noise;
+            let roots = if double { 2 } else { 1 };
+            guard.rotate_left(roots);
+            guard[TERMS - roots..].fill(0.0);
+        }
+        if guard[0] < 0.0 {
+            Some(0.0)
+        } else {
+            first_falling(&guard)
+        }
+    }
+
+    /// A Radau step; `None` where an expansion would be cheaper.
+    fn collocation_step(&mut self) -> Result<Option<Advance>, StepperError> {
+        let shortest = SHORTEST_RADAU * self.brake.torsion.natural_period();
+        let weights = self.weights();
+        let brake = self.brake.clone();
+        let slip = Slip {
+            brake: &brake,
+            sense: self.sense(),
+            origin: self.origin,
+        };
+        loop {
+            let left = self.span - self.tau;
+            let bound = self.next.min(self.max_step);
+            // Rather two equal steps than a long one and a scrap.
+            let reaches = bound >= left;
+            let length = if reaches {
+                left
+            } else if 2.0 * bound > left {
+                left / 2.0
+            } else {
+                bound
+            };
+            if length < shortest && !reaches {
+                return Ok(None);
+            }
+            let attempt = self
+                .radau
+                .attempt(&slip, self.tau, &self.y, length, &weights, self.foretold);
+            let error = match attempt {
+                Attempt::Solved { error } if error.is_finite() => error,
+                _ if self.foretold => {
+                    self.foretold = false;
+                    continue;
+                }
+                _ => {
+                    self.next = 0.25 * length;
+                    continue;
+                }
+            };
+            let order = Radau::<DYNAMIC, DIMENSION, STAGES>::ESTIMATE_ORDER;
+            let factor = 0.9 * error.powf(-1.0 / f64::from(order));
+            if error > 1.0 {
+                self.counters.error_test_failures += 1;
+                self.next = length * factor.max(0.1);
+                self.foretold = false;
+                continue;
+            }
+            self.next = length * factor.min(LARGEST_GROWTH);
+            self.counters.steps += 1;
+            self.counters.last_order = 2 * STAGES as u32 - 1;
+            let fired = self.root_of_collocation(&slip, &weights);
+            self.first = false;
+            self.foretold = true;
+            self.last = Last::Collocation;
+            let step = self.radau.step();
+            self.counters.last_step = step.length;
+            let end = if fired.is_none() && reaches {
+                self.span
+            } else {
+                step.start + step.length
+            };
+            if let Some((_, true)) = fired {
+                // Beyond its boundary where the step begins.
+                return Ok(fired.map(|(index, _)| Advance::Guard(index)));
+            }
+            self.tau = end;
+            self.y = self.radau.stage(STAGES - 1);
+            return Ok(Some(match fired {
+                Some((index, _)) => Advance::Guard(index),
+                None if reaches => Advance::Stop,
+                None => Advance::Stepped,
+            }));
+        }
+    }
+
+    /// The guard that fires first in the Radau step just solved, if one does, and whether at the very start; else the
+    /// step is taken again, to the root.
+    fn root_of_collocation(&mut self, slip: &Slip<'_>, weights: &TorsionState) -> Option<(usize, bool)> {
+        let (start, length) = (self.tau, self.radau.step().length);
+        let mut earliest: Option<(f64, usize, [f64; NODES])> = None;
+        for (index, sign) in self.guards() {
+            self.counters.root_evaluations += NODES as u64;
+            let values = SVector::<f64, NODES>::from_fn(|i, _| {
+                if i == 0 {
+                    sign * self.guard(index, start, &self.y)
+                } else {
+                    let tau = start + self.radau.node(i - 1) * length;
+                    sign * self.guard(index, tau, &self.radau.stage(i - 1))
+                }
+            });
+            let mut polynomial: [f64; NODES] = (interpolation() * values).into();
+            if self.first && polynomial[0].abs() <= self.noise(index) {
+                polynomial[0] = 0.0;
+            }
+            let share = if polynomial[0] < 0.0 {
+                Some(0.0)
+            } else {
+                first_falling(&polynomial)
+            };
+            if let Some(share) = share
+                && earliest.is_none_or(|(before, ..)| share < before)
+            {
+                earliest = Some((share, index, polynomial));
+            }
+        }
+        let (share, index, polynomial) = earliest?;
+        let sign = self.guards().find(|g| g.0 == index).map_or(1.0, |g| g.1);
+        let mut root = share * length;
+        for _ in 0..6 {
+            if root <= f64::EPSILON * (start + length) {
+                return Some((index, true));
+            }
+            if self.radau.attempt(slip, start, &self.y, root, weights, true) == Attempt::NotConverged {
+                // The polynomial's own root is good to its error, which has been accepted.
+                break;
+            }
+            let value = sign * self.guard(index, start + root, &self.radau.stage(STAGES - 1));
+            let (_, slope) = taylor::value_and_rate(&polynomial, &(root / length));
+            let next = root - value * length / slope;
+            if !(next > 0.0 && next <= length) || (next - root).abs() <= 2.0 * f64::EPSILON * (start + root) {
+                break;
+            }
+            root = next;
+        }
+        Some((index, false))
+    }
+}
+
+impl Stepper<Location> for BrakeStepper {
+    fn begin(&mut self, location: &Location, t: f64, y: &[f64], span: f64, chosen: &ChosenSolver) {
+        self.location = *location;
+        self.origin = t;
+        self.span = span;
+        self.max_step = chosen.max_step.unwrap_or(f64::INFINITY);
+        self.relative = chosen.tolerances.relative;
+        self.absolute.copy_from_slice(&chosen.tolerances.absolute);
+        self.tau = 0.0;
+        self.y.copy_from_slice(y);
+        self.last = Last::Expansion(0.0);
+        self.first = true;
+        self.lively = true;
+        self.next = 4.0 * self.brake.torsion.natural_period();
+        self.foretold = false;
+        self.counters = Counters::default();
+        self.radau_before = self.radau.work();
+    }
+
+    fn advance(&mut self) -> Result<Advance, StepperError> {
+        if self.lively || self.location.resolved {
+            self.expand();
+            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
+        }
+        if !self.lively && !self.location.resolved {
+            if let Some(advance) = self.collocation_step()? {
+                return Ok(advance);
+            }
+            self.next = 4.0 * self.brake.torsion.natural_period();
+            self.foretold = false;
+            self.lively = true;
+            self.expand();
+        }
+        self.expansion_step()
+    }
+
+    fn time(&self) -> f64 {
+        self.tau
+    }
+
+    fn state(&self) -> &[f64] {
+        &self.y
+    }
+
+    fn state_at(&self, tau: f64, out: &mut [f64]) {
+        let state = match self.last {
+            Last::Expansion(about) => self.series.at(&((tau - about) / self.series.unit)),
+            Last::Collocation => self.radau.step().at(tau),
+        };
+        out.copy_from_slice(&state);
+    }
+
+    fn counters(&self) -> Counters {
+        let (work, before) = (self.radau.work(), self.radau_before);
+        let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
+        Counters {
+            rhs_evaluations: self.counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
+            jacobian_evaluations: jacobians,
+            linear_solver_setups: jacobians,
+            nonlinear_iterations: work.iterations - before.iterations,
+            nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
+            ..self.counters
+        }
+    }
+}
