@@ -42,18 +42,14 @@ impl Number for f64 {
     /// Four partial sums: one alone would wait for each addition.
     #[inline]
     fn convolution(a: &[f64], b: &[f64]) -> f64 {
-        let n = a.len().min(b.len());
-        let (a, b) = (&a[..n], &b[..n]);
         let mut sums = [0.0; 4];
-        let whole = n / 4 * 4;
-        for k in (0..whole).step_by(4) {
-            for (j, sum) in sums.iter_mut().enumerate() {
-                *sum += a[k + j] * b[n - 1 - k - j];
+        let (quads, reversed) = (a.chunks_exact(4), b.rchunks_exact(4));
+        let rest: f64 = quads.remainder().iter().zip(reversed.remainder().iter().rev()).map(|(x, y)| x * y).sum();
+        for (x, y) in quads.zip(reversed) {
+            for j in 0..4 {
+                sums[j] += x[j] * y[3 - j];
             }
         }
-        for k in whole..n {
-            sums[0] += a[k] * b[n - 1 - k];
-        }
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
+        (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
     }
 }

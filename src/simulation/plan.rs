@@ -73,6 +73,11 @@ impl Plan {
         matches!(self.method, Method::Auto | Method::Series) && matches!(mode, Mode::Stick | Mode::Separated)
     }
 
+    /// Whether the method stays on smooth sliding even where that is unstable.
+    pub fn follows_smooth_sliding(&self) -> bool {
+        self.method == Method::Series
+    }
+
     pub fn solver(&self, location: &Location) -> ChosenSolver {
         let kind = if self.closed_form(location.mode) {
             SolverKind::ClosedForm

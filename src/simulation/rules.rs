@@ -5,7 +5,7 @@ use super::plan::Plan;
 use super::record::EventKind;
 use crate::hybrid::{ChosenSolver, Rules, Transition};
 use crate::model::slow_manifold::on_slow_manifold;
-use crate::model::stability::Forecast;
+use crate::model::stability::{Forecast, QuietStretch};
 use crate::model::torsion::{DIMENSION, TorsionState};
 use crate::model::{Kick, KickTime, Mode, Parameters};
 use std::sync::Arc;
@@ -56,6 +56,9 @@ pub struct BrakeRules {
     last_corner: f64,
     /// From when on the fast mode has died since the last disturbance, by [`CALM_E_FOLDS`].
     calm_from: f64,
+    /// Until then the slip under way is smooth sliding to every digit, and nothing has to be resolved: known where the
+    /// plan wants to know it, see [`BrakeRules::foresee_smooth_sliding`].
+    smooth_until: f64,
 }
 
 type Happening = Transition<EventKind, Location>;
@@ -87,6 +90,7 @@ impl BrakeRules {
             regime: Regime::Ask(0.0),
             last_corner: 0.0,
             calm_from: f64::INFINITY,
+            smooth_until: f64::NEG_INFINITY,
         }
     }
 
@@ -147,6 +151,7 @@ impl BrakeRules {
                     (false, Regime::Keep)
                 }
             }
+            _ if !location.resolved && t < self.smooth_until => (false, Regime::Keep),
             Mode::SlipForward | Mode::SlipBackward => {
                 let brake = &self.brake;
                 let w = brake.torsion.relative_velocity(y);
@@ -180,6 +185,10 @@ impl BrakeRules {
 
     /// Notes that something has set the fast mode going, or may have.
     fn disturb(&mut self, mode: Mode, t: f64, y: &[f64]) {
+        self.smooth_until = f64::NEG_INFINITY;
+        if self.plan.follows_smooth_sliding() && mode.sense() != 0 && self.foresee_smooth_sliding(t, y) {
+            return;
+        }
         self.calm_from = match mode {
             Mode::SlipForward | Mode::SlipBackward => {
                 let w = self.brake.torsion.relative_velocity(y);
@@ -189,6 +198,23 @@ impl BrakeRules {
             }
             Mode::Stick | Mode::Separated => f64::INFINITY,
         };
+    }
+
+    /// Whether the slip at `t` stays smooth sliding up to the next corner of F, or where none is left to its stop: the
+    /// disturbance of now then dies by more e-folds than instability can bring back, and an L-stable method that
+    /// strides over the fast mode stays where the exact solution is.
+    fn foresee_smooth_sliding(&mut self, t: f64, y: &[f64]) -> bool {
+        let Brake { torsion, axial, .. } = &*self.brake;
+        let quiet = QuietStretch::new(torsion, axial, t, torsion.relative_velocity(y));
+        let from = t.max(axial.silent_from(t));
+        let smooth_until = match axial.next_corner(t) {
+            Some(corner) if corner + QUIET_E_FOLDS / quiet.damping < quiet.until => corner,
+            None if (quiet.until - from) * quiet.damping > CALM_E_FOLDS + quiet.growth => f64::INFINITY,
+            _ => return false,
+        };
+        self.calm_from = from + CALM_E_FOLDS / quiet.damping;
+        self.smooth_until = smooth_until;
+        true
     }
 
     /// The state that a kick is added to.
@@ -224,6 +250,7 @@ impl BrakeRules {
 
     /// The location after a change of mode, with the step regime planned.
     fn enter(&mut self, mode: Mode, watch: Watch, t: f64, y: &[f64]) -> Location {
+        self.smooth_until = f64::NEG_INFINITY;
         let mut location = Location {
             mode,
             resolved: true,
