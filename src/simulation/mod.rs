@@ -50,6 +50,8 @@ pub struct RunReport {
     pub initial_energy: f64,
     /// Kicks set at an instability that never came.
     pub kicks_never_given: usize,
+    /// The first stop came at the end of sliding that was followed on its slow manifold: no rounding had grown.
+    pub stopped_smoothly: bool,
 }
 
 /// What one solver did in a run.
@@ -136,6 +138,7 @@ pub fn simulate(
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
     let mut report = recording.into_report();
     report.kicks_never_given = rules.kicks_never_given();
+    report.stopped_smoothly = rules.stopped_smoothly();
     match result {
         Ok(finish) => {
             report.end = finish.time;

@@ -59,6 +59,8 @@ pub struct BrakeRules {
     /// Until then the slip under way is smooth sliding to every digit, and nothing has to be resolved: known where the
     /// plan wants to know it, see [`BrakeRules::foresee_smooth_sliding`].
     smooth_until: f64,
+    /// The first stop came while that was so.
+    stopped_smoothly: bool,
 }
 
 type Happening = Transition<EventKind, Location>;
@@ -91,12 +93,18 @@ impl BrakeRules {
             last_corner: 0.0,
             calm_from: f64::INFINITY,
             smooth_until: f64::NEG_INFINITY,
+            stopped_smoothly: false,
         }
     }
 
     /// Kicks set at the instability that never came.
     pub fn kicks_never_given(&self) -> usize {
         self.waiting_kicks.len()
+    }
+
+    /// Whether the first stop came at the end of smooth sliding, on which rounding does not grow.
+    pub fn stopped_smoothly(&self) -> bool {
+        self.stopped_smoothly
     }
 
     /// Location at t = 0 for a state.
@@ -151,7 +159,7 @@ impl BrakeRules {
                     (false, Regime::Keep)
                 }
             }
-            _ if !location.resolved && t < self.smooth_until => (false, Regime::Keep),
+            _ if t < self.smooth_until => (false, Regime::Keep),
             Mode::SlipForward | Mode::SlipBackward => {
                 let brake = &self.brake;
                 let w = brake.torsion.relative_velocity(y);
@@ -409,6 +417,9 @@ impl Rules<Brake> for BrakeRules {
         if t == 0.0 {
             self.disturb(location.mode, t, y);
         }
+        if matches!(self.regime, Regime::Relax(_)) && self.plan.follows_smooth_sliding() && location.mode.sense() != 0 {
+            self.foresee_smooth_sliding(t, y);
+        }
         let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved;
         let mut after = *location;
         after.resolved = match self.regime {
@@ -466,6 +477,7 @@ impl Rules<Brake> for BrakeRules {
             }
         }
         if fired.contains(&GUARD_STOPPING) && location.mode != Mode::Stick {
+            self.stopped_smoothly |= location.watch != Watch::Off && t < self.smooth_until;
             happenings.push(self.stop(&location, t, &state));
         }
         happenings
