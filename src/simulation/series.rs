@@ -12,6 +12,7 @@
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::hybrid::{Advance, ChosenSolver, Stepper, StepperError};
 use crate::model::slip_series::{SlipConstants, SlipSeries};
+use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::series::polynomial_roots::first_falling;
 use crate::series::radau::{Attempt, Radau, StiffProblem};
@@ -207,6 +208,41 @@ impl BrakeStepper {
         let factorial: f64 = (1..TERMS).map(|n| n as f64).product();
         let last = |component: usize| self.series.state[component][TERMS - 1].abs();
         factorial * last(ROTOR_TWIST_RATE).max(last(STATOR_TWIST_RATE))
+    }
+
+    /// A step of the kind that suits.
+    fn step(&mut self) -> Result<Advance, StepperError> {
+        if self.lively || self.location.resolved {
+            self.expand();
+            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
+        }
+        if !self.lively && !self.location.resolved {
+            if let Some(advance) = self.collocation_step()? {
+                return Ok(advance);
+            }
+            self.next = 4.0 * self.brake.torsion.natural_period();
+            self.foretold = false;
+            self.lively = true;
+            self.expand();
+        }
+        self.expansion_step()
+    }
+
+    /// Sliding that is unstable and yet need not be resolved is on its slow manifold. A long step damps what rounding puts
+    /// beside it, but a shorter one would follow its growth; so it is taken away. What is too large for the error of a
+    /// step is left alone.
+    fn hold_to_slow_manifold(&mut self) {
+        let t = self.origin + self.tau;
+        let (brake, sense) = (&*self.brake, self.sense());
+        if brake.stability_margin(sense, t, &self.y) >= 0.0 || !brake.axial.is_silent(t) {
+            return;
+        }
+        let pressing = brake.axial.at(t);
+        let slow = on_slow_manifold(&brake.torsion, sense, (pressing.pressing_force, pressing.pressing_rate), &self.y);
+        let weights = self.weights();
+        if (0..DYNAMIC).all(|k| (slow[k] - self.y[k]).abs() <= weights[k]) {
+            self.y = slow;
+        }
     }
 
     /// A step by the expansion about where it stands.
@@ -437,20 +473,11 @@ impl Stepper<Location> for BrakeStepper {
     }
 
     fn advance(&mut self) -> Result<Advance, StepperError> {
-        if self.lively || self.location.resolved {
-            self.expand();
-            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
+        let advance = self.step()?;
+        if advance == Advance::Stepped && !self.location.resolved {
+            self.hold_to_slow_manifold();
         }
-        if !self.lively && !self.location.resolved {
-            if let Some(advance) = self.collocation_step()? {
-                return Ok(advance);
-            }
-            self.next = 4.0 * self.brake.torsion.natural_period();
-            self.foretold = false;
-            self.lively = true;
-            self.expand();
-        }
-        self.expansion_step()
+        Ok(advance)
     }
 
     fn time(&self) -> f64 {
