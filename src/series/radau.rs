@@ -109,6 +109,12 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
         &self.step
     }
 
+    /// Takes `step` for the last one again.
+    pub fn restore(&mut self, step: Step<M, S>) {
+        self.step = step;
+    }
+
+    /// What has been done so far.
     pub fn work(&self) -> Work {
         self.work
     }
@@ -260,7 +266,8 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
             {
                 return true;
             }
-            if round > 0 && rate >= 0.9 {
+            let left = (NEWTON_ITERATIONS - 1 - round) as i32;
+            if round > 0 && (rate >= 1.0 || size * rate.powi(left) / (1.0 - rate) > NEWTON_SHARE) {
                 return false;
             }
             last = size;

@@ -30,7 +30,7 @@ const SMALLEST_BDF: f64 = 1e-13;
 /// The same for the series, where a few digits more cost next to nothing.
 const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
 const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
-const SMALLEST_SERIES_SLIDING: f64 = 1e-13;
+const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
 const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
 
 /// The solver settings of one run.

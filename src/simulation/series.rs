@@ -51,6 +51,10 @@ const DEPARTURE_NOISE: f64 = 1e-10;
 /// The same for the relative velocity, of the speeds that it is the difference of.
 const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;
 
+/// What a Radau step may leave beside the slow manifold, over what is tolerated of its error; a perturbation that means
+/// anything is larger by as much again.
+const STEP_NOISE: f64 = 1e3;
+
 /// What the last step was.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Last {
@@ -58,6 +62,13 @@ enum Last {
     Expansion(f64),
     /// Held by [`Radau::step`].
     Collocation,
+}
+
+/// Where a guard fires.
+struct Root {
+    index: usize,
+    tau: f64,
+    y: TorsionState,
 }
 
 /// See the module.
@@ -83,6 +94,8 @@ pub struct BrakeStepper {
     /// The next Radau step, and whether the last one's polynomial foretells it.
     next: f64,
     foretold: bool,
+    /// Length and error of the last Radau step; zero before the first.
+    accepted: (f64, f64),
     counters: Counters,
     radau_before: crate::series::radau::Work,
 }
@@ -151,6 +164,7 @@ impl BrakeStepper {
             lively: true,
             next: 0.0,
             foretold: false,
+            accepted: (0.0, 0.0),
             counters: Counters::default(),
             radau_before: Default::default(),
             brake,
@@ -222,6 +236,7 @@ impl BrakeStepper {
             }
             self.next = 4.0 * self.brake.torsion.natural_period();
             self.foretold = false;
+            self.accepted = (0.0, 0.0);
             self.lively = true;
             self.expand();
         }
@@ -234,13 +249,14 @@ impl BrakeStepper {
     fn hold_to_slow_manifold(&mut self) {
         let t = self.origin + self.tau;
         let (brake, sense) = (&*self.brake, self.sense());
-        if brake.stability_margin(sense, t, &self.y) >= 0.0 || !brake.axial.is_silent(t) {
+        let margin = brake.stability_margin(sense, t, &self.y);
+        if margin > MARGIN_NOISE * brake.torsion.torsion.damping || !brake.axial.is_silent(t) {
             return;
         }
         let pressing = brake.axial.at(t);
         let slow = on_slow_manifold(&brake.torsion, sense, (pressing.pressing_force, pressing.pressing_rate), &self.y);
         let weights = self.weights();
-        if (0..DYNAMIC).all(|k| (slow[k] - self.y[k]).abs() <= weights[k]) {
+        if (0..DYNAMIC).all(|k| (slow[k] - self.y[k]).abs() <= STEP_NOISE * weights[k]) {
             self.y = slow;
         }
     }
@@ -355,55 +371,110 @@ impl BrakeStepper {
                 .attempt(&slip, self.tau, &self.y, length, &weights, self.foretold);
             let error = match attempt {
                 Attempt::Solved { error } if error.is_finite() => error,
-                _ if self.foretold => {
-                    self.foretold = false;
-                    continue;
-                }
                 _ => {
-                    self.next = 0.25 * length;
+                    // Shorter at once: what was foretold over a step too long is of no use from anywhere else either.
+                    self.next = 0.4 * length;
                     continue;
                 }
             };
             let order = Radau::<DYNAMIC, DIMENSION, STAGES>::ESTIMATE_ORDER;
-            let factor = 0.9 * error.powf(-1.0 / f64::from(order));
+            let root = |x: f64| x.powf(1.0 / f64::from(order));
+            let factor = 0.9 / root(error);
+            // Its polynomial serves a shorter step from the same start, too.
+            self.foretold = true;
             if error > 1.0 {
                 self.counters.error_test_failures += 1;
                 self.next = length * factor.max(0.1);
-                self.foretold = false;
                 continue;
             }
-            self.next = length * factor.min(LARGEST_GROWTH);
+            // Gustafsson's predictive control: as the rotor slows, the next step is to this one what this one is to the
+            // last.
+            let (last_length, last_error) = std::mem::replace(&mut self.accepted, (length, error));
+            let trend = if last_length > 0.0 { length / last_length * root(last_error / error) } else { 1.0 };
+            self.next = length * (factor * trend.min(1.0)).min(LARGEST_GROWTH);
+            self.next = self.next.min(self.time_to_slow(length));
             self.counters.steps += 1;
             self.counters.last_order = 2 * STAGES as u32 - 1;
+            let end = if reaches { self.span } else { self.tau + length };
             let fired = self.root_of_collocation(&slip, &weights);
             self.first = false;
-            self.foretold = true;
             self.last = Last::Collocation;
-            let step = self.radau.step();
-            self.counters.last_step = step.length;
-            let end = if fired.is_none() && reaches {
-                self.span
-            } else {
-                step.start + step.length
-            };
-            if let Some((_, true)) = fired {
-                // Beyond its boundary where the step begins.
-                return Ok(fired.map(|(index, _)| Advance::Guard(index)));
-            }
-            self.tau = end;
-            self.y = self.radau.stage(STAGES - 1);
+            self.counters.last_step = self.radau.step().length;
             return Ok(Some(match fired {
-                Some((index, _)) => Advance::Guard(index),
-                None if reaches => Advance::Stop,
-                None => Advance::Stepped,
+                Some(Root { index, tau, y }) => {
+                    (self.tau, self.y) = (tau, y);
+                    Advance::Guard(index)
+                }
+                None => {
+                    (self.tau, self.y) = (end, self.radau.stage(STAGES - 1));
+                    if reaches { Advance::Stop } else { Advance::Stepped }
+                }
             }));
         }
     }
 
-    /// The guard that fires first in the Radau step just solved, if one does, and whether at the very start; else the
-    /// step is taken again, to the root.
-    fn root_of_collocation(&mut self, slip: &Slip<'_>, weights: &TorsionState) -> Option<(usize, bool)> {
-        let (start, length) = (self.tau, self.radau.step().length);
+    /// How long the speed takes, at the rate of the Radau step just solved, to fall by a half or by four times what the
+    /// friction law takes to change e-fold, whichever is more. Longer steps would only be refused: their polynomial, and
+    /// Newton's method, would meet an exponential out of all bounds.
+    fn time_to_slow(&self, length: f64) -> f64 {
+        let torsion = &self.brake.torsion;
+        let start = torsion.relative_velocity(&self.y).abs();
+        let end = torsion.relative_velocity(&self.radau.stage(STAGES - 1)).abs();
+        let drop = (0.5 * end).max(4.0 / torsion.friction.decay);
+        if start > end { length * drop / (start - end) } else { f64::INFINITY }
+    }
+
+    /// The guard that fires first in the Radau step just solved, if one does.
+    ///
+    /// Newton's method on the guard; the step is taken again for each iterate, exactly to it, as its end is more accurate
+    /// than its middle. But within a few periods of an unstable fast mode R(z) has its poles, and a step cut to such a
+    /// length may be worse than the polynomial of the whole: where they disagree the polynomial holds.
+    fn root_of_collocation(&mut self, slip: &Slip<'_>, weights: &TorsionState) -> Option<Root> {
+        let whole = self.radau.step().clone();
+        let (start, length) = (self.tau, whole.length);
+        let (share, index, polynomial) = self.earliest_in_collocation(start, length)?;
+        let sign = self.guards().find(|g| g.0 == index).map_or(1.0, |g| g.1);
+        let mut root = share * length;
+        let (mut y, mut again) = (self.y, true);
+        for _ in 0..8 {
+            if root <= f64::EPSILON * (start + length) {
+                // It fires where the step begins.
+                return Some(Root {
+                    index,
+                    tau: start,
+                    y: self.y,
+                });
+            }
+            y = whole.at_share(root / length);
+            if again {
+                let attempt = self.radau.attempt(slip, start, &self.y, root, weights, true);
+                let end = self.radau.stage(STAGES - 1);
+                again = attempt != Attempt::NotConverged
+                    && (0..DYNAMIC).all(|k| (end[k] - y[k]).abs() <= STEP_NOISE * weights[k]);
+                if again {
+                    y = end;
+                } else {
+                    self.radau.restore(whole.clone());
+                }
+            }
+            let value = sign * self.guard(index, start + root, &y);
+            let (_, slope) = taylor::value_and_rate(&polynomial, &(root / length));
+            let next = root - value * length / slope;
+            if !(next > 0.0 && next <= length) || (next - root).abs() <= 2.0 * f64::EPSILON * (start + root) {
+                break;
+            }
+            root = next;
+        }
+        Some(Root {
+            index,
+            tau: start + root,
+            y,
+        })
+    }
+
+    /// The guard that fires first by the polynomials through its values at the stages: the share of the step, the guard
+    /// and its polynomial.
+    fn earliest_in_collocation(&mut self, start: f64, length: f64) -> Option<(f64, usize, [f64; NODES])> {
         let mut earliest: Option<(f64, usize, [f64; NODES])> = None;
         for (index, sign) in self.guards() {
             self.counters.root_evaluations += NODES as u64;
@@ -430,26 +501,7 @@ impl BrakeStepper {
                 earliest = Some((share, index, polynomial));
             }
         }
-        let (share, index, polynomial) = earliest?;
-        let sign = self.guards().find(|g| g.0 == index).map_or(1.0, |g| g.1);
-        let mut root = share * length;
-        for _ in 0..6 {
-            if root <= f64::EPSILON * (start + length) {
-                return Some((index, true));
-            }
-            if self.radau.attempt(slip, start, &self.y, root, weights, true) == Attempt::NotConverged {
-                // The polynomial's own root is good to its error, which has been accepted.
-                break;
-            }
-            let value = sign * self.guard(index, start + root, &self.radau.stage(STAGES - 1));
-            let (_, slope) = taylor::value_and_rate(&polynomial, &(root / length));
-            let next = root - value * length / slope;
-            if !(next > 0.0 && next <= length) || (next - root).abs() <= 2.0 * f64::EPSILON * (start + root) {
-                break;
-            }
-            root = next;
-        }
-        Some((index, false))
+        earliest
     }
 }
 
@@ -468,8 +520,12 @@ impl Stepper<Location> for BrakeStepper {
         self.lively = true;
         self.next = 4.0 * self.brake.torsion.natural_period();
         self.foretold = false;
+        self.accepted = (0.0, 0.0);
         self.counters = Counters::default();
         self.radau_before = self.radau.work();
+        if !location.resolved {
+            self.hold_to_slow_manifold();
+        }
     }
 
     fn advance(&mut self) -> Result<Advance, StepperError> {
