@@ -22,7 +22,9 @@ fn check(case: &str, method: Method, rtol: f64, limit: f64) {
     );
     assert!(error < limit, "{case}: an event is off by {error:e} s");
     if matches!(method, Method::Auto | Method::Series) {
-        assert!(sample_error < 1e-8, "{case}: {worst} is off by {sample_error:e}");
+        // What a sample may be off by before the kick is amplified until the first stick.
+        let limit = if rtol > 1e-9 { 1e-6 } else { 1e-8 };
+        assert!(sample_error < limit, "{case}: {worst} is off by {sample_error:e}");
     }
 }
 

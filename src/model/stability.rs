@@ -94,6 +94,10 @@ pub struct QuietStretch {
     pub damping: f64,
     /// E-folds that a perturbation can gain between the loss of stability and the stop, at most.
     pub growth: f64,
+    /// How fast steady sliding changes against how fast the twists follow it, at most: the rate at which the friction
+    /// weakens over the rate k_t/c of a disk with the slope of the friction torque as its damping. The slow manifold is
+    /// there to all digits while this is small.
+    pub haste: f64,
 }
 
 impl QuietStretch {
@@ -135,6 +139,7 @@ impl QuietStretch {
             until,
             damping: torsion.damping / (4.0 * torsion.surface_inertia),
             growth,
+            haste: weakening.max(0.0) / torsion.stiffness * friction.decay * fastest,
         }
     }
 }

@@ -44,7 +44,12 @@ impl Number for f64 {
     fn convolution(a: &[f64], b: &[f64]) -> f64 {
         let mut sums = [0.0; 4];
         let (quads, reversed) = (a.chunks_exact(4), b.rchunks_exact(4));
-        let rest: f64 = quads.remainder().iter().zip(reversed.remainder().iter().rev()).map(|(x, y)| x * y).sum();
+        let rest: f64 = quads
+            .remainder()
+            .iter()
+            .zip(reversed.remainder().iter().rev())
+            .map(|(x, y)| x * y)
+            .sum();
         for (x, y) in quads.zip(reversed) {
             for j in 0..4 {
                 sums[j] += x[j] * y[3 - j];

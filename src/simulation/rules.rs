@@ -18,6 +18,10 @@ const QUIET_E_FOLDS: f64 = 40.0;
 /// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
 const CALM_E_FOLDS: f64 = 60.0;
 
+/// [`QuietStretch::haste`] up to which sliding is followed along its slow manifold. At this the series of the manifold
+/// still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
+pub const LARGEST_HASTE: f64 = 0.01;
+
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
 const NOISE_OF_KICK: f64 = 1e-3;
 
@@ -214,6 +218,9 @@ impl BrakeRules {
     fn foresee_smooth_sliding(&mut self, t: f64, y: &[f64]) -> bool {
         let Brake { torsion, axial, .. } = &*self.brake;
         let quiet = QuietStretch::new(torsion, axial, t, torsion.relative_velocity(y));
+        if quiet.haste > LARGEST_HASTE {
+            return false;
+        }
         let from = t.max(axial.silent_from(t));
         let smooth_until = match axial.next_corner(t) {
             Some(corner) if corner + QUIET_E_FOLDS / quiet.damping < quiet.until => corner,

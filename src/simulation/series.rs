@@ -10,9 +10,10 @@
 //! root.
 
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
+use super::rules::LARGEST_HASTE;
 use crate::hybrid::{Advance, ChosenSolver, Stepper, StepperError};
 use crate::model::slip_series::{SlipConstants, SlipSeries};
-use crate::model::slow_manifold::on_slow_manifold;
+use crate::model::slow_manifold::{SlowSeries, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::series::polynomial_roots::first_falling;
 use crate::series::radau::{Attempt, Radau, StiffProblem};
@@ -24,6 +25,19 @@ use std::sync::{Arc, OnceLock};
 
 /// Coefficients of a Taylor expansion: order 24. A step then spans a third of a natural period at full accuracy.
 const TERMS: usize = 25;
+
+/// The last coefficient of a series along the slow manifold that is to be trusted.
+const SLOW_ORDER: usize = TERMS - 4;
+
+/// By how many e-folds the friction law's exponential may change over a step along the slow manifold, while it matters:
+/// the series of an exponential converges from there on.
+const SLOW_E_FOLDS: f64 = 6.0;
+
+/// An exponential below this does not matter.
+const NO_WEAKENING: f64 = 1e-18;
+
+/// Shortest step along the slow manifold, in natural periods: below it there is none to speak of.
+const SHORTEST_SLOW: f64 = 2.0;
 
 /// Stages of Radau IIA: order 13.
 const STAGES: usize = 7;
@@ -75,6 +89,8 @@ struct Root {
 pub struct BrakeStepper {
     brake: Arc<Brake>,
     constants: SlipConstants<f64>,
+    /// 1 / omega_n, s.
+    unit: f64,
     series: SlipSeries<f64, TERMS>,
     force: [f64; TERMS],
     radau: Radau<DYNAMIC, DIMENSION, STAGES>,
@@ -144,6 +160,7 @@ impl BrakeStepper {
         let unit = 1.0 / brake.torsion.natural_angular_frequency();
         BrakeStepper {
             constants: SlipConstants::new(&brake.torsion),
+            unit,
             series: SlipSeries::new(unit),
             force: [0.0; TERMS],
             radau: Radau::new(tableau().clone()),
@@ -210,7 +227,7 @@ impl BrakeStepper {
     /// Expands the slip about where it stands.
     fn expand(&mut self) {
         let t = self.origin + self.tau;
-        let degree = self.brake.axial.pressing_series(t, self.series.unit, &mut self.force);
+        let degree = self.brake.axial.pressing_series(t, self.unit, &mut self.force);
         self.series
             .expand(&self.constants, self.sense(), &self.y, &self.force, degree);
         self.counters.rhs_evaluations += 1;
@@ -224,53 +241,64 @@ impl BrakeStepper {
         factorial * last(ROTOR_TWIST_RATE).max(last(STATOR_TWIST_RATE))
     }
 
-    /// A step of the kind that suits.
-    fn step(&mut self) -> Result<Advance, StepperError> {
-        if self.lively || self.location.resolved {
-            self.expand();
-            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
-        }
-        if !self.lively && !self.location.resolved {
-            if let Some(advance) = self.collocation_step()? {
-                return Ok(advance);
-            }
-            self.next = 4.0 * self.brake.torsion.natural_period();
-            self.foretold = false;
-            self.accepted = (0.0, 0.0);
-            self.lively = true;
-            self.expand();
-        }
-        self.expansion_step()
-    }
-
-    /// Sliding that is unstable and yet need not be resolved is on its slow manifold. A long step damps what rounding puts
-    /// beside it, but a shorter one would follow its growth; so it is taken away. What is too large for the error of a
-    /// step is left alone.
-    fn hold_to_slow_manifold(&mut self) {
+    /// A step along the slow manifold, if the slip is on it, to what a step may leave beside it: the motion without the
+    /// fast mode is a series of its own, and stays where it is even where the manifold is unstable. What is too large for
+    /// the error of a step is left alone.
+    fn slow_step(&mut self) -> Result<Option<Advance>, StepperError> {
         let t = self.origin + self.tau;
-        let (brake, sense) = (&*self.brake, self.sense());
-        let margin = brake.stability_margin(sense, t, &self.y);
-        if margin > MARGIN_NOISE * brake.torsion.torsion.damping || !brake.axial.is_silent(t) {
-            return;
+        let brake = self.brake.clone();
+        if !brake.axial.is_silent(t) {
+            return Ok(None);
         }
-        let pressing = brake.axial.at(t);
-        let slow = on_slow_manifold(&brake.torsion, sense, (pressing.pressing_force, pressing.pressing_rate), &self.y);
-        let weights = self.weights();
-        if (0..DYNAMIC).all(|k| (slow[k] - self.y[k]).abs() <= STEP_NOISE * weights[k]) {
-            self.y = slow;
+        let (torsion, sense) = (&brake.torsion, self.sense());
+        let axial = brake.axial.at(t);
+        let pressing = (axial.pressing_force, axial.pressing_rate);
+        let slow = SlowSeries::<TERMS>::new(torsion, sense, pressing, slow_momentum(torsion, &self.y));
+        let (start, weights) = (slow.start(), self.weights());
+        if !(0..DYNAMIC).all(|k| (start[k] - self.y[k]).abs() <= STEP_NOISE * weights[k]) {
+            return Ok(None);
         }
+        slow.write(torsion, sense, pressing, &self.y, &mut self.series);
+        let longest = self
+            .longest_expansion(SLOW_ORDER, &weights)
+            .min(self.longest_weakening());
+        let left = self.span - self.tau;
+        let rate = self.series.relative_velocity[1];
+        let slope = torsion.torsion.damping - self.series.stability_margin[0];
+        let haste = slope / torsion.torsion.stiffness * torsion.friction.decay * rate.abs();
+        let short = longest < left && longest < SHORTEST_SLOW * torsion.natural_period();
+        if longest.is_nan() || short || haste > LARGEST_HASTE {
+            return Ok(None);
+        }
+        self.expansion_step(longest).map(Some)
     }
 
-    /// A step by the expansion about where it stands.
-    fn expansion_step(&mut self) -> Result<Advance, StepperError> {
-        let unit = self.series.unit;
-        let weights = self.weights();
+    /// How long the friction law's exponential takes to change so much that its series says nothing any more (s).
+    fn longest_weakening(&self) -> f64 {
+        let friction = &self.brake.torsion.friction;
+        let (speed, rate) = (self.series.relative_velocity[0], self.series.relative_velocity[1]);
+        let spare = friction.decay * speed.abs() + NO_WEAKENING.ln();
+        let e_folds = if self.sense() * rate < 0.0 {
+            spare.max(SLOW_E_FOLDS)
+        } else {
+            SLOW_E_FOLDS
+        };
+        e_folds / (friction.decay * rate.abs())
+    }
+
+    /// The longest step of the expansion whose terms fall below what is tolerated by this order (s).
+    fn longest_expansion(&self, order: usize, weights: &TorsionState) -> f64 {
         let size = |n: usize| {
             (0..DYNAMIC)
                 .map(|k| self.series.state[k][n].abs() / weights[k])
                 .fold(0.0, |a: f64, b| if b <= a { a } else { b })
         };
-        let longest = taylor::step(TERMS - 1, size) * unit;
+        taylor::step(order, size) * self.series.unit
+    }
+
+    /// A step of at most `longest` (s) by the expansion about where it stands.
+    fn expansion_step(&mut self, longest: f64) -> Result<Advance, StepperError> {
+        let unit = self.series.unit;
         if longest.is_nan() {
             return Err(StepperError::NotFinite);
         }
@@ -390,7 +418,11 @@ impl BrakeStepper {
             // Gustafsson's predictive control: as the rotor slows, the next step is to this one what this one is to the
             // last.
             let (last_length, last_error) = std::mem::replace(&mut self.accepted, (length, error));
-            let trend = if last_length > 0.0 { length / last_length * root(last_error / error) } else { 1.0 };
+            let trend = if last_length > 0.0 {
+                length / last_length * root(last_error / error)
+            } else {
+                1.0
+            };
             self.next = length * (factor * trend.min(1.0)).min(LARGEST_GROWTH);
             self.next = self.next.min(self.time_to_slow(length));
             self.counters.steps += 1;
@@ -421,7 +453,11 @@ impl BrakeStepper {
         let start = torsion.relative_velocity(&self.y).abs();
         let end = torsion.relative_velocity(&self.radau.stage(STAGES - 1)).abs();
         let drop = (0.5 * end).max(4.0 / torsion.friction.decay);
-        if start > end { length * drop / (start - end) } else { f64::INFINITY }
+        if start > end {
+            length * drop / (start - end)
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The guard that fires first in the Radau step just solved, if one does.
@@ -523,17 +559,32 @@ impl Stepper<Location> for BrakeStepper {
         self.accepted = (0.0, 0.0);
         self.counters = Counters::default();
         self.radau_before = self.radau.work();
-        if !location.resolved {
-            self.hold_to_slow_manifold();
-        }
     }
 
     fn advance(&mut self) -> Result<Advance, StepperError> {
-        let advance = self.step()?;
-        if advance == Advance::Stepped && !self.location.resolved {
-            self.hold_to_slow_manifold();
+        if !self.location.resolved
+            && let Some(advance) = self.slow_step()?
+        {
+            self.lively = true;
+            self.foretold = false;
+            return Ok(advance);
         }
-        Ok(advance)
+        if self.lively || self.location.resolved {
+            self.expand();
+            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
+        }
+        if !self.lively && !self.location.resolved {
+            if let Some(advance) = self.collocation_step()? {
+                return Ok(advance);
+            }
+            self.next = 4.0 * self.brake.torsion.natural_period();
+            self.foretold = false;
+            self.accepted = (0.0, 0.0);
+            self.lively = true;
+            self.expand();
+        }
+        let longest = self.longest_expansion(TERMS - 1, &self.weights());
+        self.expansion_step(longest)
     }
 
     fn time(&self) -> f64 {
