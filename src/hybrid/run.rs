@@ -306,8 +306,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     .map_err(RunError::Observer)?;
             }
             steps += 1;
-            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS)
-                && self.observer.progress(self.time, &location).is_break()
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.observer.progress(self.time, &location).is_break()
             {
                 break SegmentEnd::Interrupted;
             }

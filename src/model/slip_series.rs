@@ -5,13 +5,14 @@
 //! more digits take another number type and nothing else.
 
 use super::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::series::{Number, taylor};
+use crate::series::Number;
+use crate::series::taylor::{self, Unfolding, zeros};
 
 /// The constants of a slip in one precision, derived from a [`TorsionModel`].
 #[derive(Debug, Clone)]
 pub struct SlipConstants<T> {
-    rotor_inertia: T,
-    surface_inertia: T,
+    per_rotor: T,
+    per_surface: T,
     stiffness: T,
     damping: T,
     radius: T,
@@ -22,11 +23,12 @@ pub struct SlipConstants<T> {
 }
 
 impl<T: Number> SlipConstants<T> {
+    /// The parameters of `model`, each taken for exact.
     pub fn new(model: &TorsionModel) -> Self {
         let (low, high) = (T::of(model.friction.low_speed), T::of(model.friction.high_speed));
         SlipConstants {
-            rotor_inertia: T::of(model.torsion.rotor_inertia),
-            surface_inertia: T::of(model.torsion.surface_inertia),
+            per_rotor: T::of(1.0) / T::of(model.torsion.rotor_inertia),
+            per_surface: T::of(1.0) / T::of(model.torsion.surface_inertia),
             stiffness: T::of(model.torsion.stiffness),
             damping: T::of(model.torsion.damping),
             radius: T::of(model.contact.radius),
@@ -52,13 +54,14 @@ pub struct SlipSeries<T, const N: usize> {
     friction_torque: [T; N],
     /// k times coefficient k of -alpha s omega_r.
     exponent_rate: [T; N],
-    exponential: [T; N],
+    exponential: Unfolding<T, N>,
+    /// 1 / n; the first is not used.
+    reciprocals: [T; N],
 }
 
 impl<T: Number, const N: usize> SlipSeries<T, N> {
     /// Room for series by powers of time over `unit` (s), which should be near 1 / omega_n.
     pub fn new(unit: T) -> Self {
-        let zeros = || std::array::from_fn(|_| T::of(0.0));
         SlipSeries {
             unit,
             state: std::array::from_fn(|_| zeros()),
@@ -66,7 +69,8 @@ impl<T: Number, const N: usize> SlipSeries<T, N> {
             stability_margin: zeros(),
             friction_torque: zeros(),
             exponent_rate: zeros(),
-            exponential: zeros(),
+            exponential: Unfolding::new(),
+            reciprocals: std::array::from_fn(|n| T::of(1.0) / T::of(n.max(1) as f64)),
         }
     }
 
@@ -81,8 +85,8 @@ impl<T: Number, const N: usize> SlipSeries<T, N> {
         degree: usize,
     ) {
         let SlipConstants {
-            rotor_inertia,
-            surface_inertia,
+            per_rotor,
+            per_surface,
             stiffness,
             damping,
             radius,
@@ -97,20 +101,32 @@ impl<T: Number, const N: usize> SlipSeries<T, N> {
         }
         self.relative_velocity[0] = y[ROTOR_SPEED].clone() - y[ROTOR_TWIST_RATE].clone() - y[STATOR_TWIST_RATE].clone();
         let exponent = -(decay.clone() * sense.clone());
-        let signed_radius = sense * radius.clone();
-        let steepness = two.clone() * radius.clone() * decay.clone() * weakening.clone();
+        // By powers of the unit's time; omega_r' is the accelerating torque over J, and the exponent's rate follows it.
+        let (rotor_step, surface_step) = (
+            self.unit.clone() * per_rotor.clone(),
+            self.unit.clone() * per_surface.clone(),
+        );
+        let exponent_step = exponent.clone() * surface_step.clone();
+        let constant = sense.clone() * radius.clone() * high_speed.clone();
+        let falling = sense * radius.clone() * weakening.clone();
+        let steepness = -(two.clone() * radius.clone() * decay.clone() * weakening.clone());
+        // What stands there from another expansion may not be finite.
+        self.exponent_rate = zeros();
         for n in 0..N {
-            if n == 0 {
-                self.exponential[0] = (exponent.clone() * self.relative_velocity[0].clone()).exp();
+            let newest = if n == 0 {
+                let e = (exponent.clone() * self.relative_velocity[0].clone()).exp();
+                self.exponential.set(0, e.clone());
+                e
             } else {
-                self.exponent_rate[n] = exponent.clone() * T::of(n as f64) * self.relative_velocity[n].clone();
-                self.exponential[n] = taylor::exponential(&self.exponent_rate, &self.exponential, n);
+                self.exponential
+                    .exponential(&self.exponent_rate, n, &self.reciprocals[n])
+            };
+            let mut weakened = force[0].clone() * newest;
+            if n > 0 && degree > 0 {
+                weakened = self.exponential.product(force, n, 1, degree) + weakened;
             }
-            let terms = degree.min(n);
-            let weakened = T::convolution(&force[..=terms], &self.exponential[n - terms..=n]);
-            self.stability_margin[n] = -(steepness.clone() * weakened.clone());
-            let mu_force = high_speed.clone() * force[n].clone() + weakening.clone() * weakened;
-            let torque = signed_radius.clone() * mu_force;
+            self.stability_margin[n] = steepness.clone() * weakened.clone();
+            let torque = constant.clone() * force[n].clone() + falling.clone() * weakened;
             self.friction_torque[n] = torque.clone();
             if n + 1 == N {
                 break;
@@ -119,27 +135,32 @@ impl<T: Number, const N: usize> SlipSeries<T, N> {
                 .map(|component| self.state[component][n].clone());
             let rotor_torque = damping.clone() * u_dot.clone() + stiffness.clone() * u;
             let stator_torque = damping.clone() * v_dot.clone() + stiffness.clone() * v;
-            let step = self.unit.clone() / T::of((n + 1) as f64);
-            let rotor = rotor_torque.clone() / rotor_inertia.clone();
-            let per_surface = step.clone() / surface_inertia.clone();
+            let share = self.reciprocals[n + 1].clone();
+            let step = self.unit.clone() * share.clone();
+            let surface = surface_step.clone() * share.clone();
+            let rotor = rotor_step.clone() * share.clone() * rotor_torque.clone();
             self.state[ROTOR_TWIST][n + 1] = step.clone() * u_dot;
             self.state[ROTOR_TWIST_RATE][n + 1] =
-                -(step.clone() * rotor.clone()) - per_surface.clone() * (rotor_torque.clone() - torque.clone());
+                -rotor.clone() - surface.clone() * (rotor_torque.clone() - torque.clone());
             self.state[STATOR_TWIST][n + 1] = step.clone() * v_dot;
-            self.state[STATOR_TWIST_RATE][n + 1] = per_surface.clone() * (torque.clone() - stator_torque.clone());
-            self.state[ROTOR_SPEED][n + 1] = -(step.clone() * rotor);
+            self.state[STATOR_TWIST_RATE][n + 1] = surface.clone() * (torque.clone() - stator_torque.clone());
+            self.state[ROTOR_SPEED][n + 1] = -rotor;
             // J omega_r' = T_r + T_s - 2 T: without the difference of speeds, which would cancel.
-            self.relative_velocity[n + 1] = per_surface * (rotor_torque + stator_torque - two.clone() * torque);
+            let accelerating = (rotor_torque + stator_torque) - two.clone() * torque;
+            self.relative_velocity[n + 1] = surface * accelerating.clone();
+            self.exponent_rate[n + 1] = exponent_step.clone() * accelerating;
             self.state[SLIP][n + 1] = step * self.relative_velocity[n].clone();
         }
         self.stability_margin[0] = damping.clone() + self.stability_margin[0].clone();
+        let friction = taylor::product(&self.friction_torque, &self.relative_velocity);
+        let [u_dot, v_dot] = [ROTOR_TWIST_RATE, STATOR_TWIST_RATE].map(|component| {
+            let rate = &self.state[component];
+            taylor::product(rate, rate)
+        });
         for n in 0..N - 1 {
-            let step = self.unit.clone() / T::of((n + 1) as f64);
-            let friction = taylor::product(&self.friction_torque, &self.relative_velocity, n);
-            self.state[FRICTION_LOSS][n + 1] = step.clone() * friction;
-            let (u_dot, v_dot) = (&self.state[ROTOR_TWIST_RATE], &self.state[STATOR_TWIST_RATE]);
-            let squares = taylor::product(u_dot, u_dot, n) + taylor::product(v_dot, v_dot, n);
-            self.state[DAMPING_LOSS][n + 1] = step * damping.clone() * squares;
+            let step = self.unit.clone() * self.reciprocals[n + 1].clone();
+            self.state[FRICTION_LOSS][n + 1] = step.clone() * friction[n].clone();
+            self.state[DAMPING_LOSS][n + 1] = step * damping.clone() * (u_dot[n].clone() + v_dot[n].clone());
         }
     }
 

@@ -174,15 +174,16 @@ impl<const N: usize> SlowSeries<N> {
         for component in [SLIP, FRICTION_LOSS, DAMPING_LOSS] {
             slip.state[component][0] = y[component];
         }
+        let friction_loss = taylor::product(&self.torque, &slip.relative_velocity);
+        let (rotor, stator) = (taylor::product(&u_dot, &u_dot), taylor::product(&v_dot, &v_dot));
         for n in 0..N {
             let before = if n > 0 { self.exponential[n - 1] } else { 0.0 };
             slip.stability_margin[n] = -steepness * (self.exponential[n] * pressing.0 + before * pressing.1);
             if n + 1 < N {
                 let step = 1.0 / (n + 1) as f64;
                 slip.state[SLIP][n + 1] = step * slip.relative_velocity[n];
-                slip.state[FRICTION_LOSS][n + 1] = step * taylor::product(&self.torque, &slip.relative_velocity, n);
-                let squares = taylor::product(&u_dot, &u_dot, n) + taylor::product(&v_dot, &v_dot, n);
-                slip.state[DAMPING_LOSS][n + 1] = step * model.torsion.damping * squares;
+                slip.state[FRICTION_LOSS][n + 1] = step * friction_loss[n];
+                slip.state[DAMPING_LOSS][n + 1] = step * model.torsion.damping * (rotor[n] + stator[n]);
             }
         }
         slip.stability_margin[0] += model.torsion.damping;

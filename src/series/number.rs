@@ -18,10 +18,10 @@ pub trait Number:
     /// e to the power of it.
     fn exp(&self) -> Self;
 
-    /// The sum over k of `a[k] b[n - k]`, n the index of the last elements: both slices have the same length.
-    fn convolution(a: &[Self], b: &[Self]) -> Self {
+    /// The sum over k of `a[k] b[k]`: both slices have the same length.
+    fn dot(a: &[Self], b: &[Self]) -> Self {
         let mut sum = Self::of(0.0);
-        for (x, y) in a.iter().zip(b.iter().rev()) {
+        for (x, y) in a.iter().zip(b) {
             sum = sum + x.clone() * y.clone();
         }
         sum
@@ -41,20 +41,18 @@ impl Number for f64 {
 
     /// Four partial sums: one alone would wait for each addition.
     #[inline]
-    fn convolution(a: &[f64], b: &[f64]) -> f64 {
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
         let mut sums = [0.0; 4];
-        let (quads, reversed) = (a.chunks_exact(4), b.rchunks_exact(4));
-        let rest: f64 = quads
-            .remainder()
-            .iter()
-            .zip(reversed.remainder().iter().rev())
-            .map(|(x, y)| x * y)
-            .sum();
-        for (x, y) in quads.zip(reversed) {
+        let (quads, others) = (a.chunks_exact(4), b.chunks_exact(4));
+        let (ends, other_ends) = (quads.remainder(), others.remainder());
+        for (x, y) in quads.zip(others) {
             for j in 0..4 {
-                sums[j] += x[j] * y[3 - j];
+                sums[j] += x[j] * y[j];
             }
         }
-        (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+        for (sum, (x, y)) in sums.iter_mut().zip(ends.iter().zip(other_ends)) {
+            *sum += x * y;
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
 }

@@ -5,16 +5,75 @@
 
 use super::Number;
 
-/// Coefficient n of a b. Needs both up to n.
-#[inline]
-pub fn product<T: Number>(a: &[T], b: &[T], n: usize) -> T {
-    T::convolution(&a[..=n], &b[..=n])
+/// A series whose coefficients become known one by one, kept backwards, so that those of its products are plain sums.
+#[derive(Debug, Clone)]
+pub struct Unfolding<T, const N: usize> {
+    /// Coefficient n at N - 1 - n; zeros behind, for those with a negative index.
+    backwards: [[T; N]; 2],
 }
 
-/// Coefficient n >= 1 of e = exp(a), from e' = a' e. `rate` holds k a_k up to n, and e is known up to n - 1.
+impl<T: Number, const N: usize> Unfolding<T, N> {
+    /// None is known.
+    pub fn new() -> Self {
+        Unfolding {
+            backwards: std::array::from_fn(|_| zeros()),
+        }
+    }
+
+    /// Coefficient n, once known.
+    #[inline]
+    pub fn get(&self, n: usize) -> T {
+        self.backwards[0][N - 1 - n].clone()
+    }
+
+    /// Makes coefficient n known.
+    #[inline]
+    pub fn set(&mut self, n: usize, coefficient: T) {
+        self.backwards[0][N - 1 - n] = coefficient;
+    }
+
+    /// The sum over k from `from` to n of `a[k]` times coefficient n - k, which must be known. All of `a` must be finite,
+    /// and zero beyond `degree`, which is at least `from`.
+    #[inline]
+    pub fn product(&self, a: &[T; N], n: usize, from: usize, degree: usize) -> T {
+        // In whole groups of four: what is beyond n meets the zeros.
+        let terms = (degree.min(n) + 1 - from).next_multiple_of(4).min(N - from);
+        let offset = N - 1 - n + from;
+        T::dot(
+            &a[from..from + terms],
+            &self.backwards.as_flattened()[offset..offset + terms],
+        )
+    }
+
+    /// Makes coefficient n of exp(a) known, n >= 1, when those up to n - 1 are: e' = a' e. `rate` holds k a_k up to n.
+    #[inline]
+    pub fn exponential(&mut self, rate: &[T; N], n: usize, reciprocal: &T) -> T {
+        let next = self.product(rate, n, 1, n) * reciprocal.clone();
+        self.set(n, next.clone());
+        next
+    }
+}
+
+impl<T: Number, const N: usize> Default for Unfolding<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Coefficients of nothing.
 #[inline]
-pub fn exponential<T: Number>(rate: &[T], e: &[T], n: usize) -> T {
-    T::convolution(&rate[1..=n], &e[..n]) / T::of(n as f64)
+pub fn zeros<T: Number, const N: usize>() -> [T; N] {
+    std::array::from_fn(|_| T::of(0.0))
+}
+
+/// The coefficients of a b, all of them. Those of both must be finite.
+#[inline]
+pub fn product<T: Number, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
+    let mut unfolding = Unfolding::new();
+    for (n, coefficient) in b.iter().enumerate() {
+        unfolding.set(n, coefficient.clone());
+    }
+    std::array::from_fn(|n| unfolding.product(a, n, 0, N - 1))
 }
 
 /// Fills `c` with the coefficients of the solution of q'' + 2 sigma q' + omega0_squared q = 0 from its value and its
@@ -78,27 +137,44 @@ mod tests {
         fn property_an_exponential_times_its_inverse_is_one(a in proptest::array::uniform24(-0.5..0.5f64)) {
             let exp = |sign: f64| {
                 let rate: [f64; N] = std::array::from_fn(|k| sign * k as f64 * a[k]);
-                let mut e = [0.0; N];
-                e[0] = (sign * a[0]).exp();
+                let mut e = Unfolding::<f64, N>::new();
+                e.set(0, (sign * a[0]).exp());
                 for n in 1..N {
-                    e[n] = exponential(&rate, &e, n);
+                    e.exponential(&rate, n, &(1.0 / n as f64));
                 }
-                e
+                std::array::from_fn::<f64, N, _>(|n| e.get(n))
             };
             let (plus, minus) = (exp(1.0), exp(-1.0));
+            let ones = product(&plus, &minus);
             for n in 0..N {
                 let size: f64 = (0..=n).map(|k| (plus[k] * minus[n - k]).abs()).sum();
                 let expected = if n == 0 { 1.0 } else { 0.0 };
-                prop_assert!((product(&plus, &minus, n) - expected).abs() <= 1e-14 * (1.0 + size));
+                prop_assert!((ones[n] - expected).abs() <= 1e-14 * (1.0 + size));
             }
         }
 
-        /// The four partial sums add what a plain loop adds.
+        /// In groups of four as in a plain loop, at any degree, and in a number of coefficients that is no
+        /// multiple of four.
         #[test]
-        fn property_a_convolution_is_its_sum(a in proptest::array::uniform24(-1.0..1.0f64), n in 0..N) {
-            let plain: f64 = (0..=n).map(|k| a[k] * (1.0 - a[n - k])).sum();
-            let b = a.map(|x| 1.0 - x);
-            prop_assert!((product(&a, &b, n) - plain).abs() <= 1e-14 * N as f64);
+        fn property_products_are_their_sums(
+            a in proptest::array::uniform24(-1.0..1.0f64), b in proptest::array::uniform24(-1.0..1.0f64),
+            degree in 1..N, from in 0..2usize,
+        ) {
+            const SHORT: usize = N - 3;
+            let a: [f64; SHORT] = std::array::from_fn(|k| if k > degree { 0.0 } else { a[k] });
+            let b: [f64; SHORT] = std::array::from_fn(|k| b[k]);
+            let all = product(&a, &b);
+            let mut unfolding = Unfolding::<f64, SHORT>::new();
+            for n in 0..SHORT {
+                let plain: f64 = (0..=n).map(|k| a[k] * b[n - k]).sum();
+                prop_assert!((all[n] - plain).abs() <= 1e-14 * N as f64);
+                unfolding.set(n, b[n]);
+                if n >= from {
+                    let some = unfolding.product(&a, n, from, degree);
+                    let left_out: f64 = (0..from).map(|k| a[k] * b[n - k]).sum();
+                    prop_assert!((some - (plain - left_out)).abs() <= 1e-14 * N as f64);
+                }
+            }
         }
     }
 
