@@ -11,7 +11,7 @@
 
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use super::rules::LARGEST_HASTE;
-use crate::hybrid::{Advance, ChosenSolver, Stepper, StepperError};
+use crate::hybrid::{Advance, ChosenSolver, Dynamics, Stepper, StepperError};
 use crate::model::slip_series::{SlipConstants, SlipSeries};
 use crate::model::slow_manifold::{SlowSeries, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
@@ -106,6 +106,8 @@ pub struct BrakeStepper {
     last: Last,
     /// Nothing has been stepped over in this segment.
     first: bool,
+    /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
+    beyond: bool,
     /// The fast mode may be above what is tolerated, though it need not be resolved for its own sake.
     lively: bool,
     /// The next Radau step, and whether the last one's polynomial foretells it.
@@ -179,6 +181,7 @@ impl BrakeStepper {
             y: [0.0; DIMENSION],
             last: Last::Expansion(0.0),
             first: true,
+            beyond: false,
             lively: true,
             next: 0.0,
             foretold: false,
@@ -229,6 +232,8 @@ impl BrakeStepper {
     fn expand(&mut self) {
         let t = self.origin + self.tau;
         let degree = self.brake.axial.pressing_series(t, self.unit, &mut self.force);
+        // Steps along the slow manifold leave another one.
+        self.series.unit = self.unit;
         self.series
             .expand(&self.constants, self.sense(), &self.y, &self.force, degree);
         self.counters.rhs_evaluations += 1;
@@ -327,6 +332,7 @@ impl BrakeStepper {
         self.counters.last_step = length;
         self.y = self.series.at(&(length / unit));
         self.tau = if earliest.is_some() { self.tau + length } else { tau };
+        self.beyond = self.beyond && self.guard(GUARD_STOPPING, self.tau, &self.y) < 0.0;
         Ok(match earliest {
             Some((_, index)) => Advance::Guard(index),
             None if reaches => Advance::Stop,
@@ -363,7 +369,7 @@ impl BrakeStepper {
             guard.rotate_left(roots);
             guard[TERMS - roots..].fill(0.0);
         }
-        if guard[0] < 0.0 {
+        if guard[0] < 0.0 && !(self.beyond && index == GUARD_STOPPING) {
             Some(0.0)
         } else {
             first_falling(&guard)
@@ -554,6 +560,7 @@ impl Stepper<Location> for BrakeStepper {
         self.y.copy_from_slice(y);
         self.last = Last::Expansion(0.0);
         self.first = true;
+        self.beyond = self.brake.starts_beyond(location, t, y, GUARD_STOPPING);
         self.lively = true;
         self.next = 4.0 * self.brake.torsion.natural_period();
         self.foretold = false;
@@ -570,11 +577,11 @@ impl Stepper<Location> for BrakeStepper {
             self.foretold = false;
             return Ok(advance);
         }
-        if self.lively || self.location.resolved {
+        if self.lively || self.location.resolved || self.beyond {
             self.expand();
             self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
         }
-        if !self.lively && !self.location.resolved {
+        if !self.lively && !self.location.resolved && !self.beyond {
             if let Some(advance) = self.collocation_step()? {
                 return Ok(advance);
             }
