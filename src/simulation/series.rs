@@ -30,9 +30,9 @@ const TERMS: usize = 28;
 /// The last coefficient of a series along the slow manifold that is to be trusted.
 const SLOW_ORDER: usize = TERMS - 4;
 
-/// By how many e-folds the friction law's exponential may change over a step along the slow manifold, while it matters:
-/// the series of an exponential converges from there on.
-const SLOW_E_FOLDS: f64 = 6.0;
+/// By how many e-folds the friction law's exponential may change over an expansion's step, while it matters: the terms of
+/// an exponential grow up to that index, and only beyond it do the last ones say what is left out.
+const E_FOLDS: f64 = 6.0;
 
 /// An exponential below this does not matter.
 const NO_WEAKENING: f64 = 1e-18;
@@ -265,9 +265,7 @@ impl BrakeStepper {
             return Ok(None);
         }
         slow.write(torsion, sense, pressing, &self.y, &mut self.series);
-        let longest = self
-            .longest_expansion(SLOW_ORDER, &weights)
-            .min(self.longest_weakening());
+        let longest = self.longest_expansion(SLOW_ORDER, &weights);
         let left = self.span - self.tau;
         let rate = self.series.relative_velocity[1];
         let slope = torsion.torsion.damping - self.series.stability_margin[0];
@@ -279,27 +277,34 @@ impl BrakeStepper {
         self.expansion_step(longest).map(Some)
     }
 
-    /// How long the friction law's exponential takes to change so much that its series says nothing any more (s).
-    fn longest_weakening(&self) -> f64 {
-        let friction = &self.brake.torsion.friction;
-        let (speed, rate) = (self.series.relative_velocity[0], self.series.relative_velocity[1]);
-        let spare = friction.decay * speed.abs() + NO_WEAKENING.ln();
-        let e_folds = if self.sense() * rate < 0.0 {
-            spare.max(SLOW_E_FOLDS)
+    /// The longest step of at most `longest` (s) over which the friction law's exponential changes by [`E_FOLDS`] or stays
+    /// below what matters. The exponent's terms, all taken as positive, bound its change, and grow faster than the step.
+    fn within_weakening(&self, longest: f64) -> f64 {
+        let decay = self.brake.torsion.friction.decay;
+        let speed = &self.series.relative_velocity;
+        let allowed = (decay * speed[0].abs() + NO_WEAKENING.ln()).max(E_FOLDS);
+        let longest = longest.min(self.span - self.tau);
+        let x = longest / self.series.unit;
+        let change = speed[1..=SLOW_ORDER]
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| (sum + c.abs()) * x);
+        if decay * change <= allowed {
+            longest
         } else {
-            SLOW_E_FOLDS
-        };
-        e_folds / (friction.decay * rate.abs())
+            longest * (allowed / (decay * change))
+        }
     }
 
-    /// The longest step of the expansion whose terms fall below what is tolerated by this order (s).
+    /// The longest step of the expansion whose terms fall below what is tolerated by this order (s), no longer than to the
+    /// end of the segment.
     fn longest_expansion(&self, order: usize, weights: &TorsionState) -> f64 {
         let size = |n: usize| {
             (0..DYNAMIC)
                 .map(|k| self.series.state[k][n].abs() / weights[k])
                 .fold(0.0, |a: f64, b| if b <= a { a } else { b })
         };
-        taylor::step(order, size) * self.series.unit
+        self.within_weakening(taylor::step(order, size) * self.series.unit)
     }
 
     /// A step of at most `longest` (s) by the expansion about where it stands.
