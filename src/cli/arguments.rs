@@ -66,7 +66,7 @@ pub(super) struct RunOptions {
     /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Integration method, the same as --set solver.method=M.
+    /// auto, series, cvode-bdf, cvode-adams, erk or esdirk; the same as --set solver.method=M.
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
     /// Override a key, such as initial.speed="900 rpm".
