@@ -102,7 +102,7 @@ fn bernstein<T: Number, const N: usize>(coefficients: &[T; N]) -> [T; N] {
         *c = c.clone() / T::of(binomial);
     }
     // The binomial transform, by sums of neighbours.
-    for (round, left) in left.iter_mut().enumerate().skip(1) {
+    for round in 1..N {
         for j in (round..N).rev() {
             b[j] = b[j].clone() + b[j - 1].clone();
         }
@@ -135,11 +135,11 @@ fn search<T: Number, const N: usize>(
     let middle = (low.clone() + high.clone()) * half.clone();
     // de Casteljau: the left half leaves the triangle at its beginning, the right half at its end.
     let (mut left, mut right) = (b.clone(), b.clone());
-    for (round, left) in left.iter_mut().enumerate().skip(1) {
+    for (round, coefficient) in left.iter_mut().enumerate().skip(1) {
         for j in 0..N - round {
             right[j] = (right[j].clone() + right[j + 1].clone()) * half.clone();
         }
-        *left = right[0].clone();
+        *coefficient = right[0].clone();
     }
     search(&left, low, middle.clone(), depth + 1, visit)?;
     search(&right, middle, high, depth + 1, visit)
