@@ -2,9 +2,10 @@
 //!
 //! A run streams into `NAME.partial.h5` through [`ResultWriter`], which is marked interrupted and
 //! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
-//! [`ResultFile`] reads both. Every name, unit and code is in [`schema`].
+//! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
 
 mod error;
+mod foreign;
 mod raw;
 mod reader;
 pub mod schema;
@@ -13,6 +14,7 @@ mod target;
 mod writer;
 
 pub use error::ResultError;
+pub use foreign::{ForeignColumn, ForeignFile};
 pub use reader::{AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo};
 pub use stick_slip::{Extra, StickSlipTable};
 pub use target::{Overwrite, check_target, partial_path};

@@ -1,0 +1,154 @@
+//! The energy balance of a candidate, from its own channels and the reference's parameters.
+
+use super::Channel;
+use super::candidate::Block;
+use super::reference::Physics;
+use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use serde::Serialize;
+
+/// The channels that it takes, in this order.
+pub const CHANNELS: [Channel; 5] = [
+    Channel::RotorTwist,
+    Channel::RotorTwistRate,
+    Channel::Phi1,
+    Channel::Phi1Dot,
+    Channel::ThetaDot,
+];
+
+/// How far a candidate's energy balance is from closing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnergyDrift {
+    /// Largest |kinetic + elastic + dissipated - work of kicks - initial| of the torsional motion, J.
+    pub max: f64,
+    /// The time of it, s.
+    pub max_at: f64,
+    /// The same at the last sample, with its sign, J.
+    pub last: f64,
+    /// The torsional energy at the first sample, J.
+    pub initial: f64,
+}
+
+/// What is kept of a sample.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    time: f64,
+    at_rest: bool,
+    /// Power that is dissipated, W, and its rate, W/s.
+    power: f64,
+    power_rate: f64,
+}
+
+/// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
+/// of order 4; over an event by the trapezoidal rule. It is no better than the samples are dense.
+#[derive(Debug)]
+pub struct EnergyPass<'a> {
+    physics: &'a Physics,
+    /// A relative velocity up to this is none, rad/s.
+    tolerance: f64,
+    /// Time (s) and work (J) of kicks.
+    kicks: Vec<(f64, f64)>,
+    kick: usize,
+    last: Option<Sample>,
+    dissipated: f64,
+    work: f64,
+    drift: Option<EnergyDrift>,
+}
+
+impl<'a> EnergyPass<'a> {
+    /// Before the first sample.
+    pub fn new(physics: &'a Physics, tolerance: f64, kicks: Vec<(f64, f64)>) -> EnergyPass<'a> {
+        EnergyPass {
+            physics,
+            tolerance,
+            kicks,
+            kick: 0,
+            last: None,
+            dissipated: 0.0,
+            work: 0.0,
+            drift: None,
+        }
+    }
+
+    /// Takes the next samples; `columns` are the positions of [`CHANNELS`] in the block.
+    pub fn add(&mut self, block: &Block, columns: &[usize; 5]) {
+        for (row, &time) in block.time.iter().enumerate() {
+            let mut y: TorsionState = [0.0; DIMENSION];
+            let places = [
+                ROTOR_TWIST,
+                ROTOR_TWIST_RATE,
+                STATOR_TWIST,
+                STATOR_TWIST_RATE,
+                ROTOR_SPEED,
+            ];
+            for (place, &column) in places.into_iter().zip(columns) {
+                y[place] = block.columns[column][row];
+            }
+            self.sample(time, &y);
+        }
+    }
+
+    fn sample(&mut self, time: f64, y: &TorsionState) {
+        let model = &self.physics.torsion;
+        let energy = model.kinetic_energy(y) + model.elastic_energy(y);
+        let sample = self.power(time, y);
+        if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
+            let h = time - last.time;
+            self.dissipated += h * (last.power + sample.power) / 2.0;
+            if last.at_rest == sample.at_rest {
+                self.dissipated += h * h * (last.power_rate - sample.power_rate) / 12.0;
+            }
+            while let Some(&(at, work)) = self.kicks.get(self.kick).filter(|(at, _)| *at <= time) {
+                self.work += if at >= last.time { work } else { 0.0 };
+                self.kick += 1;
+            }
+            drift.last = energy + self.dissipated - self.work - drift.initial;
+            if drift.last.abs() > drift.max {
+                (drift.max, drift.max_at) = (drift.last.abs(), time);
+            }
+        } else {
+            self.kick = self.kicks.partition_point(|(at, _)| *at <= time);
+            self.drift = Some(EnergyDrift {
+                max: 0.0,
+                max_at: time,
+                last: 0.0,
+                initial: energy,
+            });
+        }
+        self.last = Some(sample);
+    }
+
+    fn power(&self, time: f64, y: &TorsionState) -> Sample {
+        let model = &self.physics.torsion;
+        let (c, radius) = (model.torsion.damping, model.contact.radius);
+        let w = model.relative_velocity(y);
+        let axial = self.physics.axial.at(time);
+        let (force, force_rate) = (axial.pressing_force.max(0.0), axial.pressing_rate);
+        let at_rest = w.abs() <= self.tolerance;
+        let mut rates = [0.0; DIMENSION];
+        let (mut power, mut power_rate) = (0.0, 0.0);
+        if at_rest {
+            model.stick_rhs(y, &mut rates);
+        } else {
+            let sense = w.signum();
+            model.slip_rhs(sense, force, y, &mut rates);
+            let (mu, slope) = model.friction.coefficient_and_slope(w.abs());
+            let acceleration = sense * (rates[ROTOR_SPEED] - rates[ROTOR_TWIST_RATE] - rates[STATOR_TWIST_RATE]);
+            power = mu * radius * force * w.abs();
+            power_rate = radius * (acceleration * force * (mu + slope * w.abs()) + mu * w.abs() * force_rate);
+        }
+        let (u, v) = (y[ROTOR_TWIST_RATE], y[STATOR_TWIST_RATE]);
+        power += c * (u * u + v * v);
+        power_rate += 2.0 * c * (u * rates[ROTOR_TWIST_RATE] + v * rates[STATOR_TWIST_RATE]);
+        Sample {
+            time,
+            at_rest,
+            power,
+            power_rate,
+        }
+    }
+
+    /// The drift, after the last sample; `None` if there was none.
+    pub fn finish(self) -> Option<EnergyDrift> {
+        self.drift
+    }
+}
