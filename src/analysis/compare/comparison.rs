@@ -92,9 +92,9 @@ pub struct ChannelErrors {
     pub max_at: f64,
     /// Root mean square of the error, in `unit`.
     pub rms: f64,
-    /// -log10 of the largest relative error, where the reference is not zero; 17 if there is no error.
+    /// -log10 of the largest error in parts of the largest |reference| of the phase; 17 if there is no error.
     pub scd: Option<f64>,
-    /// -log10 of the largest error relative to |reference| + the channel's natural size; 17 if there is no error.
+    /// -log10 of the largest |error|/(size + |reference|), with the channel's natural size; 17 if there is no error.
     pub mescd: Option<f64>,
 }
 

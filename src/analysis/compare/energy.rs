@@ -26,12 +26,18 @@ pub struct EnergyDrift {
     pub last: f64,
     /// The torsional energy at the first sample, J.
     pub initial: f64,
+    /// How much time is covered, s: where samples are dense enough to add up the losses.
+    pub covered: f64,
 }
+
+/// Samples in a natural period without which losses between them are unknown.
+const PER_PERIOD: f64 = 8.0;
 
 /// What is kept of a sample.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     time: f64,
+    energy: f64,
     at_rest: bool,
     /// Power that is dissipated, W, and its rate, W/s.
     power: f64,
@@ -39,7 +45,7 @@ struct Sample {
 }
 
 /// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
-/// of order 4; over an event by the trapezoidal rule. It is no better than the samples are dense.
+/// of order 4; over an event by the trapezoidal rule. Gaps longer than an eighth of the natural period are left out.
 #[derive(Debug)]
 pub struct EnergyPass<'a> {
     physics: &'a Physics,
@@ -47,10 +53,7 @@ pub struct EnergyPass<'a> {
     tolerance: f64,
     /// Time (s) and work (J) of kicks.
     kicks: Vec<(f64, f64)>,
-    kick: usize,
     last: Option<Sample>,
-    dissipated: f64,
-    work: f64,
     drift: Option<EnergyDrift>,
 }
 
@@ -61,10 +64,7 @@ impl<'a> EnergyPass<'a> {
             physics,
             tolerance,
             kicks,
-            kick: 0,
             last: None,
-            dissipated: 0.0,
-            work: 0.0,
             drift: None,
         }
     }
@@ -90,28 +90,32 @@ impl<'a> EnergyPass<'a> {
     fn sample(&mut self, time: f64, y: &TorsionState) {
         let model = &self.physics.torsion;
         let energy = model.kinetic_energy(y) + model.elastic_energy(y);
-        let sample = self.power(time, y);
+        let sample = Sample {
+            energy,
+            ..self.power(time, y)
+        };
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
-            self.dissipated += h * (last.power + sample.power) / 2.0;
-            if last.at_rest == sample.at_rest {
-                self.dissipated += h * h * (last.power_rate - sample.power_rate) / 12.0;
-            }
-            while let Some(&(at, work)) = self.kicks.get(self.kick).filter(|(at, _)| *at <= time) {
-                self.work += if at >= last.time { work } else { 0.0 };
-                self.kick += 1;
-            }
-            drift.last = energy + self.dissipated - self.work - drift.initial;
-            if drift.last.abs() > drift.max {
-                (drift.max, drift.max_at) = (drift.last.abs(), time);
+            if h * PER_PERIOD <= self.physics.natural_period {
+                let mut change = sample.energy - last.energy + h * (last.power + sample.power) / 2.0;
+                if last.at_rest == sample.at_rest {
+                    change += h * h * (last.power_rate - sample.power_rate) / 12.0;
+                }
+                let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
+                change -= kicks.map(|(_, work)| work).sum::<f64>();
+                drift.covered += h;
+                drift.last += change;
+                if drift.last.abs() > drift.max {
+                    (drift.max, drift.max_at) = (drift.last.abs(), time);
+                }
             }
         } else {
-            self.kick = self.kicks.partition_point(|(at, _)| *at <= time);
             self.drift = Some(EnergyDrift {
                 max: 0.0,
                 max_at: time,
                 last: 0.0,
                 initial: energy,
+                covered: 0.0,
             });
         }
         self.last = Some(sample);
@@ -141,14 +145,15 @@ impl<'a> EnergyPass<'a> {
         power_rate += 2.0 * c * (u * rates[ROTOR_TWIST_RATE] + v * rates[STATOR_TWIST_RATE]);
         Sample {
             time,
+            energy: 0.0,
             at_rest,
             power,
             power_rate,
         }
     }
 
-    /// The drift, after the last sample; `None` if there was none.
+    /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
-        self.drift
+        self.drift.filter(|drift| drift.covered > 0.0)
     }
 }

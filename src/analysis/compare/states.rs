@@ -18,8 +18,8 @@ pub struct Tally {
     pub max_at: f64,
     /// Sum of the squared errors.
     pub squares: f64,
-    /// Largest |error| / |reference|, where the reference is not zero.
-    pub max_relative: f64,
+    /// Largest |reference|.
+    pub largest: f64,
     /// Largest |error| / (scale + |reference|).
     pub max_mixed: f64,
     /// Sums of candidate times reference, reference squared and candidate squared: a common factor shows in them.
@@ -37,21 +37,23 @@ impl Tally {
             self.max_at = time;
         }
         self.squares += error * error;
-        // In products, as a division takes longer than the rest.
-        if error > self.max_relative * size && size > 0.0 {
-            self.max_relative = error / size;
-        }
+        // In a product, as a division takes longer than the rest.
         if error > self.max_mixed * (scale + size) {
             self.max_mixed = error / (scale + size);
         }
+        self.largest = self.largest.max(size);
         self.products[0] += candidate * reference;
         self.products[1] += reference * reference;
         self.products[2] += candidate * candidate;
     }
 
-    /// Significant correct digits, -log10 of the largest relative error; 17 if there is none.
+    /// Significant correct digits, -log10 of the largest error in parts of the largest |reference|: most channels pass
+    /// through zero, where an error relative to the value itself says nothing. 17 if there is no error, `None` if the
+    /// reference is zero throughout.
     pub fn scd(&self) -> Option<f64> {
-        digits(self.samples, self.max_relative)
+        (self.largest > 0.0)
+            .then(|| digits(self.samples, self.max / self.largest))
+            .flatten()
     }
 
     /// The mixed digits, -log10 of the largest |error|/(scale + |reference|); 17 if there is no error.

@@ -63,8 +63,9 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
     if let Some(drift) = &c.energy_drift {
         parts.push(Part::Text(format!(
-            "energy drift of its own channels: {:.1e} J at most, at {:.6} s, and {:.1e} J at the end, of {:.3e} J",
-            drift.max, drift.max_at, drift.last, drift.initial
+            "energy drift of its own channels: {:.1e} J at most, at {:.6} s, and {:.1e} J at the end, over {:.3} s sampled \
+             densely enough",
+            drift.max, drift.max_at, drift.last, drift.covered
         )));
     }
     if length == Length::Whole && e.matched > 0 {

@@ -13,15 +13,17 @@ pub fn breaks_segment(kind: EventKind) -> bool {
     kind.in_mode_word() || matches!(kind, EventKind::Kick | EventKind::Corner)
 }
 
-/// A walk in order of time over the samples of a reference's file, and over those of its repeated run from where the
-/// file's are too sparse.
+/// A walk in order of time over the samples of a reference's file, and over those of its repeated run where the file's
+/// are too sparse.
 #[derive(Debug)]
 pub struct Walk<'a> {
     file: &'a ResultFile,
     physics: &'a Physics,
     rerun: &'a Rerun,
-    /// The samples of the repeated run, once they are needed.
-    dense: Option<&'a [Node]>,
+    /// Nodes that stand between the last one and the rest of the file, the next one last.
+    inserted: Vec<Node>,
+    /// Until here, s, gaps have been filled.
+    filled: f64,
     /// Events at which a derivative or a value jumps, in order of time.
     breaks: Vec<Event>,
     next_break: usize,
@@ -50,7 +52,8 @@ impl<'a> Walk<'a> {
             file,
             physics,
             rerun,
-            dense: None,
+            inserted: Vec::new(),
+            filled: f64::NEG_INFINITY,
             breaks: events.iter().filter(|e| breaks_segment(e.kind)).copied().collect(),
             next_break: 0,
             after: None,
@@ -67,9 +70,6 @@ impl<'a> Walk<'a> {
     }
 
     fn sample(&mut self) -> Result<Option<Node>, ResultError> {
-        if let Some(dense) = self.dense {
-            return Ok(dense.get(self.row).copied());
-        }
         if self.row >= self.rows {
             return Ok(None);
         }
@@ -87,6 +87,9 @@ impl<'a> Walk<'a> {
 
     /// Samples and events in order of time; a sample at the time of an event is left out.
     fn next_node(&mut self) -> Result<Option<Node>, ResultError> {
+        if let Some(node) = self.inserted.pop() {
+            return Ok(Some(node));
+        }
         if let Some(after) = self.after.take() {
             return Ok(Some(after));
         }
@@ -142,22 +145,29 @@ impl<'a> Walk<'a> {
             .gap
             .as_mut()
             .is_some_and(|gap| gap.left.time < time && !gap.prepare(self.physics));
-        if sparse && self.dense.is_none() && self.change_over()? {
+        if sparse && self.fill()? {
             return self.at(time);
         }
         Ok(self.gap.as_ref().filter(|gap| gap.left.time <= time))
     }
 
-    /// Goes on with the samples of the repeated run from the start of the present gap.
-    fn change_over(&mut self) -> Result<bool, ResultError> {
-        let (Some(gap), Some(dense)) = (&self.gap, self.rerun.nodes()) else {
+    /// Fills the present gap with samples of the repeated run; `false` if that has been done or there are none.
+    fn fill(&mut self) -> Result<bool, ResultError> {
+        let Some(gap) = &self.gap else {
             return Ok(false);
         };
-        let left = gap.left;
-        self.dense = Some(dense);
-        self.row = dense.partition_point(|node| node.time <= left.time);
-        self.next_break = self.breaks.partition_point(|event| event.time <= left.time);
-        self.after = None;
+        let (left, right) = (gap.left, gap.right);
+        if right.time <= self.filled {
+            return Ok(false);
+        }
+        self.filled = right.time;
+        let Some(dense) = self.rerun.nodes() else {
+            return Ok(false);
+        };
+        let first = dense.partition_point(|node| node.time <= left.time);
+        let last = dense.partition_point(|node| node.time < right.time);
+        self.inserted.push(right);
+        self.inserted.extend(dense[first..last.max(first)].iter().rev());
         self.last = Some(left);
         self.advance()
     }
