@@ -112,42 +112,42 @@ fn wrong_units(fault: &UnitFault) -> Diagnosis {
     }
 }
 
-/// Where the kick begins to show, and by how much of itself.
+/// How far the candidate's omega_r in the first quarter period after the kick is from that of a kicked run, in parts of
+/// the kick: 0 if the candidate was kicked too, -1 if it was not.
 ///
-/// For two periods after it the kick is a free oscillation of known phase; the part of it that the candidate's error
-/// holds is 0 if the candidate was kicked too, -1 if it was not. Before the kick the error has to be smaller than the
-/// kick, or nothing can be said.
+/// The kick is a step of omega_r that turns into a free oscillation, of which the quarter period shows 2/pi on average,
+/// whatever happens to it later. Before the kick the error has to be smaller than it, or nothing can be said.
 fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
-    /// Samples in two periods that show an oscillation.
-    const ENOUGH: usize = 16;
+    /// Samples that make an average.
+    const ENOUGH: usize = 4;
     /// Part of the kick that the error before it may have.
     const QUIET: f64 = 0.3;
     let kick = e.kick?;
     let [before, after, _] = e.probes else {
         return None;
     };
-    if before.points.len() < ENOUGH || after.points.len() < ENOUGH {
+    let quarter = kick.time + 0.25 * e.physics.natural_period;
+    let errors: Vec<f64> = after.points.iter().take_while(|p| p.0 <= quarter).map(|p| p.1).collect();
+    if errors.len() < ENOUGH {
         return None;
     }
-    let oscillating = |points: &[(f64, f64, f64)]| deviation(&detrended(points, |p| p.1));
-    if oscillating(&before.points) > QUIET * kick.delta.abs() {
+    // Before the kick, or over whole periods after it, the kick contributes nothing to the average.
+    let quiet = if before.points.len() >= ENOUGH { before } else { after };
+    if before.points.len() >= ENOUGH && deviation(&detrended(&before.points, |p| p.1)) > QUIET * kick.delta.abs() {
         return None;
     }
-    let omega = e.physics.torsion.natural_angular_frequency();
-    let errors = detrended(&after.points, |p| p.1);
-    let shape = |p: &(f64, f64, f64)| kick.delta * (omega * (p.0 - kick.time)).cos();
-    let (mut product, mut square) = (0.0, 0.0);
-    for (p, error) in after.points.iter().zip(&errors) {
-        product += error * shape(p);
-        square += shape(p) * shape(p);
-    }
-    Some(product / square)
+    let level = quiet.points.iter().map(|p| p.1).sum::<f64>() / quiet.points.len() as f64;
+    let step = errors.iter().sum::<f64>() / errors.len() as f64 - level;
+    Some(step / (kick.delta * std::f64::consts::FRAC_2_PI))
 }
+
+/// |kick_shown| up to this is a kicked run; as close to -1, one without a kick.
+const SHOWN_WITHIN: f64 = 0.4;
 
 /// The reference's kick is absent from the candidate's omega_r.
 fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
     let shown = kick_shown(e)?;
-    if (shown + 1.0).abs() > 0.3 {
+    if (shown + 1.0).abs() > SHOWN_WITHIN {
         return None;
     }
     let kick = e.kick?;
@@ -178,7 +178,7 @@ fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     let [_, _, onset] = e.probes else {
         return None;
     };
-    if onset.points.len() < 16 || kick_shown(e).is_none_or(|shown| shown.abs() > 0.3) {
+    if onset.points.len() < 16 || kick_shown(e).is_none_or(|shown| shown.abs() > SHOWN_WITHIN) {
         return None;
     }
     let theirs = deviation(&detrended(&onset.points, |p| p.1 + p.2));
@@ -195,14 +195,13 @@ fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     )
 }
 
-/// Sticks of the reference are missing that are shorter than two of the candidate's intervals.
+/// Sticks of the reference are missing, or are reversals, that are shorter than two of the candidate's intervals.
 fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
     let interval = e.interval?;
-    let missing = e
-        .alignment
-        .differences
-        .iter()
-        .filter(|d| d.fault == Fault::Missing && d.kind == EventKind::Stick.name());
+    let differences = e.alignment.differences.iter();
+    let missing = differences.filter(|d| {
+        matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name()
+    });
     let duration = |position: usize| Some(e.reference.get(position + 1)?.time - e.reference.get(position)?.time);
     let short: Vec<f64> = missing
         .filter_map(|d| duration(d.position))

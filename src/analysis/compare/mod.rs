@@ -160,7 +160,10 @@ impl Reference {
             .map(|e| e.time)
             .fold(span.to, f64::min);
         let states = if candidate.has_rows() {
-            let windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
+            let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
+            if !events_given {
+                windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
+            }
             Some(self.states(&candidate, windows, detection, onset)?)
         } else {
             None
