@@ -27,18 +27,30 @@ fn compared(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
 }
 
 fn agrees(c: &serde_json::Value) {
-    assert_eq!((&c["missing"], &c["spurious"]), (&0.into(), &0.into()), "{}", c["verdict"]);
+    assert_eq!(
+        (&c["missing"], &c["spurious"]),
+        (&0.into(), &0.into()),
+        "{}",
+        c["verdict"]
+    );
     assert_eq!(c["event_errors"]["matched"], 95, "{}", c["verdict"]);
 }
 
 /// An uncompressed or compressed NPZ archive.
 fn npz(path: &std::path::Path, arrays: &[(&str, Vec<f64>)], compressed: bool) {
     let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
-    let method = if compressed { zip::CompressionMethod::Deflated } else { zip::CompressionMethod::Stored };
+    let method = if compressed {
+        zip::CompressionMethod::Deflated
+    } else {
+        zip::CompressionMethod::Stored
+    };
     let options = zip::write::SimpleFileOptions::default().compression_method(method);
     for (name, values) in arrays {
         archive.start_file(format!("{name}.npy"), options).unwrap();
-        let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}", values.len());
+        let mut header = format!(
+            "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}",
+            values.len()
+        );
         while (header.len() + 11) % 64 != 0 {
             header.push(' ');
         }
@@ -67,9 +79,15 @@ fn cli_every_format_is_read() {
     folder.write("events.csv", events_csv(&word_of(paper())));
     let c = compared(&folder, &["events.csv"]);
     agrees(&c);
-    assert_eq!((c["format"].as_str(), c["event_errors"]["max"].as_f64()), (Some("events table"), Some(0.0)));
+    assert_eq!(
+        (c["format"].as_str(), c["event_errors"]["max"].as_f64()),
+        (Some("events table"), Some(0.0))
+    );
     let c = compared(&folder, &["series.csv", "--events", "events.csv"]);
-    assert_eq!((&c["detection"], c["event_errors"]["max"].as_f64()), (&serde_json::Value::Null, Some(0.0)));
+    assert_eq!(
+        (&c["detection"], c["event_errors"]["max"].as_f64()),
+        (&serde_json::Value::Null, Some(0.0))
+    );
 
     for compressed in [false, true] {
         let arrays = [("t", time.clone()), ("omega_r", velocity.clone())];
@@ -81,14 +99,25 @@ fn cli_every_format_is_read() {
     let group = file.create_group("run/3").unwrap();
     group.new_dataset_builder().with_data(&time).create("clock").unwrap();
     // As solve_ivp has it, one component in a row; and as most others have it.
-    let flat: Vec<f64> = rows.iter().map(|row| row.1[4]).chain(velocity.iter().copied()).collect();
+    let flat: Vec<f64> = rows
+        .iter()
+        .map(|row| row.1[4])
+        .chain(velocity.iter().copied())
+        .collect();
     let flat = ndarray_of(&flat, (2, time.len()));
     group.new_dataset_builder().with_data(flat.view()).create("y").unwrap();
-    group.new_dataset_builder().with_data(flat.t().as_standard_layout().view()).create("table").unwrap();
+    group
+        .new_dataset_builder()
+        .with_data(flat.t().as_standard_layout().view())
+        .create("table")
+        .unwrap();
     drop((group, file));
     for slice in ["run/3/y[1]", "y[1,:]", "table[1]", "run/3/table[:,1]"] {
         let column = format!("relative_velocity={slice}:rad/s");
-        agrees(&compared(&folder, &["other.h5", "--column", "time=clock", "--column", &column]));
+        agrees(&compared(
+            &folder,
+            &["other.h5", "--column", "time=clock", "--column", &column],
+        ));
     }
 }
 
@@ -112,7 +141,10 @@ fn cli_names_and_units_come_from_a_mapping_or_from_headers() {
     folder.write("mine.csv", &text);
     folder.write("headed.csv", headed);
     agrees(&compared(&folder, &["headed.csv"]));
-    agrees(&compared(&folder, &["mine.csv", "--column", "time=ms:ms", "--column", "relative_velocity=w"]));
+    agrees(&compared(
+        &folder,
+        &["mine.csv", "--column", "time=ms:ms", "--column", "relative_velocity=w"],
+    ));
     folder.write(
         "map.toml",
         "time = { name = \"ms\", unit = \"ms\" }\n[channels]\nrelative_velocity = { name = \"w\", unit = \"rpm\" }\n\
@@ -142,7 +174,10 @@ fn cli_requirements_make_a_gate() {
     require(&["onset<1e-6", "missing<=0", "events<1e-6", "scd>=2"], 0);
     let (stdout, stderr) = require(&["onset<1e-6", "onset<1e-15", "scd>17"], 1);
     assert_eq!(stdout, "");
-    assert!(stderr.contains("onset<1e-15") && stderr.contains("scd>17") && !stderr.contains("onset<1e-6"), "{stderr}");
+    assert!(
+        stderr.contains("onset<1e-15") && stderr.contains("scd>17") && !stderr.contains("onset<1e-6"),
+        "{stderr}"
+    );
     for wrong in ["onset", "onset<", "onset<x", "nonsense<1", "onset=1"] {
         let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", "--require", wrong]));
         assert!(error.contains(wrong), "{error}");
@@ -157,7 +192,10 @@ fn cli_reports_are_written_and_nothing_else_is_replaced() {
         let arguments = ["compare", "paper.h5", "a&b.csv", "-q", "--report", name];
         output(&mut folder.stickslip(&arguments), 0);
         let text = std::fs::read_to_string(folder.path(name)).unwrap();
-        assert!(text.contains("the event sequences agree") && text.contains("final stick"), "{text}");
+        assert!(
+            text.contains("the event sequences agree") && text.contains("final stick"),
+            "{text}"
+        );
         // Every event is in it, and once more over an earlier report.
         assert!(text.matches("slip").count() > 47);
         output(&mut folder.stickslip(&arguments), 0);
@@ -188,14 +226,34 @@ fn cli_malformed_candidates_are_refused_with_place_and_remedy() {
         ("words.csv", line(4, "0.2,fast"), &["line 4", "fast", "1.5e-3"]),
         ("decreasing.csv", line(4, "0.05,0.8"), &["row 2", "0.05", "0.1", "sort"]),
         ("doubled.csv", line(4, "0.1,0.8"), &["row 2", "twice", "keep one"]),
-        ("no-time.csv", line(1, "a,relative_velocity"), &["times", "--column time=NAME"]),
-        ("no-velocity.csv", line(1, "time,theta_dot"), &["relative velocity", "phi1_dot"]),
+        (
+            "no-time.csv",
+            line(1, "a,relative_velocity"),
+            &["times", "--column time=NAME"],
+        ),
+        (
+            "no-velocity.csv",
+            line(1, "time,theta_dot"),
+            &["relative velocity", "phi1_dot"],
+        ),
         ("nothing.csv", line(1, "time,speeed"), &["speeed", "--column"]),
         ("empty.csv", String::new(), &["no line of data"]),
         ("header.csv", "time,relative_velocity\n".to_owned(), &["no samples"]),
-        ("unit.csv", line(1, "time,relative_velocity [N]"), &["unit", "N", "--column"]),
-        ("events.csv", "time,kind\n1.0,stick\n2.0,jump\n".to_owned(), &["row 1", "jump", "events.kinds"]),
-        ("order.csv", "time,kind\n2.0,stick\n1.0,slip\n".to_owned(), &["row 1", "sort"]),
+        (
+            "unit.csv",
+            line(1, "time,relative_velocity [N]"),
+            &["unit", "N", "--column"],
+        ),
+        (
+            "events.csv",
+            "time,kind\n1.0,stick\n2.0,jump\n".to_owned(),
+            &["row 1", "jump", "events.kinds"],
+        ),
+        (
+            "order.csv",
+            "time,kind\n2.0,stick\n1.0,slip\n".to_owned(),
+            &["row 1", "sort"],
+        ),
         ("binary.csv", "\0\0\u{1}\0".to_owned(), &["HDF5, NPZ or CSV"]),
         ("false.npz", "PK not really".to_owned(), &["NPZ", "numpy.savez"]),
     ] {
@@ -229,16 +287,28 @@ fn cli_damaged_files_are_refused() {
     folder.write("cut.npz", &whole[..whole.len() / 2]);
     let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "cut.npz"]));
     assert!(error.contains("cut.npz") && error.contains("numpy.savez"), "{error}");
-    npz(&folder.path("uneven.npz"), &[columns[0].clone(), ("relative_velocity", vec![1.0; 5])], false);
+    npz(
+        &folder.path("uneven.npz"),
+        &[columns[0].clone(), ("relative_velocity", vec![1.0; 5])],
+        false,
+    );
     let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "uneven.npz"]));
     assert!(error.contains("5 rows"), "{error}");
     // Another model's file: HDF5 without anything that is known.
     let file = hdf5::File::create(folder.path("weather.h5")).unwrap();
-    file.new_dataset_builder().with_data(&[1.0, 2.0]).create("rain").unwrap();
+    file.new_dataset_builder()
+        .with_data(&[1.0, 2.0])
+        .create("rain")
+        .unwrap();
     drop(file);
     let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "weather.h5"]));
     assert!(error.contains("rain") && error.contains("--column"), "{error}");
-    for (reference, candidate) in [("nowhere.h5", "paper.h5"), ("paper.h5", "nowhere.csv"), ("paper.h5", "."), ("weather.h5", "paper.h5")] {
+    for (reference, candidate) in [
+        ("nowhere.h5", "paper.h5"),
+        ("paper.h5", "nowhere.csv"),
+        ("paper.h5", "."),
+        ("weather.h5", "paper.h5"),
+    ] {
         refusal(&mut folder.stickslip(&["compare", reference, candidate]));
     }
 }
@@ -250,7 +320,10 @@ fn cli_wrong_mappings_are_refused_by_line_and_name() {
     for (text, words) in [
         ("time = 3\n", &["line 1", "name"][..]),
         ("\n[channels]\nrelative_velocty = \"w\"\n", &["relative_velocity?"]),
-        ("[channels]\nphi1 = { name = \"phi1\", unit = \"N\" }\n", &["phi1", "force"]),
+        (
+            "[channels]\nphi1 = { name = \"phi1\", unit = \"N\" }\n",
+            &["phi1", "force"],
+        ),
         ("[channels]\nphi1 = \"phi_one\"\n", &["phi_one"]),
         ("[detection]\nvelocity_tolerance = -1\n", &["at least 0"]),
         ("colour = 1\n", &["colour"]),
@@ -266,7 +339,11 @@ fn cli_wrong_mappings_are_refused_by_line_and_name() {
         let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", "--column", option]));
         assert!(!error.is_empty());
     }
-    for (option, value) in [("--velocity-tolerance", "wide"), ("--velocity-tolerance", "-1"), ("--hysteresis", "0.5")] {
+    for (option, value) in [
+        ("--velocity-tolerance", "wide"),
+        ("--velocity-tolerance", "-1"),
+        ("--hysteresis", "0.5"),
+    ] {
         let assignment = format!("{option}={value}");
         refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", &assignment]));
     }

@@ -27,9 +27,13 @@ pub fn run(path: &Path, case: &str, overrides: &[&str]) {
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;
-    simulate(&case.parameters, &case.solver, &case.output, recorder, &mut |_| std::ops::ControlFlow::Continue(()))
+    simulate(&case.parameters, &case.solver, &case.output, recorder, &mut |_| {
+        std::ops::ControlFlow::Continue(())
+    })
+    .unwrap();
+    writer
+        .finish(Status::Complete, &StickSlipTable::default(), 0.0)
         .unwrap();
-    writer.finish(Status::Complete, &StickSlipTable::default(), 0.0).unwrap();
 }
 
 /// The default run of the case `paper`, made once in each test program.
@@ -52,7 +56,9 @@ pub fn compare(candidate: &Path, mapping: &Mapping) -> Comparison {
 
 /// The parameters of `paper`.
 pub fn parameters() -> Parameters {
-    Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap().parameters
+    Case::parse(&CaseSource::built_in("paper").unwrap(), &[])
+        .unwrap()
+        .parameters
 }
 
 /// The state of the reference around its kick, (before, after), and the time of it.
@@ -113,9 +119,12 @@ impl Solver {
             let phi = (rotor - stator) / (2.0 * t.surface_inertia);
             (phi, phi)
         } else {
-            let w = sense * self.relative_velocity(y);
-            let friction = sense * p.friction.coefficient(w) * p.contact.radius * force;
-            ((rotor - friction) / t.surface_inertia, (friction - stator) / t.surface_inertia)
+            let w = self.relative_velocity(y);
+            let friction = sense * p.friction.coefficient(w.abs()) * p.contact.radius * force;
+            (
+                (rotor - friction) / t.surface_inertia,
+                (friction - stator) / t.surface_inertia,
+            )
         };
         let theta = -rotor / t.rotor_inertia;
         if self.absolute_angles {
@@ -126,11 +135,19 @@ impl Solver {
     }
 
     fn twist(&self, y: &Y) -> (f64, f64) {
-        if self.absolute_angles { (y[0] - y[5], y[4] - y[1]) } else { (y[0], y[1]) }
+        if self.absolute_angles {
+            (y[0] - y[5], y[4] - y[1])
+        } else {
+            (y[0], y[1])
+        }
     }
 
     fn relative_velocity(&self, y: &Y) -> f64 {
-        if self.absolute_angles { y[1] - y[3] } else { y[4] - y[1] - y[3] }
+        if self.absolute_angles {
+            y[1] - y[3]
+        } else {
+            y[4] - y[1] - y[3]
+        }
     }
 
     fn advance(&self, p: &Parameters, sense: f64, force: f64, y: &Y) -> Y {
@@ -178,7 +195,11 @@ impl Solver {
         for n in 0..=((6.99 - start) / self.step) as usize {
             let (u, u_dot) = self.twist(&y);
             let frozen = matches!(self.stop, Stop::Frozen(_));
-            let w = if sense == 0.0 && !frozen { 0.0 } else { self.relative_velocity(&y) };
+            let w = if sense == 0.0 && !frozen {
+                0.0
+            } else {
+                self.relative_velocity(&y)
+            };
             rows.push((start + n as f64 * self.step, [u, u_dot, y[2], y[3], y[4], w]));
             let last = self.relative_velocity(&y);
             y = self.advance(&p, sense, force, &y);
@@ -211,7 +232,14 @@ impl Solver {
 }
 
 /// Names of the columns that [`csv`] writes after the time.
-pub const NAMES: [&str; 6] = ["rotor_twist", "rotor_twist_rate", "phi1", "phi1_dot", "theta_dot", "relative_velocity"];
+pub const NAMES: [&str; 6] = [
+    "rotor_twist",
+    "rotor_twist_rate",
+    "phi1",
+    "phi1_dot",
+    "theta_dot",
+    "relative_velocity",
+];
 
 /// Rows as CSV with a header.
 pub fn csv(rows: &Rows) -> String {
@@ -232,7 +260,14 @@ pub fn rows_of(path: &Path, from: f64) -> Rows {
     let samples = file.samples(0..file.sample_count().unwrap()).unwrap();
     let row = |s: &stickslip::simulation::Sample| {
         let s1 = &s.state;
-        let values = [s1.rotor_twist, s1.rotor_twist_rate, s1.phi1, s1.phi1_dot, s1.theta_dot, s1.relative_velocity];
+        let values = [
+            s1.rotor_twist,
+            s1.rotor_twist_rate,
+            s1.phi1,
+            s1.phi1_dot,
+            s1.theta_dot,
+            s1.relative_velocity,
+        ];
         (s.time, values)
     };
     samples.iter().filter(|s| s.time >= from).map(row).collect()

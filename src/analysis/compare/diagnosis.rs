@@ -127,7 +127,12 @@ fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
         return None;
     };
     let quarter = kick.time + 0.25 * e.physics.natural_period;
-    let errors: Vec<f64> = after.points.iter().take_while(|p| p.0 <= quarter).map(|p| p.1).collect();
+    let errors: Vec<f64> = after
+        .points
+        .iter()
+        .take_while(|p| p.0 <= quarter)
+        .map(|p| p.1)
+        .collect();
     if errors.len() < ENOUGH {
         return None;
     }
@@ -199,9 +204,8 @@ fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
 fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
     let interval = e.interval?;
     let differences = e.alignment.differences.iter();
-    let missing = differences.filter(|d| {
-        matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name()
-    });
+    let missing =
+        differences.filter(|d| matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name());
     let duration = |position: usize| Some(e.reference.get(position + 1)?.time - e.reference.get(position)?.time);
     let short: Vec<f64> = missing
         .filter_map(|d| duration(d.position))

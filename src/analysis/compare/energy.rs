@@ -39,13 +39,15 @@ struct Sample {
     time: f64,
     energy: f64,
     at_rest: bool,
-    /// Power that is dissipated, W, and its rate, W/s.
-    power: f64,
-    power_rate: f64,
+    /// Power that friction dissipates, W, and its rate, W/s.
+    friction: (f64, f64),
+    /// Power that the dampers dissipate, W, and its rate, W/s.
+    damping: (f64, f64),
 }
 
 /// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
-/// of order 4; over an event by the trapezoidal rule. Gaps longer than an eighth of the natural period are left out.
+/// of order 4; over a stop or a breakaway by where the power of friction is zero. Gaps longer than an eighth of the natural
+/// period are left out.
 #[derive(Debug)]
 pub struct EnergyPass<'a> {
     physics: &'a Physics,
@@ -97,10 +99,7 @@ impl<'a> EnergyPass<'a> {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
             if h * PER_PERIOD <= self.physics.natural_period {
-                let mut change = sample.energy - last.energy + h * (last.power + sample.power) / 2.0;
-                if last.at_rest == sample.at_rest {
-                    change += h * h * (last.power_rate - sample.power_rate) / 12.0;
-                }
+                let mut change = sample.energy - last.energy + dissipated(&last, &sample, h);
                 let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
                 change -= kicks.map(|(_, work)| work).sum::<f64>();
                 drift.covered += h;
@@ -129,31 +128,46 @@ impl<'a> EnergyPass<'a> {
         let (force, force_rate) = (axial.pressing_force.max(0.0), axial.pressing_rate);
         let at_rest = w.abs() <= self.tolerance;
         let mut rates = [0.0; DIMENSION];
-        let (mut power, mut power_rate) = (0.0, 0.0);
+        let mut lost = (0.0, 0.0);
         if at_rest {
             model.stick_rhs(y, &mut rates);
         } else {
             let sense = w.signum();
             model.slip_rhs(sense, force, y, &mut rates);
             let (mu, slope) = model.friction.coefficient_and_slope(w.abs());
-            let acceleration = sense * (rates[ROTOR_SPEED] - rates[ROTOR_TWIST_RATE] - rates[STATOR_TWIST_RATE]);
-            power = mu * radius * force * w.abs();
-            power_rate = radius * (acceleration * force * (mu + slope * w.abs()) + mu * w.abs() * force_rate);
+            let acceleration = sense * model.relative_velocity(&rates);
+            let rate = acceleration * force * (mu + slope * w.abs()) + mu * w.abs() * force_rate;
+            lost = (mu * radius * force * w.abs(), radius * rate);
         }
         let (u, v) = (y[ROTOR_TWIST_RATE], y[STATOR_TWIST_RATE]);
-        power += c * (u * u + v * v);
-        power_rate += 2.0 * c * (u * rates[ROTOR_TWIST_RATE] + v * rates[STATOR_TWIST_RATE]);
+        let bend = u * rates[ROTOR_TWIST_RATE] + v * rates[STATOR_TWIST_RATE];
         Sample {
             time,
             energy: 0.0,
             at_rest,
-            power,
-            power_rate,
+            friction: lost,
+            damping: (c * (u * u + v * v), 2.0 * c * bend),
         }
     }
 
     /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
         self.drift.filter(|drift| drift.covered > 0.0)
+    }
+}
+
+/// What is dissipated in the time `h` (s) between two samples, J.
+fn dissipated(a: &Sample, b: &Sample, h: f64) -> f64 {
+    let smooth = |a: (f64, f64), b: (f64, f64)| h * (a.0 + b.0) / 2.0 + h * h * (a.1 - b.1) / 12.0;
+    let part = |time: f64| if time > 0.0 { time.min(h) } else { h };
+    match (a.at_rest, b.at_rest) {
+        // Friction's power falls to zero along a straight line, and rises from it with the square of time.
+        (false, true) => {
+            a.friction.0 * part(-a.friction.0 / a.friction.1) / 2.0 + h * (a.damping.0 + b.damping.0) / 2.0
+        }
+        (true, false) => {
+            b.friction.0 * part(2.0 * b.friction.0 / b.friction.1) / 3.0 + h * (a.damping.0 + b.damping.0) / 2.0
+        }
+        _ => smooth(a.friction, b.friction) + smooth(a.damping, b.damping),
     }
 }

@@ -8,7 +8,7 @@ use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::simulation::State;
 
 /// A gap in which the polynomial misses the equations of motion by more than this part of their own size is not used.
-const LARGEST_DEFECT: f64 = 1e-6;
+const LARGEST_DEFECT: f64 = 1e-9;
 
 /// In a gap shorter than this part of the natural period the polynomial needs no check.
 const SHORTEST: f64 = 1e-3;

@@ -8,6 +8,9 @@ use std::ops::ControlFlow;
 
 /// Samples in a natural period while the fast mode is about.
 const PER_PERIOD: f64 = 96.0;
+/// Interval of samples while it is not, s, and how many of them there are at most: slow sliding changes over 0.1 s.
+const SLOW: f64 = 1e-3;
+const MOST_SLOW: f64 = 1e5;
 /// E-folds of damping after the last event until the fast mode is quiet.
 const DECAY: f64 = 60.0;
 /// Samples that are kept at most; beyond it they become less dense.
@@ -57,6 +60,7 @@ impl Rerun {
         let end_time = self.case.output.end_time;
         let mut output = OutputOptions {
             steps: true,
+            interval: self.case.output.interval.min(SLOW).max(end_time / MOST_SLOW),
             windows: Vec::new(),
             ..self.case.output.clone()
         };
