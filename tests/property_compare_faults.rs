@@ -114,8 +114,13 @@ fn property_another_breakaway_is_named() {
     run(&rotor, "paper", &["contact.breakaway_test=rotor"]);
     let by_case = compare(&rotor, &Mapping::default());
     assert_eq!(causes(&by_case), [Cause::StickTest], "{}", by_case.verdict);
+    // In a series alone the start of such a slip cannot be seen: at first it goes back by 1e-5 rad/s.
+    let mapping = Mapping {
+        event_file: Some(write(&folder, "rotor.events.csv", &events_csv(&word_of(&rotor)))),
+        ..Mapping::default()
+    };
     let series = write(&folder, "rotor.csv", &csv(&rows_of(&rotor, 6.966)));
-    let by_numbers = compare(&series, &Mapping::default());
+    let by_numbers = compare(&series, &mapping);
     assert_eq!(causes(&by_numbers), [Cause::StickTest], "{}", by_numbers.verdict);
     assert!(
         by_numbers.verdict.contains("the rotor torque"),

@@ -200,22 +200,23 @@ fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     )
 }
 
-/// Sticks of the reference are missing, or are reversals, that are shorter than two of the candidate's intervals.
+/// Sticks of the reference are missing, or are reversals, that are shorter than four of the candidate's intervals.
 fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
     let interval = e.interval?;
     let differences = e.alignment.differences.iter();
     let missing =
         differences.filter(|d| matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name());
     let duration = |position: usize| Some(e.reference.get(position + 1)?.time - e.reference.get(position)?.time);
+    const STEPS: f64 = 4.0;
     let short: Vec<f64> = missing
         .filter_map(|d| duration(d.position))
-        .filter(|d| *d < 2.0 * interval)
+        .filter(|d| *d < STEPS * interval)
         .collect();
     let shortest = short.iter().copied().min_by(f64::total_cmp)?;
     diagnosis(
         Cause::StepTooLarge,
         format!(
-            "{} missing stick{} shorter than two of its steps of {:.1} us, the shortest {:.1} us",
+            "{} missing stick{} shorter than four of its steps of {:.1} us, the shortest {:.1} us",
             short.len(),
             if short.len() == 1 { " is" } else { "s are" },
             interval * 1e6,

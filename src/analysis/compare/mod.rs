@@ -23,6 +23,7 @@ mod comparison;
 mod error;
 mod requirement;
 mod statistics;
+mod torques;
 mod units;
 
 pub use candidate::{Candidate, Mapping};
@@ -47,6 +48,7 @@ use event_errors::EventErrors;
 use reference::{Physics, Rerun, Walk};
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
+use torques::TorqueWatch;
 use word::{Alignment, WordEvent};
 
 /// Events of a candidate beyond this are chattering.
@@ -136,8 +138,7 @@ impl Reference {
             velocity_tolerance: mapping.velocity_tolerance.unwrap_or(DEFAULT_TOLERANCE),
             hysteresis: mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
         };
-        let (survey, detected) = self.survey(&candidate, detection)?;
-        let found = candidate.events().map_or(detected, <[Found]>::to_vec);
+        let (survey, found) = self.survey(&candidate, detection)?;
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
@@ -213,11 +214,12 @@ impl Reference {
         }))
     }
 
-    /// Goes through the times, and through the relative velocity if events have to be found by it.
+    /// Goes through the times, through the relative velocity if events have to be found by it, and through the twists for
+    /// the torques at breakaways. The events are those of the candidate, or those found.
     fn survey(&self, candidate: &Candidate, detection: Detection) -> Result<(Survey, Vec<Found>), CompareError> {
         let mut survey = Survey::default();
         if !candidate.has_rows() {
-            return Ok((survey, Vec::new()));
+            return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
         }
         let detects = candidate.events().is_none();
         let twists = [
@@ -234,11 +236,12 @@ impl Reference {
             }
         }
         let twist = channels.len();
-        let with_twists = detects && twists.iter().all(|&channel| candidate.has(channel));
+        let with_twists = candidate.case().is_none() && twists.iter().all(|&channel| candidate.has(channel));
         if with_twists {
             channels.extend(twists);
         }
         let mut detector = Detector::new(detection);
+        let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
         let mut rows = candidate.rows(&channels)?;
         let mut block = Block::default();
         let (mut from, mut to) = (f64::NAN, f64::NAN);
@@ -270,6 +273,12 @@ impl Reference {
                         remedy,
                     ));
                 }
+            } else if with_twists {
+                let c = &block.columns;
+                for (row, &time) in block.time.iter().enumerate() {
+                    let torque = |k: usize| self.physics.twist_torque(c[k][row], c[k + 1][row]);
+                    watch.add(time, torque(twist), torque(twist + 2));
+                }
             }
         }
         if from.is_nan() {
@@ -283,7 +292,7 @@ impl Reference {
         survey.span = Some((from, to));
         survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
         survey.plateau = detector.plateau();
-        Ok((survey, detector.finish()))
+        Ok((survey, if detects { detector.finish() } else { watch.finish() }))
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {

@@ -96,7 +96,7 @@ fn what_was_read(c: &Comparison) -> String {
         text += &format!(", {} to {} s", short(span.from), short(span.to));
     }
     if let Some(interval) = c.interval {
-        text += &format!(", a sample every {:.3} us in the stick-slip", interval * 1e6);
+        text += &format!(", a sample every {interval:.3e} s in the stick-slip");
     }
     match &c.detection {
         Some(d) => format!(

@@ -133,6 +133,15 @@ impl<'a> Rows<'a> {
     }
 
     fn check_times(&mut self, times: &[f64]) -> Result<(), CompareError> {
+        let Some(&first) = times.first() else {
+            return Ok(());
+        };
+        // Without a branch in the loop, for speed.
+        let increasing = times.windows(2).fold(true, |sound, pair| sound & (pair[0] < pair[1]));
+        if increasing && first > self.last {
+            self.last = times[times.len() - 1];
+            return Ok(());
+        }
         for (row, &time) in times.iter().enumerate() {
             if time <= self.last {
                 let place = self.table.place(self.row + row as u64, &self.names[0]);
