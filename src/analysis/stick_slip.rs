@@ -1,6 +1,5 @@
 //! Stick-slip statistics from the event sequence.
 
-use crate::model::Mode;
 use crate::simulation::{Event, EventKind};
 
 /// Stick k and the slip after it; period k is from stick k to stick k+1.
@@ -30,33 +29,37 @@ pub struct StickSlip {
 impl StickSlip {
     /// From all events of a run, in order.
     pub fn from_events(events: &[Event]) -> Self {
-        let word: Vec<&Event> = events.iter().filter(|e| e.kind.in_mode_word()).collect();
+        let in_word = events.iter().filter(|e| e.kind.in_mode_word());
+        StickSlip::from_word(in_word.map(|e| (e.time, e.kind)))
+    }
+
+    /// From the times (s) and kinds of the event sequence alone.
+    pub fn from_word(word: impl IntoIterator<Item = (f64, EventKind)>) -> Self {
+        let mut last = None;
         let mut result = StickSlip::default();
         // (time of the stick that is open, time of the event that ended it)
         let mut open: Option<(f64, Option<f64>)> = None;
-        for event in &word {
-            match (event.kind, &mut open) {
+        for (time, kind) in word {
+            match (kind, &mut open) {
                 (EventKind::Stick, current) => {
                     if let Some((stick, Some(end))) = *current {
                         result.cycles.push(Cycle {
                             stick_duration: end - stick,
-                            slip_duration: event.time - end,
-                            period: event.time - stick,
+                            slip_duration: time - end,
+                            period: time - stick,
                         });
                     }
-                    *current = Some((event.time, None));
-                    result.onset_time.get_or_insert(event.time);
+                    *current = Some((time, None));
+                    result.onset_time.get_or_insert(time);
                     result.stick_count += 1;
                 }
-                (_, Some((_, end @ None))) => *end = Some(event.time),
+                (_, Some((_, end @ None))) => *end = Some(time),
                 _ => {}
             }
-            result.slip_count += usize::from(event.kind == EventKind::Slip);
+            result.slip_count += usize::from(kind == EventKind::Slip);
+            last = Some((time, kind));
         }
-        result.final_stick_time = word
-            .last()
-            .filter(|e| e.mode_after == Mode::Stick && e.kind == EventKind::Stick)
-            .map(|e| e.time);
+        result.final_stick_time = last.filter(|l| l.1 == EventKind::Stick).map(|l| l.0);
         result
     }
 
@@ -74,6 +77,7 @@ impl StickSlip {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Mode;
     use crate::simulation::State;
 
     fn event(time: f64, kind: EventKind, mode_after: Mode) -> Event {

@@ -27,10 +27,12 @@ pub enum Dimension {
     AngularVelocity,
     Angle,
     FrictionDecay,
+    Velocity,
+    Torque,
 }
 
 impl Dimension {
-    pub const ALL: [Dimension; 13] = [
+    pub const ALL: [Dimension; 15] = [
         Dimension::Number,
         Dimension::Mass,
         Dimension::Stiffness,
@@ -44,6 +46,8 @@ impl Dimension {
         Dimension::AngularVelocity,
         Dimension::Angle,
         Dimension::FrictionDecay,
+        Dimension::Velocity,
+        Dimension::Torque,
     ];
 
     /// The SI unit, in the notation of this module; `1` for a plain number.
@@ -76,6 +80,8 @@ impl Dimension {
             Dimension::AngularVelocity => ("rad/s", "an angular velocity", "955 rpm"),
             Dimension::Angle => ("rad", "an angle", "1 urad"),
             Dimension::FrictionDecay => ("s/rad", "a friction decay rate", "5 s/rad"),
+            Dimension::Velocity => ("m/s", "a velocity", "1 mm/s"),
+            Dimension::Torque => ("N m", "a torque", "600 lbf in"),
         }
     }
 }
@@ -189,6 +195,14 @@ pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
     }
 }
 
+/// How many of the SI unit of `dimension` one `unit` is: 0.10471... for `rpm` as an angular velocity.
+///
+/// # Errors
+/// The text of the error says what is wrong with the unit.
+pub fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
+    parse(&format!("1 {unit}"), dimension)
+}
+
 /// "a torsional stiffness, N m/rad".
 pub fn expectation(dimension: Dimension) -> String {
     match dimension {
@@ -213,14 +227,8 @@ fn describe(exponents: [i32; 4]) -> String {
     if let Some(dimension) = known {
         return expectation(dimension);
     }
-    for (unit, name) in [
-        ("N m", "a torque"),
-        ("m/s", "a velocity"),
-        ("rad/s^2", "an angular acceleration"),
-    ] {
-        if expand(unit).is_ok_and(|unit| unit.exponents == exponents) {
-            return format!("{name}, {unit}");
-        }
+    if expand("rad/s^2").is_ok_and(|unit| unit.exponents == exponents) {
+        return "an angular acceleration, rad/s^2".to_owned();
     }
     let symbols = ["kg", "m", "s", "rad"];
     let factors: Vec<String> = symbols

@@ -45,6 +45,8 @@ pub(super) enum ProgressChoice {
 pub(super) enum Command {
     /// Integrate one case and store the run in HDF5.
     Run(RunOptions),
+    /// Hold results of any solver against a reference: events, then states, and why they differ.
+    Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
     /// Draw figures of result files, or write the interactive page of one.
@@ -77,6 +79,40 @@ pub(super) struct RunOptions {
     pub set: Vec<String>,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompareOptions {
+    /// The result file that is taken for true.
+    #[arg(value_name = "REFERENCE")]
+    pub reference: PathBuf,
+    /// Results to compare with it: result files, other HDF5, CSV or NPZ files, tables of events.
+    #[arg(value_name = "CANDIDATE", required = true)]
+    pub candidates: Vec<PathBuf>,
+    /// A TOML file that says which column is which channel, and in which unit.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// The same for one column, such as relative_velocity=w:rpm or time=t; may be repeated.
+    #[arg(long = "column", value_name = "CHANNEL=COLUMN[:UNIT]")]
+    pub columns: Vec<String>,
+    /// A table of the candidate's events, instead of finding them by the relative velocity.
+    #[arg(long, value_name = "FILE")]
+    pub events: Option<PathBuf>,
+    /// A relative velocity up to this counts as zero, rad/s or with a unit [default: 1e-8].
+    #[arg(long, value_name = "V")]
+    pub velocity_tolerance: Option<String>,
+    /// A stick ends where the relative velocity exceeds this many tolerances [default: 2].
+    #[arg(long, value_name = "N")]
+    pub hysteresis: Option<f64>,
+    /// What has to be reached, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
+    #[arg(long, value_name = "METRIC<BOUND")]
+    pub require: Vec<String>,
+    /// Write a report, .html or .md.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// With --report: replace any file, not only a report of this program.
+    #[arg(long, requires = "report")]
     pub force: bool,
 }
 

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod case_command;
+mod compare;
 mod inspect;
 mod modes;
 mod plot;
@@ -72,6 +73,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         .init();
     match command {
         Command::Run(options) => run::run(&options, &common),
+        Command::Compare(options) => compare::compare(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),

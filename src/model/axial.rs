@@ -239,6 +239,11 @@ impl AxialMotion {
         piece.force + piece.slope * (t - piece.start)
     }
 
+    /// F'(t), N/s; at a corner, that of the stretch after it.
+    pub fn applied_force_rate(&self, t: f64) -> f64 {
+        self.piece_at(t).slope
+    }
+
     /// Whether nothing rings any more at `t`: the pressing force is F, up to rounding.
     pub fn is_silent(&self, t: f64) -> bool {
         let piece = self.piece_at(t);

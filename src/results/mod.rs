@@ -2,9 +2,10 @@
 //!
 //! A run streams into `NAME.partial.h5` through [`ResultWriter`], which is marked interrupted and
 //! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
-//! [`ResultFile`] reads both. Every name, unit and code is in [`schema`].
+//! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
 
 mod error;
+mod foreign;
 mod raw;
 mod reader;
 pub mod schema;
@@ -14,6 +15,7 @@ mod work_precision;
 mod writer;
 
 pub use error::ResultError;
+pub use foreign::{ForeignColumn, ForeignFile};
 pub use reader::{
     AddedColumn, AddedGroup, AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo,
 };

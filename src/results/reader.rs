@@ -153,6 +153,18 @@ impl ResultFile {
         Ok((0..times.len()).map(sample).collect())
     }
 
+    /// Time (s), mode and state of rows `range` of the trajectory.
+    pub fn states(&self, range: Range<usize>) -> Result<Vec<(f64, Mode, State)>, ResultError> {
+        let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
+        let times = self.column("time", range.clone())?;
+        let column = |(name, _, _): &(&str, &str, &str)| self.column(name, range.clone());
+        let states = State::DESCRIPTIONS.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let state = |row: usize| State::from_values(std::array::from_fn(|k| states[k][row]));
+        Ok((0..times.len())
+            .map(|row| (times[row], modes[row], state(row)))
+            .collect())
+    }
+
     /// Every event, in order of time.
     pub fn events(&self) -> Result<Vec<Event>, ResultError> {
         let all = 0..self.rows(&schema::events())?;
@@ -601,7 +613,7 @@ fn attribute_value(attribute: &Attribute) -> Option<AttributeValue> {
     }
 }
 
-fn is_number(descriptor: &TypeDescriptor) -> bool {
+pub(super) fn is_number(descriptor: &TypeDescriptor) -> bool {
     matches!(
         descriptor,
         TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) | TypeDescriptor::Float(_)

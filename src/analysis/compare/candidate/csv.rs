@@ -1,0 +1,248 @@
+//! Columns of CSV files.
+
+use super::super::CompareError;
+use super::table::{BLOCK, Pass, Table};
+use csv::{ByteRecord, ReaderBuilder, Trim};
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+/// Lines before the header that may be comments.
+const PREAMBLE: usize = 1000;
+
+/// A CSV file with a header, separated by commas, semicolons, tabs or blanks; lines that begin with `#` are comments.
+#[derive(Debug)]
+pub struct CsvTable {
+    path: PathBuf,
+    separator: u8,
+    headers: Vec<Header>,
+    /// The first line is data, and the columns are called #1, #2, ...
+    bare: bool,
+}
+
+#[derive(Debug)]
+struct Header {
+    name: String,
+    unit: Option<String>,
+}
+
+impl CsvTable {
+    /// Opens a file and reads its header.
+    ///
+    /// # Errors
+    /// No such file, an empty one, or one that is no text.
+    pub fn open(path: &Path) -> Result<CsvTable, CompareError> {
+        let file = File::open(path).map_err(|error| CompareError::io(path, &error))?;
+        let mut lines = BufReader::new(file).lines().take(PREAMBLE);
+        let header = loop {
+            match lines.next() {
+                Some(Ok(line)) if line.trim().is_empty() || line.starts_with('#') => {}
+                Some(Ok(line)) => break line,
+                Some(Err(_)) => {
+                    return Err(CompareError::content(
+                        path,
+                        "line 1",
+                        "this is no text",
+                        "give a CSV, NPZ or HDF5 file",
+                    ));
+                }
+                None => {
+                    return Err(CompareError::content(
+                        path,
+                        "",
+                        "holds no line of data",
+                        "check how it was written",
+                    ));
+                }
+            }
+        };
+        let header = header.trim_start_matches('\u{feff}');
+        let separator = [b',', b';', b'\t', b' ']
+            .into_iter()
+            .find(|&s| header.as_bytes().contains(&s))
+            .unwrap_or(b',');
+        let mut table = CsvTable {
+            path: path.to_owned(),
+            separator,
+            headers: Vec::new(),
+            bare: false,
+        };
+        let mut reader = ReaderBuilder::new()
+            .has_headers(false)
+            .delimiter(separator)
+            .trim(Trim::All)
+            .from_reader(header.as_bytes());
+        let mut record = ByteRecord::new();
+        reader
+            .read_byte_record(&mut record)
+            .map_err(|error| CompareError::content(path, "line 1", error.to_string(), "check how it was written"))?;
+        let fields: Vec<String> = record
+            .iter()
+            .map(|f| String::from_utf8_lossy(f).trim().to_owned())
+            .collect();
+        table.bare = fields.iter().all(|field| field.parse::<f64>().is_ok());
+        table.headers = if table.bare {
+            (1..=fields.len())
+                .map(|k| Header {
+                    name: format!("#{k}"),
+                    unit: None,
+                })
+                .collect()
+        } else {
+            fields.iter().map(|field| Header::parse(field)).collect()
+        };
+        Ok(table)
+    }
+
+    fn position(&self, name: &str) -> Option<usize> {
+        let exact = self.headers.iter().position(|h| h.name == name);
+        exact.or_else(|| self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name)))
+    }
+
+    fn reader(&self) -> Result<csv::Reader<File>, CompareError> {
+        let file = File::open(&self.path).map_err(|error| CompareError::io(&self.path, &error))?;
+        let mut reader = ReaderBuilder::new()
+            .has_headers(!self.bare)
+            .delimiter(self.separator)
+            .comment(Some(b'#'))
+            .trim(Trim::All)
+            .flexible(true)
+            .buffer_capacity(1 << 20)
+            .from_reader(file);
+        if !self.bare {
+            reader.byte_headers().map_err(|error| self.failed(&error))?;
+        }
+        Ok(reader)
+    }
+
+    fn failed(&self, error: &csv::Error) -> CompareError {
+        let place = error.position().map_or(String::new(), |p| format!("line {}", p.line()));
+        CompareError::content(&self.path, place, error.to_string(), "correct the file")
+    }
+
+    fn positions(&self, columns: &[String]) -> Result<Vec<usize>, CompareError> {
+        let position = |name: &String| {
+            self.position(name).ok_or_else(|| {
+                let what = format!("has no column \"{name}\"; its columns are {}", self.names().join(", "));
+                CompareError::content(&self.path, "", what, "name the column with --column or in a mapping")
+            })
+        };
+        columns.iter().map(position).collect()
+    }
+}
+
+impl Header {
+    /// `time [s]`, `time (s)`, `time` and so on.
+    fn parse(text: &str) -> Header {
+        for (open, close) in [('[', ']'), ('(', ')')] {
+            if let Some((name, rest)) = text.split_once(open)
+                && let Some(unit) = rest.strip_suffix(close)
+                && !name.trim().is_empty()
+            {
+                return Header {
+                    name: name.trim().to_owned(),
+                    unit: Some(unit.trim().to_owned()),
+                };
+            }
+        }
+        Header {
+            name: text.to_owned(),
+            unit: None,
+        }
+    }
+}
+
+impl Table for CsvTable {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.headers.iter().map(|h| h.name.clone()).collect()
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.position(name).is_some()
+    }
+
+    fn unit(&self, name: &str) -> Option<String> {
+        self.headers.get(self.position(name)?)?.unit.clone()
+    }
+
+    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
+        Ok(Box::new(CsvPass {
+            path: self.path.clone(),
+            positions: self.positions(columns)?,
+            names: columns.to_vec(),
+            fields: self.headers.len(),
+            reader: self.reader()?,
+            record: ByteRecord::new(),
+        }))
+    }
+
+    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
+        let position = self.positions(&[column.to_owned()])?[0];
+        let mut texts = Vec::new();
+        for record in self.reader()?.byte_records() {
+            let record = record.map_err(|error| self.failed(&error))?;
+            let field = record.get(position).unwrap_or_default();
+            texts.push(String::from_utf8_lossy(field).into_owned());
+        }
+        Ok(texts)
+    }
+}
+
+struct CsvPass {
+    path: PathBuf,
+    positions: Vec<usize>,
+    names: Vec<String>,
+    fields: usize,
+    reader: csv::Reader<File>,
+    record: ByteRecord,
+}
+
+impl CsvPass {
+    fn fault(&self, line: u64, what: String, remedy: &str) -> CompareError {
+        CompareError::content(&self.path, format!("line {line}"), what, remedy)
+    }
+}
+
+impl Pass for CsvPass {
+    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
+        columns.iter_mut().for_each(Vec::clear);
+        for _ in 0..BLOCK {
+            let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
+                let line = error.position().map_or(0, csv::Position::line);
+                self.fault(line, error.to_string(), "correct the file")
+            })?;
+            if !more {
+                break;
+            }
+            let line = self.record.position().map_or(0, csv::Position::line);
+            if self.record.len() != self.fields {
+                let what = format!("has {} fields, where the header has {}", self.record.len(), self.fields);
+                return Err(self.fault(
+                    line,
+                    what,
+                    "a line that was cut off or written by two programs? write it again",
+                ));
+            }
+            for (k, &position) in self.positions.iter().enumerate() {
+                let field = &self.record[position];
+                let value = std::str::from_utf8(field)
+                    .ok()
+                    .and_then(|text| text.parse::<f64>().ok());
+                let Some(value) = value else {
+                    let what = format!(
+                        "column {}: \"{}\" is no number",
+                        self.names[k],
+                        String::from_utf8_lossy(field)
+                    );
+                    return Err(self.fault(line, what, "write numbers as 1.5e-3, with a decimal point"));
+                };
+                columns[k].push(value);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,168 @@
+//! Tables of events of candidates.
+
+use super::super::reference::Physics;
+use super::super::{CompareError, Found};
+use super::csv::CsvTable;
+use super::hdf5::ForeignTable;
+use super::mapping::{Mapping, known_kind};
+use super::npz::NpzTable;
+use super::table::Table;
+use super::unit_factor;
+use crate::case::quantity::Dimension;
+use crate::results::ForeignFile;
+use crate::simulation::{Event, EventKind};
+use std::path::Path;
+
+/// Names of the columns of an events table, where nothing else is said.
+const TIMES: [&str; 4] = ["events/time", "event_time", "time", "t"];
+const KINDS: [&str; 4] = ["events/kind", "event_kind", "kind", "event"];
+
+/// Events of one of this program's results.
+pub(super) fn own(path: &Path, events: &[Event], physics: &Physics) -> Result<Vec<Found>, CompareError> {
+    let mut last = f64::NEG_INFINITY;
+    let mut found = Vec::new();
+    for (row, event) in events.iter().enumerate() {
+        if !event.time.is_finite() || event.time < last {
+            let what = format!("the time {:?} s comes after {last:?} s", event.time);
+            let remedy = "the file was changed since it was written: repeat the run";
+            return Err(CompareError::content(
+                path,
+                format!("row {row} of /events/time"),
+                what,
+                remedy,
+            ));
+        }
+        last = event.time;
+        if event.kind.in_mode_word() {
+            let s = &event.before;
+            let torque = |twist: f64, rate: f64| physics.twist_torque(twist, rate);
+            found.push(Found {
+                torques: Some((torque(s.rotor_twist, s.rotor_twist_rate), torque(s.phi1, s.phi1_dot))),
+                dropped: Some(s.relative_velocity.abs()),
+                ..Found::new(event.time, event.kind)
+            });
+        }
+    }
+    Ok(found)
+}
+
+/// The events of another program's file, beside its channels or in a file of their own; `None` if there are none.
+pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Option<Vec<Found>>, CompareError> {
+    if let Some(path) = &mapping.event_file {
+        let table = open(path)?;
+        return read(&*table, mapping, true).map(Some);
+    }
+    let named = mapping.event_time.is_some() || mapping.event_kind.is_some();
+    // Beside channels, a column "time" is theirs.
+    let grouped = table.has(TIMES[0]) && table.has(KINDS[0]) || table.has(TIMES[1]) && table.has(KINDS[1]);
+    if named || grouped || (alone && KINDS.iter().any(|name| table.has(name))) {
+        read(table, mapping, alone).map(Some)
+    } else {
+        Ok(None)
+    }
+}
+
+fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
+    let mut start = [0; 4];
+    let mut file = std::fs::File::open(path).map_err(|error| CompareError::io(path, &error))?;
+    let length = std::io::Read::read(&mut file, &mut start).map_err(|error| CompareError::io(path, &error))?;
+    Ok(match &start[..length] {
+        b"\x89HDF" => Box::new(ForeignTable {
+            file: ForeignFile::open(path)?,
+        }),
+        [b'P', b'K', ..] => Box::new(NpzTable::open(path)?),
+        _ => Box::new(CsvTable::open(path)?),
+    })
+}
+
+fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>, CompareError> {
+    let choices = if alone { 4 } else { 2 };
+    let name = |mapped: Option<&str>, names: &[&str; 4], what: &str| match mapped {
+        Some(name) => Ok(name.to_owned()),
+        None => names[..choices]
+            .iter()
+            .find(|name| table.has(name))
+            .map(|name| (*name).to_owned())
+            .ok_or_else(|| {
+                let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
+                CompareError::content(
+                    table.path(),
+                    "",
+                    format!("has no column with the {what}s of events"),
+                    remedy,
+                )
+            }),
+    };
+    let time = name(mapping.event_time.as_ref().map(|c| c.name.as_str()), &TIMES, "time")?;
+    let kind = name(mapping.event_kind.as_ref().map(|c| c.name.as_str()), &KINDS, "kind")?;
+    let mapped = mapping
+        .event_time
+        .as_ref()
+        .or(if alone { mapping.time.as_ref() } else { None });
+    let factor = unit_factor(table, &time, mapped, Dimension::Time)?;
+    let mut times = Vec::new();
+    let mut pass = table.pass(std::slice::from_ref(&time))?;
+    let mut block = [Vec::new()];
+    loop {
+        pass.next(&mut block)?;
+        if block[0].is_empty() {
+            break;
+        }
+        times.extend(block[0].iter().map(|t| t * factor));
+    }
+    let kinds = table.texts(&kind)?;
+    let fault = |row: usize, column: &str, what: String, remedy: &str| {
+        CompareError::content(table.path(), table.place(row as u64, column), what, remedy)
+    };
+    if kinds.len() != times.len() {
+        let what = format!("there are {} times, but {} kinds", times.len(), kinds.len());
+        return Err(CompareError::content(
+            table.path(),
+            "",
+            what,
+            "each event has a time and a kind",
+        ));
+    }
+    let mut events = Vec::new();
+    let mut last = f64::NEG_INFINITY;
+    for (row, (&time_of, text)) in times.iter().zip(&kinds).enumerate() {
+        if !time_of.is_finite() {
+            return Err(fault(
+                row,
+                &time,
+                format!("{time_of} is not a finite number"),
+                "leave out the row",
+            ));
+        }
+        if time_of < last {
+            let what = format!("the time {time_of:?} s comes after {last:?} s");
+            return Err(fault(row, &time, what, "sort the events by time"));
+        }
+        last = time_of;
+        let kind = kind_of(text, mapping).map_err(|what| {
+            fault(
+                row,
+                &kind,
+                what,
+                "say in [events.kinds] of a mapping what the candidate calls them",
+            )
+        })?;
+        if kind.in_mode_word() {
+            events.push(Found::new(time_of, kind));
+        }
+    }
+    Ok(events)
+}
+
+/// By the mapping, by name, or by this program's codes.
+fn kind_of(text: &str, mapping: &Mapping) -> Result<EventKind, String> {
+    let text = text.trim();
+    if let Some((_, kind)) = mapping.kinds.iter().find(|(theirs, _)| theirs == text) {
+        return Ok(*kind);
+    }
+    let code = text.parse::<f64>().ok();
+    match code.and_then(|code| EventKind::ALL.into_iter().find(|kind| f64::from(kind.code()) == code)) {
+        Some(kind) => Ok(kind),
+        None => known_kind(text),
+    }
+}

@@ -1,0 +1,280 @@
+//! Which column of a candidate is which channel, and in which unit.
+
+use super::super::{Channel, CompareError};
+use crate::case::quantity::{self, Dimension};
+use crate::case::suggest;
+use crate::simulation::EventKind;
+use std::path::{Path, PathBuf};
+use toml_edit::{Document, Item, TableLike};
+
+/// A column of a candidate, by the name that it has there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// A header of a CSV file, a member of an NPZ file, or a path in an HDF5 file; `NAME[2]`, `NAME[2,:]` or
+    /// `NAME[:,2]` is a row or column of a two-dimensional array.
+    pub name: String,
+    /// How many SI units one of its units is; `None` if nothing was said about the unit.
+    pub factor: Option<f64>,
+}
+
+/// What is known about the columns of a candidate beyond their names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mapping {
+    /// The column of times.
+    pub time: Option<Column>,
+    /// Columns of channels.
+    pub channels: Vec<(Channel, Column)>,
+    /// The column of event times.
+    pub event_time: Option<Column>,
+    /// The column of event kinds.
+    pub event_kind: Option<Column>,
+    /// A file with the events, beside the candidate.
+    pub event_file: Option<PathBuf>,
+    /// What a candidate calls the kinds of events.
+    pub kinds: Vec<(String, EventKind)>,
+    /// A relative velocity up to this, rad/s, counts as zero.
+    pub velocity_tolerance: Option<f64>,
+    /// A stick ends where the relative velocity exceeds this many tolerances.
+    pub hysteresis: Option<f64>,
+}
+
+/// What `[time]`, a channel or an event column measures.
+fn parse_column(text: &str, unit: Option<&str>, dimension: Dimension) -> Result<Column, String> {
+    let factor = unit.map(|unit| factor(unit, dimension)).transpose()?;
+    Ok(Column {
+        name: text.to_owned(),
+        factor,
+    })
+}
+
+/// How many SI units `unit` is; UDUNITS powers ("rad s-1") are understood too.
+pub(super) fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
+    let mut plain = String::with_capacity(unit.len() + 2);
+    let mut last = ' ';
+    for c in unit.chars() {
+        if c == '-' && last.is_alphabetic() {
+            plain.push('^');
+        }
+        plain.push(c);
+        last = c;
+    }
+    quantity::factor(&plain, dimension)
+}
+
+impl Mapping {
+    /// Reads a mapping file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
+    pub fn file(path: &Path) -> Result<Mapping, CompareError> {
+        let text = std::fs::read_to_string(path).map_err(|error| CompareError::io(path, &error))?;
+        let document = Document::parse(text.as_str()).map_err(|error| {
+            let line = error.span().map_or(1, |span| line_of(&text, span.start));
+            let what = format!("not TOML: {}", error.message().trim());
+            CompareError::content(path, format!("line {line}"), what, "correct the mapping")
+        })?;
+        let mut mapping = Mapping::default();
+        for (key, item) in document.iter() {
+            let line = item.span().map_or(1, |span| line_of(&text, span.start));
+            mapping.entry(key, item).map_err(|what| {
+                CompareError::content(
+                    path,
+                    format!("line {line}"),
+                    what,
+                    "docs/validate-your-solver.md shows a mapping",
+                )
+            })?;
+        }
+        if let Some(events) = &mapping.event_file
+            && events.is_relative()
+        {
+            mapping.event_file = Some(path.parent().unwrap_or(Path::new("")).join(events));
+        }
+        Ok(mapping)
+    }
+
+    fn entry(&mut self, key: &str, item: &Item) -> Result<(), String> {
+        match key {
+            "time" => self.time = Some(column(item, key, Dimension::Time)?),
+            "channels" => {
+                for (name, item) in table(item, key)?.iter() {
+                    let channel = known_channel(name)?;
+                    self.add(channel, column(item, name, channel.dimension())?);
+                }
+            }
+            "events" => {
+                for (name, item) in table(item, key)?.iter() {
+                    match name {
+                        "time" => self.event_time = Some(column(item, "events.time", Dimension::Time)?),
+                        "kind" => {
+                            self.event_kind = Some(parse_column(text(item, "events.kind")?, None, Dimension::Number)?)
+                        }
+                        "file" => self.event_file = Some(text(item, "events.file")?.into()),
+                        "kinds" => {
+                            for (theirs, ours) in table(item, "events.kinds")?.iter() {
+                                let ours = known_kind(text(ours, theirs)?)?;
+                                self.kinds.push((theirs.to_owned(), ours));
+                            }
+                        }
+                        _ => return Err(unknown("events", name, &["time", "kind", "file", "kinds"])),
+                    }
+                }
+            }
+            "detection" => {
+                for (name, item) in table(item, key)?.iter() {
+                    match name {
+                        "velocity_tolerance" => self.velocity_tolerance = Some(velocity(item)?),
+                        "hysteresis" => {
+                            let factor = item.as_float().or_else(|| item.as_integer().map(|n| n as f64));
+                            self.set_hysteresis(factor.unwrap_or(f64::NAN))?;
+                        }
+                        _ => return Err(unknown("detection", name, &["velocity_tolerance", "hysteresis"])),
+                    }
+                }
+            }
+            _ => {
+                return Err(unknown(
+                    "the mapping",
+                    key,
+                    &["time", "channels", "events", "detection"],
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds `CHANNEL=COLUMN` or `CHANNEL=COLUMN:UNIT`, as on the command line; the channel may also be `time`,
+    /// `events.time` or `events.kind`.
+    ///
+    /// # Errors
+    /// The text says what is wrong.
+    pub fn add_option(&mut self, option: &str) -> Result<(), CompareError> {
+        let fault = |what: String| CompareError::Option(format!("--column {option}: {what}"));
+        let (name, rest) = option.split_once('=').ok_or_else(|| {
+            fault("expected CHANNEL=COLUMN or CHANNEL=COLUMN:UNIT, such as relative_velocity=w:rpm".to_owned())
+        })?;
+        // A colon also stands in a slice such as y[3,:].
+        let (column, unit) = match rest.rsplit_once(':') {
+            Some((column, unit)) if !unit.contains(']') => (column, Some(unit.trim())),
+            _ => (rest, None),
+        };
+        let (name, column) = (name.trim(), column.trim());
+        let parse = |dimension| parse_column(column, unit, dimension).map_err(fault);
+        match name {
+            "time" | "t" => self.time = Some(parse(Dimension::Time)?),
+            "events.time" => self.event_time = Some(parse(Dimension::Time)?),
+            "events.kind" => self.event_kind = Some(parse(Dimension::Number)?),
+            _ => {
+                let channel = known_channel(name).map_err(fault)?;
+                self.add(channel, parse(channel.dimension())?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the velocity tolerance from a text with or without a unit.
+    ///
+    /// # Errors
+    /// The text says what is wrong.
+    pub fn set_tolerance(&mut self, text: &str) -> Result<(), CompareError> {
+        let value = match text.trim().parse::<f64>() {
+            Ok(value) => Ok(value),
+            Err(_) => quantity::parse(text, Dimension::AngularVelocity),
+        };
+        let value = value.and_then(not_negative);
+        self.velocity_tolerance =
+            Some(value.map_err(|what| CompareError::Option(format!("--velocity-tolerance: {what}")))?);
+        Ok(())
+    }
+
+    /// Sets how many tolerances end a stick.
+    ///
+    /// # Errors
+    /// Below 1, or no number.
+    pub fn set_hysteresis(&mut self, factor: f64) -> Result<(), String> {
+        if !(1.0..=1e9).contains(&factor) {
+            return Err("the hysteresis is how many tolerances end a stick: give a number of at least 1".to_owned());
+        }
+        self.hysteresis = Some(factor);
+        Ok(())
+    }
+
+    fn add(&mut self, channel: Channel, column: Column) {
+        self.channels.retain(|(known, _)| *known != channel);
+        self.channels.push((channel, column));
+    }
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    text[..offset.min(text.len())].matches('\n').count() + 1
+}
+
+fn table<'a>(item: &'a Item, key: &str) -> Result<&'a dyn TableLike, String> {
+    item.as_table_like()
+        .ok_or_else(|| format!("{key} is a table, written [{key}]"))
+}
+
+fn text<'a>(item: &'a Item, key: &str) -> Result<&'a str, String> {
+    item.as_str().ok_or_else(|| format!("{key} is a text in quotes"))
+}
+
+/// `"NAME"` or `{ name = "NAME", unit = "UNIT" }`.
+fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String> {
+    if let Some(name) = item.as_str() {
+        return parse_column(name, None, dimension);
+    }
+    let table = item
+        .as_table_like()
+        .ok_or_else(|| format!("{key} is a name in quotes, or {{ name = \"...\", unit = \"...\" }}"))?;
+    if let Some((other, _)) = table.iter().find(|(key, _)| !matches!(*key, "name" | "unit")) {
+        return Err(unknown(key, other, &["name", "unit"]));
+    }
+    let name = table.get("name").and_then(Item::as_str);
+    let unit = table.get("unit").map(|unit| text(unit, "unit")).transpose()?;
+    parse_column(name.ok_or_else(|| format!("{key} has no name"))?, unit, dimension)
+        .map_err(|what| format!("{key}: {what}"))
+}
+
+fn velocity(item: &Item) -> Result<f64, String> {
+    let value = match (item.as_float(), item.as_integer(), item.as_str()) {
+        (Some(value), _, _) => value,
+        (_, Some(value), _) => value as f64,
+        (_, _, Some(text)) => quantity::parse(text, Dimension::AngularVelocity)?,
+        _ => return Err("velocity_tolerance is a number in rad/s, or a text with a unit".to_owned()),
+    };
+    not_negative(value)
+}
+
+fn not_negative(value: f64) -> Result<f64, String> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(format!("a velocity tolerance is a number of at least 0, not {value}"))
+    }
+}
+
+fn known_channel(name: &str) -> Result<Channel, String> {
+    Channel::find(name).ok_or_else(|| {
+        let names = Channel::ALL.map(Channel::name);
+        unknown("the channels", name, &names)
+    })
+}
+
+/// The kind of a name; case does not matter.
+pub(super) fn known_kind(name: &str) -> Result<EventKind, String> {
+    let lower = name.trim().to_lowercase();
+    let kind = EventKind::ALL.into_iter().find(|kind| kind.name() == lower);
+    kind.ok_or_else(|| {
+        format!(
+            "unknown kind of event \"{name}\"; there are {}",
+            EventKind::ALL.map(EventKind::name).join(", ")
+        )
+    })
+}
+
+fn unknown(place: &str, name: &str, known: &[&str]) -> String {
+    match suggest(name, known.iter().copied()) {
+        Some(close) => format!("{place}: unknown name \"{name}\"; did you mean {close}?"),
+        None => format!("{place}: unknown name \"{name}\"; there are {}", known.join(", ")),
+    }
+}

@@ -1,0 +1,312 @@
+//! Results of other solvers, whatever they are written in.
+
+mod csv;
+mod events;
+mod hdf5;
+mod mapping;
+mod npz;
+mod rows;
+mod table;
+
+pub use mapping::{Column, Mapping};
+pub use rows::{Block, Rows};
+pub use table::{BLOCK, Pass, Slice, Table};
+
+use super::reference::Physics;
+use super::{Channel, CompareError, Found};
+use crate::case::quantity::Dimension;
+use crate::case::{Case, CaseSource};
+use crate::results::{ForeignFile, ResultError, ResultFile};
+use csv::CsvTable;
+use hdf5::{ForeignTable, OwnTable};
+use npz::NpzTable;
+use rows::Supply;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Names of the column of times where nothing else is said.
+const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
+
+/// A result of another solver, opened and understood but not yet read.
+#[derive(Debug)]
+pub struct Candidate {
+    path: PathBuf,
+    format: &'static str,
+    table: Option<Box<dyn Table>>,
+    /// The columns that are read; the first one is the time.
+    columns: Vec<String>,
+    time_factor: f64,
+    supplies: Vec<Supply>,
+    direct: Vec<Channel>,
+    events: Option<Vec<Found>>,
+    case: Option<Case>,
+}
+
+impl Candidate {
+    /// Opens a candidate.
+    ///
+    /// # Errors
+    /// If it is of no known format, damaged, lacks a time column, has neither events nor a relative velocity, or if
+    /// the mapping names what it does not have.
+    pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
+        if path.is_dir() {
+            return Err(CompareError::content(path, "", "this is a folder", "name a file in it"));
+        }
+        let mut start = [0; 8];
+        let mut file = std::fs::File::open(path).map_err(|error| CompareError::io(path, &error))?;
+        let length = file.read(&mut start).map_err(|error| CompareError::io(path, &error))?;
+        if start[..length].starts_with(b"\x89HDF") {
+            return match ResultFile::open(path) {
+                Ok(file) => Candidate::own(path, file, physics),
+                Err(ResultError::NotAResult { .. }) => {
+                    let file = ForeignFile::open(path)?;
+                    Candidate::foreign(path, "HDF5", Box::new(ForeignTable { file }), mapping)
+                }
+                Err(error) => Err(error.into()),
+            };
+        }
+        if start[..length].starts_with(b"PK") {
+            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(path)?), mapping);
+        }
+        let named_hdf5 = path
+            .extension()
+            .is_some_and(|e| ["h5", "hdf5", "nc"].iter().any(|known| e == *known));
+        if named_hdf5 || start[..length].contains(&0) {
+            let remedy = "it was cut off or is of another format: give HDF5, NPZ or CSV";
+            return Err(CompareError::content(
+                path,
+                "",
+                "does not begin as an HDF5, NPZ or CSV file does",
+                remedy,
+            ));
+        }
+        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(path)?), mapping)
+    }
+
+    /// One of this program's results.
+    fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
+        let case = case_of(path, &file)?;
+        let events = events::own(path, &file.events()?, physics)?;
+        Ok(Candidate {
+            path: path.to_owned(),
+            format: "result file",
+            columns: std::iter::once("time".to_owned())
+                .chain(Channel::ALL.map(|c| c.name().to_owned()))
+                .collect(),
+            time_factor: 1.0,
+            supplies: (0..Channel::ALL.len())
+                .map(|k| Supply::direct(Channel::ALL[k], 1.0, k + 1))
+                .collect(),
+            direct: Channel::ALL.to_vec(),
+            table: Some(Box::new(OwnTable { file })),
+            events: Some(events),
+            case: Some(case),
+        })
+    }
+
+    fn foreign(
+        path: &Path,
+        format: &'static str,
+        table: Box<dyn Table>,
+        mapping: &Mapping,
+    ) -> Result<Candidate, CompareError> {
+        let mut candidate = Candidate {
+            path: path.to_owned(),
+            format,
+            columns: Vec::new(),
+            time_factor: 1.0,
+            supplies: Vec::new(),
+            direct: Vec::new(),
+            events: None,
+            case: None,
+            table: None,
+        };
+        for channel in Channel::ALL {
+            if let Some((name, factor)) = candidate.find(&*table, channel, mapping)? {
+                if candidate.columns.is_empty() {
+                    candidate.find_time(&*table, mapping)?;
+                }
+                candidate.columns.push(name);
+                candidate
+                    .supplies
+                    .push(Supply::direct(channel, factor, candidate.columns.len() - 1));
+                candidate.direct.push(channel);
+            }
+        }
+        rows::derive(&mut candidate.supplies);
+        candidate.events = events::find(&*table, mapping, candidate.direct.is_empty())?;
+        if candidate.direct.is_empty() {
+            if candidate.events.is_none() {
+                let what = format!("no column is known as a channel; there are {}", listed(&table.names()));
+                let remedy = "say which column is what, such as --column relative_velocity=NAME:rad/s, or in a mapping";
+                return Err(CompareError::content(path, "", what, remedy));
+            }
+            candidate.format = "events table";
+        } else {
+            candidate.table = Some(table);
+        }
+        if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
+            let given: Vec<&str> = candidate.direct.iter().map(|c| c.name()).collect();
+            let what = format!(
+                "has neither events nor a relative velocity to find them by, but {}",
+                given.join(", ")
+            );
+            let remedy = "add relative_velocity, or phi1_dot and phi2_dot, or a table of events";
+            return Err(CompareError::content(path, "", what, remedy));
+        }
+        Ok(candidate)
+    }
+
+    fn find_time(&mut self, table: &dyn Table, mapping: &Mapping) -> Result<(), CompareError> {
+        let mapped = mapping.time.as_ref();
+        let name = match mapped {
+            Some(column) if table.has(&column.name) => Some(column.name.clone()),
+            Some(column) => return Err(absent(table, &column.name)),
+            None => TIME_NAMES
+                .iter()
+                .find(|name| table.has(name))
+                .map(|name| (*name).to_owned()),
+        };
+        let Some(name) = name else {
+            let what = format!("has no column of times; there are {}", listed(&table.names()));
+            return Err(CompareError::content(
+                &self.path,
+                "",
+                what,
+                "name it with --column time=NAME or in a mapping",
+            ));
+        };
+        self.time_factor = unit_factor(table, &name, mapped, Dimension::Time)?;
+        self.columns.push(name);
+        Ok(())
+    }
+
+    /// The column of a channel with its factor to SI: as the mapping says, or by its name.
+    fn find(
+        &self,
+        table: &dyn Table,
+        channel: Channel,
+        mapping: &Mapping,
+    ) -> Result<Option<(String, f64)>, CompareError> {
+        let mapped = mapping
+            .channels
+            .iter()
+            .find(|(known, _)| *known == channel)
+            .map(|(_, column)| column);
+        let name = match mapped {
+            Some(column) if table.has(&column.name) => column.name.clone(),
+            Some(column) => return Err(absent(table, &column.name)),
+            None => {
+                let mut names = std::iter::once(channel.name()).chain(channel.aliases().iter().copied());
+                let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
+                match names.find(|name| table.has(name) && !taken(name)) {
+                    Some(name) => name.to_owned(),
+                    None => return Ok(None),
+                }
+            }
+        };
+        let factor = unit_factor(table, &name, mapped, channel.dimension())?;
+        Ok(Some((name, factor)))
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// "result file", "HDF5", "CSV", "NPZ" or "events table".
+    pub fn format(&self) -> &'static str {
+        self.format
+    }
+
+    /// Its events of the mode word, if it has any table of them.
+    pub fn events(&self) -> Option<&[Found]> {
+        self.events.as_deref()
+    }
+
+    /// Its case, of one of this program's results.
+    pub fn case(&self) -> Option<&Case> {
+        self.case.as_ref()
+    }
+
+    /// Whether it is a time series, and not a table of events alone.
+    pub fn has_rows(&self) -> bool {
+        self.table.is_some()
+    }
+
+    /// The channels that it has or that follow from them.
+    pub fn channels(&self) -> Vec<Channel> {
+        Channel::ALL.into_iter().filter(|&channel| self.has(channel)).collect()
+    }
+
+    /// Whether a channel is there or follows from others.
+    pub fn has(&self, channel: Channel) -> bool {
+        self.supplies.iter().any(|supply| supply.channel == channel)
+    }
+
+    /// Whether a channel is a column of the file.
+    pub fn is_direct(&self, channel: Channel) -> bool {
+        self.direct.contains(&channel)
+    }
+
+    /// Reads times and `channels`, which it must have, from the first row on.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn rows(&self, channels: &[Channel]) -> Result<Rows<'_>, CompareError> {
+        let table = self.table.as_deref().ok_or_else(|| {
+            CompareError::content(
+                &self.path,
+                "",
+                "has events but no samples",
+                "give a time series to compare states",
+            )
+        })?;
+        let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
+        let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
+        Rows::new(table, &self.columns, self.time_factor, supplies)
+    }
+}
+
+/// The case kept in a result file.
+pub(super) fn case_of(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
+    Case::parse(&CaseSource::result(path, file.resolved()?), &[]).map_err(|source| CompareError::Case {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// The factor to SI: as the mapping says, as the file says, or 1.
+fn unit_factor(
+    table: &dyn Table,
+    name: &str,
+    mapped: Option<&Column>,
+    dimension: Dimension,
+) -> Result<f64, CompareError> {
+    if let Some(factor) = mapped.and_then(|column| column.factor) {
+        return Ok(factor);
+    }
+    match table.unit(name) {
+        None => Ok(1.0),
+        Some(unit) => mapping::factor(&unit, dimension).map_err(|what| {
+            let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
+            CompareError::content(table.path(), name, format!("its unit \"{unit}\": {what}"), remedy)
+        }),
+    }
+}
+
+fn absent(table: &dyn Table, name: &str) -> CompareError {
+    let names = table.names();
+    let hint = match crate::case::suggest(name, names.iter().map(String::as_str)) {
+        Some(close) => format!("did you mean {close}?"),
+        None => format!("there are {}", listed(&names)),
+    };
+    let what = format!("has no column \"{name}\"; {hint}");
+    CompareError::content(table.path(), "", what, "correct the mapping or the option --column")
+}
+
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 20;
+    let more = if names.len() > MOST { ", ..." } else { "" };
+    format!("{}{more}", names[..names.len().min(MOST)].join(", "))
+}

@@ -1,0 +1,318 @@
+//! Columns of NumPy's NPZ archives (and single NPY arrays).
+
+use super::super::CompareError;
+use super::table::{BLOCK, Pass, Slice, Table};
+use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// An NPZ archive. Members that are stored as they are (`numpy.savez`) are read in place; compressed ones are unpacked
+/// into a temporary file.
+#[derive(Debug)]
+pub struct NpzTable {
+    path: PathBuf,
+    arrays: Vec<Array>,
+}
+
+#[derive(Debug)]
+struct Array {
+    name: String,
+    file: File,
+    /// Of the first element, bytes.
+    start: u64,
+    shape: Vec<usize>,
+    fortran: bool,
+    element: Element,
+}
+
+/// How an element is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Element {
+    kind: TypeChar,
+    bytes: usize,
+    big: bool,
+}
+
+impl NpzTable {
+    /// Opens an archive and reads the headers of its arrays.
+    ///
+    /// # Errors
+    /// No such file, no zip archive, a damaged one, or none with arrays of numbers.
+    pub fn open(path: &Path) -> Result<NpzTable, CompareError> {
+        let open = || File::open(path).map_err(|error| CompareError::io(path, &error));
+        let damaged = |what: String| CompareError::content(path, "", what, "write it again with numpy.savez");
+        let mut archive = zip::ZipArchive::new(open()?).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
+        let mut table = NpzTable {
+            path: path.to_owned(),
+            arrays: Vec::new(),
+        };
+        for index in 0..archive.len() {
+            let mut member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
+            let name = member.name().map_err(|error| damaged(error.to_string()))?.into_owned();
+            let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
+                continue;
+            };
+            let stored = member.compression() == zip::CompressionMethod::Stored;
+            let mut file;
+            if stored {
+                file = open()?;
+                let start = member
+                    .data_start()
+                    .ok_or_else(|| damaged(format!("{name} has no data")))?;
+                file.seek(SeekFrom::Start(start))
+                    .map_err(|error| CompareError::io(path, &error))?;
+            } else {
+                file = tempfile::tempfile().map_err(|error| CompareError::io(&std::env::temp_dir(), &error))?;
+                std::io::copy(&mut member, &mut file).map_err(|error| damaged(format!("{name}: {error}")))?;
+                file.rewind().map_err(|error| CompareError::io(path, &error))?;
+            }
+            let header = NpyHeader::from_reader(&mut file).map_err(|error| damaged(format!("{name}: {error}")))?;
+            let start = file.stream_position().map_err(|error| CompareError::io(path, &error))?;
+            if let Some(element) = Element::of(&header.dtype()) {
+                table.arrays.push(Array {
+                    name,
+                    file,
+                    start,
+                    shape: header.shape().iter().map(|&n| n as usize).collect(),
+                    fortran: header.order() == Order::Fortran,
+                    element,
+                });
+            }
+        }
+        if table.arrays.is_empty() {
+            return Err(damaged("holds no array of numbers".to_owned()));
+        }
+        Ok(table)
+    }
+
+    fn find(&self, name: &str) -> Option<&Array> {
+        let exact = self.arrays.iter().find(|a| a.name == name);
+        exact.or_else(|| self.arrays.iter().find(|a| a.name.eq_ignore_ascii_case(name)))
+    }
+
+    fn column(&self, name: &str) -> Result<Column, CompareError> {
+        let slice = Slice::parse(name);
+        let fault = |what: String, remedy: &str| CompareError::content(&self.path, name, what, remedy);
+        let array = self.find(slice.array).ok_or_else(|| {
+            let what = format!("there is no such array; there are {}", self.names().join(", "));
+            fault(what, "name one of them with --column or in a mapping")
+        })?;
+        if array.element.kind == TypeChar::UnicodeStr {
+            return Err(fault("is an array of texts".to_owned(), "name an array of numbers"));
+        }
+        let Some((start, stride, rows)) = array.elements(&slice) else {
+            let what = format!("is of shape {:?}, not a column", array.shape);
+            return Err(fault(what, "name a slice of it, such as y[2]"));
+        };
+        let file = array
+            .file
+            .try_clone()
+            .map_err(|error| CompareError::io(&self.path, &error))?;
+        Ok(Column {
+            path: self.path.clone(),
+            name: name.to_owned(),
+            file,
+            next: array.start + (start * array.element.bytes) as u64,
+            stride,
+            left: rows,
+            element: array.element,
+            bytes: Vec::new(),
+        })
+    }
+}
+
+impl Array {
+    /// Start, stride and number of the elements of a slice, whichever way the array is stored.
+    fn elements(&self, slice: &Slice<'_>) -> Option<(usize, usize, usize)> {
+        match (&self.shape[..], self.fortran) {
+            (&[rows, columns], true) => {
+                // The transposed array, stored row by row.
+                let of = slice.of.map(|(k, row)| (k, Some(!row.unwrap_or(rows < columns))));
+                Slice { of, ..slice.clone() }.elements(&[columns, rows])
+            }
+            (shape, _) => slice.elements(shape),
+        }
+    }
+}
+
+impl Element {
+    fn of(dtype: &DType) -> Option<Element> {
+        let DType::Plain(text) = dtype else {
+            return None;
+        };
+        let (kind, size) = (text.type_char(), text.size_field() as usize);
+        let known = match kind {
+            TypeChar::Float => matches!(size, 4 | 8),
+            TypeChar::Int | TypeChar::Uint => matches!(size, 1 | 2 | 4 | 8),
+            TypeChar::Bool => true,
+            TypeChar::UnicodeStr => true,
+            _ => false,
+        };
+        let bytes = if kind == TypeChar::UnicodeStr { 4 * size } else { size };
+        let big = text.endianness() == Endianness::Big;
+        known.then_some(Element { kind, bytes, big })
+    }
+
+    fn value(self, raw: &[u8]) -> f64 {
+        let mut bytes = [0; 8];
+        let n = self.bytes;
+        bytes[..n].copy_from_slice(raw);
+        if self.big {
+            bytes[..n].reverse();
+        }
+        let whole = u64::from_le_bytes(bytes);
+        match (self.kind, n) {
+            (TypeChar::Float, 8) => f64::from_bits(whole),
+            (TypeChar::Float, _) => f64::from(f32::from_bits(whole as u32)),
+            // The sign is extended from the highest byte that is there.
+            (TypeChar::Int, _) => ((whole << (64 - 8 * n)) as i64 >> (64 - 8 * n)) as f64,
+            _ => whole as f64,
+        }
+    }
+
+    fn text(self, raw: &[u8]) -> String {
+        let code = |c: &[u8]| {
+            let c = [c[0], c[1], c[2], c[3]];
+            if self.big {
+                u32::from_be_bytes(c)
+            } else {
+                u32::from_le_bytes(c)
+            }
+        };
+        raw.chunks_exact(4)
+            .map(code)
+            .take_while(|&c| c != 0)
+            .filter_map(char::from_u32)
+            .collect()
+    }
+}
+
+impl Table for NpzTable {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.arrays.iter().map(|a| a.name.clone()).collect()
+    }
+
+    fn has(&self, name: &str) -> bool {
+        let slice = Slice::parse(name);
+        self.find(slice.array)
+            .is_some_and(|array| array.elements(&slice).is_some())
+    }
+
+    fn unit(&self, _: &str) -> Option<String> {
+        None
+    }
+
+    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
+        let columns = columns
+            .iter()
+            .map(|name| self.column(name))
+            .collect::<Result<Vec<_>, _>>()?;
+        for pair in columns.windows(2) {
+            if pair[0].left != pair[1].left {
+                let what = format!("has {} rows, but {} has {}", pair[1].left, pair[0].name, pair[0].left);
+                return Err(CompareError::content(
+                    &self.path,
+                    pair[1].name.as_str(),
+                    what,
+                    "columns are of one length",
+                ));
+            }
+        }
+        Ok(Box::new(NpzPass { columns }))
+    }
+
+    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
+        match self.find(column) {
+            Some(array) if array.element.kind == TypeChar::UnicodeStr => {
+                let rows: usize = array.shape.iter().product();
+                let raw = read_at(&array.file, array.start, rows * array.element.bytes)
+                    .map_err(|error| CompareError::io(&self.path, &error))?;
+                Ok(raw
+                    .chunks_exact(array.element.bytes.max(1))
+                    .map(|c| array.element.text(c))
+                    .collect())
+            }
+            _ => {
+                let mut column = self.column(column)?;
+                let mut texts = Vec::new();
+                loop {
+                    let mut block = Vec::new();
+                    column.read(&mut block)?;
+                    if block.is_empty() {
+                        return Ok(texts);
+                    }
+                    texts.extend(block.iter().map(f64::to_string));
+                }
+            }
+        }
+    }
+}
+
+/// Bytes of a file that others read at other places.
+fn read_at(mut file: &File, start: u64, bytes: usize) -> std::io::Result<Vec<u8>> {
+    file.seek(SeekFrom::Start(start))?;
+    let mut raw = vec![0; bytes];
+    file.read_exact(&mut raw)?;
+    Ok(raw)
+}
+
+struct NpzPass {
+    columns: Vec<Column>,
+}
+
+impl Pass for NpzPass {
+    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
+        for (source, column) in self.columns.iter_mut().zip(columns) {
+            source.read(column)?;
+        }
+        Ok(())
+    }
+}
+
+struct Column {
+    path: PathBuf,
+    name: String,
+    file: File,
+    /// Of the next element, bytes.
+    next: u64,
+    /// Elements from one to the next.
+    stride: usize,
+    left: usize,
+    element: Element,
+    bytes: Vec<u8>,
+}
+
+impl Column {
+    fn read(&mut self, column: &mut Vec<f64>) -> Result<(), CompareError> {
+        column.clear();
+        let rows = self.left.min(BLOCK);
+        if rows == 0 {
+            return Ok(());
+        }
+        let (size, step) = (self.element.bytes, self.stride * self.element.bytes);
+        self.bytes.resize((rows - 1) * step + size, 0);
+        // Clones of a file share one position.
+        let read = self
+            .file
+            .seek(SeekFrom::Start(self.next))
+            .and_then(|_| self.file.read_exact(&mut self.bytes));
+        read.map_err(|error| {
+            let what = format!("ends too early ({error})");
+            CompareError::content(
+                &self.path,
+                self.name.as_str(),
+                what,
+                "the file was cut off: write it again",
+            )
+        })?;
+        column.extend((0..rows).map(|k| self.element.value(&self.bytes[k * step..k * step + size])));
+        self.next += (rows * step) as u64;
+        self.left -= rows;
+        Ok(())
+    }
+}

@@ -1,0 +1,170 @@
+//! Rows of a candidate in SI units, checked as they are read.
+
+use super::super::{Channel, CompareError};
+use super::table::{Pass, Table};
+
+/// Consecutive samples of a candidate, in SI units and radians.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    /// s, strictly increasing.
+    pub time: Vec<f64>,
+    /// One column for each channel, as long as `time`.
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// How a channel comes from the columns of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Supply {
+    pub channel: Channel,
+    /// Factors and positions of the columns that add up to it.
+    terms: Vec<(f64, usize)>,
+}
+
+impl Supply {
+    /// A column of the file.
+    pub fn direct(channel: Channel, factor: f64, column: usize) -> Supply {
+        Supply {
+            channel,
+            terms: vec![(factor, column)],
+        }
+    }
+}
+
+/// Adds the channels that follow from those of the file.
+pub(super) fn derive(supplies: &mut Vec<Supply>) {
+    let direct = supplies.clone();
+    for channel in Channel::ALL {
+        if direct.iter().any(|supply| supply.channel == channel) {
+            continue;
+        }
+        let sums = channel.sums().iter();
+        let terms = sums.filter_map(|sum| {
+            let term = |&(sign, part): &(f64, Channel)| {
+                let supply = direct.iter().find(|supply| supply.channel == part)?;
+                supply.terms.first().map(|&(factor, column)| (sign * factor, column))
+            };
+            sum.iter().map(term).collect::<Option<Vec<_>>>()
+        });
+        if let Some(terms) = terms.into_iter().next() {
+            supplies.push(Supply { channel, terms });
+        }
+    }
+}
+
+/// A pass over the rows of a candidate.
+pub struct Rows<'a> {
+    table: &'a dyn Table,
+    pass: Box<dyn Pass>,
+    /// Columns that are read; the first is the time.
+    names: Vec<String>,
+    raw: Vec<Vec<f64>>,
+    time_factor: f64,
+    supplies: Vec<Supply>,
+    row: u64,
+    last: f64,
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn new(
+        table: &'a dyn Table,
+        columns: &[String],
+        time_factor: f64,
+        mut supplies: Vec<Supply>,
+    ) -> Result<Rows<'a>, CompareError> {
+        let mut names = vec![columns[0].clone()];
+        for (_, column) in supplies.iter_mut().flat_map(|supply| &mut supply.terms) {
+            let name = &columns[*column];
+            *column = names.iter().position(|known| known == name).unwrap_or_else(|| {
+                names.push(name.clone());
+                names.len() - 1
+            });
+        }
+        Ok(Rows {
+            table,
+            pass: table.pass(&names)?,
+            raw: vec![Vec::new(); names.len()],
+            names,
+            time_factor,
+            supplies,
+            row: 0,
+            last: f64::NEG_INFINITY,
+        })
+    }
+
+    /// Replaces `block` by the next rows; `false` at the end.
+    ///
+    /// # Errors
+    /// Of the file, or a time that is not larger than the one before it, or a value that is not finite.
+    pub fn next(&mut self, block: &mut Block) -> Result<bool, CompareError> {
+        self.pass.next(&mut self.raw)?;
+        let rows = self.raw[0].len();
+        for (column, name) in self.raw.iter().zip(&self.names) {
+            // Without a branch in the loop, for speed.
+            if !column.iter().fold(true, |sound, x| sound & x.is_finite()) {
+                let row = column.iter().position(|x| !x.is_finite()).unwrap_or(0);
+                let place = self.table.place(self.row + row as u64, name);
+                let what = format!("{} is not a finite number", column[row]);
+                return Err(CompareError::content(
+                    self.table.path(),
+                    place,
+                    what,
+                    "leave out the row, or the column",
+                ));
+            }
+        }
+        block.time.clear();
+        block.time.extend(self.raw[0].iter().map(|t| t * self.time_factor));
+        self.check_times(&block.time)?;
+        block.columns.resize(self.supplies.len(), Vec::new());
+        for (supply, column) in self.supplies.iter().zip(&mut block.columns) {
+            column.clear();
+            match supply.terms[..] {
+                [(1.0, k)] => column.extend_from_slice(&self.raw[k]),
+                [(f, k)] => column.extend(self.raw[k].iter().map(|x| f * x)),
+                [(f, k), (g, l)] => column.extend(self.raw[k].iter().zip(&self.raw[l]).map(|(x, y)| f * x + g * y)),
+                ref terms => {
+                    let sum = |row: usize| terms.iter().map(|&(f, k)| f * self.raw[k][row]).sum::<f64>();
+                    column.extend((0..rows).map(sum));
+                }
+            }
+        }
+        self.row += rows as u64;
+        Ok(rows > 0)
+    }
+
+    fn check_times(&mut self, times: &[f64]) -> Result<(), CompareError> {
+        let Some(&first) = times.first() else {
+            return Ok(());
+        };
+        // Without a branch in the loop, for speed.
+        let increasing = times.windows(2).fold(true, |sound, pair| sound & (pair[0] < pair[1]));
+        if increasing && first > self.last {
+            self.last = times[times.len() - 1];
+            return Ok(());
+        }
+        for (row, &time) in times.iter().enumerate() {
+            if time <= self.last {
+                let place = self.table.place(self.row + row as u64, &self.names[0]);
+                let (what, remedy) = if time == self.last {
+                    (
+                        format!("the time {time:?} s is there twice"),
+                        "keep one of the two rows, such as the one after an event",
+                    )
+                } else {
+                    (
+                        format!("the time {time:?} s comes after {:?} s", self.last),
+                        "sort the rows by time",
+                    )
+                };
+                return Err(CompareError::content(self.table.path(), place, what, remedy));
+            }
+            self.last = time;
+        }
+        Ok(())
+    }
+
+    /// Whether nothing has been read yet.
+    pub fn is_at_start(&self) -> bool {
+        self.row == 0
+    }
+}

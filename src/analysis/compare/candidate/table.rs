@@ -1,0 +1,89 @@
+//! Files as columns of numbers, read block by block.
+
+use super::super::CompareError;
+use std::path::Path;
+
+/// Rows read at a time.
+pub const BLOCK: usize = 65_536;
+
+/// A file whose columns have names.
+pub trait Table: std::fmt::Debug {
+    /// The file.
+    fn path(&self) -> &Path;
+    /// Names of the columns, as people would write them in a mapping.
+    fn names(&self) -> Vec<String>;
+    /// Whether there is a column of this name, which may be a slice.
+    fn has(&self, name: &str) -> bool;
+    /// The unit that the file itself states for a column.
+    fn unit(&self, name: &str) -> Option<String>;
+    /// Starts reading columns from their first row.
+    ///
+    /// # Errors
+    /// Of the file, or if the columns differ in length.
+    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError>;
+    /// A column as text, for kinds of events.
+    ///
+    /// # Errors
+    /// Of the file.
+    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError>;
+    /// How messages name a row, counted from 0: "line 12", "row 10".
+    fn place(&self, row: u64, column: &str) -> String {
+        format!("row {row} of {column}")
+    }
+}
+
+/// A pass over some columns of a table.
+pub trait Pass {
+    /// Replaces `columns` by the next rows, up to [`BLOCK`] of them, as many of each; none at the end.
+    ///
+    /// # Errors
+    /// Of the file, with the place.
+    fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError>;
+}
+
+/// The array and the slice that `NAME[2]`, `NAME[2,:]` or `NAME[:,2]` mean.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Slice<'a> {
+    /// Name of the array.
+    pub array: &'a str,
+    /// Which row (`true`) or column (`false`) of two dimensions; `None` for an array of one.
+    pub of: Option<(usize, Option<bool>)>,
+}
+
+impl<'a> Slice<'a> {
+    /// Reads a name.
+    pub fn parse(name: &'a str) -> Slice<'a> {
+        let whole = Slice { array: name, of: None };
+        let Some((array, rest)) = name.split_once('[') else {
+            return whole;
+        };
+        let Some(index) = rest.strip_suffix(']') else {
+            return whole;
+        };
+        let parts: Vec<&str> = index.split(',').map(str::trim).collect();
+        let number = |text: &str| text.parse::<usize>().ok();
+        let of = match parts[..] {
+            [k] => number(k).map(|k| (k, None)),
+            [k, ":"] => number(k).map(|k| (k, Some(true))),
+            [":", k] => number(k).map(|k| (k, Some(false))),
+            _ => None,
+        };
+        if of.is_some() { Slice { array, of } } else { whole }
+    }
+
+    /// Start, stride and number of the elements in an array of this shape, stored row by row; `None` if the array has
+    /// no such slice. `NAME[2]` is a row if the array has fewer rows than columns.
+    pub fn elements(&self, shape: &[usize]) -> Option<(usize, usize, usize)> {
+        match (shape, self.of) {
+            ([n] | [n, 1] | [1, n], None) => Some((0, 1, *n)),
+            (&[rows, columns], Some((k, row))) => {
+                if row.unwrap_or(rows < columns) {
+                    (k < rows).then_some((k * columns, 1, columns))
+                } else {
+                    (k < columns).then_some((k, columns, rows))
+                }
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! In which physical keys two cases differ.
+
+use serde::Serialize;
+
+/// Instead of a value that a case does not have.
+pub(super) const NOT_SET: &str = "not set";
+
+/// A key of the case with its value in both runs, as in /input/resolved; "not set" where a run has none.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct CaseDifference {
+    /// Dotted path.
+    pub key: String,
+    /// In the reference.
+    pub reference: String,
+    /// In the candidate.
+    pub candidate: String,
+}
+
+/// The physical keys of two resolved cases whose values differ. How a run was integrated and sampled is no part of what
+/// it is a run of.
+pub(super) fn case_differences(reference: &str, candidate: &str) -> Vec<CaseDifference> {
+    let (r, c) = (keys(reference), keys(candidate));
+    let value = |keys: &[(String, String)], key: &str| {
+        let found = keys.iter().find(|(name, _)| name == key);
+        found.map_or_else(|| NOT_SET.to_owned(), |(_, value)| value.clone())
+    };
+    let mut names: Vec<&String> = r.iter().map(|(name, _)| name).collect();
+    let known = names.len();
+    for (name, _) in &c {
+        if !names[..known].contains(&name) {
+            names.push(name);
+        }
+    }
+    let difference = |name: &String| CaseDifference {
+        key: name.clone(),
+        reference: value(&r, name),
+        candidate: value(&c, name),
+    };
+    let differences = names.into_iter().map(difference);
+    differences.filter(|d| d.reference != d.candidate).collect()
+}
+
+/// Dotted path and value of each physical key of a resolved case.
+fn keys(resolved: &str) -> Vec<(String, String)> {
+    // A resolved case has been parsed before.
+    let Ok(document) = resolved.parse::<toml_edit::DocumentMut>() else {
+        return Vec::new();
+    };
+    let mut keys = Vec::new();
+    let mut add = |prefix: &str, table: &toml_edit::Table| {
+        for (name, item) in table {
+            if let Some(value) = item.as_value() {
+                keys.push((format!("{prefix}.{name}"), value.clone().decorated("", "").to_string()));
+            }
+        }
+    };
+    for (name, item) in document.iter() {
+        match item {
+            _ if matches!(name, "solver" | "output") => {}
+            toml_edit::Item::Table(table) => add(name, table),
+            toml_edit::Item::ArrayOfTables(tables) => {
+                for (index, table) in tables.iter().enumerate() {
+                    add(&format!("{name}.{index}"), table);
+                }
+            }
+            _ => {}
+        }
+    }
+    keys
+}

@@ -1,0 +1,140 @@
+//! The channels that are compared, the names that other programs give them, and how one follows from others.
+
+use crate::case::quantity::Dimension;
+
+/// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// omega_r = phi_2' - phi_1', rad/s.
+    RelativeVelocity,
+    /// u = theta - phi_2, rad.
+    RotorTwist,
+    /// u', rad/s.
+    RotorTwistRate,
+    /// phi_1, the stator twist, rad.
+    Phi1,
+    /// phi_1', rad/s.
+    Phi1Dot,
+    /// theta', rad/s.
+    ThetaDot,
+    /// phi_2', rad/s.
+    Phi2Dot,
+    /// theta, rad.
+    Theta,
+    /// phi_2, rad.
+    Phi2,
+    /// phi_2 - phi_1, rad.
+    SlipDisplacement,
+    /// z, m.
+    Z,
+    /// z', m/s.
+    ZDot,
+    /// F_n, N.
+    NormalForce,
+    /// The torque on the stator surface through the interface, N m.
+    FrictionTorque,
+    /// T_f = (T_r + T_s)/2, N m.
+    TransmittedTorque,
+}
+
+/// Channels with their factors, which add up to another channel.
+pub type Sum = &'static [(f64, Channel)];
+
+impl Channel {
+    /// Every channel, in the order of reports.
+    pub const ALL: [Channel; 15] = [
+        Channel::RelativeVelocity,
+        Channel::RotorTwist,
+        Channel::RotorTwistRate,
+        Channel::Phi1,
+        Channel::Phi1Dot,
+        Channel::ThetaDot,
+        Channel::Phi2Dot,
+        Channel::Theta,
+        Channel::Phi2,
+        Channel::SlipDisplacement,
+        Channel::Z,
+        Channel::ZDot,
+        Channel::NormalForce,
+        Channel::FrictionTorque,
+        Channel::TransmittedTorque,
+    ];
+
+    /// The variable of /trajectory that holds it.
+    pub fn name(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// What it measures.
+    pub fn dimension(self) -> Dimension {
+        self.facts().1
+    }
+
+    /// Its SI unit, for people.
+    pub fn unit(self) -> &'static str {
+        self.dimension().unit()
+    }
+
+    /// Names by which it is known elsewhere, in lower case.
+    pub fn aliases(self) -> &'static [&'static str] {
+        self.facts().2
+    }
+
+    /// The channel of a name, which is this program's or an alias; upper and lower case are alike.
+    pub fn find(name: &str) -> Option<Channel> {
+        let name = name.to_lowercase();
+        let known = |channel: &Channel| channel.name() == name || channel.aliases().contains(&name.as_str());
+        Channel::ALL.into_iter().find(known)
+    }
+
+    /// How the channel follows from others, the best way first.
+    pub fn sums(self) -> &'static [Sum] {
+        use Channel::*;
+        match self {
+            RelativeVelocity => &[
+                &[(1.0, Phi2Dot), (-1.0, Phi1Dot)],
+                &[(1.0, ThetaDot), (-1.0, RotorTwistRate), (-1.0, Phi1Dot)],
+            ],
+            RotorTwist => &[&[(1.0, Theta), (-1.0, Phi2)]],
+            RotorTwistRate => &[&[(1.0, ThetaDot), (-1.0, Phi2Dot)]],
+            ThetaDot => &[&[(1.0, Phi2Dot), (1.0, RotorTwistRate)]],
+            Phi2Dot => &[&[(1.0, ThetaDot), (-1.0, RotorTwistRate)]],
+            Phi2 => &[&[(1.0, Theta), (-1.0, RotorTwist)]],
+            SlipDisplacement => &[&[(1.0, Phi2), (-1.0, Phi1)]],
+            _ => &[],
+        }
+    }
+
+    fn facts(self) -> (&'static str, Dimension, &'static [&'static str]) {
+        use Dimension::{Angle, AngularVelocity, Force, Length, Torque, Velocity};
+        match self {
+            Channel::RelativeVelocity => (
+                "relative_velocity",
+                AngularVelocity,
+                &["omega_r", "omega_rel", "w_rel", "w_r", "v_rel"],
+            ),
+            Channel::RotorTwist => ("rotor_twist", Angle, &["u", "twist"]),
+            Channel::RotorTwistRate => (
+                "rotor_twist_rate",
+                AngularVelocity,
+                &["u_dot", "twist_rate", "rotor_twist_dot"],
+            ),
+            Channel::Phi1 => ("phi1", Angle, &["phi_1", "stator_twist", "v"]),
+            Channel::Phi1Dot => (
+                "phi1_dot",
+                AngularVelocity,
+                &["phi_1_dot", "stator_twist_rate", "v_dot", "dphi1"],
+            ),
+            Channel::ThetaDot => ("theta_dot", AngularVelocity, &["omega", "rotor_speed", "dtheta"]),
+            Channel::Phi2Dot => ("phi2_dot", AngularVelocity, &["phi_2_dot", "dphi2"]),
+            Channel::Theta => ("theta", Angle, &["rotor_angle"]),
+            Channel::Phi2 => ("phi2", Angle, &["phi_2"]),
+            Channel::SlipDisplacement => ("slip_displacement", Angle, &["slip_distance"]),
+            Channel::Z => ("z", Length, &["axial_displacement"]),
+            Channel::ZDot => ("z_dot", Velocity, &["axial_velocity", "dz"]),
+            Channel::NormalForce => ("normal_force", Force, &["f_n", "fn", "contact_force"]),
+            Channel::FrictionTorque => ("friction_torque", Torque, &["t_friction"]),
+            Channel::TransmittedTorque => ("transmitted_torque", Torque, &["t_f"]),
+        }
+    }
+}

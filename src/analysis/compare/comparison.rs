@@ -1,0 +1,215 @@
+//! The outcome of a comparison.
+
+use super::candidate::Candidate;
+use super::case_differences::CaseDifference;
+use super::detect::Detection;
+use super::diagnosis::Diagnosis;
+use super::energy::EnergyDrift;
+use super::event_errors::EventErrors;
+use super::statistics::{Statistic, statistics};
+use super::windows::Phase;
+use super::word::{Alignment, Difference, Fault, WordEvent};
+use super::{Cause, Channel, States};
+use serde::Serialize;
+use std::path::Path;
+
+/// How far a candidate agrees with its reference. Errors are candidate minus reference.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// The reference's file.
+    pub reference: String,
+    /// The candidate's file.
+    pub candidate: String,
+    /// "result file", "HDF5", "CSV", "NPZ" or "events table".
+    pub format: &'static str,
+    /// In one line.
+    pub verdict: String,
+    /// What explains the differences, the most fundamental first.
+    pub causes: Vec<Diagnosis>,
+    /// Keys of the case in which the two runs differ, in SI; empty if the candidate's case is unknown.
+    pub case_differences: Vec<CaseDifference>,
+    /// How events were found by the relative velocity; `None` if the candidate states them.
+    pub detection: Option<Detection>,
+    /// What the candidate covers; `None` for a table of events.
+    pub span: Option<Span>,
+    /// Mean interval of the candidate's samples in the reference's stick-slip, s.
+    pub interval: Option<f64>,
+    /// Events of the reference's word in the candidate's span.
+    pub reference_events: usize,
+    /// Events of the candidate's word.
+    pub candidate_events: usize,
+    /// Events of the reference that the candidate does not have.
+    pub missing: usize,
+    /// Events of the candidate that the reference does not have.
+    pub spurious: usize,
+    /// Where and how the words differ; empty if they are equal.
+    pub sequence: Vec<Difference>,
+    /// Errors of the times of matched events.
+    pub event_errors: EventErrors,
+    /// The paper's numbers of both runs.
+    pub statistics: Vec<Statistic>,
+    /// Errors of channels by phase.
+    pub channels: Vec<ChannelErrors>,
+    /// Samples of the candidate that were compared.
+    pub samples: u64,
+    /// Samples at an event, or in a segment that only one of the runs has.
+    pub samples_outside: u64,
+    /// Samples in gaps of the reference that are too wide to interpolate.
+    pub samples_too_sparse: u64,
+    /// Whether the reference's run was repeated to have its states where its samples are too sparse.
+    pub reference_repeated: bool,
+    /// The energy balance of the candidate's own channels, if it has the twists, their rates and the rotor speed.
+    pub energy_drift: Option<EnergyDrift>,
+}
+
+/// The part of the reference that a candidate covers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Span {
+    /// s.
+    pub from: f64,
+    /// s.
+    pub to: f64,
+    /// Whether it begins before the reference's first event.
+    pub from_start: bool,
+    /// Whether it ends after the reference's last event.
+    pub to_end: bool,
+}
+
+/// The errors of one channel in one phase.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelErrors {
+    /// What part of the run.
+    pub phase: Phase,
+    /// The channel's name in /trajectory.
+    pub channel: &'static str,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// How many were compared.
+    pub samples: u64,
+    /// Largest absolute error, in `unit`.
+    pub max: f64,
+    /// The candidate's time of it, s.
+    pub max_at: f64,
+    /// Root mean square of the error, in `unit`.
+    pub rms: f64,
+    /// -log10 of the largest error in parts of the largest |reference| of the phase; 17 if there is no error.
+    pub scd: Option<f64>,
+    /// -log10 of the largest |error|/(size + |reference|), with the channel's natural size; 17 if there is no error.
+    pub mescd: Option<f64>,
+}
+
+/// What a comparison is made of.
+pub(super) struct Parts<'a> {
+    pub reference: &'a Path,
+    pub candidate: &'a Candidate,
+    pub causes: Vec<Diagnosis>,
+    pub case_differences: Vec<CaseDifference>,
+    pub detection: Option<Detection>,
+    pub span: Span,
+    pub words: (&'a [WordEvent], &'a [WordEvent]),
+    pub alignment: Alignment,
+    pub errors: EventErrors,
+    pub states: Option<&'a States>,
+    pub interval: Option<f64>,
+    pub rerun: bool,
+}
+
+pub(super) fn compose(parts: Parts<'_>) -> Comparison {
+    let (reference, candidate) = parts.words;
+    let channels = parts.states.map_or_else(Vec::new, channel_errors);
+    let Span { from_start, to_end, .. } = parts.span;
+    Comparison {
+        reference: parts.reference.display().to_string(),
+        candidate: parts.candidate.path().display().to_string(),
+        format: parts.candidate.format(),
+        verdict: verdict(&parts.alignment, &parts.errors, &parts.causes, &channels),
+        causes: parts.causes,
+        case_differences: parts.case_differences,
+        detection: parts.detection,
+        span: parts.candidate.has_rows().then_some(parts.span),
+        interval: parts.interval,
+        reference_events: reference.len(),
+        candidate_events: candidate.len(),
+        missing: parts.alignment.missing(),
+        spurious: parts.alignment.spurious(),
+        sequence: parts.alignment.differences,
+        event_errors: parts.errors,
+        statistics: statistics(reference, candidate, from_start, to_end),
+        // All channels have the same samples.
+        samples: parts.states.map_or(0, |s| {
+            s.tallies
+                .iter()
+                .filter_map(|phase| phase.first())
+                .map(|t| t.samples)
+                .sum()
+        }),
+        samples_outside: parts.states.map_or(0, |s| s.outside),
+        samples_too_sparse: parts.states.map_or(0, |s| s.too_sparse),
+        reference_repeated: parts.rerun,
+        energy_drift: parts.states.and_then(|s| s.energy),
+        channels,
+    }
+}
+
+fn channel_errors(states: &States) -> Vec<ChannelErrors> {
+    let mut rows = Vec::new();
+    for phase in Phase::ALL {
+        for (channel, tally) in states.channels.iter().copied().zip(&states.tallies[phase as usize]) {
+            let channel: Channel = channel;
+            if tally.samples > 0 {
+                rows.push(ChannelErrors {
+                    phase,
+                    channel: channel.name(),
+                    unit: channel.unit(),
+                    samples: tally.samples,
+                    max: tally.max,
+                    max_at: tally.max_at,
+                    rms: tally.rms(),
+                    scd: tally.scd(),
+                    mescd: tally.mescd(),
+                });
+            }
+        }
+    }
+    rows
+}
+
+/// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
+fn verdict(alignment: &Alignment, errors: &EventErrors, causes: &[Diagnosis], channels: &[ChannelErrors]) -> String {
+    let mut text = match alignment.differences.first() {
+        None => match errors.matched {
+            0 => "neither run has an event".to_owned(),
+            _ => "the event sequences agree".to_owned(),
+        },
+        Some(first) => {
+            let what = match first.fault {
+                Fault::Missing => "is missing".to_owned(),
+                Fault::Spurious => "is not in the reference".to_owned(),
+                Fault::Doubled => "is there twice".to_owned(),
+                Fault::Swapped => "has changed places with its neighbour".to_owned(),
+                Fault::Renamed => format!("is a {}", first.candidate_kind.unwrap_or("different event")),
+            };
+            let (position, kind, time) = (first.position, first.kind, first.time);
+            format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}")
+        }
+    };
+    if let Some(max) = errors.max {
+        text += &format!("; matched events are within {max:.1e} s");
+    } else if let Some(digits) = channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp) {
+        text += &format!("; states agree to {digits:.1} digits");
+    }
+    if let Some(first) = causes.first() {
+        let label = match first.cause {
+            Cause::WrongUnits => "wrong units",
+            Cause::AnotherCase => "another case",
+            Cause::UnperturbedRun => "unperturbed run",
+            Cause::UnresolvedMode => "unresolved mode",
+            Cause::StepTooLarge => "step too large",
+            Cause::VelocityTolerance => "velocity tolerance too wide",
+            Cause::StickTest => "another stick test",
+            Cause::AbsoluteAngles => "absolute angles",
+        };
+        text += &format!("; likely cause: {label}: {}", first.evidence);
+    }
+    text
+}

@@ -1,0 +1,416 @@
+//! Events found in a time series by its relative velocity.
+//!
+//! A stick begins where |omega_r| comes within the tolerance and lasts until it exceeds `hysteresis` times the
+//! tolerance; a change of sign between two samples, or over one sample within the tolerance, is a reversal. Times are
+//! better than the sampling: a stop is the zero of the parabola through the last three samples before it, a breakaway is
+//! where omega_r, of which the
+//! first three samples give the square and the cube of the time since, was zero. Neither leaves its pair of samples.
+
+use crate::simulation::EventKind;
+
+/// An event of a candidate, with what it tells about its cause.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// s.
+    pub time: f64,
+    /// What happened.
+    pub kind: EventKind,
+    /// T_r and T_s just before, N m, if the candidate has the twists.
+    pub torques: Option<(f64, f64)>,
+    /// Of a stick: the relative velocity that was left when it began, rad/s, as far as the samples show.
+    pub dropped: Option<f64>,
+}
+
+impl Found {
+    /// An event of which only time (s) and kind are known.
+    pub fn new(time: f64, kind: EventKind) -> Found {
+        Found {
+            time,
+            kind,
+            torques: None,
+            dropped: None,
+        }
+    }
+}
+
+/// How events are found.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Detection {
+    /// A relative velocity up to this counts as zero, rad/s.
+    pub velocity_tolerance: f64,
+    /// A stick ends above this many tolerances; at least 1.
+    pub hysteresis: f64,
+}
+
+/// Rounding of the speeds of a sticking pair, with room to spare; a slip passes it in a millionth of its period.
+pub const DEFAULT_TOLERANCE: f64 = 1e-8;
+/// Enough that noise of the size of the tolerance does not end a stick.
+pub const DEFAULT_HYSTERESIS: f64 = 2.0;
+
+/// One sample, as far as detection needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// s.
+    pub time: f64,
+    /// omega_r, rad/s.
+    pub velocity: f64,
+    /// F_n, N; infinite if the candidate does not have it.
+    pub normal_force: f64,
+    /// T_r and T_s, N m.
+    pub torques: Option<(f64, f64)>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Start,
+    Slip { sense: f64 },
+    Stick(Stick),
+    Separated,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stick {
+    /// The event that began it, until it has been reported.
+    entry: Option<Found>,
+    sense: f64,
+    samples: usize,
+    /// The last two samples within it.
+    last: Point,
+    before: Option<Point>,
+}
+
+/// A stick that has ended: the time of its end follows from up to three samples after it.
+#[derive(Debug, Clone, PartialEq)]
+struct Leaving {
+    stick: Stick,
+    sense: f64,
+    after: Vec<Point>,
+}
+
+/// Finds events in samples given in order of time.
+#[derive(Debug, Clone)]
+pub struct Detector {
+    detection: Detection,
+    phase: Phase,
+    leaving: Option<Leaving>,
+    /// The last three samples in slip, the latest first.
+    recent: [Option<Point>; 3],
+    events: Vec<Found>,
+    /// Samples in a row at which omega_r has stood still outside the tolerance.
+    still: usize,
+    plateau: f64,
+}
+
+/// omega_r stands still where it changes by no more than this part of itself, for more samples than an extremum takes.
+const STILL: f64 = 1e-9;
+const STILL_SAMPLES: usize = 4;
+
+impl Detector {
+    /// A detector before its first sample.
+    pub fn new(detection: Detection) -> Detector {
+        Detector {
+            detection,
+            phase: Phase::Start,
+            leaving: None,
+            recent: [None; 3],
+            events: Vec::new(),
+            still: 0,
+            plateau: 0.0,
+        }
+    }
+
+    /// The largest |omega_r| outside the tolerance at which it stood still, rad/s; 0 if it never did. A stick that a
+    /// solver does not bring to rest looks like that.
+    pub fn plateau(&self) -> f64 {
+        self.plateau
+    }
+
+    /// How many events were found so far.
+    pub fn count(&self) -> usize {
+        self.events.len()
+    }
+
+    /// Takes the next sample.
+    pub fn add(&mut self, p: Point) {
+        let at_rest = p.velocity.abs() <= self.detection.velocity_tolerance;
+        if let Some(leaving) = &mut self.leaving {
+            let goes_on = !at_rest && p.velocity * leaving.sense > 0.0 && p.normal_force > 0.0;
+            if goes_on {
+                leaving.after.push(p);
+            }
+            if !goes_on || leaving.after.len() == 3 {
+                let event = breakaway(leaving);
+                self.events.push(event);
+                self.leaving = None;
+            }
+        }
+        if p.normal_force <= 0.0 && !matches!(self.phase, Phase::Start | Phase::Separated) {
+            self.settle();
+            self.report(p.time, EventKind::Separation);
+            self.phase = Phase::Separated;
+        }
+        match self.phase {
+            Phase::Start => self.phase = self.begin(p, None),
+            Phase::Separated => {
+                if p.normal_force > 0.0 {
+                    self.report(p.time, EventKind::Contact);
+                    self.phase = self.begin(p, None);
+                }
+            }
+            Phase::Slip { sense } => {
+                if at_rest {
+                    let entry = self.stop(&p);
+                    self.phase = self.begin(p, Some((entry, sense)));
+                } else if p.velocity * sense < 0.0 {
+                    let time = self.recent[0].map_or(p.time, |q| {
+                        q.time + (p.time - q.time) * q.velocity / (q.velocity - p.velocity)
+                    });
+                    self.report(time, EventKind::Reversal);
+                    self.phase = Phase::Slip { sense: -sense };
+                    self.recent = [None; 3];
+                }
+            }
+            Phase::Stick(mut stick) => {
+                if p.velocity.abs() <= self.detection.velocity_tolerance * self.detection.hysteresis {
+                    self.events.extend(stick.entry.take());
+                    stick.samples += 1;
+                    stick.before = Some(stick.last);
+                    stick.last = p;
+                    self.phase = Phase::Stick(stick);
+                } else {
+                    self.leave(stick, p);
+                }
+            }
+        }
+        if let (Phase::Slip { .. }, Some(last)) = (self.phase, self.recent[0]) {
+            let still = (p.velocity - last.velocity).abs() <= STILL * p.velocity.abs();
+            self.still = if still { self.still + 1 } else { 0 };
+            if self.still >= STILL_SAMPLES {
+                self.plateau = self.plateau.max(p.velocity.abs());
+            }
+        }
+        if let Phase::Slip { .. } = self.phase {
+            self.recent = [Some(p), self.recent[0], self.recent[1]];
+        }
+    }
+
+    /// The events, after the last sample.
+    pub fn finish(mut self) -> Vec<Found> {
+        if let Some(leaving) = self.leaving.take() {
+            self.events.push(breakaway(&leaving));
+        }
+        self.settle();
+        self.events
+    }
+
+    fn report(&mut self, time: f64, kind: EventKind) {
+        self.events.push(Found::new(time, kind));
+    }
+
+    /// A stick that is under way has begun.
+    fn settle(&mut self) {
+        if let Phase::Stick(stick) = &mut self.phase {
+            self.events.extend(stick.entry.take());
+        }
+    }
+
+    fn begin(&mut self, p: Point, entry: Option<(Found, f64)>) -> Phase {
+        self.recent = [None; 3];
+        if p.velocity.abs() <= self.detection.velocity_tolerance {
+            Phase::Stick(Stick {
+                entry: entry.map(|e| e.0),
+                sense: entry.map_or(0.0, |e| e.1),
+                samples: 1,
+                last: p,
+                before: None,
+            })
+        } else {
+            Phase::Slip {
+                sense: p.velocity.signum(),
+            }
+        }
+    }
+
+    fn leave(&mut self, mut stick: Stick, p: Point) {
+        let sense = p.velocity.signum();
+        self.recent = [None; 3];
+        self.phase = Phase::Slip { sense };
+        match stick.entry.take() {
+            // One sample at zero between two signs is a crossing that happened to be hit.
+            Some(entry) if stick.samples == 1 && sense == -stick.sense => self.report(entry.time, EventKind::Reversal),
+            entry => {
+                self.events.extend(entry);
+                self.leaving = Some(Leaving {
+                    stick,
+                    sense,
+                    after: vec![p],
+                });
+            }
+        }
+    }
+
+    /// The stick that begins between the last sample and `p`.
+    fn stop(&self, p: &Point) -> Found {
+        let mut found = Found::new(p.time, EventKind::Stick);
+        let [Some(a), Some(b), c] = self.recent else {
+            return found;
+        };
+        let h = p.time - a.time;
+        let slope = (a.velocity - b.velocity) / (a.time - b.time);
+        let (slope, bend) = match c {
+            Some(c) => {
+                let earlier = (b.velocity - c.velocity) / (b.time - c.time);
+                let bend = (slope - earlier) / (a.time - c.time);
+                (slope + bend * (a.time - b.time), bend)
+            }
+            None => (slope, 0.0),
+        };
+        // The zero of v + slope x + bend x^2 that comes first, by the formula that does not cancel.
+        let v = a.velocity;
+        let root = slope * slope - 4.0 * bend * v;
+        let x = if root >= 0.0 {
+            -2.0 * v / (slope + slope.signum() * root.sqrt())
+        } else {
+            f64::INFINITY
+        };
+        let x = if x > 0.0 { x.min(h) } else { h };
+        found.time = a.time + x;
+        let left = (v + slope * h + bend * h * h) * v.signum();
+        found.dropped = Some(left.max(0.0));
+        found
+    }
+}
+
+/// The end of a stick, by the first samples after it.
+fn breakaway(leaving: &Leaving) -> Found {
+    let (last, p) = (&leaving.stick.last, &leaving.after[0]);
+    let time = take_off(&leaving.after)
+        .unwrap_or(0.5 * (last.time + p.time))
+        .clamp(last.time, p.time);
+    // Torques run on smoothly until the end of the stick.
+    let torques = last.torques.and_then(|(r1, s1)| {
+        let before = leaving.stick.before?;
+        let (r0, s0) = before.torques?;
+        let part = (time - last.time) / (last.time - before.time);
+        Some((r1 + (r1 - r0) * part, s1 + (s1 - s0) * part))
+    });
+    Found {
+        torques,
+        ..Found::new(time, EventKind::Slip)
+    }
+}
+
+/// The time at which a velocity that grows as a x^2 + b x^3, or as a x^2 if there are but two samples, was zero.
+fn take_off(samples: &[Point]) -> Option<f64> {
+    let [p, q, rest @ ..] = samples else {
+        return None;
+    };
+    if q.velocity / p.velocity <= 1.0 {
+        return None;
+    }
+    let ratio = (p.velocity / q.velocity).sqrt();
+    let parabola = (p.time - ratio * q.time) / (1.0 - ratio);
+    let Some(r) = rest.first() else {
+        return Some(parabola);
+    };
+    // v/(t - zero)^2 is a straight line through the samples for the right zero; the secant method finds it.
+    let bend = |zero: f64| {
+        let a = [p, q, r].map(|s| (s.time, s.velocity / ((s.time - zero) * (s.time - zero))));
+        (a[2].1 - a[1].1) / (a[2].0 - a[1].0) - (a[1].1 - a[0].1) / (a[1].0 - a[0].0)
+    };
+    let (mut x, mut y) = (parabola, parabola - 0.01 * (q.time - p.time));
+    let (mut f, mut g) = (bend(x), bend(y));
+    for _ in 0..20 {
+        let z = y - g * (y - x) / (g - f);
+        if !z.is_finite() || z >= p.time || (z - parabola).abs() > q.time - p.time {
+            return Some(parabola);
+        }
+        (x, f) = (y, g);
+        (y, g) = (z, bend(z));
+        if (y - x).abs() <= 1e-9 * (q.time - p.time) || g == 0.0 {
+            return Some(y);
+        }
+    }
+    Some(parabola)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIMPLE: Detection = Detection {
+        velocity_tolerance: 1e-6,
+        hysteresis: 2.0,
+    };
+
+    fn found(detection: Detection, velocity: impl Fn(f64) -> f64, times: impl Iterator<Item = f64>) -> Vec<Found> {
+        let mut detector = Detector::new(detection);
+        for time in times {
+            detector.add(Point {
+                time,
+                velocity: velocity(time),
+                normal_force: f64::INFINITY,
+                torques: None,
+            });
+        }
+        detector.finish()
+    }
+
+    /// Stops with a parabola at 1.2345, breaks away with a parabola and a cubic at 2.3456.
+    fn stick_and_slip(t: f64) -> f64 {
+        if t < 1.2345 {
+            let x = 1.2345 - t;
+            x + 0.3 * x * x
+        } else if t < 2.3456 {
+            0.0
+        } else {
+            0.7 * (t - 2.3456).powi(2) - 0.4 * (t - 2.3456).powi(3)
+        }
+    }
+
+    #[test]
+    fn analytic_times_between_samples_are_those_of_parabolas() {
+        let events = found(SIMPLE, stick_and_slip, (0..300).map(|k| 0.01 * f64::from(k)));
+        assert_eq!(
+            events.iter().map(|e| e.kind).collect::<Vec<_>>(),
+            [EventKind::Stick, EventKind::Slip]
+        );
+        // Exact but for rounding, which the differences of samples amplify by 1/h^2 (1e4), and where the secant stops.
+        assert!((events[0].time - 1.2345).abs() < 1e-11, "{events:?}");
+        assert!((events[1].time - 2.3456).abs() < 1e-10, "{events:?}");
+    }
+
+    #[test]
+    fn analytic_crossings_are_reversals_also_through_a_sample_at_zero() {
+        let times = (0..21).map(|k| 0.1 * f64::from(k) - 1.0);
+        let events = found(SIMPLE, |t| -t, times.clone());
+        assert_eq!(events.len(), 1);
+        assert_eq!(
+            (events[0].kind, events[0].time.abs() < 1e-12),
+            (EventKind::Reversal, true)
+        );
+        let events = found(SIMPLE, |t| 0.05 - t, times);
+        assert_eq!(events.len(), 1);
+        assert!((events[0].time - 0.05).abs() < 1e-12);
+    }
+
+    #[test]
+    fn analytic_noise_below_the_hysteresis_ends_no_stick() {
+        let noisy = |t: f64| if t < 1.0 { 1.0 - t } else { 1.9e-6 * (1e4 * t).sin() };
+        let times = || (0..300).map(|k| 0.01 * f64::from(k));
+        assert_eq!(found(SIMPLE, noisy, times()).len(), 1);
+        let tight = Detection {
+            velocity_tolerance: 1e-9,
+            hysteresis: 2.0,
+        };
+        assert!(found(tight, noisy, times()).len() > 20);
+    }
+
+    #[test]
+    fn analytic_the_speed_that_a_wide_tolerance_drops_is_seen() {
+        let dropped = |t: f64| if t < 0.7 { 1.0 - t } else { 0.0 };
+        let events = found(SIMPLE, dropped, (0..100).map(|k| 0.01 * f64::from(k)));
+        let left = events[0].dropped.unwrap();
+        assert!((left - 0.3).abs() < 0.011, "{left}");
+    }
+}

@@ -1,0 +1,376 @@
+//! Why a candidate differs: causes for which its own numbers are evidence.
+//!
+//! Each cause has a rule, stated at its function. A rule that does not hold says nothing; none guesses.
+
+use super::case_differences::{CaseDifference, NOT_SET};
+use super::detect::Found;
+use super::event_errors::EventErrors;
+use super::reference::Physics;
+use super::states::{Grid, Probe};
+use super::units::UnitFault;
+use super::word::{Alignment, Fault, WordEvent};
+use crate::model::BreakawayTest;
+use crate::simulation::EventKind;
+use serde::Serialize;
+
+/// What is wrong with a candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// A channel, or the time, is in another unit or of the other sign.
+    WrongUnits,
+    /// It is a run of another case.
+    AnotherCase,
+    /// The reference has a kick, the candidate has none.
+    UnperturbedRun,
+    /// The fast mode is not followed: steps or samples are too far apart, or the method damps it.
+    UnresolvedMode,
+    /// Short sticks pass between two steps.
+    StepTooLarge,
+    /// A stick is declared while the disks still slide.
+    VelocityTolerance,
+    /// Breakaway is decided by another torque than the reference's.
+    StickTest,
+    /// Angles instead of twists: their rounding is a floor under the torques.
+    AbsoluteAngles,
+}
+
+/// A cause with its evidence in words.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// What is wrong.
+    pub cause: Cause,
+    /// What shows it, with numbers.
+    pub evidence: String,
+}
+
+/// A kick of the reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Kick {
+    /// s.
+    pub time: f64,
+    /// What it adds to omega_r, rad/s.
+    pub delta: f64,
+}
+
+/// Everything that the rules look at.
+pub(super) struct Evidence<'a> {
+    pub physics: &'a Physics,
+    pub reference: &'a [WordEvent],
+    pub found: &'a [Found],
+    pub alignment: &'a Alignment,
+    pub errors: &'a EventErrors,
+    pub units: Vec<UnitFault>,
+    pub kick: Option<Kick>,
+    /// Before the kick, after it, and before the first event of either run.
+    pub probes: &'a [Probe],
+    pub grid: Grid,
+    /// Mean interval of the candidate's samples in the stick-slip, s.
+    pub interval: Option<f64>,
+    /// omega_r at which the candidate stands still outside the tolerance, rad/s.
+    pub plateau: f64,
+    /// Whether events were found by the relative velocity, and not given.
+    pub detected: bool,
+}
+
+/// Event times that agree to this, s, need no explanation: it is what the references promise.
+const AGREED: f64 = 1e-9;
+
+/// The causes that have evidence, the most fundamental first.
+pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
+    let mut causes: Vec<Diagnosis> = e.units.iter().map(wrong_units).collect();
+    let agrees = e.alignment.differences.is_empty() && e.errors.max.is_none_or(|max| max <= AGREED);
+    if agrees {
+        return causes;
+    }
+    let rules = [
+        unperturbed,
+        unresolved,
+        step_too_large,
+        velocity_tolerance,
+        stick_test,
+        absolute_angles,
+    ];
+    causes.extend(rules.iter().filter_map(|rule| rule(e)));
+    causes
+}
+
+fn diagnosis(cause: Cause, evidence: String) -> Option<Diagnosis> {
+    Some(Diagnosis { cause, evidence })
+}
+
+fn wrong_units(fault: &UnitFault) -> Diagnosis {
+    let UnitFault { name, found, expected } = fault;
+    let evidence = if found.contains(' ') && found.starts_with("the") {
+        format!("{name} has {found}")
+    } else {
+        format!("{name} looks like {found} where {expected} is meant")
+    };
+    Diagnosis {
+        cause: Cause::WrongUnits,
+        evidence,
+    }
+}
+
+/// How far the candidate's omega_r in the first quarter period after the kick is from that of a kicked run, in parts of
+/// the kick: 0 if the candidate was kicked too, -1 if it was not.
+///
+/// The kick is a step of omega_r that turns into a free oscillation, of which the quarter period shows 2/pi on average,
+/// whatever happens to it later. Before the kick the error has to be smaller than it, or nothing can be said.
+fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
+    /// Samples that make an average.
+    const ENOUGH: usize = 4;
+    /// Part of the kick that the error before it may have.
+    const QUIET: f64 = 0.3;
+    let kick = e.kick?;
+    let [before, after, _] = e.probes else {
+        return None;
+    };
+    let quarter = kick.time + 0.25 * e.physics.natural_period;
+    let errors: Vec<f64> = after
+        .points
+        .iter()
+        .take_while(|p| p.0 <= quarter)
+        .map(|p| p.1)
+        .collect();
+    if errors.len() < ENOUGH {
+        return None;
+    }
+    // Before the kick, or over whole periods after it, the kick contributes nothing to the average.
+    let quiet = if before.points.len() >= ENOUGH { before } else { after };
+    if before.points.len() >= ENOUGH && deviation(&detrended(&before.points, |p| p.1)) > QUIET * kick.delta.abs() {
+        return None;
+    }
+    let level = quiet.points.iter().map(|p| p.1).sum::<f64>() / quiet.points.len() as f64;
+    let step = errors.iter().sum::<f64>() / errors.len() as f64 - level;
+    Some(step / (kick.delta * std::f64::consts::FRAC_2_PI))
+}
+
+/// |kick_shown| up to this is a kicked run; as close to -1, one without a kick.
+const SHOWN_WITHIN: f64 = 0.4;
+
+/// The reference's kick is absent from the candidate's omega_r.
+fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let shown = kick_shown(e)?;
+    if (shown + 1.0).abs() > SHOWN_WITHIN {
+        return None;
+    }
+    let kick = e.kick?;
+    diagnosis(
+        Cause::UnperturbedRun,
+        format!(
+            "the reference is kicked by {:.1e} rad/s at {:.6} s, the candidate is not: its onset is amplified rounding",
+            kick.delta, kick.time
+        ),
+    )
+}
+
+/// Samples (or steps) are further apart than an eighth of the natural period, or the oscillation that both runs should
+/// have before the first event is less than half as large although the candidate was kicked.
+fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
+    const PER_PERIOD: f64 = 8.0;
+    let period = e.physics.natural_period;
+    if let Some(interval) = e.interval.filter(|interval| interval * PER_PERIOD > period) {
+        return diagnosis(
+            Cause::UnresolvedMode,
+            format!(
+                "its samples are {:.1} us apart in the stick-slip, where a period of the fast mode takes {:.1} us",
+                interval * 1e6,
+                period * 1e6
+            ),
+        );
+    }
+    let [_, _, onset] = e.probes else {
+        return None;
+    };
+    if onset.points.len() < 16 || kick_shown(e).is_none_or(|shown| shown.abs() > SHOWN_WITHIN) {
+        return None;
+    }
+    let theirs = deviation(&detrended(&onset.points, |p| p.1 + p.2));
+    let ours = deviation(&detrended(&onset.points, |p| p.2));
+    if theirs > 0.5 * ours {
+        return None;
+    }
+    diagnosis(
+        Cause::UnresolvedMode,
+        format!(
+            "it was kicked, but before the onset its oscillation has {:.1} % of the reference's: its steps damp the growth",
+            100.0 * theirs / ours
+        ),
+    )
+}
+
+/// Sticks of the reference are missing, or are reversals, that are shorter than four of the candidate's intervals.
+fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let interval = e.interval?;
+    let differences = e.alignment.differences.iter();
+    let missing =
+        differences.filter(|d| matches!(d.fault, Fault::Missing | Fault::Renamed) && d.kind == EventKind::Stick.name());
+    let duration = |position: usize| Some(e.reference.get(position + 1)?.time - e.reference.get(position)?.time);
+    const STEPS: f64 = 4.0;
+    let short: Vec<f64> = missing
+        .filter_map(|d| duration(d.position))
+        .filter(|d| *d < STEPS * interval)
+        .collect();
+    let shortest = short.iter().copied().min_by(f64::total_cmp)?;
+    diagnosis(
+        Cause::StepTooLarge,
+        format!(
+            "{} missing stick{} shorter than four of its steps of {:.1} us, the shortest {:.1} us",
+            short.len(),
+            if short.len() == 1 { " is" } else { "s are" },
+            interval * 1e6,
+            shortest * 1e6
+        ),
+    )
+}
+
+/// At half of its sticks or more the candidate still slid when it stuck, by more than the parabola through its samples
+/// can err; or omega_r stands still at a value outside the tolerance.
+fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let speed = e.physics.speed();
+    if e.plateau > 0.0 && e.plateau < speed {
+        return diagnosis(
+            Cause::VelocityTolerance,
+            format!(
+                "its relative velocity stands still at up to {:.1e} rad/s: sticks that were declared before the disks had \
+                 stopped; --velocity-tolerance {:.0e} makes them count",
+                e.plateau,
+                1.5 * e.plateau
+            ),
+        );
+    }
+    let dropped: Vec<f64> = e
+        .found
+        .iter()
+        .filter_map(|f| f.dropped.filter(|_| f.kind == EventKind::Stick))
+        .collect();
+    let typical = median(dropped)?;
+    let omega = e.physics.torsion.natural_angular_frequency();
+    let unseen = if e.detected { (omega * e.interval?).powi(3) } else { 0.0 };
+    if typical <= speed * (unseen + 1e-6) {
+        return None;
+    }
+    diagnosis(
+        Cause::VelocityTolerance,
+        format!("it sticks while the disks still slide, typically at {typical:.1e} rad/s: sticks begin too early"),
+    )
+}
+
+/// At the candidate's breakaways another torque than the one that the reference tests stands at mu_0 r F_n, much closer
+/// and in most of them; or the tested torque stands at another multiple of it.
+fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
+    let name = |test| match test {
+        BreakawayTest::Transmitted => "T_f = (T_r + T_s)/2",
+        BreakawayTest::Stator => "the stator torque T_s",
+        BreakawayTest::Rotor => "the rotor torque T_r",
+    };
+    let model = &e.physics.torsion;
+    let ratios = |test| -> Vec<f64> {
+        let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
+        slips
+            .filter_map(|f| {
+                let (rotor, stator) = f.torques?;
+                let torque = match test {
+                    BreakawayTest::Transmitted => (rotor + stator) / 2.0,
+                    BreakawayTest::Stator => stator,
+                    BreakawayTest::Rotor => rotor,
+                };
+                let limit = model.breakaway_torque(e.physics.axial.at(f.time).pressing_force);
+                (limit > 0.0).then(|| torque.abs() / limit)
+            })
+            .collect()
+    };
+    let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
+    let ours = model.contact.breakaway_test;
+    let expected = deviation_of(ours)?;
+    let (best, least) = tests
+        .into_iter()
+        .filter_map(|test| Some((test, deviation_of(test)?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    if best != ours && expected > 1e-4 && least < 0.2 * expected {
+        return diagnosis(
+            Cause::StickTest,
+            format!(
+                "at its breakaways {} stands at mu_0 r F_n, where the reference tests {}",
+                name(best),
+                name(ours)
+            ),
+        );
+    }
+    let mut tested = ratios(ours);
+    tested.sort_by(f64::total_cmp);
+    let (low, middle, high) = (
+        tested[tested.len() / 4],
+        tested[tested.len() / 2],
+        tested[3 * tested.len() / 4],
+    );
+    let same = high - low < 0.1 * (middle - 1.0).abs();
+    if tested.len() < 3 || (middle - 1.0).abs() < 0.01 || !same {
+        return None;
+    }
+    diagnosis(Cause::StickTest, format!("it breaks away at {middle:.3} mu_0 r F_n"))
+}
+
+/// The rotor twist is a multiple of the last digit of the rotor's angle, in nearly all samples.
+fn absolute_angles(e: &Evidence<'_>) -> Option<Diagnosis> {
+    if e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
+        return None;
+    }
+    let floor = e.physics.torsion.torsion.stiffness * f64::EPSILON * 256.0;
+    diagnosis(
+        Cause::AbsoluteAngles,
+        format!(
+            "its rotor twist is a difference of two angles, rounded to their last digit: a floor of about {floor:.0e} N m \
+             under its torques, which the instability amplifies; integrate the twist itself"
+        ),
+    )
+}
+
+/// Values less the straight line through them.
+fn detrended(points: &[(f64, f64, f64)], value: impl Fn(&(f64, f64, f64)) -> f64) -> Vec<f64> {
+    let n = points.len().max(1) as f64;
+    let time = points.iter().map(|p| p.0).sum::<f64>() / n;
+    let mean = points.iter().map(&value).sum::<f64>() / n;
+    let (mut product, mut square) = (0.0, 0.0);
+    for p in points {
+        product += (p.0 - time) * (value(p) - mean);
+        square += (p.0 - time) * (p.0 - time);
+    }
+    let slope = if square > 0.0 { product / square } else { 0.0 };
+    points.iter().map(|p| value(p) - mean - slope * (p.0 - time)).collect()
+}
+
+/// Root mean square.
+fn deviation(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Adds what the case of one of this program's own results says: it is the best evidence there is.
+pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifference]) {
+    if differences.is_empty() {
+        return;
+    }
+    let names: Vec<&str> = differences.iter().take(3).map(|d| d.key.as_str()).collect();
+    let more = if differences.len() > 3 { " and more" } else { "" };
+    let evidence = format!(
+        "it is a run of another case, which differs in {}{more}",
+        names.join(", ")
+    );
+    let all = |test: fn(&CaseDifference) -> bool| differences.iter().all(test);
+    let cause = if all(|d| d.key == "contact.breakaway_test") {
+        Cause::StickTest
+    } else if all(|d| d.key.starts_with("perturbation") && d.candidate == NOT_SET) {
+        Cause::UnperturbedRun
+    } else {
+        Cause::AnotherCase
+    };
+    causes.retain(|known| known.cause != cause);
+    causes.insert(0, Diagnosis { cause, evidence });
+}

@@ -1,0 +1,173 @@
+//! The energy balance of a candidate, from its own channels and the reference's parameters.
+
+use super::Channel;
+use super::candidate::Block;
+use super::reference::Physics;
+use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use serde::Serialize;
+
+/// The channels that it takes, in this order.
+pub const CHANNELS: [Channel; 5] = [
+    Channel::RotorTwist,
+    Channel::RotorTwistRate,
+    Channel::Phi1,
+    Channel::Phi1Dot,
+    Channel::ThetaDot,
+];
+
+/// How far a candidate's energy balance is from closing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnergyDrift {
+    /// Largest |kinetic + elastic + dissipated - work of kicks - initial| of the torsional motion, J.
+    pub max: f64,
+    /// The time of it, s.
+    pub max_at: f64,
+    /// The same at the last sample, with its sign, J.
+    pub last: f64,
+    /// The torsional energy at the first sample, J.
+    pub initial: f64,
+    /// How much time is covered, s: where samples are dense enough to add up the losses.
+    pub covered: f64,
+}
+
+/// Samples in a natural period without which losses between them are unknown.
+const PER_PERIOD: f64 = 8.0;
+
+/// What is kept of a sample.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    time: f64,
+    energy: f64,
+    at_rest: bool,
+    /// Power that friction dissipates, W, and its rate, W/s.
+    friction: (f64, f64),
+    /// Power that the dampers dissipate, W, and its rate, W/s.
+    damping: (f64, f64),
+}
+
+/// Adds up the dissipated energy: between two samples of one mode by the rule that takes the power and its rate at both,
+/// of order 4; over a stop or a breakaway by where the power of friction is zero. Gaps longer than an eighth of the natural
+/// period are left out.
+#[derive(Debug)]
+pub struct EnergyPass<'a> {
+    physics: &'a Physics,
+    /// A relative velocity up to this is none, rad/s.
+    tolerance: f64,
+    /// Time (s) and work (J) of kicks.
+    kicks: Vec<(f64, f64)>,
+    last: Option<Sample>,
+    drift: Option<EnergyDrift>,
+}
+
+impl<'a> EnergyPass<'a> {
+    /// Before the first sample.
+    pub fn new(physics: &'a Physics, tolerance: f64, kicks: Vec<(f64, f64)>) -> EnergyPass<'a> {
+        EnergyPass {
+            physics,
+            tolerance,
+            kicks,
+            last: None,
+            drift: None,
+        }
+    }
+
+    /// Takes the next samples; `columns` are the positions of [`CHANNELS`] in the block.
+    pub fn add(&mut self, block: &Block, columns: &[usize; 5]) {
+        for (row, &time) in block.time.iter().enumerate() {
+            let mut y: TorsionState = [0.0; DIMENSION];
+            let places = [
+                ROTOR_TWIST,
+                ROTOR_TWIST_RATE,
+                STATOR_TWIST,
+                STATOR_TWIST_RATE,
+                ROTOR_SPEED,
+            ];
+            for (place, &column) in places.into_iter().zip(columns) {
+                y[place] = block.columns[column][row];
+            }
+            self.sample(time, &y);
+        }
+    }
+
+    fn sample(&mut self, time: f64, y: &TorsionState) {
+        let model = &self.physics.torsion;
+        let energy = model.kinetic_energy(y) + model.elastic_energy(y);
+        let sample = Sample {
+            energy,
+            ..self.power(time, y)
+        };
+        if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
+            let h = time - last.time;
+            if h * PER_PERIOD <= self.physics.natural_period {
+                let mut change = sample.energy - last.energy + dissipated(&last, &sample, h);
+                let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
+                change -= kicks.map(|(_, work)| work).sum::<f64>();
+                drift.covered += h;
+                drift.last += change;
+                if drift.last.abs() > drift.max {
+                    (drift.max, drift.max_at) = (drift.last.abs(), time);
+                }
+            }
+        } else {
+            self.drift = Some(EnergyDrift {
+                max: 0.0,
+                max_at: time,
+                last: 0.0,
+                initial: energy,
+                covered: 0.0,
+            });
+        }
+        self.last = Some(sample);
+    }
+
+    fn power(&self, time: f64, y: &TorsionState) -> Sample {
+        let model = &self.physics.torsion;
+        let (c, radius) = (model.torsion.damping, model.contact.radius);
+        let w = model.relative_velocity(y);
+        let axial = self.physics.axial.at(time);
+        let (force, force_rate) = (axial.pressing_force.max(0.0), axial.pressing_rate);
+        let at_rest = w.abs() <= self.tolerance;
+        let mut rates = [0.0; DIMENSION];
+        let mut lost = (0.0, 0.0);
+        if at_rest {
+            model.stick_rhs(y, &mut rates);
+        } else {
+            let sense = w.signum();
+            model.slip_rhs(sense, force, y, &mut rates);
+            let (mu, slope) = model.friction.coefficient_and_slope(w.abs());
+            let acceleration = sense * model.relative_velocity(&rates);
+            let rate = acceleration * force * (mu + slope * w.abs()) + mu * w.abs() * force_rate;
+            lost = (mu * radius * force * w.abs(), radius * rate);
+        }
+        let (u, v) = (y[ROTOR_TWIST_RATE], y[STATOR_TWIST_RATE]);
+        let bend = u * rates[ROTOR_TWIST_RATE] + v * rates[STATOR_TWIST_RATE];
+        Sample {
+            time,
+            energy: 0.0,
+            at_rest,
+            friction: lost,
+            damping: (c * (u * u + v * v), 2.0 * c * bend),
+        }
+    }
+
+    /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
+    pub fn finish(self) -> Option<EnergyDrift> {
+        self.drift.filter(|drift| drift.covered > 0.0)
+    }
+}
+
+/// What is dissipated in the time `h` (s) between two samples, J.
+fn dissipated(a: &Sample, b: &Sample, h: f64) -> f64 {
+    let smooth = |a: (f64, f64), b: (f64, f64)| h * (a.0 + b.0) / 2.0 + h * h * (a.1 - b.1) / 12.0;
+    let part = |time: f64| if time > 0.0 { time.min(h) } else { h };
+    match (a.at_rest, b.at_rest) {
+        // Friction's power falls to zero along a straight line, and rises from it with the square of time.
+        (false, true) => {
+            a.friction.0 * part(-a.friction.0 / a.friction.1) / 2.0 + h * (a.damping.0 + b.damping.0) / 2.0
+        }
+        (true, false) => {
+            b.friction.0 * part(2.0 * b.friction.0 / b.friction.1) / 3.0 + h * (a.damping.0 + b.damping.0) / 2.0
+        }
+        _ => smooth(a.friction, b.friction) + smooth(a.damping, b.damping),
+    }
+}

@@ -1,0 +1,72 @@
+//! Why a comparison cannot be made: what, where, and what to do.
+
+use crate::case::CaseError;
+use crate::results::ResultError;
+use std::path::{Path, PathBuf};
+
+/// An error of a reference, a candidate, or its mapping; each message names the file, the place and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// A result file that cannot be read.
+    #[error(transparent)]
+    Result(#[from] ResultError),
+    /// The case kept in a result file.
+    #[error("{path}: its case cannot be read: {source}; repeat the run")]
+    Case {
+        /// The result file.
+        path: PathBuf,
+        /// What is wrong with the case.
+        source: CaseError,
+    },
+    /// Contents of a file that cannot be compared.
+    #[error("{path}{}: {what}; {remedy}", at(.place))]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Line, row, column or key; empty for the whole file.
+        place: String,
+        /// What is wrong there.
+        what: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// An option of the command line that is no mapping.
+    #[error("{0}")]
+    Option(String),
+}
+
+fn at(place: &str) -> String {
+    if place.is_empty() {
+        String::new()
+    } else {
+        format!(", {place}")
+    }
+}
+
+impl CompareError {
+    /// An error about the contents of `path`.
+    pub(super) fn content(
+        path: &Path,
+        place: impl Into<String>,
+        what: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        CompareError::Content {
+            path: path.to_owned(),
+            place: place.into(),
+            what: what.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// An error of the operating system.
+    pub(super) fn io(path: &Path, error: &std::io::Error) -> Self {
+        let (what, remedy) = match error.kind() {
+            std::io::ErrorKind::NotFound => ("no such file".to_owned(), "check the name"),
+            std::io::ErrorKind::PermissionDenied => ("no permission to read it".to_owned(), "change its permissions"),
+            _ => (format!("reading failed: {error}"), "check the file and its disk"),
+        };
+        CompareError::content(path, "", what, remedy)
+    }
+}

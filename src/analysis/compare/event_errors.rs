@@ -1,0 +1,56 @@
+//! Errors of event times.
+
+use super::word::{Alignment, WordEvent};
+use serde::Serialize;
+
+/// Errors of event times over the matched pairs, candidate minus reference, s.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventErrors {
+    /// Number of pairs.
+    pub matched: usize,
+    /// Largest absolute error, s; `None` without a matched event.
+    pub max: Option<f64>,
+    /// Time of that event in the reference, s.
+    pub max_at: Option<f64>,
+    /// Root mean square, s.
+    pub rms: Option<f64>,
+    /// Each pair, in order of time.
+    pub events: Vec<EventError>,
+}
+
+/// A matched event.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EventError {
+    /// 0-based position in the reference's word.
+    pub position: usize,
+    /// Of both events.
+    pub kind: &'static str,
+    /// In the reference, s.
+    pub time: f64,
+    /// Candidate minus reference, s.
+    pub error: f64,
+}
+
+impl EventErrors {
+    /// Of two aligned words.
+    pub fn of(reference: &[WordEvent], candidate: &[WordEvent], alignment: &Alignment) -> EventErrors {
+        let events: Vec<EventError> = alignment
+            .matched()
+            .map(|(r, c)| EventError {
+                position: r,
+                kind: reference[r].kind.name(),
+                time: reference[r].time,
+                error: candidate[c].time - reference[r].time,
+            })
+            .collect();
+        let worst = events.iter().max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()));
+        let squares: f64 = events.iter().map(|e| e.error * e.error).sum();
+        EventErrors {
+            matched: events.len(),
+            max: worst.map(|e| e.error.abs()),
+            max_at: worst.map(|e| e.time),
+            rms: worst.is_some().then(|| (squares / events.len() as f64).sqrt()),
+            events,
+        }
+    }
+}

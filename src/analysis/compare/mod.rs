@@ -1,0 +1,437 @@
+//! How far a run of any solver agrees with a reference: the event sequence, the times of the events, then the states.
+//!
+//! A [`Candidate`] is a result file, any HDF5, NPZ or CSV file with a time column and channels, or a table of events; a
+//! [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity ([`detect`]).
+//! The mode words are aligned first ([`word`]); what matches gives event errors and the stretches ([`windows`]) in which
+//! both runs are in the same segment; there the channels are compared sample by sample ([`states`]) with the reference
+//! as a function of time ([`mod@reference`]). Nothing is compared across an event. What differs is explained where the
+//! candidate's numbers are evidence for a cause ([`diagnosis`]).
+
+pub mod candidate;
+pub mod detect;
+pub mod diagnosis;
+pub mod energy;
+pub mod event_errors;
+pub mod reference;
+pub mod states;
+pub mod windows;
+pub mod word;
+
+mod case_differences;
+mod channel;
+mod comparison;
+mod error;
+mod requirement;
+mod statistics;
+mod torques;
+mod units;
+
+pub use candidate::{Candidate, Mapping};
+pub use case_differences::CaseDifference;
+pub use channel::Channel;
+pub use comparison::{ChannelErrors, Comparison, Span};
+pub use detect::{Detection, Found};
+pub use diagnosis::{Cause, Diagnosis};
+pub use error::CompareError;
+pub use requirement::Requirement;
+pub use statistics::Statistic;
+
+use crate::case::Case;
+use crate::results::ResultFile;
+use crate::simulation::{Event, EventKind};
+use candidate::{Block, case_of};
+use case_differences::case_differences;
+use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
+use diagnosis::{Evidence, Kick};
+use energy::{EnergyDrift, EnergyPass};
+use event_errors::EventErrors;
+use reference::{Physics, Rerun, Walk};
+use states::{Grid, Probe, StatePass, Tally};
+use std::path::Path;
+use torques::TorqueWatch;
+use word::{Alignment, WordEvent};
+
+/// Events of a candidate beyond this are chattering.
+const MOST_EVENTS: usize = 1_000_000;
+
+/// A reference, opened once for any number of candidates.
+#[derive(Debug)]
+pub struct Reference {
+    file: ResultFile,
+    case: Case,
+    physics: Physics,
+    rerun: Rerun,
+    events: Vec<Event>,
+    word: Vec<WordEvent>,
+    /// Its last sample, s.
+    end: f64,
+}
+
+/// What one pass over a candidate's samples gives beside its events.
+#[derive(Debug, Default)]
+struct Survey {
+    span: Option<(f64, f64)>,
+    /// Mean interval of samples in the stick-slip of the reference, s.
+    interval: Option<f64>,
+    plateau: f64,
+}
+
+impl Reference {
+    /// Opens a result file as a reference.
+    ///
+    /// # Errors
+    /// If it is no result file, damaged, or its case or events are unreadable.
+    pub fn open(path: &Path) -> Result<Reference, CompareError> {
+        let file = ResultFile::open(path)?;
+        let case = case_of(path, &file)?;
+        let events = file.events()?;
+        let mut last = f64::NEG_INFINITY;
+        for (row, event) in events.iter().enumerate() {
+            if !event.time.is_finite() || event.time < last {
+                let what = format!("the time {:?} s comes after {last:?} s", event.time);
+                let remedy = "the file was changed since it was written: repeat the run";
+                return Err(CompareError::content(
+                    path,
+                    format!("row {row} of /events/time"),
+                    what,
+                    remedy,
+                ));
+            }
+            last = event.time;
+        }
+        let rows = file.sample_count()?;
+        let end = if rows > 0 {
+            file.column("time", rows - 1..rows)?[0]
+        } else {
+            last.max(0.0)
+        };
+        let in_word = events.iter().filter(|e| e.kind.in_mode_word());
+        let physics = Physics::new(&case.parameters);
+        Ok(Reference {
+            word: in_word
+                .map(|e| WordEvent {
+                    time: e.time,
+                    kind: e.kind,
+                })
+                .collect(),
+            rerun: Rerun::new(&case, &physics, &events),
+            physics,
+            case,
+            file,
+            events,
+            end,
+        })
+    }
+
+    /// What its channels are measured by, which a candidate needs to be opened.
+    pub fn physics(&self) -> &Physics {
+        &self.physics
+    }
+
+    /// Opens and compares a candidate, block by block.
+    ///
+    /// # Errors
+    /// If the candidate cannot be read, or holds times or values that cannot be compared.
+    pub fn compare(&self, path: &Path, mapping: &Mapping) -> Result<Comparison, CompareError> {
+        let candidate = Candidate::open(path, mapping, &self.physics)?;
+        let detection = Detection {
+            velocity_tolerance: mapping.velocity_tolerance.unwrap_or(DEFAULT_TOLERANCE),
+            hysteresis: mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+        };
+        let (survey, found) = self.survey(&candidate, detection)?;
+        let span = self.span(&candidate, &survey);
+        let events_given = candidate.events().is_some();
+
+        let all: Vec<WordEvent> = found
+            .iter()
+            .map(|f| WordEvent {
+                time: f.time,
+                kind: f.kind,
+            })
+            .collect();
+        let within = |e: &&WordEvent| e.time >= span.from && e.time <= span.to;
+        let reference_word: Vec<WordEvent> = self.word.iter().filter(within).copied().collect();
+        let word: Vec<WordEvent> = all.iter().filter(within).copied().collect();
+        let alignment = Alignment::of(&reference_word, &word, self.physics.natural_period);
+        let errors = EventErrors::of(&reference_word, &word, &alignment);
+
+        let onset = [reference_word.first(), word.first()]
+            .into_iter()
+            .flatten()
+            .map(|e| e.time)
+            .fold(span.to, f64::min);
+        let states = if candidate.has_rows() {
+            let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
+            if !events_given {
+                windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
+            }
+            Some(self.states(&candidate, windows, detection, onset)?)
+        } else {
+            None
+        };
+
+        let mut unit_faults: Vec<_> = units::of_time(&self.time_pairs(&all, &survey)).into_iter().collect();
+        if let Some(states) = &states {
+            let of_channel = |(k, &channel): (usize, &Channel)| {
+                let tallies = states.tallies.each_ref().map(|phase| phase[k]);
+                units::of_channel(channel, &tallies)
+            };
+            unit_faults.extend(states.channels.iter().enumerate().filter_map(of_channel));
+        }
+        let evidence = Evidence {
+            physics: &self.physics,
+            reference: &reference_word,
+            found: &found,
+            alignment: &alignment,
+            errors: &errors,
+            units: unit_faults,
+            kick: self.kick(),
+            probes: states.as_ref().map_or(&[][..], |s| &s.probes),
+            grid: states.as_ref().map_or(Grid::default(), |s| s.grid),
+            interval: survey.interval,
+            plateau: survey.plateau,
+            detected: !events_given,
+        };
+        let mut causes = diagnosis::diagnose(&evidence);
+        let case_differences = candidate.case().map_or_else(Vec::new, |case| {
+            case_differences(&self.case.resolved(), &case.resolved())
+        });
+        diagnosis::add_case(&mut causes, &case_differences);
+
+        Ok(comparison::compose(comparison::Parts {
+            reference: self.file.path(),
+            candidate: &candidate,
+            causes,
+            case_differences,
+            detection: (!events_given).then_some(detection),
+            span,
+            words: (&reference_word, &word),
+            alignment,
+            errors,
+            states: states.as_ref(),
+            interval: survey.interval,
+            rerun: self.rerun.was_made(),
+        }))
+    }
+
+    /// Goes through the times, through the relative velocity if events have to be found by it, and through the twists for
+    /// the torques at breakaways. The events are those of the candidate, or those found.
+    fn survey(&self, candidate: &Candidate, detection: Detection) -> Result<(Survey, Vec<Found>), CompareError> {
+        let mut survey = Survey::default();
+        if !candidate.has_rows() {
+            return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
+        }
+        let detects = candidate.events().is_none();
+        let twists = [
+            Channel::RotorTwist,
+            Channel::RotorTwistRate,
+            Channel::Phi1,
+            Channel::Phi1Dot,
+        ];
+        let mut channels = Vec::new();
+        if detects {
+            channels.push(Channel::RelativeVelocity);
+            if candidate.has(Channel::NormalForce) {
+                channels.push(Channel::NormalForce);
+            }
+        }
+        let twist = channels.len();
+        let with_twists = candidate.case().is_none() && twists.iter().all(|&channel| candidate.has(channel));
+        if with_twists {
+            channels.extend(twists);
+        }
+        let mut detector = Detector::new(detection);
+        let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
+        let mut rows = candidate.rows(&channels)?;
+        let mut block = Block::default();
+        let (mut from, mut to) = (f64::NAN, f64::NAN);
+        let stretch = self.stretch();
+        let mut inside: (u64, f64, f64) = (0, f64::NAN, f64::NAN);
+        while rows.next(&mut block)? {
+            if from.is_nan() {
+                from = block.time[0];
+            }
+            to = block.time[block.time.len() - 1];
+            let first = block.time.partition_point(|t| *t < stretch.0);
+            let last = block.time.partition_point(|t| *t <= stretch.1);
+            if first < last {
+                inside.0 += (last - first) as u64;
+                if inside.1.is_nan() {
+                    inside.1 = block.time[first];
+                }
+                inside.2 = block.time[last - 1];
+            }
+            if detects {
+                self.detect(&mut detector, &block, twist, with_twists);
+                if detector.count() > MOST_EVENTS {
+                    let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
+                    let remedy = "raise --velocity-tolerance above the size of the chatter";
+                    return Err(CompareError::content(
+                        candidate.path(),
+                        "relative_velocity",
+                        what,
+                        remedy,
+                    ));
+                }
+            } else if with_twists {
+                let c = &block.columns;
+                for (row, &time) in block.time.iter().enumerate() {
+                    let torque = |k: usize| self.physics.twist_torque(c[k][row], c[k + 1][row]);
+                    watch.add(time, torque(twist), torque(twist + 2));
+                }
+            }
+        }
+        if from.is_nan() {
+            return Err(CompareError::content(
+                candidate.path(),
+                "",
+                "holds no samples",
+                "check how it was written",
+            ));
+        }
+        survey.span = Some((from, to));
+        survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
+        survey.plateau = detector.plateau();
+        Ok((survey, if detects { detector.finish() } else { watch.finish() }))
+    }
+
+    fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
+        let c = &block.columns;
+        let force = twist == 2;
+        for (row, &time) in block.time.iter().enumerate() {
+            let torque = |k: usize| self.physics.twist_torque(c[k][row], c[k + 1][row]);
+            detector.add(Point {
+                time,
+                velocity: c[0][row],
+                normal_force: if force { c[1][row] } else { f64::INFINITY },
+                torques: with_twists.then(|| (torque(twist), torque(twist + 2))),
+            });
+        }
+    }
+
+    /// From ten natural periods before the first event of the word to the last one, s.
+    fn stretch(&self) -> (f64, f64) {
+        let first = self
+            .word
+            .first()
+            .map_or(0.0, |e| e.time - 10.0 * self.physics.natural_period);
+        (first, self.word.last().map_or(self.end, |e| e.time))
+    }
+
+    /// Which part of the reference the candidate covers. A table of events alone counts as whole.
+    fn span(&self, candidate: &Candidate, survey: &Survey) -> Span {
+        let (first, last) = (self.word.first(), self.word.last());
+        let (mut from, mut to) = survey.span.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        // Located events may lie a little outside the samples that show them.
+        let margin = 0.25 * self.physics.natural_period;
+        let from_start = first.is_none_or(|e| from <= e.time + margin) || !candidate.has_rows();
+        let to_end = last.is_none_or(|e| to >= e.time - margin) || !candidate.has_rows();
+        if from_start {
+            from = from.min(first.map_or(from, |e| e.time));
+        }
+        if to_end {
+            to = to.max(last.map_or(to, |e| e.time));
+        }
+        Span {
+            from,
+            to: to.min(self.end),
+            from_start,
+            to_end,
+        }
+    }
+
+    /// Times that should be the same in both runs: first and last event, or the ends.
+    fn time_pairs(&self, candidate: &[WordEvent], survey: &Survey) -> Vec<(f64, f64)> {
+        let mut pairs = Vec::new();
+        for (r, c) in [
+            (self.word.first(), candidate.first()),
+            (self.word.last(), candidate.last()),
+        ] {
+            pairs.extend(r.zip(c).map(|(r, c)| (r.time, c.time)));
+        }
+        if pairs.is_empty() {
+            pairs.extend(survey.span.map(|(_, to)| (self.end, to)));
+        }
+        pairs
+    }
+
+    /// The last kick before the first event of the word, if there is one.
+    fn kick(&self) -> Option<Kick> {
+        let onset = self.word.first().map_or(f64::INFINITY, |e| e.time);
+        let mut kicks = self
+            .events
+            .iter()
+            .filter(|e| e.kind == EventKind::Kick && e.time < onset);
+        kicks.next_back().map(|e| Kick {
+            time: e.time,
+            delta: e.after.relative_velocity - e.before.relative_velocity,
+        })
+    }
+
+    fn states(
+        &self,
+        candidate: &Candidate,
+        windows: Vec<windows::Window>,
+        detection: Detection,
+        onset: f64,
+    ) -> Result<States, CompareError> {
+        let channels = candidate.channels();
+        let period = self.physics.natural_period;
+        let probe = |from: f64, to: f64| Probe {
+            from,
+            to,
+            points: Vec::new(),
+        };
+        let kick = self.kick().map_or(f64::NEG_INFINITY, |kick| kick.time);
+        let probes = vec![
+            probe(kick - 2.0 * period, kick),
+            probe(kick, kick + 2.0 * period),
+            probe(onset - 4.0 * period, onset),
+        ];
+        let walk = Walk::new(&self.file, &self.physics, &self.rerun, &self.events)?;
+        let mut pass = StatePass::new(walk, &self.physics, &channels, windows, probes);
+        let position = |channel: Channel| channels.iter().position(|known| *known == channel);
+        let energy_columns: Option<Vec<usize>> = energy::CHANNELS.into_iter().map(position).collect();
+        let energy_columns: Option<[usize; 5]> = energy_columns.and_then(|columns| columns.try_into().ok());
+        let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works());
+        let mut rows = candidate.rows(&channels)?;
+        let mut block = Block::default();
+        while rows.next(&mut block)? {
+            pass.add(&block)?;
+            if let Some(columns) = &energy_columns {
+                energy.add(&block, columns);
+            }
+        }
+        Ok(States {
+            channels,
+            tallies: pass.tallies,
+            outside: pass.outside,
+            too_sparse: pass.too_sparse,
+            probes: pass.probes,
+            grid: pass.grid,
+            energy: energy.finish(),
+        })
+    }
+
+    /// Time (s) and work (J) of each kick.
+    fn kick_works(&self) -> Vec<(f64, f64)> {
+        let j = self.physics.torsion.torsion.surface_inertia;
+        let kinetic = |s: &crate::simulation::State| 0.5 * j * (s.phi1_dot * s.phi1_dot + s.phi2_dot * s.phi2_dot);
+        let kicks = self.events.iter().filter(|e| e.kind == EventKind::Kick);
+        kicks
+            .map(|e| (e.time, kinetic(&e.after) - kinetic(&e.before)))
+            .collect()
+    }
+}
+
+/// What the pass over the states gives.
+struct States {
+    channels: Vec<Channel>,
+    /// [phase][channel]
+    tallies: [Vec<Tally>; 3],
+    outside: u64,
+    too_sparse: u64,
+    probes: Vec<Probe>,
+    grid: Grid,
+    energy: Option<EnergyDrift>,
+}

@@ -1,0 +1,262 @@
+//! Between two neighbouring samples or events of one mode every channel is the polynomial of degree 5 through value,
+//! first and second derivative at both ends.
+
+use super::super::Channel;
+use super::Physics;
+use crate::model::Mode;
+use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::simulation::State;
+
+/// A gap in which the polynomial misses the equations of motion by more than this part of their own size is not used.
+const LARGEST_DEFECT: f64 = 1e-9;
+
+/// In a gap shorter than this part of the natural period the polynomial errs by (2 pi/200)^6/46080 = 2e-14 at most.
+const SHORTEST: f64 = 1.0 / 200.0;
+
+/// What the state is made of between events; each is a polynomial of its own.
+const BASES: usize = 9;
+const Z: usize = 0;
+const Z_DOT: usize = 1;
+const U: usize = 2;
+const U_DOT: usize = 3;
+const V: usize = 4;
+const V_DOT: usize = 5;
+const THETA: usize = 6;
+const THETA_DOT: usize = 7;
+const SLIDE: usize = 8;
+
+/// A point of the reference: the end of one gap and mostly the start of the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Node {
+    /// s.
+    pub(super) time: f64,
+    pub(super) mode: Mode,
+    /// The state before an event: its gap ends here, and the next one starts from the state after it.
+    pub(super) closes: bool,
+    value: [f64; BASES],
+}
+
+impl Node {
+    pub(super) fn new(time: f64, mode: Mode, closes: bool, s: &State) -> Node {
+        Node {
+            time,
+            mode,
+            closes,
+            value: [
+                s.z,
+                s.z_dot,
+                s.rotor_twist,
+                s.rotor_twist_rate,
+                s.phi1,
+                s.phi1_dot,
+                s.theta,
+                s.theta_dot,
+                s.slip_displacement,
+            ],
+        }
+    }
+}
+
+/// First and second derivatives of a state in a mode, by the equations of motion.
+fn derivatives(physics: &Physics, time: f64, mode: Mode, x: &[f64; BASES]) -> ([f64; BASES], [f64; BASES]) {
+    let model = &physics.torsion;
+    let p = &model.torsion;
+    let (k_t, c_t, j, i) = (p.stiffness, p.damping, p.surface_inertia, p.rotor_inertia);
+    let axial = physics.axial.at(time);
+    let mut y = [0.0; DIMENSION];
+    y[ROTOR_TWIST] = x[U];
+    y[ROTOR_TWIST_RATE] = x[U_DOT];
+    y[STATOR_TWIST] = x[V];
+    y[STATOR_TWIST_RATE] = x[V_DOT];
+    y[ROTOR_SPEED] = x[THETA_DOT];
+    let pressing = (axial.pressing_force.max(0.0), axial.pressing_rate);
+    let sense = f64::from(mode.sense());
+    let mut dy = [0.0; DIMENSION];
+    let torque_rate = match mode {
+        Mode::SlipForward | Mode::SlipBackward => {
+            model.slip_rhs(sense, pressing.0, &y, &mut dy);
+            model.sliding_torque_rate(sense, &y, &dy, pressing)
+        }
+        Mode::Stick => {
+            model.stick_rhs(&y, &mut dy);
+            (c_t * (dy[ROTOR_TWIST_RATE] + dy[STATOR_TWIST_RATE]) + k_t * (x[U_DOT] + x[V_DOT])) / 2.0
+        }
+        Mode::Separated => {
+            model.separated_rhs(&y, &mut dy);
+            0.0
+        }
+    };
+    let (u2, v2, theta2) = (dy[ROTOR_TWIST_RATE], dy[STATOR_TWIST_RATE], dy[ROTOR_SPEED]);
+    let (rotor_rate, stator_rate) = (k_t * x[U_DOT] + c_t * u2, k_t * x[V_DOT] + c_t * v2);
+    let theta3 = -rotor_rate / i;
+    let u3 = theta3 - (rotor_rate - torque_rate) / j;
+    let v3 = (torque_rate - stator_rate) / j;
+    // m z'' = -F - c_a z' - k_e z, the pressing force less F
+    let z2 = (axial.pressing_force - axial.force) / physics.mass;
+    let z3 = (axial.pressing_rate - physics.axial.applied_force_rate(time)) / physics.mass;
+    (
+        [x[Z_DOT], z2, x[U_DOT], u2, x[V_DOT], v2, x[THETA_DOT], theta2, dy[SLIP]],
+        [z2, z3, u2, u3, v2, v3, theta2, theta3, theta2 - u2 - v2],
+    )
+}
+
+/// A channel in one gap: a polynomial of degree 5 in the part of the gap that has passed, or a function of others.
+#[derive(Debug, Clone, Copy)]
+pub enum Curve {
+    /// A polynomial.
+    Polynomial([f64; 6]),
+    /// max(0, p): the contact force.
+    Clipped([f64; 6]),
+    /// s mu(s omega_r) r F_n: relative velocity, contact force.
+    Sliding {
+        /// s.
+        sense: f64,
+        /// omega_r, rad/s.
+        velocity: [f64; 6],
+        /// The pressing force, N.
+        force: [f64; 6],
+    },
+}
+
+#[inline]
+fn horner(c: &[f64; 6], s: f64) -> f64 {
+    c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
+}
+
+impl Curve {
+    /// The channel's value at `s` in [0, 1].
+    #[inline]
+    pub fn at(&self, s: f64, model: &TorsionModel) -> f64 {
+        match self {
+            Curve::Polynomial(c) => horner(c, s),
+            Curve::Clipped(c) => horner(c, s).max(0.0),
+            Curve::Sliding { sense, velocity, force } => {
+                sense
+                    * model.friction.coefficient(sense * horner(velocity, s))
+                    * model.contact.radius
+                    * horner(force, s).max(0.0)
+            }
+        }
+    }
+}
+
+/// The gap between two neighbouring nodes.
+#[derive(Debug, Clone)]
+pub struct Gap {
+    pub(super) left: Node,
+    pub(super) right: Node,
+    coefficients: Option<[[f64; 6]; BASES]>,
+    sparse: bool,
+}
+
+impl Gap {
+    pub(super) fn new(left: Node, right: Node) -> Gap {
+        Gap {
+            left,
+            right,
+            coefficients: None,
+            sparse: false,
+        }
+    }
+
+    /// s, the start and the end.
+    pub fn span(&self) -> (f64, f64) {
+        (self.left.time, self.right.time)
+    }
+
+    /// What the contact does in it.
+    pub fn mode(&self) -> Mode {
+        self.left.mode
+    }
+
+    /// Whether an event ends it.
+    pub fn closes(&self) -> bool {
+        self.right.closes
+    }
+
+    /// theta at its start, rad.
+    pub fn rotor_angle(&self) -> f64 {
+        self.left.value[THETA]
+    }
+
+    /// Fits the polynomials, once; `false` if the samples are too far apart for them.
+    pub(super) fn prepare(&mut self, physics: &Physics) -> bool {
+        if self.coefficients.is_some() {
+            return !self.sparse;
+        }
+        let (a, b) = (&self.left, &self.right);
+        let h = b.time - a.time;
+        let (a1, a2) = derivatives(physics, a.time, a.mode, &a.value);
+        // From the left, where a corner of F is at the right end.
+        let (b1, b2) = derivatives(physics, b.time.next_down(), a.mode, &b.value);
+        let c: [[f64; 6]; BASES] = std::array::from_fn(|k| {
+            let (p, v, w) = (a.value[k], h * a1[k], h * h * a2[k] / 2.0);
+            let value = b.value[k] - p - v - w;
+            let slope = h * b1[k] - v - 2.0 * w;
+            let bend = (h * h * b2[k] - 2.0 * w) / 2.0;
+            [
+                p,
+                v,
+                w,
+                10.0 * value - 4.0 * slope + bend,
+                -15.0 * value + 7.0 * slope - 2.0 * bend,
+                6.0 * value - 3.0 * slope + bend,
+            ]
+        });
+        // In the middle the polynomials ought to satisfy the equations of motion.
+        let middle = c.map(|c| horner(&c, 0.5));
+        let (expected, _) = derivatives(physics, a.time + 0.5 * h, a.mode, &middle);
+        let omega = physics.torsion.natural_angular_frequency();
+        let acceleration = physics.twist * omega * omega;
+        let slope = |c: &[f64; 6]| (c[1] + c[2] + 0.75 * c[3] + 0.5 * c[4] + 5.0 / 16.0 * c[5]) / h;
+        let defect = |k: usize| (slope(&c[k]) - expected[k]).abs() / acceleration;
+        // In a gap as short as this, rounding of its ends is all that the difference shows.
+        let short = h < SHORTEST * physics.natural_period;
+        self.sparse = !short && [U_DOT, V_DOT].into_iter().any(|k| defect(k) > LARGEST_DEFECT);
+        self.coefficients = Some(c);
+        !self.sparse
+    }
+
+    /// The channel in this gap.
+    pub(super) fn curve(&self, physics: &Physics, channel: Channel) -> Curve {
+        let c = self.coefficients.as_ref().expect("prepared before");
+        let sum = |terms: &[(f64, usize)]| -> [f64; 6] {
+            std::array::from_fn(|n| terms.iter().map(|(factor, k)| factor * c[*k][n]).sum())
+        };
+        let p = &physics.torsion.torsion;
+        let transmitted = || {
+            let (k, d) = (p.stiffness / 2.0, p.damping / 2.0);
+            sum(&[(k, U), (k, V), (d, U_DOT), (d, V_DOT)])
+        };
+        let velocity = || sum(&[(1.0, THETA_DOT), (-1.0, U_DOT), (-1.0, V_DOT)]);
+        let force = || sum(&[(-physics.damping, Z_DOT), (-physics.stiffness, Z)]);
+        Curve::Polynomial(match channel {
+            Channel::Z => c[Z],
+            Channel::ZDot => c[Z_DOT],
+            Channel::Theta => c[THETA],
+            Channel::ThetaDot => c[THETA_DOT],
+            Channel::Phi1 => c[V],
+            Channel::Phi1Dot => c[V_DOT],
+            Channel::Phi2 => sum(&[(1.0, THETA), (-1.0, U)]),
+            Channel::Phi2Dot => sum(&[(1.0, THETA_DOT), (-1.0, U_DOT)]),
+            Channel::RotorTwist => c[U],
+            Channel::RotorTwistRate => c[U_DOT],
+            Channel::RelativeVelocity if self.mode() == Mode::Stick => [0.0; 6],
+            Channel::RelativeVelocity => velocity(),
+            Channel::SlipDisplacement => c[SLIDE],
+            Channel::NormalForce => return Curve::Clipped(force()),
+            Channel::TransmittedTorque => transmitted(),
+            Channel::FrictionTorque => match self.mode() {
+                Mode::Stick => transmitted(),
+                Mode::Separated => [0.0; 6],
+                mode => {
+                    return Curve::Sliding {
+                        sense: f64::from(mode.sense()),
+                        velocity: velocity(),
+                        force: force(),
+                    };
+                }
+            },
+        })
+    }
+}

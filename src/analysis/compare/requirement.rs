@@ -1,0 +1,88 @@
+//! What a comparison has to reach: `onset<1e-6`.
+
+use super::statistics::STATISTICS;
+use super::{ChannelErrors, Comparison};
+
+/// A bound on one number of a comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Requirement {
+    text: String,
+    metric: String,
+    comparator: &'static str,
+    bound: f64,
+}
+
+/// Numbers that are no statistic.
+const METRICS: [&str; 6] = ["events", "events_rms", "missing", "spurious", "scd", "mescd"];
+
+impl Requirement {
+    /// Reads `METRIC<BOUND`, or with `<=`, `>`, `>=`; the bound is a number, in seconds where the metric is a time.
+    ///
+    /// # Errors
+    /// The text says what is wrong and what can be required.
+    pub fn parse(text: &str) -> Result<Requirement, String> {
+        let found = ["<=", ">=", "<", ">"]
+            .into_iter()
+            .find_map(|c| text.split_once(c).map(|parts| (c, parts)));
+        let Some((comparator, (metric, bound))) = found else {
+            return Err(format!("--require {text}: expected METRIC<BOUND, such as onset<1e-6"));
+        };
+        let (metric, bound) = (metric.trim(), bound.trim());
+        let mut known = METRICS.into_iter().chain(STATISTICS.map(|s| s.0));
+        if !known.any(|name| name == metric) {
+            return Err(format!(
+                "--require {text}: unknown metric \"{metric}\"; there are {}, {}",
+                METRICS.join(", "),
+                STATISTICS.map(|s| s.0).join(", ")
+            ));
+        }
+        let bound = bound
+            .parse::<f64>()
+            .ok()
+            .filter(|bound| bound.is_finite())
+            .ok_or_else(|| format!("--require {text}: \"{bound}\" is not a number; write one, such as onset<1e-6"))?;
+        Ok(Requirement {
+            text: text.to_owned(),
+            metric: metric.to_owned(),
+            comparator,
+            bound,
+        })
+    }
+
+    /// What falls short, in words; `None` if the requirement is met. A number that does not exist meets none.
+    pub fn shortfall(&self, comparison: &Comparison) -> Option<String> {
+        let value = self.value(comparison);
+        let met = value.is_some_and(|value| match self.comparator {
+            "<" => value < self.bound,
+            "<=" => value <= self.bound,
+            ">" => value > self.bound,
+            _ => value >= self.bound,
+        });
+        let value = value.map_or_else(|| "does not exist".to_owned(), |value| format!("is {value:.3e}"));
+        (!met).then(|| {
+            format!(
+                "{}: {} {value}, where {} is required",
+                comparison.candidate, self.metric, self.text
+            )
+        })
+    }
+
+    /// The number that is bounded: an absolute error, a count, or the fewest digits of any channel.
+    fn value(&self, comparison: &Comparison) -> Option<f64> {
+        let fewest = |digits: fn(&ChannelErrors) -> Option<f64>| {
+            comparison.channels.iter().filter_map(digits).min_by(f64::total_cmp)
+        };
+        match self.metric.as_str() {
+            "events" => comparison.event_errors.max,
+            "events_rms" => comparison.event_errors.rms,
+            "missing" => Some(comparison.missing as f64),
+            "spurious" => Some(comparison.spurious as f64),
+            "scd" => fewest(|row| row.scd),
+            "mescd" => fewest(|row| row.mescd),
+            name => {
+                let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
+                statistic.error().map(f64::abs)
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The paper's numbers of both runs, side by side.
+
+use super::word::WordEvent;
+use crate::analysis::StickSlip;
+use serde::Serialize;
+
+/// A number of the stick-slip of both runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Statistic {
+    /// As in requirements: "onset", "sticks", ...
+    pub name: &'static str,
+    /// "s", or "1" for a count.
+    pub unit: &'static str,
+    /// `None` where the run has no such number.
+    pub reference: Option<f64>,
+    /// `None` where the candidate has no such number.
+    pub candidate: Option<f64>,
+}
+
+impl Statistic {
+    /// Candidate minus reference; 0 if neither run has the number, `None` if one of them has it.
+    pub fn error(&self) -> Option<f64> {
+        match (self.reference, self.candidate) {
+            (Some(r), Some(c)) => Some(c - r),
+            (None, None) => Some(0.0),
+            _ => None,
+        }
+    }
+}
+
+type Quantity = fn(&StickSlip) -> Option<f64>;
+
+/// Name, unit and value of the statistics.
+pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
+    ("onset", "s", |s| s.onset_time),
+    ("final_stick", "s", |s| s.final_stick_time),
+    ("sticks", "1", |s| Some(s.stick_count as f64)),
+    ("slips", "1", |s| Some(s.slip_count as f64)),
+    ("first_period", "s", StickSlip::first_period),
+    ("last_period", "s", StickSlip::last_period),
+    ("first_stick_duration", "s", |s| {
+        s.cycles.first().map(|c| c.stick_duration)
+    }),
+    ("last_stick_duration", "s", |s| {
+        s.cycles.last().map(|c| c.stick_duration)
+    }),
+    ("first_slip_duration", "s", |s| {
+        s.cycles.first().map(|c| c.slip_duration)
+    }),
+    ("last_slip_duration", "s", |s| s.cycles.last().map(|c| c.slip_duration)),
+];
+
+/// The statistics of two words. A candidate that does not begin before the first event has no onset and no first
+/// durations, and one that ends before the reference's last event has no final stick, nor has the reference beside it.
+pub(super) fn statistics(
+    reference: &[WordEvent],
+    candidate: &[WordEvent],
+    from_start: bool,
+    to_end: bool,
+) -> Vec<Statistic> {
+    let of = |word: &[WordEvent]| StickSlip::from_word(word.iter().map(|e| (e.time, e.kind)));
+    let (r, c) = (of(reference), of(candidate));
+    let covered = |name: &str| {
+        let of_start = name == "onset" || name.starts_with("first");
+        let of_end = name == "final_stick" || name.starts_with("last");
+        (from_start || !of_start) && (to_end || !of_end)
+    };
+    let statistic = |&(name, unit, quantity): &(&'static str, &'static str, Quantity)| Statistic {
+        name,
+        unit,
+        reference: quantity(&r).filter(|_| covered(name)),
+        candidate: quantity(&c).filter(|_| covered(name)),
+    };
+    STATISTICS.iter().map(statistic).collect()
+}

@@ -1,0 +1,80 @@
+//! Torques at the breakaways that a candidate states, from the samples before them.
+
+use super::detect::Found;
+use crate::simulation::EventKind;
+
+/// Fills in the torques of given events while the samples go by in order of time.
+#[derive(Debug)]
+pub(super) struct TorqueWatch {
+    events: Vec<Found>,
+    next: usize,
+    /// Time of the last event that has passed, s.
+    passed: f64,
+    /// Time (s), T_r and T_s (N m) of the last three samples, the latest first.
+    recent: [Option<(f64, f64, f64)>; 3],
+}
+
+impl TorqueWatch {
+    /// Before the first sample.
+    pub fn new(events: Vec<Found>) -> TorqueWatch {
+        TorqueWatch {
+            events,
+            next: 0,
+            passed: f64::NEG_INFINITY,
+            recent: [None; 3],
+        }
+    }
+
+    /// Takes a sample: time (s), T_r and T_s (N m).
+    pub fn add(&mut self, time: f64, rotor: f64, stator: f64) {
+        while let Some(event) = self.events.get_mut(self.next).filter(|event| event.time <= time) {
+            if event.kind == EventKind::Slip && event.torques.is_none() {
+                event.torques = extrapolated(&self.recent, self.passed, event.time);
+            }
+            self.passed = event.time;
+            self.next += 1;
+        }
+        self.recent = [Some((time, rotor, stator)), self.recent[0], self.recent[1]];
+    }
+
+    /// The events.
+    pub fn finish(self) -> Vec<Found> {
+        self.events
+    }
+}
+
+/// The parabolas through three samples of one stick, at its end.
+fn extrapolated(recent: &[Option<(f64, f64, f64)>; 3], from: f64, time: f64) -> Option<(f64, f64)> {
+    let [Some(a), Some(b), Some(c)] = *recent else {
+        return None;
+    };
+    if c.0 < from {
+        return None;
+    }
+    let weight = |p: f64, q: f64, r: f64| (time - q) * (time - r) / ((p - q) * (p - r));
+    let (wa, wb, wc) = (weight(a.0, b.0, c.0), weight(b.0, a.0, c.0), weight(c.0, a.0, b.0));
+    Some((wa * a.1 + wb * b.1 + wc * c.1, wa * a.2 + wb * b.2 + wc * c.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_parabolas_are_extrapolated_exactly_and_not_over_an_event() {
+        let events = [
+            (0.35, EventKind::Stick),
+            (0.72, EventKind::Slip),
+            (0.95, EventKind::Slip),
+        ];
+        let mut watch = TorqueWatch::new(events.map(|(time, kind)| Found::new(time, kind)).to_vec());
+        for k in 0..=10 {
+            let t = 0.1 * f64::from(k);
+            watch.add(t, 1.0 + t * t, 2.0 - 3.0 * t);
+        }
+        let found = watch.finish();
+        let (rotor, stator) = found[1].torques.unwrap();
+        assert!((rotor - 1.5184).abs() < 1e-13 && (stator + 0.16).abs() < 1e-13);
+        assert_eq!((found[0].torques, found[2].torques), (None, None));
+    }
+}

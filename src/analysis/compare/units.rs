@@ -1,0 +1,74 @@
+//! Units that a candidate may have been written in by mistake.
+
+use super::Channel;
+use super::states::Tally;
+use crate::case::quantity::{self, Dimension};
+
+/// A channel, or the time, that differs from the reference by the factor of a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct UnitFault {
+    /// The channel's name, or "time".
+    pub name: &'static str,
+    /// What it seems to be in: a unit, or the opposite sign.
+    pub found: String,
+    /// What it should be in.
+    pub expected: &'static str,
+}
+
+/// Least |correlation| of a channel that differs by a factor alone.
+const CORRELATED: f64 = 0.999;
+/// How far the factor may be from that of a unit. The closest two units of one list differ by more.
+const FACTOR_WITHIN: f64 = 0.01;
+
+fn units(dimension: Dimension) -> &'static [&'static str] {
+    match dimension {
+        Dimension::Time => &["ms", "us", "ns", "min"],
+        Dimension::Angle => &["deg", "rev", "mrad", "urad"],
+        Dimension::AngularVelocity => &["rpm", "deg/s", "rev/s", "mrad/s", "rad/ms"],
+        Dimension::Length => &["mm", "um", "cm", "in", "ft"],
+        Dimension::Velocity => &["mm/s", "um/s", "cm/s", "in/s", "ft/s"],
+        Dimension::Force => &["lbf", "kN", "kgf", "kip"],
+        Dimension::Torque => &["lbf in", "lbf ft", "N mm", "kN m", "kgf m"],
+        _ => &[],
+    }
+}
+
+/// The unit in which numbers come out `factor` times as large.
+fn unit_of(factor: f64, dimension: Dimension) -> Option<&'static str> {
+    units(dimension).iter().copied().find(|unit| {
+        let size = quantity::factor(unit, dimension).unwrap_or(f64::NAN);
+        (factor * size - 1.0).abs() < FACTOR_WITHIN
+    })
+}
+
+/// What one channel's errors over all phases say about its unit.
+pub(super) fn of_channel(channel: Channel, tallies: &[Tally]) -> Option<UnitFault> {
+    let [product, reference, candidate] = tallies.iter().fold([0.0; 3], |sum, tally| {
+        std::array::from_fn(|k| sum[k] + tally.products[k])
+    });
+    if !(reference > 0.0 && candidate > 0.0) || product.abs() < CORRELATED * (reference * candidate).sqrt() {
+        return None;
+    }
+    let factor = product / reference;
+    let fault = |found: String| UnitFault {
+        name: channel.name(),
+        found,
+        expected: channel.unit(),
+    };
+    if (factor + 1.0).abs() < FACTOR_WITHIN {
+        return Some(fault("the opposite sign".to_owned()));
+    }
+    unit_of(factor, channel.dimension()).map(|unit| fault(unit.to_owned()))
+}
+
+/// What pairs of corresponding times (reference, candidate; s) say about the unit of time.
+pub(super) fn of_time(pairs: &[(f64, f64)]) -> Option<UnitFault> {
+    let (first, _) = pairs.split_first()?;
+    let unit = unit_of(first.1 / first.0, Dimension::Time)?;
+    let same = pairs.iter().all(|(r, c)| unit_of(c / r, Dimension::Time) == Some(unit));
+    same.then(|| UnitFault {
+        name: "time",
+        found: unit.to_owned(),
+        expected: "s",
+    })
+}

@@ -1,0 +1,303 @@
+//! Two mode words held against each other: what matches, what is missing, what is too many, and where they part.
+
+use crate::simulation::EventKind;
+use serde::Serialize;
+
+/// One event of a mode word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WordEvent {
+    /// s.
+    pub time: f64,
+    /// What happened.
+    pub kind: EventKind,
+}
+
+/// A reference event and the candidate's event that stands for it, or one of them alone; indices into the words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pair {
+    /// In the reference's word.
+    pub reference: Option<usize>,
+    /// In the candidate's word.
+    pub candidate: Option<usize>,
+}
+
+impl Pair {
+    /// Both indices of a matched pair.
+    pub fn matched(&self) -> Option<(usize, usize)> {
+        self.reference.zip(self.candidate)
+    }
+}
+
+/// What is wrong with an event of the sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fault {
+    /// In the reference only.
+    Missing,
+    /// In the candidate only.
+    Spurious,
+    /// A second time in the candidate, at once after (or before) the first.
+    Doubled,
+    /// In the candidate before the event that it comes after in the reference, or the other way round.
+    Swapped,
+    /// There, but as another kind.
+    Renamed,
+}
+
+/// A place where the words differ.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Difference {
+    /// What is wrong.
+    pub fault: Fault,
+    /// Of the event: that of the reference where it has one.
+    pub kind: &'static str,
+    /// What a renamed event is in the candidate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub candidate_kind: Option<&'static str>,
+    /// 0-based position in the reference's word; of a spurious or doubled event, the position it stands before.
+    pub position: usize,
+    /// 0-based position in the candidate's word, of events that it has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub candidate_position: Option<usize>,
+    /// s: in the reference where it has the event, else in the candidate.
+    pub time: f64,
+}
+
+/// The best agreement between two words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// In the order of both words.
+    pub pairs: Vec<Pair>,
+    /// In the order of the words.
+    pub differences: Vec<Difference>,
+}
+
+/// Times that differ by more than this part of the natural period count as unrelated.
+const RELATED: f64 = 0.25;
+/// A repeated event within this part of the natural period is a doubled one: no stick and no slip is as short.
+const AT_ONCE: f64 = 0.02;
+/// Cells of the table of the alignment, one byte each. Words whose unequal middles need more are aligned as far as it
+/// reaches.
+const MOST_CELLS: usize = 64 << 20;
+
+impl Alignment {
+    /// Aligns two words, each in order of time; `natural_period` (s) is what times are measured by.
+    ///
+    /// The alignment is the cheapest one, where an unmatched event costs 1 and a matched pair up to 1, in proportion
+    /// to the difference of its times up to a quarter of the natural period. Times are compared as they are, and also
+    /// shifted by what the first or the last events differ by; what comes out cheapest is taken.
+    pub fn of(reference: &[WordEvent], candidate: &[WordEvent], natural_period: f64) -> Alignment {
+        let mut shifts = vec![0.0];
+        for ends in [
+            reference.first().zip(candidate.first()),
+            reference.last().zip(candidate.last()),
+        ] {
+            shifts.extend(ends.map(|(r, c)| c.time - r.time));
+        }
+        let mut best: Option<(f64, Vec<Pair>)> = None;
+        for shift in shifts {
+            let (cost, pairs) = align(reference, candidate, shift, RELATED * natural_period);
+            // A shift has to earn its place: the same cost without one is better.
+            if best.as_ref().is_none_or(|(least, _)| cost < least - 1e-9) {
+                best = Some((cost, pairs));
+            }
+        }
+        let pairs = best.map(|(_, pairs)| pairs).unwrap_or_default();
+        let differences = differences(reference, candidate, &pairs, natural_period);
+        Alignment { pairs, differences }
+    }
+
+    /// Indices (reference, candidate) of the matched pairs.
+    pub fn matched(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.pairs.iter().filter_map(Pair::matched)
+    }
+
+    /// Events of the reference without a partner.
+    pub fn missing(&self) -> usize {
+        self.pairs.iter().filter(|p| p.candidate.is_none()).count()
+    }
+
+    /// Events of the candidate without a partner.
+    pub fn spurious(&self) -> usize {
+        self.pairs.iter().filter(|p| p.reference.is_none()).count()
+    }
+}
+
+/// Cost of matching two events; `None` if they are of different kinds.
+fn match_cost(r: &WordEvent, c: &WordEvent, shift: f64, related: f64) -> Option<f64> {
+    (r.kind == c.kind).then(|| ((c.time - r.time - shift).abs() / related).min(1.0))
+}
+
+fn align(reference: &[WordEvent], candidate: &[WordEvent], shift: f64, related: f64) -> (f64, Vec<Pair>) {
+    // What is equal at both ends needs no table.
+    let equal = |(r, c): (&WordEvent, &WordEvent)| match_cost(r, c, shift, related).is_some_and(|cost| cost < 1e-3);
+    let head = reference.iter().zip(candidate).take_while(|&pair| equal(pair)).count();
+    let (r_rest, c_rest) = (&reference[head..], &candidate[head..]);
+    let tail = r_rest
+        .iter()
+        .rev()
+        .zip(c_rest.iter().rev())
+        .take_while(|&pair| equal(pair))
+        .count();
+    let (r_mid, c_mid) = (&r_rest[..r_rest.len() - tail], &c_rest[..c_rest.len() - tail]);
+    let both = |r: usize, c: usize| Pair {
+        reference: Some(r),
+        candidate: Some(c),
+    };
+    let mut pairs: Vec<Pair> = (0..head).map(|k| both(k, k)).collect();
+    let cost = align_middle(r_mid, c_mid, shift, related, head, &mut pairs);
+    let (r_end, c_end) = (reference.len() - tail, candidate.len() - tail);
+    pairs.extend((0..tail).map(|k| both(r_end + k, c_end + k)));
+    (cost, pairs)
+}
+
+/// The classical table of prefixes, with one byte for each cell.
+fn align_middle(
+    reference: &[WordEvent],
+    candidate: &[WordEvent],
+    shift: f64,
+    related: f64,
+    offset: usize,
+    pairs: &mut Vec<Pair>,
+) -> f64 {
+    const BOTH: u8 = 0;
+    const REFERENCE: u8 = 1;
+    const CANDIDATE: u8 = 2;
+    let rows = reference.len().min(MOST_CELLS);
+    let columns = candidate.len().min(MOST_CELLS / (rows + 1));
+    let width = columns + 1;
+    let mut steps = vec![CANDIDATE; (rows + 1) * width];
+    let mut above: Vec<f64> = (0..=columns).map(|j| j as f64).collect();
+    for i in 1..=rows {
+        let mut left = i as f64;
+        let mut diagonal = above[0];
+        above[0] = left;
+        steps[i * width] = REFERENCE;
+        for j in 1..=columns {
+            let mut best = (above[j] + 1.0, REFERENCE);
+            if left + 1.0 < best.0 {
+                best = (left + 1.0, CANDIDATE);
+            }
+            if let Some(cost) = match_cost(&reference[i - 1], &candidate[j - 1], shift, related)
+                && diagonal + cost <= best.0
+            {
+                best = (diagonal + cost, BOTH);
+            }
+            diagonal = above[j];
+            above[j] = best.0;
+            left = best.0;
+            steps[i * width + j] = best.1;
+        }
+    }
+    let cost = above[columns] + (candidate.len() - columns) as f64 + (reference.len() - rows) as f64;
+    let (mut i, mut j) = (rows, columns);
+    let start = pairs.len();
+    while i > 0 || j > 0 {
+        let step = steps[i * width + j];
+        let (r, c) = (step != CANDIDATE, step != REFERENCE);
+        i -= usize::from(r);
+        j -= usize::from(c);
+        pairs.push(Pair {
+            reference: r.then_some(offset + i),
+            candidate: c.then_some(offset + j),
+        });
+    }
+    pairs[start..].reverse();
+    pairs.extend((rows..reference.len()).map(|k| Pair {
+        reference: Some(offset + k),
+        candidate: None,
+    }));
+    pairs.extend((columns..candidate.len()).map(|k| Pair {
+        reference: None,
+        candidate: Some(offset + k),
+    }));
+    cost
+}
+
+/// Names what the unmatched events are.
+fn differences(
+    reference: &[WordEvent],
+    candidate: &[WordEvent],
+    pairs: &[Pair],
+    natural_period: f64,
+) -> Vec<Difference> {
+    let mut found = Vec::new();
+    let mut used = vec![false; pairs.len()];
+    let mut position = 0;
+    for k in 0..pairs.len() {
+        let here = position;
+        position += usize::from(pairs[k].reference.is_some());
+        if used[k] || pairs[k].matched().is_some() {
+            continue;
+        }
+        let partner = partner(reference, candidate, pairs, &used, k, natural_period);
+        let (mut r, mut c) = (pairs[k].reference, pairs[k].candidate);
+        let mut fault = if r.is_some() { Fault::Missing } else { Fault::Spurious };
+        if let Some((other, with)) = partner {
+            used[other] = true;
+            r = r.or(pairs[other].reference);
+            c = c.or(pairs[other].candidate);
+            fault = with;
+        } else if let Some(c) = c
+            && is_doubled(candidate, c, natural_period)
+        {
+            fault = Fault::Doubled;
+        }
+        let event = r.map_or_else(|| candidate[c.unwrap_or(0)], |r| reference[r]);
+        found.push(Difference {
+            fault,
+            kind: event.kind.name(),
+            candidate_kind: (fault == Fault::Renamed)
+                .then(|| c.map(|c| candidate[c].kind.name()))
+                .flatten(),
+            position: r.unwrap_or(here),
+            candidate_position: c,
+            time: event.time,
+        });
+    }
+    found
+}
+
+/// The unmatched event of the other word that explains the one at `k`, and what the two are together.
+fn partner(
+    reference: &[WordEvent],
+    candidate: &[WordEvent],
+    pairs: &[Pair],
+    used: &[bool],
+    k: usize,
+    natural_period: f64,
+) -> Option<(usize, Fault)> {
+    let event = |pair: &Pair| match (pair.reference, pair.candidate) {
+        (Some(r), _) => reference[r],
+        (None, Some(c)) => candidate[c],
+        (None, None) => unreachable!("a pair has at least one event"),
+    };
+    let opposite = |other: usize| {
+        pairs.get(other).is_some_and(|p| {
+            !used[other] && p.matched().is_none() && p.reference.is_some() != pairs[k].reference.is_some()
+        })
+    };
+    let this = event(&pairs[k]);
+    // Two events that have changed places leave one of them matched, and the other once on each side of it.
+    if pairs.get(k + 1).is_some_and(|p| p.matched().is_some())
+        && opposite(k + 2)
+        && event(&pairs[k + 2]).kind == this.kind
+        && (event(&pairs[k + 2]).time - this.time).abs() < 4.0 * natural_period
+    {
+        return Some((k + 2, Fault::Swapped));
+    }
+    if opposite(k + 1) {
+        let other = event(&pairs[k + 1]);
+        if other.kind != this.kind && (other.time - this.time).abs() < RELATED * natural_period {
+            return Some((k + 1, Fault::Renamed));
+        }
+    }
+    None
+}
+
+/// Whether an event stands right beside another one of its kind.
+fn is_doubled(word: &[WordEvent], k: usize, natural_period: f64) -> bool {
+    let same =
+        |other: &WordEvent| other.kind == word[k].kind && (other.time - word[k].time).abs() <= AT_ONCE * natural_period;
+    (k > 0 && same(&word[k - 1])) || word.get(k + 1).is_some_and(same)
+}

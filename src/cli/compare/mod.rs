@@ -1,0 +1,90 @@
+//! `stickslip compare`.
+
+mod pages;
+mod render;
+mod target;
+
+use super::arguments::{Common, CompareOptions};
+use super::{CommandError, End, print, print_json};
+use crate::analysis::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Document<'a> {
+    comparisons: &'a [Comparison],
+    /// Requirements that were not met, in words.
+    shortfalls: &'a [String],
+}
+
+/// Holds candidates against a reference.
+pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, CommandError> {
+    let requirements = options
+        .require
+        .iter()
+        .map(|text| Requirement::parse(text).map_err(CommandError::Input));
+    let requirements = requirements.collect::<Result<Vec<_>, _>>()?;
+    let report = options
+        .report
+        .as_deref()
+        .map(|path| target::Target::check(path, options))
+        .transpose()?;
+    let input = |error: CompareError| CommandError::Input(error.to_string());
+    let mapping = mapping(options).map_err(input)?;
+    let reference = Reference::open(&options.reference).map_err(input)?;
+    let comparisons = options
+        .candidates
+        .iter()
+        .map(|path| reference.compare(path, &mapping).map_err(input));
+    let comparisons = comparisons.collect::<Result<Vec<_>, _>>()?;
+    let shortfalls: Vec<String> = comparisons
+        .iter()
+        .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
+        .collect();
+    if let Some(target) = report {
+        let pages: Vec<_> = comparisons
+            .iter()
+            .map(|c| pages::page(c, pages::Length::Whole))
+            .collect();
+        target.write(&pages, &shortfalls)?;
+    }
+    if common.json {
+        print_json(&Document {
+            comparisons: &comparisons,
+            shortfalls: &shortfalls,
+        })?;
+    } else if !common.quiet {
+        let pages: Vec<_> = comparisons
+            .iter()
+            .map(|c| pages::page(c, pages::Length::Screen))
+            .collect();
+        print(&render::terminal(&pages))?;
+    }
+    if shortfalls.is_empty() {
+        Ok(End::Done)
+    } else {
+        Err(CommandError::Computation(shortfalls.join("; ")))
+    }
+}
+
+/// The mapping file with the options over it.
+fn mapping(options: &CompareOptions) -> Result<Mapping, CompareError> {
+    let mut mapping = match &options.map {
+        Some(path) => Mapping::file(path)?,
+        None => Mapping::default(),
+    };
+    for column in &options.columns {
+        mapping.add_option(column)?;
+    }
+    if let Some(path) = &options.events {
+        mapping.event_file = Some(path.clone());
+    }
+    if let Some(text) = &options.velocity_tolerance {
+        mapping.set_tolerance(text)?;
+    }
+    if let Some(factor) = options.hysteresis {
+        mapping
+            .set_hysteresis(factor)
+            .map_err(|what| CompareError::Option(format!("--hysteresis: {what}")))?;
+    }
+    Ok(mapping)
+}

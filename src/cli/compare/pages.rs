@@ -1,0 +1,228 @@
+//! What a report says, whatever it is written in.
+
+use crate::analysis::compare::word::{Difference, Fault};
+use crate::analysis::compare::{Comparison, Statistic};
+
+/// How much of a comparison is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Length {
+    /// What fits a terminal.
+    Screen,
+    /// Every event.
+    Whole,
+}
+
+/// Differences of the sequences that a terminal shows.
+const LISTED: usize = 10;
+
+/// A report of one comparison.
+pub(super) struct Page {
+    pub title: String,
+    pub verdict: String,
+    pub parts: Vec<Part>,
+}
+
+/// A piece of a report.
+pub(super) enum Part {
+    Text(String),
+    Table(Table),
+}
+
+/// A table; all columns but the first are numbers, unless `texts` says how many are not.
+pub(super) struct Table {
+    pub title: String,
+    pub header: Vec<&'static str>,
+    pub rows: Vec<Vec<String>>,
+    /// Columns from the left that are texts.
+    pub texts: usize,
+}
+
+pub(super) fn page(c: &Comparison, length: Length) -> Page {
+    let mut parts = vec![Part::Text(what_was_read(c))];
+    for cause in c.causes.iter().skip(1) {
+        parts.push(Part::Text(format!("also: {}", cause.evidence)));
+    }
+    parts.push(Part::Table(statistics(c)));
+    let e = &c.event_errors;
+    if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
+        parts.push(Part::Text(format!(
+            "{} matched events: largest error {max:.2e} s at {at:.9} s, rms {rms:.2e} s",
+            e.matched
+        )));
+    }
+    if !c.sequence.is_empty() {
+        let shown = if length == Length::Screen { LISTED } else { usize::MAX };
+        parts.push(Part::Table(sequence(&c.sequence, shown)));
+        if c.sequence.len() > shown {
+            parts.push(Part::Text(format!("and {} more", c.sequence.len() - shown)));
+        }
+    }
+    parts.extend(channels(c).into_iter().map(Part::Table));
+    if let Some(text) = samples(c) {
+        parts.push(Part::Text(text));
+    }
+    if let Some(drift) = &c.energy_drift {
+        parts.push(Part::Text(format!(
+            "energy drift of its own channels: {:.1e} J at most, at {:.6} s, and {:.1e} J at the end, over {:.3} s sampled \
+             densely enough",
+            drift.max, drift.max_at, drift.last, drift.covered
+        )));
+    }
+    if length == Length::Whole && e.matched > 0 {
+        parts.push(Part::Table(events(c)));
+    }
+    if !c.case_differences.is_empty() {
+        let row = |d: &crate::analysis::compare::CaseDifference| {
+            vec![d.key.clone(), d.reference.clone(), d.candidate.clone()]
+        };
+        parts.push(Part::Table(Table {
+            title: "keys of the case that differ".to_owned(),
+            header: vec!["key", "reference", "candidate"],
+            rows: c.case_differences.iter().map(row).collect(),
+            texts: 3,
+        }));
+    }
+    Page {
+        title: format!("{} against {}", c.candidate, c.reference),
+        verdict: c.verdict.clone(),
+        parts,
+    }
+}
+
+/// Format, span and where the events are from.
+fn what_was_read(c: &Comparison) -> String {
+    let mut text = c.format.to_owned();
+    if let Some(span) = c.span {
+        text += &format!(", {} to {} s", short(span.from), short(span.to));
+    }
+    if let Some(interval) = c.interval {
+        text += &format!(", a sample every {interval:.3e} s in the stick-slip");
+    }
+    match &c.detection {
+        Some(d) => format!(
+            "{text}; events found where |omega_r| <= {:.0e} rad/s, a stick ends above {:.0e} rad/s",
+            d.velocity_tolerance,
+            d.velocity_tolerance * d.hysteresis
+        ),
+        None => text,
+    }
+}
+
+/// A time with nine decimals at most.
+fn short(time: f64) -> String {
+    let text = format!("{time:.9}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn statistics(c: &Comparison) -> Table {
+    let number = |unit: &str, value: Option<f64>| match value {
+        None => "none".to_owned(),
+        Some(value) if unit == "1" => format!("{value}"),
+        Some(value) => format!("{value:.9} s"),
+    };
+    let error = |s: &Statistic| match (s.reference.is_some(), s.unit, s.error()) {
+        (false, _, _) | (_, _, None) => String::new(),
+        (_, "1", Some(error)) => format!("{error}"),
+        (_, _, Some(error)) => format!("{error:.2e} s"),
+    };
+    let mut rows = vec![vec![
+        "events".to_owned(),
+        c.reference_events.to_string(),
+        c.candidate_events.to_string(),
+        format!("{} missing, {} spurious", c.missing, c.spurious),
+    ]];
+    rows.extend(c.statistics.iter().map(|s| {
+        let name = s.name.replace('_', " ");
+        vec![name, number(s.unit, s.reference), number(s.unit, s.candidate), error(s)]
+    }));
+    Table {
+        title: String::new(),
+        header: vec!["", "reference", "candidate", "error"],
+        rows,
+        texts: 1,
+    }
+}
+
+fn sequence(differences: &[Difference], shown: usize) -> Table {
+    let row = |d: &Difference| {
+        let fault = match d.fault {
+            Fault::Missing => "missing".to_owned(),
+            Fault::Spurious => "spurious".to_owned(),
+            Fault::Doubled => "doubled".to_owned(),
+            Fault::Swapped => "swapped".to_owned(),
+            Fault::Renamed => format!("now a {}", d.candidate_kind.unwrap_or("different event")),
+        };
+        vec![
+            fault,
+            d.kind.to_owned(),
+            d.position.to_string(),
+            format!("{:.9}", d.time),
+        ]
+    };
+    Table {
+        title: String::new(),
+        header: vec!["sequence", "kind", "event", "time, s"],
+        rows: differences.iter().take(shown).map(row).collect(),
+        texts: 2,
+    }
+}
+
+/// A table for each phase.
+fn channels(c: &Comparison) -> Vec<Table> {
+    let digits = |d: Option<f64>| d.map_or_else(String::new, |d| format!("{d:.1}"));
+    let mut tables = Vec::new();
+    let mut rows = c.channels.as_slice();
+    while let Some(first) = rows.first() {
+        let count = rows.iter().take_while(|row| row.phase == first.phase).count();
+        let line = |row: &crate::analysis::compare::ChannelErrors| {
+            vec![
+                row.channel.to_owned(),
+                format!("{:.2e} {}", row.max, row.unit),
+                format!("{:.6}", row.max_at),
+                format!("{:.1e}", row.rms),
+                digits(row.scd),
+                digits(row.mescd),
+            ]
+        };
+        tables.push(Table {
+            title: format!("{}: {} samples", first.phase.name(), first.samples),
+            header: vec!["channel", "max error", "at, s", "rms", "scd", "mescd"],
+            rows: rows[..count].iter().map(line).collect(),
+            texts: 1,
+        });
+        rows = &rows[count..];
+    }
+    tables
+}
+
+fn samples(c: &Comparison) -> Option<String> {
+    c.span?;
+    let mut text = format!("{} samples compared", c.samples);
+    if c.samples_outside > 0 {
+        text += &format!("; {} at an event or in a segment of one run alone", c.samples_outside);
+    }
+    if c.samples_too_sparse > 0 {
+        text += &format!("; {} where the reference is too sparse", c.samples_too_sparse);
+    }
+    if c.reference_repeated {
+        text += "; the reference's run was repeated for its states between samples";
+    }
+    Some(text)
+}
+
+fn events(c: &Comparison) -> Table {
+    let row = |e: &crate::analysis::compare::event_errors::EventError| {
+        vec![
+            e.kind.to_owned(),
+            e.position.to_string(),
+            format!("{:.12}", e.time),
+            format!("{:.2e}", e.error),
+        ]
+    };
+    Table {
+        title: "matched events".to_owned(),
+        header: vec!["kind", "event", "time in the reference, s", "error, s"],
+        rows: c.event_errors.events.iter().map(row).collect(),
+        texts: 1,
+    }
+}

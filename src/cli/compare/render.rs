@@ -1,0 +1,183 @@
+//! Reports as text for a terminal, as Markdown and as HTML.
+
+use super::super::terminal as tables;
+use super::pages::{Page, Part, Table};
+
+/// By this a report is known as the program's own.
+pub(super) const MARK: &str = "stickslip compare";
+
+/// For a terminal.
+pub(super) fn terminal(pages: &[Page]) -> String {
+    let page = |page: &Page| {
+        let mut text = format!("{}\n{}\n", page.title, page.verdict);
+        for part in &page.parts {
+            text.push('\n');
+            match part {
+                Part::Text(paragraph) => text += &format!("{paragraph}\n"),
+                Part::Table(table) => {
+                    if !table.title.is_empty() {
+                        text += &format!("{}\n", table.title);
+                    }
+                    let mut lines = tables::table(&table.header);
+                    for row in &table.rows {
+                        lines.add_row(row);
+                    }
+                    tables::align_right(&mut lines, table.texts..table.header.len());
+                    text += &tables::show(&lines);
+                }
+            }
+        }
+        text
+    };
+    pages.iter().map(page).collect::<Vec<_>>().join("\n")
+}
+
+/// As GitHub's Markdown.
+pub(super) fn markdown(pages: &[Page], shortfalls: &[String]) -> String {
+    let mut text = format!("<!-- {MARK} -->\n");
+    for page in pages {
+        text += &format!("# {}\n\n**{}**\n\n", plain(&page.title), plain(&page.verdict));
+        for part in &page.parts {
+            match part {
+                Part::Text(paragraph) => text += &format!("{}\n\n", plain(paragraph)),
+                Part::Table(table) => text += &markdown_table(table),
+            }
+        }
+    }
+    if !shortfalls.is_empty() {
+        text += "# Fell short\n\n";
+        text.extend(shortfalls.iter().map(|s| format!("- {}\n", plain(s))));
+    }
+    text
+}
+
+fn markdown_table(table: &Table) -> String {
+    let mut text = String::new();
+    if !table.title.is_empty() {
+        text += &format!("## {}\n\n", plain(&table.title));
+    }
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    text += &line(table.header.iter().map(|cell| plain(cell)).collect());
+    let rule = |k: usize| if k < table.texts { "---" } else { "---:" }.to_owned();
+    text += &line((0..table.header.len()).map(rule).collect());
+    text.extend(
+        table
+            .rows
+            .iter()
+            .map(|row| line(row.iter().map(|cell| plain(cell)).collect())),
+    );
+    text + "\n"
+}
+
+/// Without what Markdown would take for markup.
+fn plain(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        if matches!(c, '\\' | '`' | '*' | '_' | '|' | '<' | '>' | '[' | ']' | '#' | '&') {
+            escaped.push('\\');
+        }
+        escaped.push(if c == '\n' { ' ' } else { c });
+    }
+    escaped
+}
+
+/// As one HTML file without anything from elsewhere.
+pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
+    let mut body = String::new();
+    for page in pages {
+        body += &format!(
+            "<h1>{}</h1>\n<p class=\"verdict\">{}</p>\n",
+            safe(&page.title),
+            safe(&page.verdict)
+        );
+        for part in &page.parts {
+            match part {
+                Part::Text(paragraph) => body += &format!("<p>{}</p>\n", safe(paragraph)),
+                Part::Table(table) => body += &html_table(table),
+            }
+        }
+    }
+    if !shortfalls.is_empty() {
+        body += "<h1>Fell short</h1>\n<ul>\n";
+        body.extend(shortfalls.iter().map(|s| format!("<li>{}</li>\n", safe(s))));
+        body += "</ul>\n";
+    }
+    let title = pages.first().map_or_else(String::new, |page| safe(&page.title));
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"generator\" content=\"{MARK}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>\n{STYLE}\
+         </style>\n</head>\n<body>\n{body}</body>\n</html>\n"
+    )
+}
+
+const STYLE: &str = "\
+body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
+h1 { font-size: 1.3em; margin-top: 2em } h2 { font-size: 1.1em } .verdict { font-weight: bold }
+table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; border-bottom: 1px solid #ccc }
+th { text-align: left } td.number, th.number { text-align: right; font-variant-numeric: tabular-nums }
+";
+
+fn html_table(table: &Table) -> String {
+    let mut text = String::new();
+    if !table.title.is_empty() {
+        text += &format!("<h2>{}</h2>\n", safe(&table.title));
+    }
+    let cell = |tag: &str, k: usize, cell: &str| {
+        let class = if k < table.texts { "" } else { " class=\"number\"" };
+        format!("<{tag}{class}>{}</{tag}>", safe(cell))
+    };
+    let line = |tag: &str, cells: Vec<&str>| {
+        let cells: String = cells.iter().enumerate().map(|(k, text)| cell(tag, k, text)).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    text += &format!(
+        "<table>\n<thead>\n{}</thead>\n<tbody>\n",
+        line("th", table.header.clone())
+    );
+    text.extend(
+        table
+            .rows
+            .iter()
+            .map(|row| line("td", row.iter().map(String::as_str).collect())),
+    );
+    text + "</tbody>\n</table>\n"
+}
+
+fn safe(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+        .replace('\'', "&#39;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hostile() -> Page {
+        Page {
+            title: "<script>alert(1)</script> & \"x\"".to_owned(),
+            verdict: "a|b*c_d\n# e".to_owned(),
+            parts: vec![Part::Table(Table {
+                title: "t<b>".to_owned(),
+                header: vec!["a", "b"],
+                rows: vec![vec!["x|y".to_owned(), "<img src=x>".to_owned()]],
+                texts: 1,
+            })],
+        }
+    }
+
+    #[test]
+    fn property_names_of_files_cannot_become_markup() {
+        let page = html(&[hostile()], &["<i>".to_owned()]);
+        for tag in ["<script", "<img", "<b>", "<i>"] {
+            assert!(!page.contains(tag), "{page}");
+        }
+        let text = markdown(&[hostile()], &[]);
+        assert!(
+            text.contains("x\\|y") && !text.contains("\n# e") && text.contains("\\<script\\>"),
+            "{text}"
+        );
+    }
+}

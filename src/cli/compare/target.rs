@@ -1,0 +1,73 @@
+//! Where a report is written.
+
+use super::super::CommandError;
+use super::super::arguments::CompareOptions;
+use super::pages::Page;
+use super::render;
+use std::path::{Path, PathBuf};
+
+/// A file that a report may be written to.
+pub(super) struct Target {
+    path: PathBuf,
+    html: bool,
+}
+
+impl Target {
+    /// Refuses another format, an input, and a file that is no report, before anything is computed.
+    pub fn check(path: &Path, options: &CompareOptions) -> Result<Target, CommandError> {
+        let refuse = |what: &str| Err(CommandError::Input(format!("{}: {what}", path.display())));
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let html = match extension.as_deref() {
+            Some("html" | "htm") => true,
+            Some("md") => false,
+            _ => return refuse("a report is written as HTML or Markdown; give it the extension .html or .md"),
+        };
+        if path.is_dir() {
+            return refuse("this is a folder; name a file in it with --report");
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if folder.is_some_and(|folder| !folder.is_dir()) {
+            return refuse("the folder does not exist; create it, or choose another with --report");
+        }
+        let inputs = options
+            .candidates
+            .iter()
+            .chain([&options.reference])
+            .chain(&options.map)
+            .chain(&options.events);
+        let same = |input: &PathBuf| matches!((input.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        if inputs.into_iter().any(same) {
+            return refuse("this is an input of the comparison; give the report another name");
+        }
+        if path.exists() && !options.force && !is_report(path) {
+            return refuse(
+                "exists and is no report of this program, so it is not replaced; choose another name, or replace it with --force",
+            );
+        }
+        Ok(Target {
+            path: path.to_owned(),
+            html,
+        })
+    }
+
+    pub fn write(&self, pages: &[Page], shortfalls: &[String]) -> Result<(), CommandError> {
+        let text = if self.html {
+            render::html(pages, shortfalls)
+        } else {
+            render::markdown(pages, shortfalls)
+        };
+        std::fs::write(&self.path, text).map_err(|error| {
+            let path = self.path.display();
+            CommandError::Computation(format!(
+                "{path}: writing failed: {error}; check the disk and the folder"
+            ))
+        })
+    }
+}
+
+fn is_report(path: &Path) -> bool {
+    use std::io::Read;
+    let mut start = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(512).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains(render::MARK)
+}
