@@ -260,7 +260,11 @@ impl Run {
         let rotor = self.model.torque(&y[ROTOR_TWIST], &y[ROTOR_TWIST_RATE]);
         let stator = self.model.torque(&y[STATOR_TWIST], &y[STATOR_TWIST_RATE]);
         let transmitted = (&rotor + &stator).half();
-        let magnitude = if transmitted.signum() < 0 { -&transmitted } else { transmitted.clone() };
+        let magnitude = if transmitted.signum() < 0 {
+            -&transmitted
+        } else {
+            transmitted.clone()
+        };
         if magnitude <= limit {
             Mode::Stick
         } else {
@@ -302,8 +306,8 @@ impl Run {
             let number = |value| Number::from_rational(value, self.model.bits);
             self.force = (start, [number(&piece.force), number(&piece.slope)]);
             self.later_force.pop_front();
-            self.stays_open = false;
             self.record(EventKind::Corner)?;
+            self.close_on_ringing()?;
         }
         while self.kicks.front().is_some_and(|(time, _)| *time <= self.time) {
             if let Some((_, delta)) = self.kicks.pop_front() {
@@ -311,6 +315,26 @@ impl Run {
             }
         }
         Ok(())
+    }
+
+    /// At a corner: disks whose ringing is below its floor lie at rest against each other, and touch as soon as F presses
+    /// them. What is left of the ringing does not part them again.
+    fn close_on_ringing(&mut self) -> Result<(), OracleError> {
+        let [force, slope] = self.force.1.each_ref().map(Number::signum);
+        if !std::mem::take(&mut self.stays_open) || !(force > 0 || force == 0 && slope > 0) {
+            return Ok(());
+        }
+        self.close()?;
+        self.zeros.push((Guard::Separation, usize::MAX));
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), OracleError> {
+        self.mode = self.mode_in_contact();
+        if self.mode == Mode::Stick {
+            self.watch = Watch::Off;
+        }
+        self.record(EventKind::Contact)
     }
 
     /// Half of the jump on each surface; in stick it is absorbed.
@@ -321,7 +345,8 @@ impl Run {
         let half = delta.half();
         self.state[ROTOR_TWIST_RATE] -= &half;
         self.state[STATOR_TWIST_RATE] -= &half;
-        self.zeros.retain(|(guard, _)| !matches!(guard, Guard::Stop | Guard::Stability));
+        self.zeros
+            .retain(|(guard, _)| !matches!(guard, Guard::Stop | Guard::Stability));
         self.record(EventKind::Kick)?;
         if self.mode == Mode::Separated {
             return Ok(());
@@ -403,7 +428,7 @@ impl Run {
         };
         self.zeros.clear();
         match fired {
-            Some((_, guard)) => self.transition(guard),
+            Some((after, guard)) => self.transition(guard, after.is_zero()),
             None => Ok(()),
         }
     }
@@ -436,7 +461,11 @@ impl Run {
         }
         let mut first: Option<(Number, Guard)> = None;
         for (guard, polynomial) in guards {
-            let known = self.zeros.iter().find(|(zero, _)| *zero == guard).map_or(0, |(_, count)| *count);
+            let known = self
+                .zeros
+                .iter()
+                .find(|(zero, _)| *zero == guard)
+                .map_or(0, |(_, count)| *count);
             let crossing = first_zero(&polynomial, known, step);
             let time = match crossing {
                 Crossing::None => continue,
@@ -479,7 +508,8 @@ impl Run {
         (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < RINGING_FLOOR
     }
 
-    fn transition(&mut self, guard: Guard) -> Result<(), OracleError> {
+    /// What a guard does that has fired, `at_once` if it stood beyond its boundary.
+    fn transition(&mut self, guard: Guard, at_once: bool) -> Result<(), OracleError> {
         match guard {
             Guard::Stop => self.stop(),
             Guard::Breakaway(sense) => {
@@ -495,17 +525,19 @@ impl Run {
                 self.record(EventKind::Separation)
             }
             Guard::Contact => {
-                self.mode = self.mode_in_contact();
-                if self.mode == Mode::Stick {
-                    self.watch = Watch::Off;
+                self.close()?;
+                // Unless the force stood beyond zero already.
+                if !at_once {
+                    self.zeros.push((Guard::Separation, 1));
                 }
-                self.zeros.push((Guard::Separation, 1));
-                self.record(EventKind::Contact)
+                Ok(())
             }
             Guard::Stability => {
                 let lost = self.watch == Watch::Stable;
                 self.watch = if lost { Watch::Unstable } else { Watch::Stable };
-                self.zeros.push((Guard::Stability, 1));
+                if !at_once {
+                    self.zeros.push((Guard::Stability, 1));
+                }
                 if !lost {
                     return self.record(EventKind::Restabilised);
                 }
@@ -520,7 +552,11 @@ impl Run {
 }
 
 fn slip(sign: i8) -> Mode {
-    if sign > 0 { Mode::SlipForward } else { Mode::SlipBackward }
+    if sign > 0 {
+        Mode::SlipForward
+    } else {
+        Mode::SlipBackward
+    }
 }
 
 fn least(a: Number, b: Number) -> Number {

@@ -71,11 +71,7 @@ impl Number {
         let mantissa = BigRational::from_integer(BigInt::from_biguint(sign, magnitude));
         let power = i64::from(exponent) - (words.len() * WORD_BIT_SIZE) as i64;
         let scale = BigRational::from_integer(BigInt::one() << power.unsigned_abs());
-        Some(if power >= 0 {
-            mantissa * scale
-        } else {
-            mantissa / scale
-        })
+        Some(if power >= 0 { mantissa * scale } else { mantissa / scale })
     }
 
     /// The nearest double, or one beside it; 0 below the range of doubles.
@@ -94,7 +90,10 @@ impl Number {
 
     /// log2 of the magnitude, to about a double's precision; negative infinity for zero.
     pub fn log2(&self) -> f64 {
-        match (self.value.exponent(), self.value.mantissa_digits().and_then(<[Word]>::last)) {
+        match (
+            self.value.exponent(),
+            self.value.mantissa_digits().and_then(<[Word]>::last),
+        ) {
             (Some(exponent), Some(&top)) if top != 0 => {
                 f64::from(exponent) + (top as f64).log2() - WORD_BIT_SIZE as f64
             }
@@ -227,7 +226,10 @@ fn words_of(integer: &BigUint) -> Vec<Word> {
         .to_u32_digits()
         .chunks(per_word)
         .map(|chunk| {
-            let word = chunk.iter().rev().fold(0u64, |sum, &digit| (sum << 32) | u64::from(digit));
+            let word = chunk
+                .iter()
+                .rev()
+                .fold(0u64, |sum, &digit| (sum << 32) | u64::from(digit));
             word as Word
         })
         .collect()
@@ -301,7 +303,13 @@ mod tests {
 
     #[test]
     fn property_decimals_pass_through_unharmed() {
-        for text in ["6.97413067386339914422662167099", "-4.01769591910436980859516070784e-05", "2e-2713", "100", "0.0375"] {
+        for text in [
+            "6.97413067386339914422662167099",
+            "-4.01769591910436980859516070784e-05",
+            "2e-2713",
+            "100",
+            "0.0375",
+        ] {
             let exact = rational(text).expect("a decimal");
             let back = Number::from_rational(&exact, 192).to_decimal(30);
             assert_eq!(rational(&back), Some(exact), "{text} became {back}");

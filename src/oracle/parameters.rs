@@ -126,7 +126,10 @@ impl ExactParameters {
                 .kicks
                 .iter()
                 .map(|kick| Kick {
-                    time: kick.time.as_ref().map_or(KickTime::Instability, |t| KickTime::At(round(t))),
+                    time: kick
+                        .time
+                        .as_ref()
+                        .map_or(KickTime::Instability, |t| KickTime::At(round(t))),
                     relative_velocity: round(&kick.relative_velocity),
                 })
                 .collect(),

@@ -33,8 +33,12 @@ const ROUNDING: f64 = 1e-13;
 /// Of a guard given by its Taylor coefficients, over `0 < t <= step`. The first `known_zeros` coefficients are zero by the
 /// conditions from which the motion starts, and are taken out; so are exact zeros.
 pub(super) fn first_zero(coefficients: &[Number], known_zeros: usize, step: &Number) -> Crossing {
-    let exact = coefficients.iter().skip(known_zeros).take_while(|c| c.is_zero()).count();
-    let coefficients = &coefficients[coefficients.len().min(known_zeros + exact)..];
+    let exact = coefficients
+        .iter()
+        .skip(known_zeros)
+        .take_while(|c| c.is_zero())
+        .count();
+    let coefficients = &coefficients[coefficients.len().min(known_zeros.saturating_add(exact))..];
     let Some(first) = coefficients.first() else {
         return Crossing::None;
     };
@@ -275,10 +279,17 @@ mod tests {
             (vec![1.5, -0.5], None),
             (vec![1.0 - 1e-15, 3.0], Some(1.0 - 1e-15)),
         ] {
-            let sign = if roots.iter().filter(|&&r| r > 0.0).count() % 2 == 1 { -1.0 } else { 1.0 };
+            let sign = if roots.iter().filter(|&&r| r > 0.0).count() % 2 == 1 {
+                -1.0
+            } else {
+                1.0
+            };
             let found = first(&with_roots(&roots, sign), 0);
             match expected {
-                Some(x) => assert!((found.expect("a root") - x).abs() < 2f64.powi(-50), "{roots:?}: {found:?}"),
+                Some(x) => assert!(
+                    (found.expect("a root") - x).abs() < 2f64.powi(-50),
+                    "{roots:?}: {found:?}"
+                ),
                 None => assert_eq!(found, None, "{roots:?}"),
             }
         }

@@ -91,7 +91,9 @@ impl Model {
             minus_decay: number(&-&exact.decay),
             weakening: number(&(integer(2) * &exact.decay * falling)),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
-            reciprocals: (0..=LARGEST_ORDER + 1).map(|k| number(&integer(k.max(1)).recip())).collect(),
+            reciprocals: (0..=LARGEST_ORDER + 1)
+                .map(|k| number(&integer(k.max(1)).recip()))
+                .collect(),
             integers: (0..=LARGEST_ORDER + 1).map(|k| number(&integer(k))).collect(),
         }
     }

@@ -7,7 +7,25 @@ use astro_float::Consts;
 
 /// Orders that are tried, each against the last: the cost of a step is about the order's square, and the best length for
 /// it depends on how much of the motion is slow.
-const ORDERS: [usize; 17] = [12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 112, 128, 160, 192, LARGEST_ORDER];
+const ORDERS: [usize; 17] = [
+    12,
+    16,
+    20,
+    24,
+    28,
+    32,
+    40,
+    48,
+    56,
+    64,
+    80,
+    96,
+    112,
+    128,
+    160,
+    192,
+    LARGEST_ORDER,
+];
 
 /// What a coefficient of any order costs beside its convolutions, in terms of them.
 const FIXED_COST: f64 = 25.0;
@@ -46,7 +64,8 @@ impl Scales {
             .map(|piece| super::nearest_double(&piece.force).abs())
             .fold(0.0, f64::max);
         let force = if force > 0.0 { force } else { 1.0 };
-        let twist = p.friction.low_speed.max(p.friction.high_speed).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
+        let twist =
+            p.friction.low_speed.max(p.friction.high_speed).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
         let speed = twist * (p.torsion.stiffness / p.torsion.surface_inertia).sqrt();
         let depth = force / p.axial.stiffness;
         let velocity = depth * (p.axial.stiffness / p.axial.mass).sqrt();
