@@ -2,7 +2,9 @@
 //! its modes and its loss of stability.
 
 pub mod growth;
+pub mod linearised;
 pub mod modes;
+mod path;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
