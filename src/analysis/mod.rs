@@ -1,6 +1,7 @@
 //! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
 //! its modes and its loss of stability.
 
+pub mod certificate;
 pub mod growth;
 pub mod linearised;
 pub mod modes;
@@ -9,6 +10,7 @@ pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 
+pub use certificate::{Certificate, certify};
 pub use growth::Growth;
 pub use modes::Modes;
 pub use stick_slip::{Cycle, StickSlip};

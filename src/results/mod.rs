@@ -4,6 +4,7 @@
 //! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
 //! [`ResultFile`] reads both. Every name, unit and code is in [`schema`].
 
+mod certificate;
 mod error;
 mod raw;
 mod reader;
@@ -12,6 +13,7 @@ mod stick_slip;
 mod target;
 mod writer;
 
+pub use certificate::{CertificateTables, write_certified};
 pub use error::ResultError;
 pub use reader::{AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo};
 pub use stick_slip::{Extra, StickSlipTable};

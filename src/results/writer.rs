@@ -537,7 +537,7 @@ impl TableWriter {
             let dataset = create_variable(&group, variable, table.chunk)?;
             match columns.first() {
                 None => raw::set_scale(&dataset, &variable.name)?,
-                Some((scale, _)) => raw::attach_scale(&dataset, scale)?,
+                Some((scale, _)) => raw::attach_scale(&dataset, scale, 0)?,
             }
             columns.push((dataset, Buffer::new(variable.kind, table.chunk)));
         }
@@ -576,7 +576,7 @@ impl TableWriter {
     }
 }
 
-fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
+pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
     parent
         .create_group_builder()
         .with_gcpl(|create| {
@@ -628,11 +628,11 @@ fn write_companions(location: &Location, name: &str, units: &str, long_name: &st
     )
 }
 
-fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
+pub(super) fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
     location.new_attr::<f64>().create(name)?.write_scalar(&value)
 }
 
-fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
+pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
     location
         .new_attr::<VarLenUnicode>()
         .create(name)?
