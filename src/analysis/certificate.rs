@@ -5,31 +5,13 @@
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
 //! What the rounding at the loss of stability can grow to comes on top.
 
+use super::ladder::{Finished, Rung, climb, finest, matched, run};
 use super::linearised::{Linearised, linearise};
 use super::{Growth, Summary};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{
-    Channels, Event, EventKind, MemoryRecorder, Method, RunReport, Sample, SolverOptions, State, simulate,
-};
+use crate::simulation::{Channels, Event, EventKind, Method, Sample, SolverOptions, State};
 use serde::Serialize;
-use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
-
-/// Methods and relative tolerances of the ladder. Of each method the last is the finest.
-pub const RUNGS: [(Method, f64); 9] = [
-    (Method::Auto, 1e-9),
-    (Method::Auto, 1e-12),
-    (Method::Erk, 1e-9),
-    (Method::Erk, 1e-12),
-    (Method::CvodeAdams, 1e-9),
-    (Method::CvodeAdams, 1e-12),
-    (Method::CvodeBdf, 1e-9),
-    (Method::CvodeBdf, 1e-11),
-    (Method::CvodeBdf, 1e-13),
-];
 
 /// Independent witnesses that must see the result's sequence of events.
 const LEAST_WITNESSES: usize = 2;
@@ -118,26 +100,6 @@ fn significant(value: f64, error: f64) -> u32 {
     if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }
 }
 
-/// One run of the ladder.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rung {
-    /// Name of the method.
-    pub method: &'static str,
-    /// Relative tolerance.
-    pub rtol: f64,
-    /// Events of the mode word that agree with the result's in kind, from the first on.
-    pub agreeing: usize,
-    /// Events of the mode word.
-    pub events: usize,
-    /// Largest distance to the result over the agreeing events, s; `None` if there is none.
-    pub distance: Option<f64>,
-    /// Wall time, s.
-    pub seconds: f64,
-    /// Why the run failed, if it did.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
-}
-
 /// How far a channel of the trajectory can be off.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelBand {
@@ -203,14 +165,6 @@ pub enum CertifyError {
     Interrupted,
 }
 
-/// A finished run of the ladder.
-struct Finished {
-    rung: Rung,
-    method: Method,
-    recorder: MemoryRecorder,
-    report: RunReport,
-}
-
 /// Certifies the events of a result of this case, which its own settings would give again.
 ///
 /// The runs go over as many threads as there are processors. `stop` is asked now and then.
@@ -265,127 +219,6 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
     })
 }
 
-fn run(case: &Case, solver: &SolverOptions, stop: &(dyn Fn() -> bool + Sync)) -> Finished {
-    let clock = Instant::now();
-    let mut recorder = MemoryRecorder::default();
-    let control = &mut |_| match stop() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
-    let (report, failure) = match simulate(&case.parameters, solver, &case.output, &mut recorder, control) {
-        Ok(report) => (report, None),
-        Err(failure) => {
-            let text = failure.to_string();
-            (failure.report, Some(text))
-        }
-    };
-    Finished {
-        rung: Rung {
-            method: solver.method.name(),
-            rtol: solver.rtol,
-            agreeing: 0,
-            events: 0,
-            distance: None,
-            seconds: clock.elapsed().as_secs_f64(),
-            failure,
-        },
-        method: solver.method,
-        recorder,
-        report,
-    }
-}
-
-/// Every rung, over all processors; in the order of [`RUNGS`].
-fn climb(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) -> Vec<Finished> {
-    let next = AtomicUsize::new(0);
-    let finished: Mutex<Vec<(usize, Finished)>> = Mutex::new(Vec::new());
-    let threads = std::thread::available_parallelism()
-        .map_or(1, usize::from)
-        .min(RUNGS.len());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&(method, rtol)) = RUNGS.get(index) else { break };
-                    if stop() {
-                        break;
-                    }
-                    let solver = SolverOptions {
-                        method,
-                        rtol,
-                        ..case.solver.clone()
-                    };
-                    let mut run = run(case, &solver, stop);
-                    compare(&mut run, result);
-                    let mut list = finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    list.push((index, run));
-                }
-            });
-        }
-    });
-    let mut finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    finished.sort_by_key(|(index, _)| *index);
-    finished.into_iter().map(|(_, run)| run).collect()
-}
-
-fn word(events: &[Event]) -> Vec<&Event> {
-    events.iter().filter(|event| event.kind.in_mode_word()).collect()
-}
-
-fn compare(run: &mut Finished, result: &[Event]) {
-    let (own, result) = (word(&run.recorder.events), word(result));
-    let same = |(a, b): &(&&Event, &&Event)| a.kind == b.kind;
-    let agreeing = own.iter().zip(&result).take_while(same).count();
-    run.rung.events = own.len();
-    run.rung.agreeing = agreeing;
-    run.rung.distance = own
-        .iter()
-        .zip(&result)
-        .take(agreeing)
-        .map(|(a, b)| (a.time - b.time).abs())
-        .reduce(f64::max);
-}
-
-/// The finest run of each method, if it did not fail.
-fn finest(ladder: &[Finished], own: bool) -> Vec<&Finished> {
-    let mut finest: Vec<&Finished> = Vec::new();
-    for run in ladder {
-        finest.retain(|other| other.method != run.method);
-        finest.push(run);
-    }
-    finest.retain(|run| run.rung.failure.is_none() && (run.method == Method::Auto) == own);
-    finest
-}
-
-/// Times of the events that match those of the result, kind by kind: NaN where there is no counterpart.
-fn matched(result: &[Event], run: &Finished) -> Vec<f64> {
-    let mut agreeing = run.rung.agreeing;
-    let mut word = word(&run.recorder.events).into_iter();
-    // Events outside the word are matched by their count among their kind.
-    let other = |index: usize| {
-        let kind = result[index].kind;
-        let number = result[..index].iter().filter(|event| event.kind == kind).count();
-        run.recorder
-            .events
-            .iter()
-            .filter(|event| event.kind == kind)
-            .nth(number)
-    };
-    (0..result.len())
-        .map(|index| {
-            if !result[index].kind.in_mode_word() {
-                return other(index).map_or(f64::NAN, |event| event.time);
-            }
-            if agreeing == 0 {
-                return f64::NAN;
-            }
-            agreeing -= 1;
-            word.next().map_or(f64::NAN, |event| event.time)
-        })
-        .collect()
-}
-
 fn judge(
     case: &Case,
     result: &[Event],
@@ -394,28 +227,33 @@ fn judge(
     noise: bool,
 ) -> Vec<CertifiedEvent> {
     let period = TorsionModel::new(&case.parameters).natural_period();
-    let distances = |run: &Finished| -> Vec<f64> {
+    let onset = result.iter().position(|event| event.kind == EventKind::Stick);
+    let single = |run: &Finished| -> Vec<f64> {
         let times = matched(result, run);
-        let single: Vec<f64> = times
+        times
             .iter()
             .zip(result)
             .map(|(t, event)| (t - event.time).abs())
-            .collect();
-        // A distance without a counterpart is left out of its neighbours'.
+            .collect()
+    };
+    let around = |single: &Vec<f64>| -> Vec<f64> {
         (0..single.len())
             .map(|index| {
-                let around = &single[index.saturating_sub(NEIGHBOURS)..single.len().min(index + NEIGHBOURS + 1)];
-                if single[index].is_nan() {
-                    f64::NAN
-                } else {
-                    around.iter().copied().fold(0.0, f64::max)
-                }
+                // What comes before the first stick is not judged by what has grown until then.
+                let before = onset.filter(|onset| index < *onset).unwrap_or(single.len());
+                let neighbours = &single[index.saturating_sub(NEIGHBOURS)..before.min(index + NEIGHBOURS + 1)];
+                // A distance without a counterpart is left out of its neighbours'.
+                let largest = neighbours.iter().copied().fold(0.0, f64::max);
+                if single[index].is_nan() { f64::NAN } else { largest }
             })
             .collect()
     };
-    let witnesses: Vec<Vec<f64>> = finest(ladder, false).into_iter().map(distances).collect();
-    let itself: Vec<Vec<f64>> = finest(ladder, true).into_iter().map(distances).collect();
-    let onset = result.iter().position(|event| event.kind == EventKind::Stick);
+    let distances: Vec<Vec<f64>> = finest(ladder, false).into_iter().map(single).collect();
+    let witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
+    let itself: Vec<Vec<f64>> = finest(ladder, true)
+        .into_iter()
+        .map(|run| around(&single(run)))
+        .collect();
     let mut lost: Option<Verdict> = None;
     result
         .iter()
@@ -431,8 +269,8 @@ fn judge(
             let own = itself.first().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
             let uncertainty = 2.0 * nearest + own + ROUNDING_FACTOR * rounding;
-            let timed = matches!(event.kind, EventKind::Corner)
-                || (event.kind == EventKind::Kick && seen.iter().all(|d| *d == 0.0));
+            let timed =
+                matches!(event.kind, EventKind::Corner | EventKind::Kick) && distances.iter().all(|d| d[index] == 0.0);
             if lost.is_none() && event.kind.in_mode_word() {
                 if noise && onset.is_some_and(|onset| index >= onset) {
                     lost = Some(Verdict::NoiseDetermined);

@@ -239,7 +239,14 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
     let mut start: Option<Node> = None;
     let mut samples = recorder.samples.iter().peekable();
     let mut mode = recorder.samples.first().map_or(Mode::SlipForward, |first| first.mode);
-    for event in &recorder.events {
+    // By time, which the run that told of it may have found a rounding away.
+    let unstable = instability.and_then(|time| {
+        let distance = |index: &usize| (recorder.events[*index].time - time).abs();
+        (0..recorder.events.len())
+            .filter(|index| recorder.events[*index].kind == EventKind::Destabilised)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    });
+    for (index, event) in recorder.events.iter().enumerate() {
         let nodes = nodes_before(event, mode, start.take(), &mut samples);
         for pair in nodes.windows(2) {
             propagation.step(mode, &pair[0], &pair[1]);
@@ -253,7 +260,7 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
             None => propagation.shift(case, event, mode),
         };
         propagation.pass(event, mode, &row, inherited.is_some());
-        if instability == Some(event.time) && speed_at_instability.is_none() {
+        if Some(index) == unstable {
             speed_at_instability = Some(event.before.relative_velocity.abs());
             propagation.start_growth();
         }

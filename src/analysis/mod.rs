@@ -3,6 +3,7 @@
 
 pub mod certificate;
 pub mod growth;
+pub mod ladder;
 pub mod linearised;
 pub mod modes;
 mod path;

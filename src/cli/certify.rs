@@ -219,8 +219,8 @@ fn solve(
         Verdict::Converged => certificate.growth_to_onset.unwrap_or(0.0),
         _ => certificate.growth_exponent.unwrap_or(0.0),
     };
-    // A deviation that grows by the whole of it, and three digits for the sums of rounding on the way.
-    let lost = (growth / std::f64::consts::LN_10).ceil() as u32 + 3;
+    // A deviation that grows by the whole of it; the oracle has guard digits for the sums of rounding on the way.
+    let lost = (growth / std::f64::consts::LN_10).ceil() as u32;
     let digits = (wanted + lost).max(*oracle::DIGITS.start());
     if digits > *oracle::DIGITS.end() {
         return Err(CommandError::Input(format!(

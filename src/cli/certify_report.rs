@@ -63,7 +63,15 @@ impl Report<'_> {
     /// For a terminal.
     pub fn text(&self) -> String {
         let c = self.certificate;
-        let mut ladder = terminal::table(&["method", "rtol", "events", "agreeing", "largest distance", "wall time"]);
+        let mut ladder = terminal::table(&[
+            "method",
+            "rtol",
+            "events",
+            "agreeing",
+            "largest distance",
+            "first stick, s",
+            "wall time",
+        ]);
         for rung in &c.ladder {
             ladder.add_row([
                 rung.method.to_owned(),
@@ -75,10 +83,11 @@ impl Report<'_> {
                     (None, Some(d)) => format!("{d:.1e} s"),
                     (None, None) => "none".to_owned(),
                 },
+                rung.onset.map_or_else(|| "none".to_owned(), |t| format!("{t:.12}")),
                 format!("{:.2} s", rung.seconds),
             ]);
         }
-        terminal::align_right(&mut ladder, 1..6);
+        terminal::align_right(&mut ladder, 1..7);
         let mut parts = vec![
             format!("{}\n{}", self.title, self.source),
             terminal::show(&ladder).trim_end().to_owned(),
