@@ -104,6 +104,7 @@ fn multiprecision_unperturbed() {
 
 /// 33 digits are too few for it: their rounding grows into stick-slip, as the truth file says.
 #[test]
+#[ignore = "for the other checks; the default ones have the same run with 70 digits"]
 fn multiprecision_unperturbed_is_noise_to_33_digits() {
     let (_, report) = solved("unperturbed", "si-unperturbed", 33);
     let sticks = report.events.iter().filter(|e| e.kind == EventKind::Stick).count();

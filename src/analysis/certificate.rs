@@ -22,9 +22,9 @@ const NEIGHBOURS: usize = 4;
 /// An event that is not known to this share of the natural period is not known at all: its place in the oscillation is open.
 const LARGEST_SHARE: f64 = 0.02;
 
-/// Rounding at the loss of stability is not the only one: each step adds its own, which grows less. Measured against the
-/// oracle, four times the first covers all.
-const ROUNDING_FACTOR: f64 = 4.0;
+/// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
+/// no two runs differ, and this is all that its band says.
+const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
 
 /// What can be said of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -268,7 +268,7 @@ fn judge(
             let nearest = seen.iter().copied().fold(f64::INFINITY, f64::min);
             let own = itself.first().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
-            let uncertainty = 2.0 * nearest + own + ROUNDING_FACTOR * rounding;
+            let uncertainty = 2.0 * nearest + own + rounding;
             let timed =
                 matches!(event.kind, EventKind::Corner | EventKind::Kick) && distances.iter().all(|d| d[index] == 0.0);
             if lost.is_none() && event.kind.in_mode_word() {
@@ -343,6 +343,10 @@ fn bands(samples: &[Sample], ladder: &[Finished], events: &[CertifiedEvent]) -> 
     }
     names
         .zip(band.into_iter().zip(sizes))
-        .map(|(name, (band, largest))| ChannelBand { name, band, largest })
+        .map(|(name, (band, largest))| ChannelBand {
+            name,
+            band: band.max(LEAST_BAND * largest),
+            largest,
+        })
         .collect()
 }

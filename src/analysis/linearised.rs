@@ -20,6 +20,13 @@ pub(super) const DYNAMIC: usize = 5;
 /// The dynamic part of a state.
 pub(super) type Dynamic = SVector<f64, DYNAMIC>;
 
+/// Columns before those of the parameters: unit deviations from the loss of stability on, and from where rounding counts.
+const HEAD: usize = 2 * DYNAMIC;
+
+/// A run with a kick of less than this many times the noise that it meets keeps that noise; else the kick is added to smooth
+/// sliding itself, which is free of it (docs/methods.md, Perturbations).
+const KICK_ABOVE_NOISE: f64 = 1e3;
+
 /// Relative step of differences by a parameter. The equations are smooth in all of them: the error is its square.
 const STEP: f64 = 1e-6;
 
@@ -47,7 +54,8 @@ pub struct LinearisedEvent {
     /// By how many e-folds the deviation that grows most has grown from the loss of stability to just behind the event;
     /// `None` before it, or if stability is never lost. Twists count times the natural angular frequency.
     pub growth: Option<f64>,
-    /// How far a deviation of 1 rad/s at the loss of stability, in the worst direction, would move the event, s.
+    /// How far a deviation of 1 rad/s, in the worst direction, at the loss of stability or at the kick after it that left no
+    /// rounding from before, would move the event, s.
     pub per_deviation: Option<f64>,
 }
 
@@ -63,8 +71,8 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// How far rounding to double precision at the loss of stability moves event `index`, s: the rounding of omega_r,
-    /// amplified, and that of the time itself.
+    /// How far rounding to double precision moves event `index`, s: that of omega_r at the loss of stability, or at the kick
+    /// that is added to smooth sliding, amplified; and that of the time itself.
     pub fn rounding(&self, index: usize) -> f64 {
         let event = &self.events[index];
         let rounding = f64::EPSILON / 2.0;
@@ -221,7 +229,7 @@ fn influence(case: &Case, path: &str, value: f64) -> Influence {
 /// The linearisation of a recorded run.
 fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> Linearised {
     let influences = influences(case);
-    let columns = DYNAMIC + influences.len();
+    let columns = HEAD + influences.len();
     let mut propagation = Propagation {
         equations: Equations::new(&case.parameters),
         influences: &influences,
@@ -230,11 +238,12 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
     };
     for (column, (_, influence)) in influences.iter().enumerate() {
         if matches!(influence, Influence::Speed) {
-            propagation.deviations[(ROTOR_SPEED, DYNAMIC + column)] = 1.0;
+            propagation.deviations[(ROTOR_SPEED, HEAD + column)] = 1.0;
         }
     }
     let mut events = Vec::with_capacity(recorder.events.len());
     let mut speed_at_instability = None;
+    let mut kicked = false;
     let mut moved: Option<(f64, DVector<f64>)> = None;
     let mut start: Option<Node> = None;
     let mut samples = recorder.samples.iter().peekable();
@@ -264,11 +273,17 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
             speed_at_instability = Some(event.before.relative_velocity.abs());
             propagation.start_growth();
         }
+        let noise = f64::EPSILON * speed_at_instability.unwrap_or(f64::INFINITY) * propagation.growth().exp();
+        let kick = (event.after.relative_velocity - event.before.relative_velocity).abs();
+        if event.kind == EventKind::Kick && !kicked && kick > KICK_ABOVE_NOISE * noise {
+            propagation.start_rounding();
+        }
+        kicked |= event.kind == EventKind::Kick && speed_at_instability.is_some();
         let grown = speed_at_instability.map(|_| propagation.growth());
         events.push(LinearisedEvent {
             time: event.time,
             kind: event.kind,
-            by_parameter: row.iter().skip(DYNAMIC).copied().collect(),
+            by_parameter: row.iter().skip(HEAD).copied().collect(),
             growth: grown,
             per_deviation: speed_at_instability.map(|_| propagation.worst_direction(&row)),
         });
@@ -321,7 +336,7 @@ impl Propagation<'_> {
         for (column, (_, influence)) in self.influences.iter().enumerate() {
             if let Influence::Equations(above, below, width) = influence {
                 let slope = (above.rates(mode, t, y) - below.rates(mode, t, y)) / *width;
-                forcing.fixed_columns_mut::<1>(DYNAMIC + column).copy_from(&slope);
+                forcing.fixed_columns_mut::<1>(HEAD + column).copy_from(&slope);
             }
         }
         forcing
@@ -385,9 +400,9 @@ impl Propagation<'_> {
         for (column, (_, influence)) in self.influences.iter().enumerate() {
             match influence {
                 Influence::Equations(above, below, width) => {
-                    row[DYNAMIC + column] += (value(above, t, &y) - value(below, t, &y)) / *width;
+                    row[HEAD + column] += (value(above, t, &y) - value(below, t, &y)) / *width;
                 }
-                Influence::Undefined => row[DYNAMIC + column] = f64::NAN,
+                Influence::Undefined => row[HEAD + column] = f64::NAN,
                 _ => {}
             }
         }
@@ -403,7 +418,7 @@ impl Propagation<'_> {
                 (EventKind::Corner, _) => is_corner(&case.parameters.actuation, &name.path, event.time),
                 _ => false,
             };
-            row[DYNAMIC + column] = f64::from(u8::from(moves));
+            row[HEAD + column] = f64::from(u8::from(moves));
         }
         row
     }
@@ -436,8 +451,8 @@ impl Propagation<'_> {
                         KickTime::Instability => true,
                     };
                     if same && due {
-                        self.deviations[(ROTOR_TWIST_RATE, DYNAMIC + column)] -= 0.5;
-                        self.deviations[(STATOR_TWIST_RATE, DYNAMIC + column)] -= 0.5;
+                        self.deviations[(ROTOR_TWIST_RATE, HEAD + column)] -= 0.5;
+                        self.deviations[(STATOR_TWIST_RATE, HEAD + column)] -= 0.5;
                     }
                 }
             }
@@ -447,6 +462,12 @@ impl Propagation<'_> {
     /// Unit deviations from here on.
     fn start_growth(&mut self) {
         self.deviations.columns_mut(0, DYNAMIC).fill_with_identity();
+        self.start_rounding();
+    }
+
+    /// Rounding from here on.
+    fn start_rounding(&mut self) {
+        self.deviations.columns_mut(DYNAMIC, DYNAMIC).fill_with_identity();
     }
 
     /// What a component is multiplied by to compare with a rate.
@@ -469,10 +490,10 @@ impl Propagation<'_> {
         scaled.singular_values().max().ln()
     }
 
-    /// The largest shift of an event by a deviation of 1 rad/s at the start of growth, s.
+    /// The largest shift of an event by a deviation of 1 rad/s from where rounding counts, s.
     fn worst_direction(&self, row: &DVector<f64>) -> f64 {
         (0..DYNAMIC)
-            .map(|j| (row[j] / self.weight(j)).powi(2))
+            .map(|j| (row[DYNAMIC + j] / self.weight(j)).powi(2))
             .sum::<f64>()
             .sqrt()
     }
