@@ -16,7 +16,7 @@
 //! | [`case`] | the TOML case file: units, validation, overrides |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 120 digits |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
-//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG |
+//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
 //! | [`cli`] | arguments to validated options to a call |
 
 pub mod analysis;
@@ -27,5 +27,6 @@ pub mod model;
 pub mod oracle;
 pub mod plot;
 pub mod results;
+pub mod series;
 pub mod simulation;
 pub mod sundials;

@@ -136,14 +136,14 @@ fn a_wrong_override_is_named_as_such() {
     insta::assert_snapshot!(refused(&["axial.mass="]), @r#"--set axial.mass: "" is not a quantity: expected a mass, kg, such as "10 lbm""#);
     insta::assert_snapshot!(refused(&["axial.mass.x=1"]), @r#"--set axial.mass.x: axial.mass is the text "10 lbm", which has nothing inside"#);
     insta::assert_snapshot!(refused(&["axial=1"]), @r#"--set axial: expected a table, but got the number 1"#);
-    insta::assert_snapshot!(refused(&["solver.method=euler"]), @r#"--set solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "euler""#);
+    insta::assert_snapshot!(refused(&["solver.method=euler"]), @r#"--set solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series", but got "euler""#);
     insta::assert_snapshot!(refused(&["perturbation.2.time=1"]), @r#"--set perturbation.2.time: there is no perturbation.2: the next new element is perturbation.1"#);
     insta::assert_snapshot!(refused(&["perturbation.time=1"]), @r#"--set perturbation.time: perturbation is an array: its elements are numbered, as in perturbation.0"#);
     insta::assert_snapshot!(refused(&["perturbation.1.time=1"]), @r#"--set perturbation.1.time: perturbation.1.relative_velocity: missing: delta, jump of omega_r, half on each surface; write relative_velocity = a number in rad/s or "955 rpm""#);
     insta::assert_snapshot!(refused(&["perturbation=none"]), @r#"--set perturbation: expected an array of tables: write [[perturbation]], or perturbation = []"#);
     insta::assert_snapshot!(refused(&["friction.breakaway=0.5"]), @r#"--set friction.breakaway: must be at least friction.low_speed: 0.5 is below 0.6, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
     insta::assert_snapshot!(refused(&["friction.low_speed=0.7"]), @r#"--set friction.low_speed: friction.breakaway: must be at least friction.low_speed: 0.6 is below 0.7, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
-    insta::assert_snapshot!(refused(&["output.window.0.from=8"]), @r#"--set output.window.0.from: output.window.0.to: must be after from: 6.992 s is not after 8.0 s"#);
+    insta::assert_snapshot!(refused(&["output.window.1.from=8"]), @r#"--set output.window.1.from: output.window.1.to: must be after from: 6.992 s is not after 8.0 s"#);
     insta::assert_snapshot!(refused(&["output.end_time=1e8"]), @r#"--set output.end_time: output.interval: asks for 1.0e10 samples, more than 1e9: raise the interval or end earlier"#);
     insta::assert_snapshot!(refused(&["axial={mass=1}"]), @r#"
 --set axial: axial.stiffness: missing: k_e, equivalent axial stiffness; write stiffness = a number in N/m or "3.161e5 lbf/in"

@@ -1,8 +1,9 @@
 //! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
-//! its modes and its loss of stability.
+//! its modes and its loss of stability; and from a study: methods by tolerances.
 
 pub mod certificate;
 pub mod growth;
+pub mod headline;
 pub mod ladder;
 pub mod linearised;
 pub mod modes;
@@ -10,9 +11,12 @@ mod path;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
+pub mod truth;
+pub mod work_precision;
 
 pub use certificate::{Certificate, certify};
 pub use growth::Growth;
+pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;
 pub use stick_slip::{Cycle, StickSlip};
 pub use summary::Summary;

@@ -152,6 +152,7 @@ pub(super) fn header(case: &Case, text: String) -> Header {
         case_text: text,
         resolved: case.resolved(),
         meta: provenance::meta(case, &started),
+        events: provenance::events(case),
     }
 }
 
@@ -267,6 +268,13 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
              defaults, use a smaller solver.rtol, or use --method auto",
             summary.energy_residual,
         ));
+    }
+    if !case.solver.method.locates_events() {
+        warnings.push(
+            "the events of this run are those that its steps happened to show: nothing was located, and its own noise may \
+             have started the stick-slip. It is there to be studied beside a run by another method"
+                .to_owned(),
+        );
     }
     if summary.noise_determined {
         let (g, all) = (

@@ -1,7 +1,10 @@
 //! The loop: segment after segment, until the end.
 
+use super::dips::Dips;
 use super::solver::{ChosenSolver, LastStep, Pair, Pool, SolverKind};
-use super::{ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Transition};
+use super::{
+    Advance, ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Stepper, StepperError, Transition,
+};
 use crate::sundials::{Counters, Outcome, SolverError, Task};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -48,6 +51,13 @@ pub enum RunError {
         time: f64,
         location: String,
         source: SolverError,
+    },
+    #[error("{solver} failed at t = {time:.12} s in {location}: {source}")]
+    Stepper {
+        solver: &'static str,
+        time: f64,
+        location: String,
+        source: StepperError,
     },
     #[error(
         "chattering at t = {time:.12} s: {count} transitions {}, the last from {location} by the guard \"{guard}\"",
@@ -115,6 +125,7 @@ where
     let mut run = Run {
         dynamics: dynamics.clone(),
         pool: Pool::new(dynamics.clone()),
+        stepper: None,
         observer,
         limits,
         counted: 0,
@@ -138,6 +149,8 @@ where
 struct Run<'a, D: Dynamics, O> {
     dynamics: Arc<D>,
     pool: Pool<D>,
+    /// The model's own solver, once it has been needed.
+    stepper: Option<Box<dyn Stepper<D::Location>>>,
     observer: &'a mut O,
     limits: Limits,
     counted: usize,
@@ -177,6 +190,10 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             let (start, location) = (self.time, self.location);
             let (end, counters) = match chosen.kind {
                 SolverKind::ClosedForm => (self.closed_segment::<R>(stop), Counters::default()),
+                SolverKind::Series => match self.stepped_segment::<R>(&chosen, stop) {
+                    Ok((end, counters)) => (Ok(end), counters),
+                    Err(error) => (Err(error), Counters::default()),
+                },
                 _ => match self.solved_segment::<R>(&chosen, stop) {
                     Ok((end, counters)) => (Ok(end), counters),
                     Err(error) => (Err(error), Counters::default()),
@@ -246,6 +263,61 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         Ok(end)
     }
 
+    /// A segment by the model's own solver.
+    fn stepped_segment<R>(&mut self, chosen: &ChosenSolver, stop: f64) -> Result<(SegmentEnd, Counters), RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        let (start, location) = (self.time, self.location);
+        let own = self.stepper.take();
+        let mut stepper = own.unwrap_or_else(|| D::stepper(self.dynamics.clone()));
+        stepper.begin(&location, start, &self.state, stop - start, chosen);
+        let mut steps = 0u32;
+        let end = loop {
+            let advance = stepper.advance().map_err(|source| RunError::Stepper {
+                solver: chosen.kind.name(),
+                time: self.time,
+                location: self.dynamics.describe(&location),
+                source,
+            })?;
+            self.state.copy_from_slice(stepper.state());
+            let end = match advance {
+                Advance::Stepped => None,
+                Advance::Stop => Some(SegmentEnd::Stop),
+                Advance::Guard(index) => Some(SegmentEnd::Guards(vec![index])),
+            };
+            let at_stop = matches!(end, Some(SegmentEnd::Stop));
+            self.time = if at_stop { stop } else { start + stepper.time() };
+            self.samples_until::<R>(self.time, false, |run, t| {
+                stepper.state_at(t - start, &mut run.sample);
+                Ok(())
+            })?;
+            if let Some(t) = self.interrupted_at {
+                self.time = t;
+                self.state.copy_from_slice(&self.sample);
+                break SegmentEnd::Interrupted;
+            }
+            if let Some(end) = end {
+                break end;
+            }
+            if self.observer.wants_steps() {
+                self.observer
+                    .step(self.time, &location, &self.state)
+                    .map_err(RunError::Observer)?;
+            }
+            steps += 1;
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.observer.progress(self.time, &location).is_break()
+            {
+                break SegmentEnd::Interrupted;
+            }
+        };
+        let counters = stepper.counters();
+        self.stepper = Some(stepper);
+        self.check_finite()?;
+        Ok((end, counters))
+    }
+
     /// A segment by a solver.
     fn solved_segment<R>(&mut self, chosen: &ChosenSolver, stop: f64) -> Result<(SegmentEnd, Counters), RunError>
     where
@@ -268,6 +340,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 .prepare(chosen, location, start, &self.state, span)
                 .map_err(|e| failed(start, e))?;
             let mut last_step = LastStep::new(&self.state);
+            let mut dips = Dips::new(&*dynamics, &location);
             let mut steps = 0u32;
             let end = loop {
                 let outcome = pair
@@ -293,6 +366,14 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     if tau >= span {
                         end = Some(SegmentEnd::Stop);
                     }
+                }
+                let dip = dips.in_step(&*dynamics, &mut pair, &last_step, start, (tau, &self.state));
+                if let Some(dip) = dip.map_err(|e| failed(start + tau, e))? {
+                    tau = dip.time;
+                    last_step
+                        .state_at(&mut pair, tau, &mut self.state)
+                        .map_err(|e| failed(start + tau, e))?;
+                    end = Some(SegmentEnd::Guards(vec![dip.guard]));
                 }
                 self.time = if matches!(end, Some(SegmentEnd::Stop)) {
                     stop

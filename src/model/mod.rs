@@ -3,6 +3,7 @@
 //! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
 //! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
 
+pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
 pub mod closed_form;
@@ -10,6 +11,7 @@ pub mod friction;
 pub mod linear_flow;
 pub mod oscillator;
 pub mod parameters;
+pub mod slip_series;
 pub mod slow_manifold;
 pub mod stability;
 pub mod torsion;

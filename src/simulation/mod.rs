@@ -1,13 +1,18 @@
 //! The brake run by the automaton: which solver where, and what is recorded.
 
 pub mod brake;
+pub mod fixed_step;
 pub mod options;
 pub mod plan;
+pub mod procedure;
 pub mod record;
 pub mod rules;
 pub mod sampling;
+pub mod series;
 
 mod observer;
+mod readings;
+mod runge_kutta;
 
 pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
@@ -19,6 +24,7 @@ use crate::model::{Mode, Parameters};
 use brake::{Brake, Location, Watch};
 use observer::Recording;
 use plan::Plan;
+use readings::TwistReadings;
 use rules::BrakeRules;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -49,6 +55,8 @@ pub struct RunReport {
     pub initial_energy: f64,
     /// Kicks set at an instability that never came.
     pub kicks_never_given: usize,
+    /// The first stop came at the end of sliding that was followed on its slow manifold: no rounding had grown.
+    pub stopped_smoothly: bool,
 }
 
 /// What one solver did in a run.
@@ -77,6 +85,7 @@ fn remedy(error: &RunError) -> &'static str {
         RunError::Solver { .. } | RunError::NotFinite { .. } => {
             "; another solver.method, solver.rtol or solver.max_step may get over it"
         }
+        RunError::Stepper { .. } => ". Try another solver.method",
         RunError::Chattering { .. } => {
             ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
              contact.breakaway_test = \"transmitted\" is free of it"
@@ -115,13 +124,20 @@ pub fn simulate(
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
+    if solver.method == Method::Paper {
+        return procedure::run(parameters, solver, output, recorder, control);
+    }
     let brake = Arc::new(Brake::new(parameters));
     let plan = Plan::new(parameters, brake.axial.largest_force(), solver);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
     let mut state = vec![0.0; DIMENSION];
     state[ROTOR_SPEED] = parameters.initial.speed;
     let location = rules.initial_location(&state);
-    let mut recording = Recording::new(&brake, parameters, output, recorder, control, &state);
+    let readings = TwistReadings {
+        brake: &brake,
+        axial: parameters.axial,
+    };
+    let mut recording = Recording::new(readings, output, recorder, control, &state);
     let start = Start {
         time: 0.0,
         location,
@@ -134,6 +150,7 @@ pub fn simulate(
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
     let mut report = recording.into_report();
     report.kicks_never_given = rules.kicks_never_given();
+    report.stopped_smoothly = rules.stopped_smoothly();
     match result {
         Ok(finish) => {
             report.end = finish.time;

@@ -5,7 +5,7 @@ use super::options::{Method, SolverOptions};
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::torsion::{DIMENSION, TorsionModel, index};
 use crate::model::{Mode, Parameters};
-use crate::sundials::{ErkTable, EsdirkTable, Tolerances};
+use crate::sundials::{EsdirkTable, Tolerances};
 
 /// Absolute tolerance of the slip displacement at relative tolerance 1, rad.
 const SLIP_SCALE: f64 = 1.0;
@@ -27,6 +27,12 @@ const SMALLEST_RESOLVED: f64 = 1e-14;
 /// The same for BDF in every phase.
 const SMALLEST_BDF: f64 = 1e-13;
 
+/// The same for the series, where a few digits more cost next to nothing.
+const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
+const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
+const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
+const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -39,6 +45,7 @@ pub struct Plan {
     /// As the user set them.
     absolute: [Option<f64>; 3],
     max_step: Option<f64>,
+    fixed_step: Option<f64>,
     /// T_n, s.
     period: f64,
 }
@@ -58,13 +65,19 @@ impl Plan {
             energy: 0.5 * parameters.torsion.rotor_inertia * (parameters.initial.speed.powi(2) + speed.powi(2)),
             absolute: [options.atol_twist, options.atol_rate, options.atol_speed],
             max_step: options.max_step,
+            fixed_step: options.fixed_step,
             period: model.natural_period(),
         }
     }
 
     /// Whether the location is taken in closed form.
     pub fn closed_form(&self, mode: Mode) -> bool {
-        self.method == Method::Auto && matches!(mode, Mode::Stick | Mode::Separated)
+        matches!(self.method, Method::Auto | Method::Series) && matches!(mode, Mode::Stick | Mode::Separated)
+    }
+
+    /// Whether the method stays on smooth sliding even where that is unstable.
+    pub fn follows_smooth_sliding(&self) -> bool {
+        self.method == Method::Series
     }
 
     pub fn solver(&self, location: &Location) -> ChosenSolver {
@@ -72,14 +85,30 @@ impl Plan {
             SolverKind::ClosedForm
         } else {
             match (self.method, location.resolved) {
-                (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(ErkTable::Fehlberg13s78),
+                (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(Method::BEST_PAIR),
+                (Method::ErkPair(table), _) => SolverKind::Erk(table),
                 (Method::Auto, false) | (Method::Esdirk, _) => SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45),
                 // Beyond order 2 BDF is unstable near the imaginary axis, where the fast mode is, if it is not resolved.
                 (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
                 (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
                 (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
+                (Method::Series, _) => SolverKind::Series,
+                (Method::Paper, _) => unreachable!("the paper's procedure steps by itself"),
             }
         };
+        if self.method == Method::Series {
+            let rtol = if location.resolved {
+                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
+            } else {
+                (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
+            };
+            return ChosenSolver {
+                kind,
+                tolerances: self.tolerances(rtol),
+                max_step: self.max_step,
+                fixed_step: None,
+            };
+        }
         let bdf = self.method == Method::CvodeBdf;
         let rtol = match (location.resolved, bdf) {
             (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_BDF),
@@ -90,6 +119,7 @@ impl Plan {
         };
         let bound = location.resolved.then_some(self.period / STEPS_PER_PERIOD);
         let max_step = match (bound, self.max_step) {
+            _ if self.fixed_step.is_some() => None,
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         };
@@ -97,6 +127,7 @@ impl Plan {
             kind,
             tolerances: self.tolerances(rtol),
             max_step,
+            fixed_step: self.fixed_step,
         }
     }
 
