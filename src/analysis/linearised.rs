@@ -356,9 +356,9 @@ impl Propagation<'_> {
             let t = from.time + nodes[i] * h;
             let y = from.towards(to, &rates, nodes[i]);
             let jacobian = self.equations.jacobian(mode, t, &y);
-            for j in 0..3 {
+            for (j, weight) in a[i].iter().enumerate() {
                 let mut block = matrix.fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, j * DYNAMIC);
-                block -= jacobian * (h * a[i][j]);
+                block -= jacobian * (h * weight);
             }
             let value = jacobian * &self.deviations + self.forcing(mode, t, &y);
             slopes.rows_mut(i * DYNAMIC, DYNAMIC).copy_from(&value);

@@ -404,7 +404,8 @@ impl Run {
         let force = at_start + &(slope * &(&self.time - &self.force.0));
         let mut expansion = Expansion::new(law, &self.state, [force, slope.clone()]);
         let step = steps::choose(&mut expansion, &self.model, &self.scales, &limit, &mut self.constants);
-        if !(step.log2() > self.time.log2() - self.model.bits as f64 + 8.0) && step < limit {
+        let resolved = step.log2() > self.time.log2() - self.model.bits as f64 + 8.0;
+        if !resolved && step < limit {
             return Err(OracleError::StepVanishes(self.time.to_f64()));
         }
         self.steps += 1;

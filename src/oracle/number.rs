@@ -62,7 +62,7 @@ impl Number {
     pub fn to_rational(&self) -> Option<BigRational> {
         let (words, _, sign, exponent, _) = self.value.as_raw_parts()?;
         let magnitude = words.iter().rev().fold(BigUint::zero(), |sum, &word| {
-            (sum << WORD_BIT_SIZE) | BigUint::from(word as u64)
+            (sum << WORD_BIT_SIZE) | BigUint::from(word)
         });
         let sign = match sign {
             Sign::Pos => BigSign::Plus,
