@@ -14,6 +14,7 @@
 //! | [`simulation`] | the brake run by the automaton: which solver where, samples, events |
 //! | [`results`] | the HDF5 result file: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
+//! | [`oracle`] | the model solved independently, by Taylor series with up to 120 digits |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
 //! | [`cli`] | arguments to validated options to a call |
@@ -23,6 +24,7 @@ pub mod case;
 pub mod cli;
 pub mod hybrid;
 pub mod model;
+pub mod oracle;
 pub mod plot;
 pub mod results;
 pub mod series;

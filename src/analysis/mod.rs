@@ -1,16 +1,21 @@
 //! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
 //! its modes and its loss of stability; from a study: methods by tolerances; and how far two runs agree.
 
+pub mod certificate;
 pub mod compare;
 pub mod growth;
 pub mod headline;
+pub mod ladder;
+pub mod linearised;
 pub mod modes;
+mod path;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 pub mod truth;
 pub mod work_precision;
 
+pub use certificate::{Certificate, certify};
 pub use growth::Growth;
 pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;

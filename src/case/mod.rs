@@ -20,6 +20,7 @@ pub mod schema;
 mod conditions;
 pub(crate) mod document;
 mod error;
+mod exact;
 mod numbers;
 mod reader;
 mod resolved;
@@ -31,6 +32,7 @@ pub(crate) use reader::number_of;
 pub use source::{CaseSource, Origin};
 
 use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};
+use crate::oracle::ExactParameters;
 use crate::simulation::{OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
@@ -49,6 +51,15 @@ impl Case {
     /// All problems that were found, each with its place, its key and what to do.
     pub fn parse(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
         reader::read(source, overrides)
+    }
+
+    /// The physical parameters without rounding: decimals as written, units by their exact factors. A plain number is the
+    /// shortest decimal of its double, which is what was written if that has at most 15 digits.
+    ///
+    /// # Errors
+    /// As those of [`Case::parse`].
+    pub fn exact_parameters(source: &CaseSource, overrides: &[Override]) -> Result<ExactParameters, CaseError> {
+        exact::read(source, overrides)
     }
 
     /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the

@@ -3,7 +3,7 @@
 use super::error::{CaseError, Problem};
 use super::schema::{self, Domain, Key, Kind};
 use super::{Case, conditions, suggest};
-use crate::model::KickTime;
+use crate::model::{KickTime, Parameters};
 
 /// A number of a case: its key, the index of its array element, and its index in a series.
 struct Target {
@@ -53,6 +53,15 @@ impl Case {
         }
         *self = changed;
         Ok(())
+    }
+
+    /// The physical parameters with another number at `path`, whether or not that makes a valid case: for differences.
+    pub(crate) fn parameters_with(&self, path: &str, value: f64) -> Parameters {
+        let mut changed = self.clone();
+        if let Some(target) = self.target(path) {
+            changed.put(&target, value);
+        }
+        changed.parameters
     }
 
     /// The dotted path of every number that the case holds, with its key.

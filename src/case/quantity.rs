@@ -158,6 +158,17 @@ const LONGEST_NUMBER: usize = 100;
 /// # Errors
 /// The text of the error says what is wrong with the quantity, and what was expected instead.
 pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
+    match exact(text, dimension)?.to_f64() {
+        Some(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("\"{text}\" is too large for double precision")),
+    }
+}
+
+/// `text` in the SI unit of `dimension`, exactly.
+///
+/// # Errors
+/// As those of [`parse`].
+pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     let (number, expression) = split_number(text).ok_or_else(|| {
         format!(
             "\"{text}\" is not a quantity: expected {}, such as {}",
@@ -189,10 +200,7 @@ pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
             describe(unit.exponents)
         ));
     }
-    match (number * unit.value).to_f64() {
-        Some(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("\"{text}\" is too large for double precision")),
-    }
+    Ok(number * unit.value)
 }
 
 /// How many of the SI unit of `dimension` one `unit` is: 0.10471... for `rpm` as an angular velocity.
@@ -276,7 +284,7 @@ fn split_number(text: &str) -> Option<(&str, &str)> {
 }
 
 /// The exact value of a decimal number as [`split_number`] delivers it.
-fn decimal(number: &str) -> Result<BigRational, String> {
+pub(super) fn decimal(number: &str) -> Result<BigRational, String> {
     let outside = || format!("{number} is outside the range of double precision");
     if number.len() > LONGEST_NUMBER {
         return Err(format!(

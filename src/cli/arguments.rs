@@ -45,6 +45,8 @@ pub(super) enum ProgressChoice {
 pub(super) enum Command {
     /// Integrate one case and store the run in HDF5.
     Run(RunOptions),
+    /// Say how many digits of a result are true.
+    Certify(CertifyOptions),
     /// Hold results of any solver against a reference: events, then states, and why they differ.
     Compare(CompareOptions),
     /// Show what a result file holds.
@@ -113,6 +115,28 @@ pub(super) struct CompareOptions {
     pub report: Option<PathBuf>,
     /// With --report: replace any file, not only a report of this program.
     #[arg(long, requires = "report")]
+    pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CertifyOptions {
+    /// A TOML file, a built-in case, or a result file.
+    #[arg(value_name = "CASE|FILE", default_value = crate::case::builtin::DEFAULT)]
+    pub case: String,
+    /// The result with its certificate [default: NAME.certified.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Digits that the time of every event has to have; exit status 1 if one has less.
+    #[arg(long, value_name = "N")]
+    pub digits: Option<u32>,
+    /// Solve the case by the multiprecision oracle too, and hold the result against it.
+    #[arg(long)]
+    pub oracle: bool,
+    /// Override a key, such as solver.rtol=1e-12; for a case only.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Replace any file, not only a result of this program.
+    #[arg(long)]
     pub force: bool,
 }
 

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod case_command;
+mod certify;
+mod certify_report;
 mod compare;
 mod inspect;
 mod modes;
@@ -73,6 +75,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         .init();
     match command {
         Command::Run(options) => run::run(&options, &common),
+        Command::Certify(options) => certify::certify(&options, &common),
         Command::Compare(options) => compare::compare(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),

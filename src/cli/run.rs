@@ -23,7 +23,7 @@ pub(super) struct Input {
     pub source: CaseSource,
     pub case: Case,
     /// The case text for /input/case: that of the first run, if one is repeated.
-    text: String,
+    pub text: String,
     /// Files that must not be overwritten.
     pub files: Vec<PathBuf>,
 }
@@ -63,17 +63,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     } else {
         Overwrite::OwnResults
     };
-    let started = provenance::now();
-    let header = Header {
-        title: case.title.clone(),
-        source: provenance::source(),
-        references: REFERENCES.to_owned(),
-        history: format!("{started} {}", provenance::command_line()),
-        case_text: text,
-        resolved: case.resolved(),
-        meta: provenance::meta(&case, &started),
-        events: provenance::events(&case),
-    };
+    let header = header(&case, text);
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
     let mut writer = ResultWriter::create(&path, overwrite, &files, &header).map_err(bad_file)?;
@@ -151,6 +141,21 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     }
 }
 
+/// What a result file says about its run, known before it.
+pub(super) fn header(case: &Case, text: String) -> Header {
+    let started = provenance::now();
+    Header {
+        title: case.title.clone(),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("{started} {}", provenance::command_line()),
+        case_text: text,
+        resolved: case.resolved(),
+        meta: provenance::meta(case, &started),
+        events: provenance::events(case),
+    }
+}
+
 fn finish(failure: Option<&RunFailure>, report: &RunReport, file: &Path, quiet: bool) -> Result<End, CommandError> {
     match failure {
         // An error of the result file names the file itself.
@@ -175,11 +180,11 @@ fn finish(failure: Option<&RunFailure>, report: &RunReport, file: &Path, quiet: 
     }
 }
 
-fn bad_case(error: CaseError) -> CommandError {
+pub(super) fn bad_case(error: CaseError) -> CommandError {
     CommandError::Input(error.to_string())
 }
 
-fn bad_file(error: ResultError) -> CommandError {
+pub(super) fn bad_file(error: ResultError) -> CommandError {
     CommandError::Input(error.to_string())
 }
 
@@ -311,7 +316,7 @@ fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra
     }
 }
 
-fn stick_slip_table(summary: &Summary) -> StickSlipTable {
+pub(super) fn stick_slip_table(summary: &Summary) -> StickSlipTable {
     let cycles = &summary.stick_slip.cycles;
     let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
     StickSlipTable {

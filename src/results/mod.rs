@@ -4,6 +4,7 @@
 //! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
 //! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
 
+mod certificate;
 mod error;
 mod foreign;
 mod raw;
@@ -14,6 +15,7 @@ pub(crate) mod target;
 mod work_precision;
 mod writer;
 
+pub use certificate::{CertificateTables, write_certified};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use reader::{

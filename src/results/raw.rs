@@ -34,10 +34,10 @@ pub(super) fn set_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
     call(|| unsafe { H5DSset_scale(dataset.id(), name.as_ptr()) })
 }
 
-/// Puts `dataset`'s only dimension on `scale`.
-pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset) -> hdf5::Result<()> {
+/// Puts a dimension of `dataset`, counted from 0, on `scale`.
+pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset, dimension: u32) -> hdf5::Result<()> {
     // SAFETY: both handles are open; `sync` holds the library's lock.
-    call(|| unsafe { H5DSattach_scale(dataset.id(), scale.id(), 0) })
+    call(|| unsafe { H5DSattach_scale(dataset.id(), scale.id(), dimension) })
 }
 
 /// Stores `text` as a scalar, fixed-length UTF-8 string: of the forms that hold more than the 64 KiB

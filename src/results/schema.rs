@@ -39,13 +39,17 @@ pub mod group {
     pub const EVENTS: &str = "events";
     pub const SEGMENTS: &str = "segments";
     pub const STICK_SLIP: &str = "stick_slip";
-    /// How many digits are true; only in a certified file.
+    /// Only in certified files, as [`SENSITIVITY`].
     pub const CERTIFICATE: &str = "certificate";
+    pub const SENSITIVITY: &str = "sensitivity";
     pub const INPUT: &str = "input";
     pub const META: &str = "meta";
     pub const RUNS: &str = "runs";
     pub const REFERENCE: &str = "reference";
 }
+
+/// Column of /events that certified files have.
+pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 
 /// The TOML text as given, in /input.
 pub const INPUT_CASE: &str = "case";

@@ -522,7 +522,7 @@ impl TableWriter {
             let dataset = create_variable(&group, variable, table.chunk)?;
             match columns.first() {
                 None => raw::set_scale(&dataset, &variable.name)?,
-                Some((scale, _)) => raw::attach_scale(&dataset, scale)?,
+                Some((scale, _)) => raw::attach_scale(&dataset, scale, 0)?,
             }
             columns.push((dataset, Buffer::new(variable.kind, table.chunk)));
         }

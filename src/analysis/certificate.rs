@@ -1,0 +1,352 @@
+//! How many digits of a result are true: a ladder of independent runs, and what rounding can do.
+//!
+//! The result is held against the finest run of each independent method (a witness). Two methods that share no error
+//! differ by about the larger of their errors, so that twice the distance to the nearest witness covers the result's
+//! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
+//! What the rounding at the loss of stability can grow to comes on top.
+
+use super::ladder::{Finished, Rung, climb, finest, matched, run};
+use super::linearised::{Linearised, linearise};
+use super::{Growth, Summary};
+use crate::case::Case;
+use crate::model::torsion::TorsionModel;
+use crate::simulation::{Channels, Event, EventKind, Method, Sample, SolverOptions, State};
+use serde::Serialize;
+
+/// Independent witnesses that must see the result's sequence of events.
+const LEAST_WITNESSES: usize = 2;
+
+/// Two errors may cross within one event or a few; over so many on each side they do not.
+const NEIGHBOURS: usize = 4;
+
+/// An event that is not known to this share of the natural period is not known at all: its place in the oscillation is open.
+const LARGEST_SHARE: f64 = 0.02;
+
+/// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
+/// no two runs differ, and this is all that its band says.
+const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
+
+/// What can be said of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Independent methods agree on it.
+    Converged,
+    /// It is amplified rounding: no tolerance makes it converge.
+    NoiseDetermined,
+    /// Independent methods find another sequence of events from here on.
+    SequenceDiffers,
+}
+
+impl Verdict {
+    /// All of them, in the order of their codes.
+    pub const ALL: [Verdict; 3] = [Verdict::Converged, Verdict::NoiseDetermined, Verdict::SequenceDiffers];
+
+    /// The code in result files.
+    pub fn code(self) -> i8 {
+        self as i8
+    }
+
+    /// The name in result files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Converged => "converged",
+            Verdict::NoiseDetermined => "noise-determined",
+            Verdict::SequenceDiffers => "sequence-differs",
+        }
+    }
+}
+
+/// An event of the certified result.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CertifiedEvent {
+    /// s.
+    pub time: f64,
+    /// What happened.
+    pub kind: &'static str,
+    /// What can be said of it.
+    pub verdict: Verdict,
+    /// How far from the exact solution of the stated model it can be, s; infinite unless it is converged.
+    #[serde(serialize_with = "finite_or_null")]
+    pub uncertainty: f64,
+    /// What double precision can hold: the rounding at the loss of stability, amplified, and that of the time itself, s.
+    pub rounding: f64,
+    /// e-folds by which a deviation has grown from the loss of stability to just behind the event.
+    pub growth: Option<f64>,
+}
+
+fn finite_or_null<S: serde::Serializer>(x: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    match x.is_finite() {
+        true => serializer.serialize_some(x),
+        false => serializer.serialize_none(),
+    }
+}
+
+impl CertifiedEvent {
+    /// Significant decimal digits of the time that are true; 0 unless it is converged.
+    pub fn digits(&self) -> u32 {
+        significant(self.time, self.uncertainty)
+    }
+
+    /// The most digits of the time that double precision can hold.
+    pub fn most_digits(&self) -> u32 {
+        significant(self.time, self.rounding)
+    }
+}
+
+/// Whole digits of `value` that an error of `error` leaves.
+fn significant(value: f64, error: f64) -> u32 {
+    let digits = (value.abs() / error).log10().floor();
+    if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }
+}
+
+/// How far a channel of the trajectory can be off.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelBand {
+    /// Of the channel.
+    pub name: &'static str,
+    /// In the channel's unit.
+    pub band: f64,
+    /// Largest magnitude of the channel in the run, same unit.
+    pub largest: f64,
+}
+
+/// What the ladder says of a result.
+#[derive(Debug, Clone, Serialize)]
+pub struct Certificate {
+    /// Every event of the result, in order.
+    pub events: Vec<CertifiedEvent>,
+    /// Every run.
+    pub ladder: Vec<Rung>,
+    /// Error band of each channel, away from events, over the samples before the first event that is not converged.
+    pub channels: Vec<ChannelBand>,
+    /// Of the whole sequence: the worst of its events.
+    pub verdict: Verdict,
+    /// G, e-folds.
+    pub growth_exponent: Option<f64>,
+    /// e-folds from the loss of stability to the first stick.
+    pub growth_to_onset: Option<f64>,
+    /// e-folds by which the kicks stand above rounding at the first stick.
+    pub kick_above_noise: Option<f64>,
+    /// d(event time)/d(parameter).
+    #[serde(skip)]
+    pub linearised: Linearised,
+}
+
+impl Certificate {
+    /// Digits that every event of the mode word has; `None` without any.
+    pub fn least_digits(&self) -> Option<u32> {
+        self.in_mode_word().map(CertifiedEvent::digits).min()
+    }
+
+    /// Digits of the event of the mode word of which double precision can hold least.
+    pub fn most_digits(&self) -> Option<u32> {
+        self.in_mode_word().map(CertifiedEvent::most_digits).min()
+    }
+
+    fn in_mode_word(&self) -> impl Iterator<Item = &CertifiedEvent> {
+        let word = |event: &&CertifiedEvent| {
+            EventKind::ALL
+                .iter()
+                .any(|kind| kind.name() == event.kind && kind.in_mode_word())
+        };
+        self.events.iter().filter(word)
+    }
+}
+
+/// Why there is no certificate.
+#[derive(Debug, thiserror::Error)]
+pub enum CertifyError {
+    /// The case itself cannot be run.
+    #[error("the run itself fails: {0}")]
+    Run(String),
+    /// The control asked for an end.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Certifies the events of a result of this case, which its own settings would give again.
+///
+/// The runs go over as many threads as there are processors. `stop` is asked now and then.
+///
+/// # Errors
+/// If the case with its own settings fails, or `stop` says so.
+pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) -> Result<Certificate, CertifyError> {
+    let own = run(case, &case.solver, stop);
+    if stop() {
+        return Err(CertifyError::Interrupted);
+    }
+    if let Some(failure) = own.rung.failure {
+        return Err(CertifyError::Run(failure));
+    }
+    let summary = Summary::of_run(&case.parameters, &own.report);
+    let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
+    let fine = SolverOptions {
+        method: Method::Auto,
+        rtol: 1e-12,
+        ..case.solver.clone()
+    };
+    let (ladder, linearised) = std::thread::scope(|scope| {
+        let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability)));
+        (climb(case, result, stop), linearised.join())
+    });
+    if stop() {
+        return Err(CertifyError::Interrupted);
+    }
+    let linearised = match linearised {
+        Ok(Ok(linearised)) => linearised,
+        Ok(Err(failure)) => return Err(CertifyError::Run(failure.to_string())),
+        Err(panic) => std::panic::resume_unwind(panic),
+    };
+    let noise = summary.noise_determined;
+    let events = judge(case, result, &ladder, &linearised, noise);
+    let worst = |verdict: Verdict| events.iter().any(|event| event.verdict == verdict);
+    let verdict = match (worst(Verdict::NoiseDetermined), worst(Verdict::SequenceDiffers)) {
+        (true, _) => Verdict::NoiseDetermined,
+        (_, true) => Verdict::SequenceDiffers,
+        _ => Verdict::Converged,
+    };
+    let channels = bands(&own.recorder.samples, &ladder, &events);
+    Ok(Certificate {
+        channels,
+        ladder: ladder.into_iter().map(|finished| finished.rung).collect(),
+        verdict,
+        growth_exponent: summary.growth_exponent,
+        growth_to_onset: summary.growth_to_onset,
+        kick_above_noise: summary.kick_above_noise,
+        linearised,
+        events,
+    })
+}
+
+fn judge(
+    case: &Case,
+    result: &[Event],
+    ladder: &[Finished],
+    linearised: &Linearised,
+    noise: bool,
+) -> Vec<CertifiedEvent> {
+    let period = TorsionModel::new(&case.parameters).natural_period();
+    let onset = result.iter().position(|event| event.kind == EventKind::Stick);
+    let single = |run: &Finished| -> Vec<f64> {
+        let times = matched(result, run);
+        times
+            .iter()
+            .zip(result)
+            .map(|(t, event)| (t - event.time).abs())
+            .collect()
+    };
+    let around = |single: &Vec<f64>| -> Vec<f64> {
+        (0..single.len())
+            .map(|index| {
+                // What comes before the first stick is not judged by what has grown until then.
+                let before = onset.filter(|onset| index < *onset).unwrap_or(single.len());
+                let neighbours = &single[index.saturating_sub(NEIGHBOURS)..before.min(index + NEIGHBOURS + 1)];
+                // A distance without a counterpart is left out of its neighbours'.
+                let largest = neighbours.iter().copied().fold(0.0, f64::max);
+                if single[index].is_nan() { f64::NAN } else { largest }
+            })
+            .collect()
+    };
+    let distances: Vec<Vec<f64>> = finest(ladder, false).into_iter().map(single).collect();
+    let witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
+    let itself: Vec<Vec<f64>> = finest(ladder, true)
+        .into_iter()
+        .map(|run| around(&single(run)))
+        .collect();
+    let mut lost: Option<Verdict> = None;
+    result
+        .iter()
+        .enumerate()
+        .map(|(index, event)| {
+            let linear = linearised.events.get(index).filter(|linear| linear.kind == event.kind);
+            let rounding = match linear {
+                Some(_) => linearised.rounding(index),
+                None => f64::INFINITY,
+            };
+            let seen: Vec<f64> = witnesses.iter().map(|d| d[index]).filter(|d| !d.is_nan()).collect();
+            let nearest = seen.iter().copied().fold(f64::INFINITY, f64::min);
+            let own = itself.first().map_or(0.0, |d| d[index]);
+            let own = if own.is_nan() { f64::INFINITY } else { own };
+            let uncertainty = 2.0 * nearest + own + rounding;
+            let timed =
+                matches!(event.kind, EventKind::Corner | EventKind::Kick) && distances.iter().all(|d| d[index] == 0.0);
+            if lost.is_none() && event.kind.in_mode_word() {
+                if noise && onset.is_some_and(|onset| index >= onset) {
+                    lost = Some(Verdict::NoiseDetermined);
+                } else if seen.len() < LEAST_WITNESSES {
+                    lost = Some(Verdict::SequenceDiffers);
+                } else if uncertainty.is_nan() || uncertainty > LARGEST_SHARE * period {
+                    lost = Some(Verdict::NoiseDetermined);
+                }
+            }
+            let verdict = lost.unwrap_or(Verdict::Converged);
+            CertifiedEvent {
+                time: event.time,
+                kind: event.kind.name(),
+                verdict,
+                uncertainty: match verdict {
+                    // Set by the case: known but for the rounding of the number.
+                    _ if timed => f64::EPSILON * event.time,
+                    Verdict::Converged => uncertainty,
+                    _ => f64::INFINITY,
+                },
+                rounding,
+                growth: linear.and_then(|linear| linear.growth),
+            }
+        })
+        .collect()
+}
+
+/// Twice the largest distance to the nearest witness over the samples that are further from any event than its
+/// uncertainty and come before what is not converged.
+fn bands(samples: &[Sample], ladder: &[Finished], events: &[CertifiedEvent]) -> Vec<ChannelBand> {
+    let until = events
+        .iter()
+        .find(|event| event.verdict != Verdict::Converged)
+        .map_or(f64::INFINITY, |event| event.time);
+    let close = |sample: &Sample| {
+        events
+            .iter()
+            .any(|e| e.uncertainty.is_finite() && (sample.time - e.time).abs() <= e.uncertainty)
+    };
+    let values = |sample: &Sample| -> Vec<f64> {
+        sample
+            .state
+            .values()
+            .into_iter()
+            .chain(sample.channels.values())
+            .collect()
+    };
+    let names = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS).map(|d| d.0);
+    let count = State::COUNT + Channels::COUNT;
+    let mut band = vec![f64::INFINITY; count];
+    for witness in finest(ladder, false) {
+        let mut largest = vec![0.0_f64; count];
+        for (own, other) in samples.iter().zip(&witness.recorder.samples) {
+            if own.time >= until || own.time != other.time || own.mode != other.mode || close(own) {
+                continue;
+            }
+            for (worst, (a, b)) in largest.iter_mut().zip(values(own).into_iter().zip(values(other))) {
+                *worst = worst.max((a - b).abs());
+            }
+        }
+        for (band, largest) in band.iter_mut().zip(largest) {
+            *band = band.min(2.0 * largest);
+        }
+    }
+    let mut sizes = vec![0.0_f64; count];
+    for sample in samples {
+        for (size, value) in sizes.iter_mut().zip(values(sample)) {
+            *size = size.max(value.abs());
+        }
+    }
+    names
+        .zip(band.into_iter().zip(sizes))
+        .map(|(name, (band, largest))| ChannelBand {
+            name,
+            band: band.max(LEAST_BAND * largest),
+            largest,
+        })
+        .collect()
+}

@@ -1,0 +1,179 @@
+//! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
+
+use crate::case::Case;
+use crate::simulation::{Event, EventKind, MemoryRecorder, Method, RunReport, SolverOptions, simulate};
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// Methods and relative tolerances of the ladder. Of each method the last is the finest.
+pub const RUNGS: [(Method, f64); 9] = [
+    (Method::Auto, 1e-9),
+    (Method::Auto, 1e-12),
+    (Method::Erk, 1e-9),
+    (Method::Erk, 1e-12),
+    (Method::CvodeAdams, 1e-9),
+    (Method::CvodeAdams, 1e-12),
+    (Method::CvodeBdf, 1e-9),
+    (Method::CvodeBdf, 1e-11),
+    (Method::CvodeBdf, 1e-13),
+];
+
+/// One run of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rung {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Events of the mode word that agree with the result's in kind, from the first on.
+    pub agreeing: usize,
+    /// Events of the mode word.
+    pub events: usize,
+    /// Largest distance to the result over the agreeing events, s; `None` if there is none.
+    pub distance: Option<f64>,
+    /// First stick, s.
+    pub onset: Option<f64>,
+    /// Wall time, s.
+    pub seconds: f64,
+    /// Why the run failed, if it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+/// A finished run of the ladder.
+pub(super) struct Finished {
+    pub rung: Rung,
+    pub method: Method,
+    pub recorder: MemoryRecorder,
+    pub report: RunReport,
+}
+
+/// One run, in memory; a failure is in its rung.
+pub(super) fn run(case: &Case, solver: &SolverOptions, stop: &(dyn Fn() -> bool + Sync)) -> Finished {
+    let clock = Instant::now();
+    let mut recorder = MemoryRecorder::default();
+    let control = &mut |_| match stop() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    let (report, failure) = match simulate(&case.parameters, solver, &case.output, &mut recorder, control) {
+        Ok(report) => (report, None),
+        Err(failure) => {
+            let text = failure.to_string();
+            (failure.report, Some(text))
+        }
+    };
+    Finished {
+        rung: Rung {
+            method: solver.method.name(),
+            rtol: solver.rtol,
+            agreeing: 0,
+            events: 0,
+            distance: None,
+            onset: recorder
+                .events
+                .iter()
+                .find(|e| e.kind == EventKind::Stick)
+                .map(|e| e.time),
+            seconds: clock.elapsed().as_secs_f64(),
+            failure,
+        },
+        method: solver.method,
+        recorder,
+        report,
+    }
+}
+
+/// Every rung, over all processors; in the order of [`RUNGS`].
+pub(super) fn climb(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) -> Vec<Finished> {
+    let next = AtomicUsize::new(0);
+    let finished: Mutex<Vec<(usize, Finished)>> = Mutex::new(Vec::new());
+    let threads = std::thread::available_parallelism()
+        .map_or(1, usize::from)
+        .min(RUNGS.len());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(&(method, rtol)) = RUNGS.get(index) else { break };
+                    if stop() {
+                        break;
+                    }
+                    let solver = SolverOptions {
+                        method,
+                        rtol,
+                        ..case.solver.clone()
+                    };
+                    let mut run = run(case, &solver, stop);
+                    compare(&mut run, result);
+                    let mut list = finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    list.push((index, run));
+                }
+            });
+        }
+    });
+    let mut finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    finished.sort_by_key(|(index, _)| *index);
+    finished.into_iter().map(|(_, run)| run).collect()
+}
+
+fn word(events: &[Event]) -> Vec<&Event> {
+    events.iter().filter(|event| event.kind.in_mode_word()).collect()
+}
+
+fn compare(run: &mut Finished, result: &[Event]) {
+    let (own, result) = (word(&run.recorder.events), word(result));
+    let same = |(a, b): &(&&Event, &&Event)| a.kind == b.kind;
+    let agreeing = own.iter().zip(&result).take_while(same).count();
+    run.rung.events = own.len();
+    run.rung.agreeing = agreeing;
+    run.rung.distance = own
+        .iter()
+        .zip(&result)
+        .take(agreeing)
+        .map(|(a, b)| (a.time - b.time).abs())
+        .reduce(f64::max);
+}
+
+/// The finest run of each method, if it did not fail.
+pub(super) fn finest(ladder: &[Finished], own: bool) -> Vec<&Finished> {
+    let mut finest: Vec<&Finished> = Vec::new();
+    for run in ladder {
+        finest.retain(|other| other.method != run.method);
+        finest.push(run);
+    }
+    finest.retain(|run| run.rung.failure.is_none() && (run.method == Method::Auto) == own);
+    finest
+}
+
+/// Times of the events that match those of the result, kind by kind: NaN where there is no counterpart.
+pub(super) fn matched(result: &[Event], run: &Finished) -> Vec<f64> {
+    let mut agreeing = run.rung.agreeing;
+    let mut word = word(&run.recorder.events).into_iter();
+    // Events outside the word are matched by their count among their kind.
+    let other = |index: usize| {
+        let kind = result[index].kind;
+        let number = result[..index].iter().filter(|event| event.kind == kind).count();
+        run.recorder
+            .events
+            .iter()
+            .filter(|event| event.kind == kind)
+            .nth(number)
+    };
+    (0..result.len())
+        .map(|index| {
+            if !result[index].kind.in_mode_word() {
+                return other(index).map_or(f64::NAN, |event| event.time);
+            }
+            if agreeing == 0 {
+                return f64::NAN;
+            }
+            agreeing -= 1;
+            word.next().map_or(f64::NAN, |event| event.time)
+        })
+        .collect()
+}

@@ -1,0 +1,111 @@
+//! The physical parameters of a case without rounding.
+
+use super::document::{self, Node, Override, Value};
+use super::error::{CaseError, Problem};
+use super::quantity::{self, Dimension};
+use super::{Case, CaseSource, schema};
+use crate::model::KickTime;
+use crate::oracle::{ExactActuation, ExactKick, ExactParameters};
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::Pow;
+
+pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactParameters, CaseError> {
+    // Whatever is wrong with the case is found and reported by its reader.
+    let case = Case::parse(source, overrides)?;
+    let mut root = document::read(&source.text, &source.label())?;
+    for change in overrides {
+        document::apply(&mut root, change).map_err(|problem| CaseError {
+            problems: vec![problem],
+        })?;
+    }
+    let reader = Reader { root: &root };
+    let actuation = match &case.parameters.actuation {
+        crate::model::Actuation::Ramp { .. } => ExactActuation::Ramp {
+            force: reader.number("actuation.force", Dimension::Force)?,
+            rise_time: reader.number("actuation.rise_time", Dimension::Time)?,
+        },
+        crate::model::Actuation::Table { time, force } => ExactActuation::Table {
+            time: reader.series("actuation.time", time.len(), Dimension::Time)?,
+            force: reader.series("actuation.force", force.len(), Dimension::Force)?,
+        },
+    };
+    let kicks = case.parameters.perturbations.iter().enumerate().map(|(index, kick)| {
+        Ok(ExactKick {
+            time: match kick.time {
+                KickTime::Instability => None,
+                KickTime::At(_) => Some(reader.number(&format!("perturbation.{index}.time"), Dimension::Time)?),
+            },
+            relative_velocity: reader.number(
+                &format!("perturbation.{index}.relative_velocity"),
+                Dimension::AngularVelocity,
+            )?,
+        })
+    });
+    Ok(ExactParameters {
+        mass: reader.number("axial.mass", Dimension::Mass)?,
+        axial_stiffness: reader.number("axial.stiffness", Dimension::Stiffness)?,
+        axial_damping: reader.number("axial.damping", Dimension::Damping)?,
+        actuation,
+        rotor_inertia: reader.number("torsion.rotor_inertia", Dimension::Inertia)?,
+        surface_inertia: reader.number("torsion.surface_inertia", Dimension::Inertia)?,
+        torsional_stiffness: reader.number("torsion.stiffness", Dimension::TorsionalStiffness)?,
+        torsional_damping: reader.number("torsion.damping", Dimension::TorsionalDamping)?,
+        radius: reader.radius()?,
+        breakaway_test: case.parameters.contact.breakaway_test,
+        breakaway: reader.number("friction.breakaway", Dimension::Number)?,
+        low_speed: reader.number("friction.low_speed", Dimension::Number)?,
+        high_speed: reader.number("friction.high_speed", Dimension::Number)?,
+        decay: reader.number("friction.decay", Dimension::FrictionDecay)?,
+        speed: reader.number("initial.speed", Dimension::AngularVelocity)?,
+        kicks: kicks.collect::<Result<_, CaseError>>()?,
+    })
+}
+
+struct Reader<'a> {
+    root: &'a Node,
+}
+
+impl Reader<'_> {
+    fn number(&self, path: &str, dimension: Dimension) -> Result<BigRational, CaseError> {
+        let value = match self.root.at(path).map(|node| &node.value) {
+            Some(Value::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
+            Some(Value::Float(number)) => quantity::decimal(&format!("{number:e}")),
+            Some(Value::Text(text)) => quantity::exact(text, dimension),
+            _ => Err("expected a number".to_owned()),
+        };
+        value.map_err(|message| CaseError {
+            problems: vec![Problem {
+                place: String::new(),
+                key: path.to_owned(),
+                message,
+            }],
+        })
+    }
+
+    fn series(&self, path: &str, length: usize, dimension: Dimension) -> Result<Vec<BigRational>, CaseError> {
+        (0..length)
+            .map(|index| self.number(&format!("{path}.{index}"), dimension))
+            .collect()
+    }
+
+    /// r, given or from the diameters by equation (6) or (7).
+    fn radius(&self) -> Result<BigRational, CaseError> {
+        if self.root.at("contact.radius").is_some() {
+            return self.number("contact.radius", Dimension::Length);
+        }
+        let outer = self.number("contact.outer_diameter", Dimension::Length)?;
+        let inner = self.number("contact.inner_diameter", Dimension::Length)?;
+        let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
+        let pressure = matches!(
+            self.root.at("contact.wear").map(|node| &node.value),
+            Some(Value::Text(wear)) if wear == schema::UNIFORM_PRESSURE
+        );
+        Ok(if pressure {
+            let difference = |power: i32| Pow::pow(outer.clone(), power) - Pow::pow(inner.clone(), power);
+            difference(3) / (integer(3) * difference(2))
+        } else {
+            (outer + inner) / integer(4)
+        })
+    }
+}

@@ -1,0 +1,282 @@
+//! `stickslip certify`.
+
+use super::arguments::{CertifyOptions, Common};
+use super::run::{Input, bad_case, bad_file, header, interrupt_flag, read_input, stick_slip_table};
+use super::{CommandError, End, certify_report, print, print_json};
+use crate::analysis::Summary;
+use crate::analysis::certificate::{Certificate, CertifyError, Verdict, certify as certificate_of};
+use crate::case::{Case, CaseSource, Origin, Override};
+use crate::model::Parameters;
+use crate::oracle::{self, ExactParameters, OracleError, OracleOptions, OracleReport};
+use crate::results::{Overwrite, ResultFile, ResultWriter, Status, check_target, write_certified};
+use crate::simulation::{Event, simulate};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Digits that the oracle's events have, unless more are asked for.
+const ORACLE_DIGITS: u32 = 25;
+
+/// More digits are not in a double.
+const DIGITS_OF_DOUBLE: u32 = 16;
+
+/// The exact solution, with the number of digits that are true of its event times.
+pub(super) struct Exact {
+    pub report: OracleReport,
+    /// True digits of each event time.
+    pub digits: u32,
+    /// s.
+    pub seconds: f64,
+}
+
+/// Certifies a result: reports it, and writes a copy with the certificate.
+pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
+    let clock = Instant::now();
+    let most = if options.oracle {
+        *oracle::DIGITS.end()
+    } else {
+        DIGITS_OF_DOUBLE
+    };
+    if let Some(digits) = options.digits.filter(|digits| *digits == 0 || *digits > most) {
+        let remedy = if options.oracle {
+            ""
+        } else {
+            "; a double holds no more, and the oracle's own table has up to 100: add --oracle"
+        };
+        return Err(CommandError::Input(format!(
+            "--digits {digits}: from 1 to {most} digits can be asked for{remedy}"
+        )));
+    }
+    let input = read_input(&options.case, &options.set, None)?;
+    if matches!(input.source.origin, Origin::Result(_)) && !options.set.is_empty() {
+        return Err(CommandError::Input(
+            "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
+                .to_owned(),
+        ));
+    }
+    let target = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.certified.h5", input.source.name())));
+    let overwrite = if options.force {
+        Overwrite::Force
+    } else {
+        Overwrite::OwnResults
+    };
+    check_target(&target, overwrite, &input.files).map_err(bad_file)?;
+    let stop = interrupt_flag()?;
+    let result = obtain(&input, &target)?;
+    let outcome = examine(&input, &result.events, options, &stop);
+    let written = outcome.and_then(|(certificate, exact)| {
+        let tables = certify_report::tables(&certificate, &result.events, exact.as_ref());
+        write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
+        Ok((certificate, exact))
+    });
+    if result.own {
+        let _ = std::fs::remove_file(&result.path);
+    }
+    let (certificate, exact) = match written {
+        Ok(written) => written,
+        Err(_) if stop.load(Ordering::Relaxed) => return Ok(End::Interrupted),
+        Err(error) => return Err(error),
+    };
+    let report = certify_report::Report {
+        source: input.source.label(),
+        title: &input.case.title,
+        certificate: &certificate,
+        exact: exact.as_ref(),
+        result: &result.events,
+        file: target.display().to_string(),
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    if common.json {
+        print_json(&report.document())?;
+    } else if !common.quiet {
+        print(&report.text())?;
+    }
+    match options
+        .digits
+        .and_then(|digits| shortfall(digits, &certificate, exact.as_ref()))
+    {
+        Some(text) => Err(CommandError::Computation(text)),
+        None => Ok(End::Done),
+    }
+}
+
+/// The result that is certified.
+struct Obtained {
+    path: PathBuf,
+    events: Vec<Event>,
+    /// Whether the file was made here, and goes again.
+    own: bool,
+}
+
+/// The given result file, or a run of the case beside the target.
+fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
+    if let Origin::Result(path) = &input.source.origin {
+        let file = ResultFile::open(path).map_err(bad_file)?;
+        if *file.status() != Status::Complete {
+            return Err(CommandError::Input(format!(
+                "{}: the run is {}, and only a complete one can be certified; repeat it with stickslip run {}",
+                path.display(),
+                file.status().name(),
+                path.display()
+            )));
+        }
+        return Ok(Obtained {
+            path: path.clone(),
+            events: file.events().map_err(bad_file)?,
+            own: false,
+        });
+    }
+    let stem = target.file_stem().unwrap_or_default().to_string_lossy();
+    let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
+    let case = &input.case;
+    let failed = |text: String| {
+        let _ = std::fs::remove_file(crate::results::partial_path(&path));
+        CommandError::Computation(text)
+    };
+    let mut writer = ResultWriter::create(
+        &path,
+        Overwrite::OwnResults,
+        &input.files,
+        &header(case, input.text.clone()),
+    )
+    .map_err(bad_file)?;
+    let clock = Instant::now();
+    let report = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .map_err(|failure| failed(failure.to_string()))?;
+    let summary = Summary::of_run(&case.parameters, &report);
+    writer
+        .finish(
+            Status::Complete,
+            &stick_slip_table(&summary),
+            clock.elapsed().as_secs_f64(),
+        )
+        .map_err(|error| failed(error.to_string()))?;
+    Ok(Obtained {
+        path,
+        events: report.events,
+        own: true,
+    })
+}
+
+/// The ladder, and the oracle if it is asked for.
+fn examine(
+    input: &Input,
+    events: &[Event],
+    options: &CertifyOptions,
+    stop: &Arc<AtomicBool>,
+) -> Result<(Certificate, Option<Exact>), CommandError> {
+    let stopped = || stop.load(Ordering::Relaxed);
+    let certificate = certificate_of(&input.case, events, &stopped).map_err(|error| match error {
+        CertifyError::Run(text) => CommandError::Computation(text),
+        CertifyError::Interrupted => CommandError::Computation("interrupted".to_owned()),
+    })?;
+    if !options.oracle {
+        return Ok((certificate, None));
+    }
+    let exact = exact_parameters(input, &options.set)?;
+    let wanted = options.digits.unwrap_or(0).max(ORACLE_DIGITS);
+    let exact = solve(&input.case, &exact, &certificate, wanted, &stopped)?;
+    Ok((certificate, Some(exact)))
+}
+
+/// The exact parameters: those of the text as given, if they are the ones of the run; else those of the resolved case.
+fn exact_parameters(input: &Input, set: &[String]) -> Result<ExactParameters, CommandError> {
+    let mut overrides = Vec::with_capacity(set.len());
+    for setting in set {
+        overrides.push(Override::parse(setting).map_err(bad_case)?);
+    }
+    let given = CaseSource {
+        text: input.text.clone(),
+        origin: input.source.origin.clone(),
+    };
+    let same = |exact: &ExactParameters| -> bool {
+        let rounded: Parameters = exact.rounded();
+        rounded == input.case.parameters
+    };
+    match Case::exact_parameters(&given, &overrides) {
+        Ok(exact) if same(&exact) => Ok(exact),
+        _ => Case::exact_parameters(&input.source, &overrides).map_err(bad_case),
+    }
+}
+
+/// Runs the oracle with so many digits that `wanted` of them are true of the event times.
+fn solve(
+    case: &Case,
+    exact: &ExactParameters,
+    certificate: &Certificate,
+    wanted: u32,
+    stopped: &dyn Fn() -> bool,
+) -> Result<Exact, CommandError> {
+    // Without a kick above noise, exact sliding goes on through all of G.
+    let growth = match certificate.verdict {
+        Verdict::Converged => certificate.growth_to_onset.unwrap_or(0.0),
+        _ => certificate.growth_exponent.unwrap_or(0.0),
+    };
+    // A deviation that grows by the whole of it; the oracle has guard digits for the sums of rounding on the way.
+    let lost = (growth / std::f64::consts::LN_10).ceil() as u32;
+    let digits = (wanted + lost).max(*oracle::DIGITS.start());
+    if digits > *oracle::DIGITS.end() {
+        return Err(CommandError::Input(format!(
+            "{wanted} digits of this case take {digits} to compute with, as a deviation can grow by e^{growth:.0}; the \
+             oracle has {}. Ask for {} digits, or set a perturbation, which ends the growth earlier",
+            oracle::DIGITS.end(),
+            oracle::DIGITS.end().saturating_sub(lost)
+        )));
+    }
+    let end_time = oracle::rational(&format!("{:e}", case.output.end_time))
+        .ok_or_else(|| CommandError::Input("output.end_time is no decimal number".to_owned()))?;
+    let options = OracleOptions {
+        digits,
+        end_time,
+        sample_times: Vec::new(),
+        max_events: case.solver.max_events,
+    };
+    let clock = Instant::now();
+    let report = oracle::run(exact, &options, &mut |_| match stopped() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    })
+    .map_err(|error| match error {
+        OracleError::BreakawayTest | OracleError::Digits { .. } => CommandError::Input(error.to_string()),
+        _ => CommandError::Computation(error.to_string()),
+    })?;
+    Ok(Exact {
+        report,
+        digits: digits - lost,
+        seconds: clock.elapsed().as_secs_f64(),
+    })
+}
+
+/// What is missing of the digits that were asked for.
+fn shortfall(digits: u32, certificate: &Certificate, exact: Option<&Exact>) -> Option<String> {
+    if let Some(exact) = exact.filter(|exact| exact.digits >= digits && digits > DIGITS_OF_DOUBLE) {
+        log::info!("the oracle's events have {} digits", exact.digits);
+        return None;
+    }
+    let least = certificate.least_digits()?;
+    if certificate.verdict == Verdict::Converged && least >= digits {
+        return None;
+    }
+    let most = certificate.most_digits().unwrap_or(0);
+    Some(match certificate.verdict {
+        Verdict::Converged if digits > most => format!(
+            "{digits} digits were asked for, but rounding to double precision leaves {most} of the event that it moves \
+             most; this result has {least}. Ask for fewer, or use --oracle for a table with more"
+        ),
+        Verdict::Converged => format!(
+            "{digits} digits were asked for, and the result has {least}: use a smaller solver.rtol, or --method auto"
+        ),
+        verdict => format!(
+            "{digits} digits were asked for, but the result is {}: {}",
+            verdict.name(),
+            certify_report::remedy(certificate)
+        ),
+    })
+}

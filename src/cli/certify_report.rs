@@ -1,0 +1,320 @@
+//! What `stickslip certify` prints and stores.
+
+use super::certify::Exact;
+use super::terminal;
+use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
+use crate::results::CertificateTables;
+use crate::simulation::Event;
+use serde_json::{Value, json};
+
+/// Rows of the table of events on a terminal: beyond, only the first and last of them.
+const MOST_ROWS: usize = 24;
+
+/// Everything that is reported.
+pub(super) struct Report<'a> {
+    pub source: String,
+    pub title: &'a str,
+    pub certificate: &'a Certificate,
+    pub exact: Option<&'a Exact>,
+    pub result: &'a [Event],
+    pub file: String,
+    /// s.
+    pub seconds: f64,
+}
+
+/// What to do about a result that is not converged.
+pub(super) fn remedy(certificate: &Certificate) -> String {
+    match certificate.verdict {
+        Verdict::Converged => String::new(),
+        Verdict::NoiseDetermined => format!(
+            "from the loss of stability to the first stick a deviation grows by e^{:.0} (G = {:.1} in all), so that the \
+             onset and all after it are amplified rounding, which no tolerance makes converge. Set a perturbation well \
+             above rounding, such as --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
+            certificate.growth_to_onset.unwrap_or(0.0),
+            certificate.growth_exponent.unwrap_or(0.0),
+        ),
+        Verdict::SequenceDiffers => {
+            "independent methods find another sequence of events: an event is marginal, a take-off that grazes or a kick \
+             near the noise of a method. Use a smaller solver.rtol or a larger kick, or move a parameter off the border"
+                .to_owned()
+        }
+    }
+}
+
+/// True errors of the result's events by the oracle, s; `None` from where the sequences differ.
+fn true_errors(result: &[Event], exact: &Exact) -> Vec<Option<f64>> {
+    let mut oracle = exact.report.events.iter();
+    let mut same = true;
+    result
+        .iter()
+        .map(|event| {
+            let exact = oracle.next()?;
+            same &= exact.kind == event.kind;
+            same.then(|| {
+                let time = exact.time.to_rational()?;
+                let own = crate::oracle::Number::from_f64(event.time, 64).to_rational()?;
+                Some(crate::oracle::nearest_double(&(own - time)))
+            })?
+        })
+        .collect()
+}
+
+impl Report<'_> {
+    /// For a terminal.
+    pub fn text(&self) -> String {
+        let c = self.certificate;
+        let mut ladder = terminal::table(&[
+            "method",
+            "rtol",
+            "events",
+            "agreeing",
+            "largest distance",
+            "first stick, s",
+            "wall time",
+        ]);
+        for rung in &c.ladder {
+            ladder.add_row([
+                rung.method.to_owned(),
+                format!("{:.0e}", rung.rtol),
+                rung.events.to_string(),
+                rung.agreeing.to_string(),
+                match (&rung.failure, rung.distance) {
+                    (Some(_), _) => "failed".to_owned(),
+                    (None, Some(d)) => format!("{d:.1e} s"),
+                    (None, None) => "none".to_owned(),
+                },
+                rung.onset.map_or_else(|| "none".to_owned(), |t| format!("{t:.12}")),
+                format!("{:.2} s", rung.seconds),
+            ]);
+        }
+        terminal::align_right(&mut ladder, 1..7);
+        let mut parts = vec![
+            format!("{}\n{}", self.title, self.source),
+            terminal::show(&ladder).trim_end().to_owned(),
+            terminal::show(&self.events()).trim_end().to_owned(),
+            self.conditioning(),
+        ];
+        if let Some(exact) = self.exact {
+            parts.push(self.oracle(exact));
+        }
+        parts.push(self.verdict());
+        format!("{}\n\n{}\n", parts.join("\n\n"), self.file)
+    }
+
+    fn events(&self) -> comfy_table::Table {
+        let events = &self.certificate.events;
+        let errors = self.exact.map(|exact| true_errors(self.result, exact));
+        let mut header = vec![
+            "event",
+            "time, s",
+            "verdict",
+            "uncertainty, s",
+            "digits",
+            "rounding, s",
+            "growth",
+        ];
+        if errors.is_some() {
+            header.push("true error, s");
+        }
+        let mut table = terminal::table(&header);
+        for (index, event) in events.iter().enumerate() {
+            if events.len() > MOST_ROWS && index >= MOST_ROWS / 2 && index + MOST_ROWS / 2 < events.len() {
+                if index == MOST_ROWS / 2 {
+                    table.add_row(["...", &format!("{} more", events.len() - MOST_ROWS)]);
+                }
+                continue;
+            }
+            let mut row = row(event);
+            if let Some(errors) = &errors {
+                row.push(errors[index].map_or_else(|| "none".to_owned(), |e| format!("{e:.1e}")));
+            }
+            table.add_row(row);
+        }
+        terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7]);
+        table
+    }
+
+    fn conditioning(&self) -> String {
+        let c = self.certificate;
+        let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.digits$}"));
+        let mut table = terminal::table(&[]);
+        table.add_row(["growth exponent G", &number(c.growth_exponent, 2)]);
+        table.add_row(["of it up to the first stick", &number(c.growth_to_onset, 2)]);
+        table.add_row(["kick above rounding, e-folds", &number(c.kick_above_noise, 2)]);
+        table.add_row([
+            "digits that double precision can hold",
+            &c.most_digits().map_or_else(|| "none".to_owned(), |n| n.to_string()),
+        ]);
+        terminal::show(&table).trim_end().to_owned()
+    }
+
+    fn oracle(&self, exact: &Exact) -> String {
+        let report = &exact.report;
+        let mut table = terminal::table(&["event", "exact time, s"]);
+        for event in &report.events {
+            table.add_row([
+                event.kind.name().to_owned(),
+                event.time.to_decimal(exact.digits as usize),
+            ]);
+        }
+        format!(
+            "oracle: Taylor series with {} bits, {} steps in {:.1} s; {} digits are true\n\n{}",
+            report.bits,
+            report.steps,
+            exact.seconds,
+            exact.digits,
+            terminal::show(&table).trim_end()
+        )
+    }
+
+    fn verdict(&self) -> String {
+        let c = self.certificate;
+        match c.verdict {
+            Verdict::Converged => {
+                let worst = c.events.iter().map(|e| e.uncertainty).fold(0.0, f64::max);
+                let digits = c
+                    .least_digits()
+                    .map_or_else(String::new, |n| format!(", {n} digits of the least known"));
+                format!("converged: every event within {worst:.1e} s{digits}")
+            }
+            verdict => format!("{}: {}", verdict.name(), remedy(c)),
+        }
+    }
+
+    /// For programs.
+    pub fn document(&self) -> Value {
+        let c = self.certificate;
+        let oracle = self.exact.map(|exact| {
+            let events = exact.report.events.iter().map(|event| {
+                let state: serde_json::Map<String, Value> = event
+                    .state
+                    .components()
+                    .into_iter()
+                    .map(|(name, value)| (name.to_owned(), json!(value.to_decimal(exact.digits as usize))))
+                    .collect();
+                json!({
+                    "kind": event.kind.name(),
+                    "time": event.time.to_decimal(exact.digits as usize),
+                    "state_after": state,
+                })
+            });
+            let events: Vec<Value> = events.collect();
+            json!({
+                "digits": exact.digits,
+                "bits": exact.report.bits,
+                "steps": exact.report.steps,
+                "seconds": exact.seconds,
+                "events": events,
+                "true_errors": true_errors(self.result, exact),
+            })
+        });
+        let sensitivity: Vec<Value> = c
+            .linearised
+            .parameters
+            .iter()
+            .enumerate()
+            .map(|(column, p)| {
+                let by: Vec<f64> = c.linearised.events.iter().map(|e| e.by_parameter[column]).collect();
+                json!({"parameter": p.path, "unit": p.unit, "value": p.value, "time_sensitivity": by})
+            })
+            .collect();
+        json!({
+            "file": self.file,
+            "case": self.source,
+            "title": self.title,
+            "verdict": c.verdict,
+            "remedy": remedy(c),
+            "digits": c.least_digits(),
+            "digits_of_double": c.most_digits(),
+            "growth_exponent": c.growth_exponent,
+            "growth_to_onset": c.growth_to_onset,
+            "kick_above_noise": c.kick_above_noise,
+            "ladder": c.ladder,
+            "events": c.events,
+            "channels": c.channels,
+            "sensitivity": sensitivity,
+            "oracle": oracle,
+            "seconds": self.seconds,
+        })
+    }
+}
+
+fn row(event: &CertifiedEvent) -> Vec<String> {
+    let converged = event.uncertainty.is_finite();
+    vec![
+        event.kind.to_owned(),
+        format!("{:.15}", event.time),
+        event.verdict.name().to_owned(),
+        if converged {
+            format!("{:.1e}", event.uncertainty)
+        } else {
+            "unknown".to_owned()
+        },
+        event.digits().to_string(),
+        format!("{:.1e}", event.rounding),
+        event.growth.map_or_else(|| "none".to_owned(), |g| format!("{g:.1}")),
+    ]
+}
+
+/// For the file.
+pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<&Exact>) -> CertificateTables {
+    let c = certificate;
+    let missing = |x: Option<f64>| x.unwrap_or(f64::NAN);
+    let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
+    let parameters = &c.linearised.parameters;
+    CertificateTables {
+        time_uncertainty: c.events.iter().map(|e| finite(e.uncertainty)).collect(),
+        verdict: c.events.iter().map(|e| e.verdict.code()).collect(),
+        verdicts: Verdict::ALL.map(|v| (v.code(), v.name())).to_vec(),
+        rounding: c.events.iter().map(|e| finite(e.rounding)).collect(),
+        growth: c.events.iter().map(|e| missing(e.growth)).collect(),
+        ladder: c
+            .ladder
+            .iter()
+            .map(|r| (r.method.to_owned(), r.rtol, r.agreeing as i64, missing(r.distance)))
+            .collect(),
+        texts: vec![("verdict_of_all", c.verdict.name().to_owned()), ("remedy", remedy(c))],
+        numbers: vec![
+            ("digits", c.least_digits().map_or(f64::NAN, f64::from)),
+            ("digits_of_double", c.most_digits().map_or(f64::NAN, f64::from)),
+            ("growth_exponent", missing(c.growth_exponent)),
+            ("growth_to_onset", missing(c.growth_to_onset)),
+            ("kick_above_noise", missing(c.kick_above_noise)),
+        ],
+        bands: c.channels.iter().map(|b| (b.name, finite(b.band))).collect(),
+        oracle: exact.map(csv).unwrap_or_default(),
+        parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
+        sensitivity: (0..result.len())
+            .map(|index| match c.linearised.events.get(index) {
+                // Of the same event of the same sequence only.
+                Some(event) if event.kind == result[index].kind => event.by_parameter.clone(),
+                _ => vec![f64::NAN; parameters.len()],
+            })
+            .collect(),
+    }
+}
+
+/// The oracle's events, a line each.
+fn csv(exact: &Exact) -> String {
+    let digits = exact.digits as usize;
+    let mut lines = Vec::with_capacity(exact.report.events.len() + 1);
+    let names = exact
+        .report
+        .events
+        .first()
+        .map(|e| e.state.components().map(|(name, _)| name).join(","));
+    lines.push(format!("time,kind,{}", names.unwrap_or_default()));
+    for event in &exact.report.events {
+        let state = event
+            .state
+            .components()
+            .map(|(_, value)| value.to_decimal(digits))
+            .join(",");
+        lines.push(format!(
+            "{},{},{state}",
+            event.time.to_decimal(digits),
+            event.kind.name()
+        ));
+    }
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,565 @@
+//! Modes, events, kicks and corners.
+
+use super::number::{Number, nearest_double};
+use super::parameters::{ExactParameters, Piece};
+use super::roots::{Crossing, first_zero};
+use super::series::{Expansion, Law, Model, State, component::*, evaluate};
+use super::steps::{self, Scales};
+use super::{DIGITS, OracleError, OracleOptions};
+use crate::model::axial::RINGING_FLOOR;
+use crate::model::{BreakawayTest, Mode};
+use crate::simulation::EventKind;
+use astro_float::Consts;
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+
+/// The state at an event or a sample; rad and rad/s, m and m/s.
+#[derive(Debug, Clone)]
+pub struct OracleState {
+    /// z, m.
+    pub z: Number,
+    /// z', m/s.
+    pub z_dot: Number,
+    /// theta - phi_2, rad.
+    pub rotor_twist: Number,
+    /// phi_1, rad.
+    pub stator_twist: Number,
+    /// theta, rad.
+    pub theta: Number,
+    /// theta', rad/s.
+    pub theta_dot: Number,
+    /// phi_2', rad/s.
+    pub phi2_dot: Number,
+    /// phi_1', rad/s.
+    pub phi1_dot: Number,
+}
+
+impl OracleState {
+    fn new(y: &State) -> OracleState {
+        OracleState {
+            z: y[Z].clone(),
+            z_dot: y[Z_DOT].clone(),
+            rotor_twist: y[ROTOR_TWIST].clone(),
+            stator_twist: y[STATOR_TWIST].clone(),
+            theta: y[ROTOR_ANGLE].clone(),
+            theta_dot: y[ROTOR_SPEED].clone(),
+            phi2_dot: &y[ROTOR_SPEED] - &y[ROTOR_TWIST_RATE],
+            phi1_dot: y[STATOR_TWIST_RATE].clone(),
+        }
+    }
+
+    /// Name and value of each component.
+    pub fn components(&self) -> [(&'static str, &Number); 8] {
+        [
+            ("z", &self.z),
+            ("z_dot", &self.z_dot),
+            ("rotor_twist", &self.rotor_twist),
+            ("stator_twist", &self.stator_twist),
+            ("theta", &self.theta),
+            ("theta_dot", &self.theta_dot),
+            ("phi2_dot", &self.phi2_dot),
+            ("phi1_dot", &self.phi1_dot),
+        ]
+    }
+}
+
+/// An event, with the state after it.
+#[derive(Debug, Clone)]
+pub struct OracleEvent {
+    /// s.
+    pub time: Number,
+    /// What happened.
+    pub kind: EventKind,
+    /// Mode after the event.
+    pub mode_after: Mode,
+    /// The state after the event.
+    pub state: OracleState,
+}
+
+/// What an oracle run found.
+#[derive(Debug, Clone)]
+pub struct OracleReport {
+    /// All events, in order.
+    pub events: Vec<OracleEvent>,
+    /// The state at each of the times that were asked for, as far as the run reaches.
+    pub samples: Vec<(Number, OracleState)>,
+    /// How many steps it took.
+    pub steps: u64,
+    /// Bits of the mantissa of all numbers.
+    pub bits: usize,
+}
+
+/// Bits between the digits that a run is to compute with and its precision, for the rounding of sums.
+const GUARD_BITS: f64 = 18.0;
+
+/// Solves the model from t = 0 to the end time of `options`. `control` is asked at every step, with the time (s); `Break`
+/// ends the run with an error.
+///
+/// # Errors
+/// A precision or a breakaway test that it does not have, an exhausted event budget, a degenerate motion.
+pub fn run(
+    parameters: &ExactParameters,
+    options: &OracleOptions,
+    control: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<OracleReport, OracleError> {
+    if !DIGITS.contains(&options.digits) {
+        return Err(OracleError::Digits { asked: options.digits });
+    }
+    if parameters.breakaway_test != BreakawayTest::Transmitted {
+        return Err(OracleError::BreakawayTest);
+    }
+    let mut run = Run::new(parameters, options);
+    while run.time < run.end {
+        if run.steps.is_multiple_of(64) && control(run.time.to_f64()).is_break() {
+            return Err(OracleError::Interrupted(run.time.to_f64()));
+        }
+        run.time_events()?;
+        run.step()?;
+    }
+    run.time_events()?;
+    Ok(OracleReport {
+        events: run.events,
+        samples: run.samples,
+        steps: run.steps,
+        bits: run.model.bits,
+    })
+}
+
+/// Whether the loss of stability is looked for: until the first stick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Watch {
+    Stable,
+    Unstable,
+    Off,
+}
+
+/// What can end a step before its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Guard {
+    Stop,
+    Stability,
+    Separation,
+    Contact,
+    Breakaway(i8),
+}
+
+struct Run {
+    model: Model,
+    scales: Scales,
+    constants: Consts,
+    time: Number,
+    end: Number,
+    state: State,
+    mode: Mode,
+    watch: Watch,
+    /// Guards that are zero at the present time by what has just happened, with the number of their coefficients that are.
+    zeros: Vec<(Guard, usize)>,
+    /// Of a take-off from stick: 2 where breakaway and low-speed friction are equal, since omega_r' starts at 0 too.
+    take_off_zeros: usize,
+    /// The force now and its later pieces.
+    force: (Number, [Number; 2]),
+    later_force: VecDeque<Piece>,
+    /// The ringing of an open contact has fallen below its floor: open it stays, up to the next corner.
+    stays_open: bool,
+    /// m / k_e, s^2.
+    axial_time_squared: f64,
+    /// Timed kicks to come, in order, and those that wait for the instability.
+    kicks: VecDeque<(Number, Number)>,
+    waiting: Vec<Number>,
+    samples_due: VecDeque<Number>,
+    events: Vec<OracleEvent>,
+    samples: Vec<(Number, OracleState)>,
+    max_events: usize,
+    counted: usize,
+    steps: u64,
+}
+
+impl Run {
+    fn new(exact: &ExactParameters, options: &OracleOptions) -> Run {
+        let wanted = f64::from(options.digits) * std::f64::consts::LOG2_10 + GUARD_BITS;
+        let bits = (wanted / 64.0).ceil() as usize * 64;
+        let number = |value: &BigRational| Number::from_rational(value, bits);
+        let mut pieces: VecDeque<Piece> = exact.pieces().into();
+        let zero = || BigRational::from_integer(BigInt::from(0));
+        let first = pieces.pop_front().unwrap_or(Piece {
+            start: zero(),
+            force: zero(),
+            slope: zero(),
+        });
+        let pressed = first.force > zero() || (first.force == zero() && first.slope > zero());
+        let mut kicks: Vec<_> = exact
+            .kicks
+            .iter()
+            .filter_map(|kick| Some((kick.time.clone()?, number(&kick.relative_velocity))))
+            .collect();
+        kicks.sort_by(|a, b| a.0.cmp(&b.0));
+        let mut state: State = std::array::from_fn(|_| Number::zero(bits));
+        state[ROTOR_SPEED] = number(&exact.speed);
+        let mut run = Run {
+            model: Model::new(exact, bits),
+            scales: Scales::new(exact),
+            // Fails only where there is no memory for it, and then nothing else works either.
+            constants: Consts::new().unwrap_or_else(|error| panic!("no memory for mathematical constants: {error:?}")),
+            time: Number::zero(bits),
+            end: number(&options.end_time),
+            state,
+            mode: Mode::Separated,
+            watch: Watch::Stable,
+            zeros: Vec::new(),
+            take_off_zeros: if exact.breakaway == exact.low_speed { 2 } else { 1 },
+            force: (number(&first.start), [number(&first.force), number(&first.slope)]),
+            later_force: pieces,
+            stays_open: false,
+            axial_time_squared: nearest_double(&(&exact.mass / &exact.axial_stiffness)),
+            kicks: kicks.into_iter().map(|(time, delta)| (number(&time), delta)).collect(),
+            waiting: exact
+                .kicks
+                .iter()
+                .filter(|kick| kick.time.is_none())
+                .map(|kick| number(&kick.relative_velocity))
+                .collect(),
+            samples_due: options.sample_times.iter().map(number).collect(),
+            events: Vec::new(),
+            samples: Vec::new(),
+            max_events: options.max_events,
+            counted: 0,
+            steps: 0,
+        };
+        if pressed {
+            run.mode = run.mode_in_contact();
+        }
+        if run.mode == Mode::Stick {
+            run.watch = Watch::Off;
+        }
+        run
+    }
+
+    /// phi_2' - phi_1'.
+    fn relative_velocity(&self) -> Number {
+        &(&self.state[ROTOR_SPEED] - &self.state[ROTOR_TWIST_RATE]) - &self.state[STATOR_TWIST_RATE]
+    }
+
+    /// Both surfaces at their mean speed.
+    fn join(&mut self) {
+        let half = self.relative_velocity().half();
+        self.state[STATOR_TWIST_RATE] += &half;
+        self.state[ROTOR_TWIST_RATE] = &self.state[ROTOR_SPEED] - &self.state[STATOR_TWIST_RATE];
+    }
+
+    /// For surfaces of one speed: stick, or slip in the sense of the torque that the interface cannot carry.
+    fn settled(&self) -> Mode {
+        let y = &self.state;
+        let normal = self.model.normal_force(&y[Z], &y[Z_DOT]);
+        let limit = if normal.signum() > 0 {
+            self.model.breakaway_torque(&normal)
+        } else {
+            Number::zero(self.model.bits)
+        };
+        let rotor = self.model.torque(&y[ROTOR_TWIST], &y[ROTOR_TWIST_RATE]);
+        let stator = self.model.torque(&y[STATOR_TWIST], &y[STATOR_TWIST_RATE]);
+        let transmitted = (&rotor + &stator).half();
+        let magnitude = if transmitted.signum() < 0 {
+            -&transmitted
+        } else {
+            transmitted.clone()
+        };
+        if magnitude <= limit {
+            Mode::Stick
+        } else {
+            slip(transmitted.signum())
+        }
+    }
+
+    fn mode_in_contact(&self) -> Mode {
+        match self.relative_velocity().signum() {
+            0 => self.settled(),
+            sign => slip(sign),
+        }
+    }
+
+    fn record(&mut self, kind: EventKind) -> Result<(), OracleError> {
+        self.counted += usize::from(kind.in_mode_word());
+        if self.counted > self.max_events {
+            return Err(OracleError::TooManyEvents {
+                time: self.time.to_f64(),
+                budget: self.max_events,
+            });
+        }
+        self.events.push(OracleEvent {
+            time: self.time.clone(),
+            kind,
+            mode_after: self.mode,
+            state: OracleState::new(&self.state),
+        });
+        Ok(())
+    }
+
+    /// What is due at the present time: a corner of the force, then kicks.
+    fn time_events(&mut self) -> Result<(), OracleError> {
+        while let Some(piece) = self.later_force.front() {
+            let start = Number::from_rational(&piece.start, self.model.bits);
+            if start > self.time {
+                break;
+            }
+            let number = |value| Number::from_rational(value, self.model.bits);
+            self.force = (start, [number(&piece.force), number(&piece.slope)]);
+            self.later_force.pop_front();
+            self.record(EventKind::Corner)?;
+            self.close_on_ringing()?;
+        }
+        while self.kicks.front().is_some_and(|(time, _)| *time <= self.time) {
+            if let Some((_, delta)) = self.kicks.pop_front() {
+                self.kick(&delta)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// At a corner: disks whose ringing is below its floor lie at rest against each other, and touch as soon as F presses
+    /// them. What is left of the ringing does not part them again.
+    fn close_on_ringing(&mut self) -> Result<(), OracleError> {
+        let [force, slope] = self.force.1.each_ref().map(Number::signum);
+        if !std::mem::take(&mut self.stays_open) || !(force > 0 || force == 0 && slope > 0) {
+            return Ok(());
+        }
+        self.close()?;
+        self.zeros.push((Guard::Separation, usize::MAX));
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), OracleError> {
+        self.mode = self.mode_in_contact();
+        if self.mode == Mode::Stick {
+            self.watch = Watch::Off;
+        }
+        self.record(EventKind::Contact)
+    }
+
+    /// Half of the jump on each surface; in stick it is absorbed.
+    fn kick(&mut self, delta: &Number) -> Result<(), OracleError> {
+        if self.mode == Mode::Stick {
+            return self.record(EventKind::Kick);
+        }
+        let half = delta.half();
+        self.state[ROTOR_TWIST_RATE] -= &half;
+        self.state[STATOR_TWIST_RATE] -= &half;
+        self.zeros
+            .retain(|(guard, _)| !matches!(guard, Guard::Stop | Guard::Stability));
+        self.record(EventKind::Kick)?;
+        if self.mode == Mode::Separated {
+            return Ok(());
+        }
+        let sign = self.relative_velocity().signum();
+        if sign == 0 {
+            self.stop()
+        } else if sign != self.mode.sense() {
+            self.mode = slip(sign);
+            self.record(EventKind::Reversal)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// The relative velocity has reached zero in slip.
+    fn stop(&mut self) -> Result<(), OracleError> {
+        self.join();
+        let mode = self.settled();
+        self.zeros.retain(|(guard, _)| *guard != Guard::Stop);
+        if mode != Mode::Stick {
+            self.zeros.push((Guard::Stop, 1));
+        }
+        if mode == self.mode {
+            return Ok(());
+        }
+        self.mode = mode;
+        if mode == Mode::Stick {
+            self.watch = Watch::Off;
+            self.record(EventKind::Stick)
+        } else {
+            self.record(EventKind::Reversal)
+        }
+    }
+
+    /// One step: to the next guard, time event or the end of the series' reach.
+    fn step(&mut self) -> Result<(), OracleError> {
+        let law = match self.mode {
+            Mode::Separated => Law::Separated,
+            Mode::Stick => Law::Stick,
+            Mode::SlipForward | Mode::SlipBackward => Law::Slip(self.mode.sense()),
+        };
+        let mut until = self.end.clone();
+        if let Some(piece) = self.later_force.front() {
+            until = least(until, Number::from_rational(&piece.start, self.model.bits));
+        }
+        if let Some((time, _)) = self.kicks.front() {
+            until = least(until, time.clone());
+        }
+        let limit = &until - &self.time;
+        if limit.signum() <= 0 {
+            return Ok(());
+        }
+        let [at_start, slope] = &self.force.1;
+        let force = at_start + &(slope * &(&self.time - &self.force.0));
+        let mut expansion = Expansion::new(law, &self.state, [force, slope.clone()]);
+        let step = steps::choose(&mut expansion, &self.model, &self.scales, &limit, &mut self.constants);
+        let resolved = step.log2() > self.time.log2() - self.model.bits as f64 + 8.0;
+        if !resolved && step < limit {
+            return Err(OracleError::StepVanishes(self.time.to_f64()));
+        }
+        self.steps += 1;
+        let fired = self.first_guard(&expansion, &step)?;
+        let reached = fired.as_ref().map_or(&step, |(time, _)| time);
+        while let Some(due) = self.samples_due.front().map(|due| due - &self.time) {
+            if due > *reached {
+                break;
+            }
+            let time = &self.time + &due;
+            self.samples.push((time, OracleState::new(&expansion.at(&due))));
+            self.samples_due.pop_front();
+        }
+        self.state = expansion.at(reached);
+        if steps::is_lost(&self.state) {
+            return Err(OracleError::StepVanishes(self.time.to_f64()));
+        }
+        self.time = match &fired {
+            None if step >= limit => until,
+            _ => &self.time + reached,
+        };
+        self.zeros.clear();
+        match fired {
+            Some((after, guard)) => self.transition(guard, after.is_zero()),
+            None => Ok(()),
+        }
+    }
+
+    /// The guard that ends the step first, with its time from the start of the step.
+    fn first_guard(&mut self, expansion: &Expansion, step: &Number) -> Result<Option<(Number, Guard)>, OracleError> {
+        let negated = |p: &[Number]| p.iter().map(|c| -c).collect::<Vec<_>>();
+        let mut guards: Vec<(Guard, Vec<Number>)> = Vec::with_capacity(3);
+        match self.mode {
+            Mode::Separated => {
+                if !self.stays_open {
+                    guards.push((Guard::Contact, negated(expansion.normal())));
+                }
+            }
+            Mode::Stick => {
+                guards.push((Guard::Separation, expansion.normal().to_vec()));
+                for sense in [1, -1] {
+                    guards.push((Guard::Breakaway(sense), expansion.reserve(&self.model, sense)));
+                }
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                guards.push((Guard::Separation, expansion.normal().to_vec()));
+                guards.push((Guard::Stop, expansion.speed().to_vec()));
+                match self.watch {
+                    Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
+                    Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
+                    Watch::Off => {}
+                }
+            }
+        }
+        let mut first: Option<(Number, Guard)> = None;
+        for (guard, polynomial) in guards {
+            let known = self
+                .zeros
+                .iter()
+                .find(|(zero, _)| *zero == guard)
+                .map_or(0, |(_, count)| *count);
+            let crossing = first_zero(&polynomial, known, step);
+            let time = match crossing {
+                Crossing::None => continue,
+                Crossing::At(time) => time,
+                Crossing::Beyond => self.beyond(guard, known)?,
+            };
+            if guard == Guard::Contact && self.rings_below_floor(expansion, &time) {
+                self.stays_open = true;
+                continue;
+            }
+            if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
+                first = Some((time, guard));
+            }
+        }
+        Ok(first)
+    }
+
+    /// A guard that stands beyond its boundary fires at once, if it may: after a kick, or at the start of a run. One that
+    /// has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
+    fn beyond(&self, guard: Guard, known: usize) -> Result<Number, OracleError> {
+        let what = match guard {
+            Guard::Contact | Guard::Stability if known == 0 => return Ok(Number::zero(self.model.bits)),
+            Guard::Contact | Guard::Separation => "the contact force turns at zero",
+            Guard::Stability => "the stability of sliding turns at its limit",
+            Guard::Stop => "a slip starts against its own sense",
+            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
+        };
+        Err(OracleError::Degenerate {
+            time: self.time.to_f64(),
+            what,
+        })
+    }
+
+    /// Whether an open contact without a force rings too little to count as touching.
+    fn rings_below_floor(&self, expansion: &Expansion, time: &Number) -> bool {
+        if self.force.1.iter().any(|force| !force.is_zero()) {
+            return false;
+        }
+        let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), time).to_f64());
+        (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < RINGING_FLOOR
+    }
+
+    /// What a guard does that has fired, `at_once` if it stood beyond its boundary.
+    fn transition(&mut self, guard: Guard, at_once: bool) -> Result<(), OracleError> {
+        match guard {
+            Guard::Stop => self.stop(),
+            Guard::Breakaway(sense) => {
+                // omega_r is zero exactly, not to the rounding of the stick.
+                self.join();
+                self.mode = slip(sense);
+                self.zeros.push((Guard::Stop, self.take_off_zeros));
+                self.record(EventKind::Slip)
+            }
+            Guard::Separation => {
+                self.mode = Mode::Separated;
+                self.zeros.push((Guard::Contact, 1));
+                self.record(EventKind::Separation)
+            }
+            Guard::Contact => {
+                self.close()?;
+                // Unless the force stood beyond zero already.
+                if !at_once {
+                    self.zeros.push((Guard::Separation, 1));
+                }
+                Ok(())
+            }
+            Guard::Stability => {
+                let lost = self.watch == Watch::Stable;
+                self.watch = if lost { Watch::Unstable } else { Watch::Stable };
+                if !at_once {
+                    self.zeros.push((Guard::Stability, 1));
+                }
+                if !lost {
+                    return self.record(EventKind::Restabilised);
+                }
+                self.record(EventKind::Destabilised)?;
+                for delta in std::mem::take(&mut self.waiting) {
+                    self.kick(&delta)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+fn slip(sign: i8) -> Mode {
+    if sign > 0 {
+        Mode::SlipForward
+    } else {
+        Mode::SlipBackward
+    }
+}
+
+fn least(a: Number, b: Number) -> Number {
+    if b < a { b } else { a }
+}

@@ -1,0 +1,86 @@
+//! An independent oracle: the model solved by Taylor series with as many digits as one likes.
+//!
+//! It shares the parameters with the rest of the program, the names of modes and events, and nothing else: neither
+//! the equations' code nor the logic of events. Where both agree, both are right, or the model as stated
+//! (docs/methods.md) was misread twice in the same way.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `number` | floating-point numbers of a chosen precision, exact to and from rationals and decimals |
+//! | `parameters` | the parameters without rounding |
+//! | `series` | the equations as recurrences of Taylor coefficients |
+//! | `roots` | the first zero of a guard on a step, or the proof that there is none |
+//! | `steps` | order and length of a step from the precision |
+//! | `automaton` | modes, events, kicks and corners |
+
+mod automaton;
+mod number;
+mod parameters;
+mod roots;
+mod series;
+mod steps;
+
+pub use automaton::{OracleEvent, OracleReport, OracleState, run};
+pub use number::{Number, decimal, nearest_double, rational};
+pub use parameters::{ExactActuation, ExactKick, ExactParameters};
+
+use num_rational::BigRational;
+
+/// Fewest and most significant decimal digits of a run.
+pub const DIGITS: std::ops::RangeInclusive<u32> = 33..=120;
+
+/// What an oracle run is to do.
+#[derive(Debug, Clone)]
+pub struct OracleOptions {
+    /// Significant decimal digits that it computes with, in [`DIGITS`]. What is true of its results is less, by the growth
+    /// of perturbations in the case.
+    pub digits: u32,
+    /// s.
+    pub end_time: BigRational,
+    /// When the state is wanted, besides the events; s, increasing.
+    pub sample_times: Vec<BigRational>,
+    /// Events after which it gives up.
+    pub max_events: usize,
+}
+
+/// Why there is no oracle run; times in s.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OracleError {
+    /// The precision is none that it offers.
+    #[error("the oracle computes with {least} to {most} digits, but {asked} were asked for", least = DIGITS.start(), most = DIGITS.end())]
+    Digits {
+        /// How many.
+        asked: u32,
+    },
+    /// One of the paper's own breakaway tests.
+    #[error(
+        "the oracle knows the exact constraint torque only, but the case asks for another breakaway test; set \
+         contact.breakaway_test = \"transmitted\""
+    )]
+    BreakawayTest,
+    /// The event budget is used up.
+    #[error("the oracle's event budget of {budget} is used up at t = {time:.12} s; raise solver.max_events")]
+    TooManyEvents {
+        /// When, s.
+        time: f64,
+        /// How many were allowed.
+        budget: usize,
+    },
+    /// A motion that starts against its own mode.
+    #[error(
+        "at t = {time:.12} s the motion is degenerate: {what}. The case stands on the border between two sequences of \
+         events, and a small change of any parameter takes it off"
+    )]
+    Degenerate {
+        /// When, s.
+        time: f64,
+        /// In words.
+        what: &'static str,
+    },
+    /// No step, however short, is accurate.
+    #[error("the oracle's steps vanish at t = {0:.12} s: the state grows without bounds there")]
+    StepVanishes(f64),
+    /// The control asked for an end.
+    #[error("the oracle was interrupted at t = {0:.6} s")]
+    Interrupted(f64),
+}

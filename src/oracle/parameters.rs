@@ -1,0 +1,193 @@
+//! The parameters as exact rationals: decimals as written, units by their exact factors.
+
+use super::number::nearest_double;
+use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion};
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+
+/// Everything that defines the physical problem, in SI units and radians, without rounding. The fields are those of
+/// [`Parameters`], which holds the same numbers rounded to doubles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactParameters {
+    /// m, kg.
+    pub mass: BigRational,
+    /// k_e, N/m.
+    pub axial_stiffness: BigRational,
+    /// c_a, N s/m.
+    pub axial_damping: BigRational,
+    /// F(t), N.
+    pub actuation: ExactActuation,
+    /// I, kg m^2.
+    pub rotor_inertia: BigRational,
+    /// J, kg m^2, of each disk.
+    pub surface_inertia: BigRational,
+    /// k_t, N m/rad, of each disk.
+    pub torsional_stiffness: BigRational,
+    /// c_t, N m s/rad, of each disk.
+    pub torsional_damping: BigRational,
+    /// r, m.
+    pub radius: BigRational,
+    /// Which torque is held against mu_0 r F_n in stick.
+    pub breakaway_test: BreakawayTest,
+    /// mu_0.
+    pub breakaway: BigRational,
+    /// mu_s.
+    pub low_speed: BigRational,
+    /// mu_d.
+    pub high_speed: BigRational,
+    /// alpha, s/rad.
+    pub decay: BigRational,
+    /// omega_0, rad/s.
+    pub speed: BigRational,
+    /// In the order given.
+    pub kicks: Vec<ExactKick>,
+}
+
+/// The actuating force, as [`Actuation`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExactActuation {
+    /// F = force t / rise_time up to `rise_time` (s), then `force` (N); a step at t = 0 if that is 0.
+    Ramp {
+        /// F_0, N.
+        force: BigRational,
+        /// t_0, s.
+        rise_time: BigRational,
+    },
+    /// Piecewise linear through (time (s), force (N)).
+    Table {
+        /// s, increasing.
+        time: Vec<BigRational>,
+        /// N, one for each time.
+        force: Vec<BigRational>,
+    },
+}
+
+/// A jump of the relative velocity, half on each surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactKick {
+    /// s; `None` is the loss of stability.
+    pub time: Option<BigRational>,
+    /// delta, rad/s.
+    pub relative_velocity: BigRational,
+}
+
+/// A stretch of linear F(t), up to where the next begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Piece {
+    /// s.
+    pub start: BigRational,
+    /// F at the start, N.
+    pub force: BigRational,
+    /// F', N/s.
+    pub slope: BigRational,
+}
+
+impl ExactParameters {
+    /// The nearest doubles.
+    pub fn rounded(&self) -> Parameters {
+        let round = nearest_double;
+        let list = |values: &[BigRational]| values.iter().map(nearest_double).collect();
+        Parameters {
+            axial: Axial {
+                mass: round(&self.mass),
+                stiffness: round(&self.axial_stiffness),
+                damping: round(&self.axial_damping),
+            },
+            actuation: match &self.actuation {
+                ExactActuation::Ramp { force, rise_time } => Actuation::Ramp {
+                    force: round(force),
+                    rise_time: round(rise_time),
+                },
+                ExactActuation::Table { time, force } => Actuation::Table {
+                    time: list(time),
+                    force: list(force),
+                },
+            },
+            torsion: Torsion {
+                rotor_inertia: round(&self.rotor_inertia),
+                surface_inertia: round(&self.surface_inertia),
+                stiffness: round(&self.torsional_stiffness),
+                damping: round(&self.torsional_damping),
+            },
+            contact: Contact {
+                radius: round(&self.radius),
+                breakaway_test: self.breakaway_test,
+            },
+            friction: Friction {
+                breakaway: round(&self.breakaway),
+                low_speed: round(&self.low_speed),
+                high_speed: round(&self.high_speed),
+                decay: round(&self.decay),
+            },
+            initial: Initial {
+                speed: round(&self.speed),
+            },
+            perturbations: self
+                .kicks
+                .iter()
+                .map(|kick| Kick {
+                    time: kick
+                        .time
+                        .as_ref()
+                        .map_or(KickTime::Instability, |t| KickTime::At(round(t))),
+                    relative_velocity: round(&kick.relative_velocity),
+                })
+                .collect(),
+        }
+    }
+
+    /// F(t) from t = 0 on. The last piece never ends.
+    pub(super) fn pieces(&self) -> Vec<Piece> {
+        let zero = BigRational::zero;
+        match &self.actuation {
+            ExactActuation::Ramp { force, rise_time } if rise_time.is_positive() => vec![
+                Piece {
+                    start: zero(),
+                    force: zero(),
+                    slope: force / rise_time,
+                },
+                Piece {
+                    start: rise_time.clone(),
+                    force: force.clone(),
+                    slope: zero(),
+                },
+            ],
+            ExactActuation::Ramp { force, .. } => vec![Piece {
+                start: zero(),
+                force: force.clone(),
+                slope: zero(),
+            }],
+            ExactActuation::Table { time, force } => table_pieces(time, force),
+        }
+    }
+}
+
+/// The first force holds before the table, the last after it; what lies before t = 0 is cut off.
+fn table_pieces(time: &[BigRational], force: &[BigRational]) -> Vec<Piece> {
+    let zero = BigRational::zero();
+    let mut pieces = Vec::with_capacity(time.len() + 1);
+    if time.first().is_some_and(|first| first > &zero) {
+        pieces.push(Piece {
+            start: zero.clone(),
+            force: force[0].clone(),
+            slope: zero.clone(),
+        });
+    }
+    for (index, (start, at_start)) in time.iter().zip(force).enumerate() {
+        let next = time.get(index + 1);
+        let slope = match next {
+            Some(end) => (&force[index + 1] - at_start) / (end - start),
+            None => zero.clone(),
+        };
+        if next.is_some_and(|end| end <= &zero) {
+            continue;
+        }
+        let begin = start.max(&zero).clone();
+        pieces.push(Piece {
+            force: at_start + &slope * (&begin - start),
+            start: begin,
+            slope,
+        });
+    }
+    pieces
+}

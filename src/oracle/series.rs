@@ -1,0 +1,292 @@
+//! The model's equations as recurrences of Taylor coefficients.
+//!
+//! With c_k for the k-th coefficient of c around the present time, y' = f becomes y_(k+1) = f_k/(k+1), a product becomes a
+//! convolution, and E = exp(g) the convolution k E_k = sum of j g_j E_(k-j) over j = 1..k.
+
+use super::number::Number;
+use super::parameters::ExactParameters;
+use astro_float::Consts;
+use num_bigint::BigInt;
+use num_rational::BigRational;
+
+/// Components of the state, and their number.
+pub(super) mod component {
+    /// z, m.
+    pub const Z: usize = 0;
+    /// z', m/s.
+    pub const Z_DOT: usize = 1;
+    /// u = theta - phi_2, rad.
+    pub const ROTOR_TWIST: usize = 2;
+    /// u', rad/s.
+    pub const ROTOR_TWIST_RATE: usize = 3;
+    /// v = phi_1, rad.
+    pub const STATOR_TWIST: usize = 4;
+    /// v', rad/s.
+    pub const STATOR_TWIST_RATE: usize = 5;
+    /// theta', rad/s.
+    pub const ROTOR_SPEED: usize = 6;
+    /// theta, rad: a quadrature, on which nothing else depends.
+    pub const ROTOR_ANGLE: usize = 7;
+    /// How many there are.
+    pub const COUNT: usize = 8;
+}
+use component::*;
+
+/// The unknowns: no force is a difference of large numbers in them.
+pub(super) type State = [Number; COUNT];
+
+/// Which equations hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Law {
+    /// Equations (3) with the sense s of omega_r.
+    Slip(i8),
+    /// Equation (4).
+    Stick,
+    /// Free surfaces.
+    Separated,
+}
+
+/// Highest order of any expansion; 120 digits take about 150.
+pub(super) const LARGEST_ORDER: usize = 256;
+
+/// The constants of the equations, to the precision of the run.
+#[derive(Debug)]
+pub(super) struct Model {
+    pub bits: usize,
+    /// c_a, k_e, 1/m.
+    axial: [Number; 3],
+    /// c_t, k_t.
+    torsion: [Number; 2],
+    per_rotor_inertia: Number,
+    per_surface_inertia: Number,
+    /// r mu_d and r (mu_s - mu_d).
+    friction: [Number; 2],
+    /// -alpha.
+    minus_decay: Number,
+    /// 2 r alpha (mu_s - mu_d).
+    weakening: Number,
+    /// r mu_0.
+    breakaway: Number,
+    /// 1/k, and k.
+    reciprocals: Vec<Number>,
+    integers: Vec<Number>,
+}
+
+impl Model {
+    pub fn new(exact: &ExactParameters, bits: usize) -> Model {
+        let number = |value: &BigRational| Number::from_rational(value, bits);
+        let integer = |k: usize| BigRational::from_integer(BigInt::from(k));
+        let falling = &exact.radius * (&exact.low_speed - &exact.high_speed);
+        Model {
+            bits,
+            axial: [
+                number(&exact.axial_damping),
+                number(&exact.axial_stiffness),
+                number(&exact.mass.recip()),
+            ],
+            torsion: [number(&exact.torsional_damping), number(&exact.torsional_stiffness)],
+            per_rotor_inertia: number(&exact.rotor_inertia.recip()),
+            per_surface_inertia: number(&exact.surface_inertia.recip()),
+            friction: [number(&(&exact.radius * &exact.high_speed)), number(&falling)],
+            minus_decay: number(&-&exact.decay),
+            weakening: number(&(integer(2) * &exact.decay * falling)),
+            breakaway: number(&(&exact.radius * &exact.breakaway)),
+            reciprocals: (0..=LARGEST_ORDER + 1)
+                .map(|k| number(&integer(k.max(1)).recip()))
+                .collect(),
+            integers: (0..=LARGEST_ORDER + 1).map(|k| number(&integer(k))).collect(),
+        }
+    }
+
+    /// F_n without its clamp, -c_a z' - k_e z, N.
+    pub fn normal_force(&self, z: &Number, z_dot: &Number) -> Number {
+        let [damping, stiffness, _] = &self.axial;
+        -&(&(damping * z_dot) + &(stiffness * z))
+    }
+
+    /// T_r or T_s: c_t times the rate plus k_t times the twist, N m.
+    pub fn torque(&self, twist: &Number, rate: &Number) -> Number {
+        let [damping, stiffness] = &self.torsion;
+        &(damping * rate) + &(stiffness * twist)
+    }
+
+    /// mu_0 r F_n, N m.
+    pub fn breakaway_torque(&self, normal_force: &Number) -> Number {
+        &self.breakaway * normal_force
+    }
+}
+
+/// Taylor coefficients of the motion around the present time.
+#[derive(Debug)]
+pub(super) struct Expansion {
+    law: Law,
+    state: [Vec<Number>; COUNT],
+    /// F and F', N and N/s.
+    force: [Number; 2],
+    /// -c_a z' - k_e z.
+    normal: Vec<Number>,
+    rotor_torque: Vec<Number>,
+    stator_torque: Vec<Number>,
+    /// s omega_r, in slip.
+    speed: Vec<Number>,
+    /// j g_j of the exponent g = -alpha s omega_r.
+    slope: Vec<Number>,
+    /// E = exp(g), and E F_n.
+    exponential: Vec<Number>,
+    weakened: Vec<Number>,
+}
+
+impl Expansion {
+    /// Of order 0.
+    pub fn new(law: Law, state: &State, force: [Number; 2]) -> Expansion {
+        Expansion {
+            law,
+            state: std::array::from_fn(|c| vec![state[c].clone()]),
+            force,
+            normal: Vec::new(),
+            rotor_torque: Vec::new(),
+            stator_torque: Vec::new(),
+            speed: Vec::new(),
+            slope: Vec::new(),
+            exponential: Vec::new(),
+            weakened: Vec::new(),
+        }
+    }
+
+    /// Continues the coefficients up to `order`; guards then have that order, and the state one more.
+    pub fn extend(&mut self, model: &Model, order: usize, constants: &mut Consts) {
+        for k in self.normal.len()..=order.min(LARGEST_ORDER) {
+            let at = |c: usize| &self.state[c][k];
+            let normal = model.normal_force(at(Z), at(Z_DOT));
+            let rotor = model.torque(at(ROTOR_TWIST), at(ROTOR_TWIST_RATE));
+            let stator = model.torque(at(STATOR_TWIST), at(STATOR_TWIST_RATE));
+            let mut axial = normal.clone();
+            if let Some(force) = self.force.get(k) {
+                axial -= force;
+            }
+            let axial = &axial * &model.axial[2];
+            self.normal.push(normal);
+            let rotor_acceleration = -&(&rotor * &model.per_rotor_inertia);
+            // phi_2'' and phi_1''.
+            let (rotor_side, stator_side) = match self.law {
+                Law::Slip(sense) => {
+                    let interface = self.interface_torque(model, k, sense, constants);
+                    (
+                        &(&rotor - &interface) * &model.per_surface_inertia,
+                        &(&interface - &stator) * &model.per_surface_inertia,
+                    )
+                }
+                Law::Stick => {
+                    let joint = (&(&rotor - &stator) * &model.per_surface_inertia).half();
+                    (joint.clone(), joint)
+                }
+                Law::Separated => (
+                    &rotor * &model.per_surface_inertia,
+                    -&(&stator * &model.per_surface_inertia),
+                ),
+            };
+            self.rotor_torque.push(rotor);
+            self.stator_torque.push(stator);
+            let per_next = &model.reciprocals[k + 1];
+            let rates = [
+                &self.state[Z_DOT][k] * per_next,
+                &axial * per_next,
+                &self.state[ROTOR_TWIST_RATE][k] * per_next,
+                &(&rotor_acceleration - &rotor_side) * per_next,
+                &self.state[STATOR_TWIST_RATE][k] * per_next,
+                &stator_side * per_next,
+                &rotor_acceleration * per_next,
+                &self.state[ROTOR_SPEED][k] * per_next,
+            ];
+            for (coefficients, next) in self.state.iter_mut().zip(rates) {
+                coefficients.push(next);
+            }
+        }
+    }
+
+    /// Coefficient k of s mu(s omega_r) r F_n, of which all lower ones are there.
+    fn interface_torque(&mut self, model: &Model, k: usize, sense: i8, constants: &mut Consts) -> Number {
+        let rates = [ROTOR_SPEED, ROTOR_TWIST_RATE, STATOR_TWIST_RATE].map(|c| &self.state[c][k]);
+        let relative = &(rates[0] - rates[1]) - rates[2];
+        let speed = if sense < 0 { -&relative } else { relative };
+        let exponent = &speed * &model.minus_decay;
+        self.slope.push(&exponent * &model.integers[k]);
+        self.speed.push(speed);
+        let exponential = if k == 0 {
+            exponent.exp(constants)
+        } else {
+            &convolution(&self.slope[1..], &self.exponential[..k], model.bits) * &model.reciprocals[k]
+        };
+        self.exponential.push(exponential);
+        let weakened = convolution(&self.exponential, &self.normal, model.bits);
+        let [constant, falling] = &model.friction;
+        let torque = &(constant * &self.normal[k]) + &(falling * &weakened);
+        self.weakened.push(weakened);
+        if sense < 0 { -&torque } else { torque }
+    }
+
+    /// Coefficients of one component.
+    pub fn component(&self, component: usize) -> &[Number] {
+        &self.state[component]
+    }
+
+    /// s omega_r, rad/s; empty outside slip.
+    pub fn speed(&self) -> &[Number] {
+        &self.speed
+    }
+
+    /// -c_a z' - k_e z, N.
+    pub fn normal(&self) -> &[Number] {
+        &self.normal
+    }
+
+    /// The margin of steady sliding, c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha s omega_r), N m s/rad.
+    pub fn margin(&self, model: &Model) -> Vec<Number> {
+        let mut margin: Vec<Number> = self.weakened.iter().map(|w| -&(&model.weakening * w)).collect();
+        if let Some(first) = margin.first_mut() {
+            *first += &model.torsion[0];
+        }
+        margin
+    }
+
+    /// mu_0 r F_n - s T_f: what is left before the contact breaks away in the sense s, N m.
+    pub fn reserve(&self, model: &Model, sense: i8) -> Vec<Number> {
+        let torques = self.rotor_torque.iter().zip(&self.stator_torque);
+        self.normal
+            .iter()
+            .zip(torques)
+            .map(|(normal, (rotor, stator))| {
+                let transmitted = (rotor + stator).half();
+                let limit = model.breakaway_torque(normal);
+                if sense < 0 {
+                    &limit + &transmitted
+                } else {
+                    &limit - &transmitted
+                }
+            })
+            .collect()
+    }
+
+    /// The state after `step` (s).
+    pub fn at(&self, step: &Number) -> State {
+        std::array::from_fn(|c| evaluate(&self.state[c], step))
+    }
+}
+
+/// The sum of a_j b_(n-j), both of n + 1 coefficients.
+fn convolution(a: &[Number], b: &[Number], bits: usize) -> Number {
+    let mut sum = Number::zero(bits);
+    for (a, b) in a.iter().zip(b.iter().rev()) {
+        sum += &(a * b);
+    }
+    sum
+}
+
+/// A polynomial at `x`, by Horner's rule.
+pub(super) fn evaluate(coefficients: &[Number], x: &Number) -> Number {
+    let mut rest = coefficients.iter().rev();
+    let Some(last) = rest.next() else {
+        return Number::zero(64);
+    };
+    rest.fold(last.clone(), |sum, coefficient| &(&sum * x) + coefficient)
+}

@@ -1,0 +1,126 @@
+//! Order and length of a step from the precision.
+
+use super::number::Number;
+use super::parameters::ExactParameters;
+use super::series::{Expansion, LARGEST_ORDER, Model, State, component::*};
+use astro_float::Consts;
+
+/// Orders that are tried, each against the last: the cost of a step is about the order's square, and the best length for
+/// it depends on how much of the motion is slow.
+const ORDERS: [usize; 17] = [
+    12,
+    16,
+    20,
+    24,
+    28,
+    32,
+    40,
+    48,
+    56,
+    64,
+    80,
+    96,
+    112,
+    128,
+    160,
+    192,
+    LARGEST_ORDER,
+];
+
+/// What a coefficient of any order costs beside its convolutions, in terms of them.
+const FIXED_COST: f64 = 25.0;
+
+/// A step is this part of the length at which the last terms reach the tolerance.
+const SAFETY: f64 = 0.88;
+
+/// Bits between the tolerance of a step and the precision.
+const MARGIN_BITS: f64 = 6.0;
+
+/// Components that decide about the length; the rotor's angle is a quadrature of one of them.
+const DECIDING: [usize; 7] = [
+    Z,
+    Z_DOT,
+    ROTOR_TWIST,
+    ROTOR_TWIST_RATE,
+    STATOR_TWIST,
+    STATOR_TWIST_RATE,
+    ROTOR_SPEED,
+];
+
+/// What a component is worth at least, log2: below that its error counts in terms of this size.
+#[derive(Debug)]
+pub(super) struct Scales {
+    least: [f64; COUNT],
+}
+
+impl Scales {
+    /// The twist of a disk under the friction torque of the largest force, the speed of an oscillation of that size, and
+    /// the same of the axial motion.
+    pub fn new(exact: &ExactParameters) -> Scales {
+        let p = exact.rounded();
+        let force = exact
+            .pieces()
+            .iter()
+            .map(|piece| super::nearest_double(&piece.force).abs())
+            .fold(0.0, f64::max);
+        let force = if force > 0.0 { force } else { 1.0 };
+        let twist =
+            p.friction.low_speed.max(p.friction.high_speed).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
+        let speed = twist * (p.torsion.stiffness / p.torsion.surface_inertia).sqrt();
+        let depth = force / p.axial.stiffness;
+        let velocity = depth * (p.axial.stiffness / p.axial.mass).sqrt();
+        let least = [depth, velocity, twist, speed, twist, speed, speed, 1.0].map(f64::log2);
+        Scales { least }
+    }
+}
+
+/// The longest step with that expansion, log2 of s: where its last two terms reach the tolerance.
+fn log_step(expansion: &Expansion, scales: &Scales, bits: usize) -> f64 {
+    let mut step = f64::INFINITY;
+    for c in DECIDING {
+        let coefficients = expansion.component(c);
+        let size = coefficients[0].log2().max(scales.least[c]);
+        let tolerance = size - bits as f64 + MARGIN_BITS;
+        let last = coefficients.len() - 1;
+        for k in [last - 1, last] {
+            let term = coefficients[k].log2();
+            step = step.min((tolerance - term) / k as f64);
+        }
+    }
+    step
+}
+
+/// Extends the expansion to the order that costs least, and returns the length of the step, s; no longer than `limit`.
+pub(super) fn choose(
+    expansion: &mut Expansion,
+    model: &Model,
+    scales: &Scales,
+    limit: &Number,
+    constants: &mut Consts,
+) -> Number {
+    let log_limit = limit.log2();
+    let mut best: Option<(f64, f64)> = None;
+    for order in ORDERS {
+        expansion.extend(model, order, constants);
+        let log_step = log_step(expansion, scales, model.bits) + SAFETY.log2();
+        let cost = (order as f64 * (order as f64 + FIXED_COST)).log2() - log_step.min(log_limit);
+        // Coefficients of a higher order only make the same step more accurate.
+        let length = best.map_or(log_step, |(_, best)| best.max(log_step));
+        let worse = best.is_some_and(|(least, _)| cost >= least);
+        best = Some((best.map_or(cost, |(least, _)| least.min(cost)), length));
+        if worse || log_step >= log_limit {
+            break;
+        }
+    }
+    let length = best.map_or(log_limit, |(_, length)| length);
+    if length >= log_limit {
+        limit.clone()
+    } else {
+        Number::from_f64(length.exp2(), model.bits)
+    }
+}
+
+/// A state with a component that is not finite.
+pub(super) fn is_lost(state: &State) -> bool {
+    state.iter().any(|value| !value.is_finite())
+}

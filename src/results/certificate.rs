@@ -1,0 +1,230 @@
+//! /certificate, /sensitivity and /events/time_uncertainty: what `certify` adds to a result file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hdf5::Group;
+
+use super::schema::{self, attribute};
+use super::target::{self, Overwrite};
+use super::writer::{create_group, write_number_attribute, write_text_attribute};
+use super::{ResultError, raw};
+
+/// What is added, in the form in which it is stored: tables of equal columns.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CertificateTables {
+    /// One for each event, s; NaN where the event is not converged.
+    pub time_uncertainty: Vec<f64>,
+    /// One for each event: code of its verdict.
+    pub verdict: Vec<i8>,
+    /// (code, name) of the verdicts.
+    pub verdicts: Vec<schema::Flag>,
+    /// One for each event: what rounding can do to its time, s.
+    pub rounding: Vec<f64>,
+    /// One for each event: e-folds since the loss of stability, NaN before it.
+    pub growth: Vec<f64>,
+    /// One for each run: method, relative tolerance, events that agree, largest distance (s).
+    pub ladder: Vec<(String, f64, i64, f64)>,
+    /// Texts that are attributes of /certificate: verdict, and what to do.
+    pub texts: Vec<(&'static str, String)>,
+    /// Numbers that are attributes of /certificate.
+    pub numbers: Vec<(&'static str, f64)>,
+    /// (channel, band) of the trajectory.
+    pub bands: Vec<(&'static str, f64)>,
+    /// Exact event times, as decimal texts, by the oracle; empty without one.
+    pub oracle: String,
+    /// (path, unit) of each parameter.
+    pub parameters: Vec<(String, String)>,
+    /// d(event time)/d(parameter), s per unit: a row of all parameters for each event.
+    pub sensitivity: Vec<Vec<f64>>,
+}
+
+/// Copies a complete result file to `to`, with the certificate in it. `to` appears when it is whole.
+///
+/// # Errors
+/// Those of [`super::check_target`], and any failure to copy or write.
+pub fn write_certified(
+    from: &Path,
+    to: &Path,
+    overwrite: Overwrite,
+    tables: &CertificateTables,
+) -> Result<(), ResultError> {
+    target::check_target(to, overwrite, &[from.to_owned()])?;
+    let partial: PathBuf = target::partial_path(to);
+    fs::copy(from, &partial).map_err(|error| ResultError::io(&partial, "copying the result", error))?;
+    let written = hdf5::File::open_rw(&partial).and_then(|file| {
+        add(&file, tables)?;
+        file.flush()
+    });
+    if let Err(error) = written {
+        let _ = fs::remove_file(&partial);
+        return Err(ResultError::write(&partial, false, &error));
+    }
+    fs::rename(&partial, to).map_err(|error| ResultError::io(to, "giving the finished file its name", error))
+}
+
+fn add(file: &hdf5::File, tables: &CertificateTables) -> hdf5::Result<()> {
+    for name in [schema::group::CERTIFICATE, schema::group::SENSITIVITY] {
+        if file.link_exists(name) {
+            file.unlink(name)?;
+        }
+    }
+    let events = file.group(schema::group::EVENTS)?;
+    if events.link_exists(schema::TIME_UNCERTAINTY) {
+        events.unlink(schema::TIME_UNCERTAINTY)?;
+    }
+    let scale = events.dataset("event")?;
+    let uncertainty = events
+        .new_dataset_builder()
+        .with_data(&tables.time_uncertainty)
+        .create(schema::TIME_UNCERTAINTY)?;
+    describe(
+        &uncertainty,
+        "s",
+        "how far from the exact solution of the stated model the event can be; NaN: not converged",
+    )?;
+    raw::attach_scale(&uncertainty, &scale, 0)?;
+    certificate(&create_group(file, schema::group::CERTIFICATE)?, tables)?;
+    sensitivity(&create_group(file, schema::group::SENSITIVITY)?, tables)
+}
+
+fn certificate(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
+    for (name, text) in &tables.texts {
+        write_text_attribute(group, name, text)?;
+    }
+    for (name, number) in &tables.numbers {
+        write_number_attribute(group, name, *number)?;
+    }
+    for (channel, band) in &tables.bands {
+        write_number_attribute(group, &format!("band_{channel}"), *band)?;
+    }
+    let event = dimension(group, "event", tables.verdict.len(), "index of the event")?;
+    let verdict = column(
+        group,
+        "verdict",
+        &tables.verdict,
+        "1",
+        "what can be said of the event",
+        &event,
+    )?;
+    flags(&verdict, &tables.verdicts)?;
+    column(
+        group,
+        "rounding",
+        &tables.rounding,
+        "s",
+        "how far rounding to double precision at the loss of stability moves the event",
+        &event,
+    )?;
+    column(
+        group,
+        "growth",
+        &tables.growth,
+        "1",
+        "e-folds by which a deviation has grown from the loss of stability to the event",
+        &event,
+    )?;
+    let rung = dimension(group, "rung", tables.ladder.len(), "index of the run of the ladder")?;
+    let methods: Vec<&str> = tables.ladder.iter().map(|row| row.0.as_str()).collect();
+    let mut names: Vec<&str> = Vec::new();
+    for method in &methods {
+        if !names.contains(method) {
+            names.push(method);
+        }
+    }
+    let code = |method: &str| names.iter().position(|name| *name == method).map_or(-1, |k| k as i8);
+    let codes: Vec<i8> = methods.iter().map(|method| code(method)).collect();
+    let method = column(group, "rung_method", &codes, "1", "integration method", &rung)?;
+    let numbered: Vec<(i8, &str)> = names.iter().map(|name| (code(name), *name)).collect();
+    flags(&method, &numbered)?;
+    let list = |f: fn(&(String, f64, i64, f64)) -> f64| tables.ladder.iter().map(f).collect::<Vec<f64>>();
+    column(group, "rung_rtol", &list(|row| row.1), "1", "relative tolerance", &rung)?;
+    let agreeing: Vec<i64> = tables.ladder.iter().map(|row| row.2).collect();
+    column(
+        group,
+        "rung_agreeing",
+        &agreeing,
+        "1",
+        "events of the sequence that agree with the result's, from the first on",
+        &rung,
+    )?;
+    column(
+        group,
+        "rung_distance",
+        &list(|row| row.3),
+        "s",
+        "largest distance to the result over the agreeing events",
+        &rung,
+    )?;
+    if !tables.oracle.is_empty() {
+        let oracle = raw::write_text(group, "oracle", &tables.oracle)?;
+        describe(
+            &oracle,
+            "1",
+            "exact events by the multiprecision oracle: time (s), kind, states (CSV)",
+        )?;
+    }
+    Ok(())
+}
+
+fn sensitivity(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
+    let (rows, columns) = (tables.sensitivity.len(), tables.parameters.len());
+    let event = dimension(group, "event", rows, "index of the event")?;
+    let parameter = dimension(group, "parameter", columns, "index of the parameter")?;
+    let paths: Vec<&str> = tables.parameters.iter().map(|p| p.0.as_str()).collect();
+    let units: Vec<&str> = tables.parameters.iter().map(|p| p.1.as_str()).collect();
+    write_text_attribute(group, "parameters", &paths.join(", "))?;
+    write_text_attribute(group, "parameter_units", &units.join(", "))?;
+    let flat: Vec<f64> = tables.sensitivity.iter().flatten().copied().collect();
+    let table = group
+        .new_dataset::<f64>()
+        .shape([rows, columns])
+        .create("time_sensitivity")?;
+    table.write_raw(&flat)?;
+    describe(
+        &table,
+        "s",
+        "d(event time)/d(parameter), s for each unit of the parameter (attribute parameter_units of the group)",
+    )?;
+    raw::attach_scale(&table, &event, 0)?;
+    raw::attach_scale(&table, &parameter, 1)
+}
+
+/// A dimension of the group with its coordinate, 0, 1, ...
+fn dimension(group: &Group, name: &str, length: usize, long_name: &str) -> hdf5::Result<hdf5::Dataset> {
+    let indices: Vec<i32> = (0..length).map(|k| i32::try_from(k).unwrap_or(i32::MAX)).collect();
+    let scale = group.new_dataset_builder().with_data(&indices).create(name)?;
+    describe(&scale, "1", long_name)?;
+    raw::set_scale(&scale, name)?;
+    Ok(scale)
+}
+
+fn column<T: hdf5::H5Type>(
+    group: &Group,
+    name: &str,
+    values: &[T],
+    units: &str,
+    long_name: &str,
+    scale: &hdf5::Dataset,
+) -> hdf5::Result<hdf5::Dataset> {
+    let dataset = group.new_dataset_builder().with_data(values).create(name)?;
+    describe(&dataset, units, long_name)?;
+    raw::attach_scale(&dataset, scale, 0)?;
+    Ok(dataset)
+}
+
+fn describe(dataset: &hdf5::Dataset, units: &str, long_name: &str) -> hdf5::Result<()> {
+    write_text_attribute(dataset, attribute::UNITS, units)?;
+    write_text_attribute(dataset, attribute::LONG_NAME, long_name)
+}
+
+fn flags(dataset: &hdf5::Dataset, flags: &[(i8, &str)]) -> hdf5::Result<()> {
+    let codes: Vec<i8> = flags.iter().map(|flag| flag.0).collect();
+    dataset
+        .new_attr::<i8>()
+        .shape(codes.len())
+        .create(attribute::FLAG_VALUES)?
+        .write_raw(&codes)?;
+    let names: Vec<&str> = flags.iter().map(|flag| flag.1).collect();
+    write_text_attribute(dataset, attribute::FLAG_MEANINGS, &names.join(" "))
+}

@@ -1,0 +1,163 @@
+//! `stickslip certify`.
+
+mod cli_common;
+use cli_common::{Folder, json, output, refusal};
+
+/// A short slide from a low speed, with a kick: sticks and slips within a quarter of a second.
+const QUICK: &[&str] = &[
+    "--set",
+    "initial.speed=3",
+    "--set",
+    "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+    "--set",
+    "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+    "--set",
+    "output={end_time=0.4, interval=0.01}",
+];
+
+fn certify<'a>(case: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["certify", case], QUICK, more].concat()
+}
+
+/// The JSON reader of the test does not round to the nearest double.
+fn same(stored: f64, document: &serde_json::Value) -> bool {
+    let number = document.as_f64().expect("a number");
+    (stored - number).abs() <= 4.0 * f64::EPSILON * number.abs()
+}
+
+#[test]
+fn cli_certify_says_the_same_in_table_json_and_file() {
+    let folder = Folder::new();
+    let (table, stderr) = output(&mut folder.stickslip(&certify("paper-si", &["--digits", "9"])), 0);
+    assert_eq!(stderr, "");
+    assert_eq!(folder.names(), ["paper-si.certified.h5"]);
+    for words in [
+        "converged: every event within",
+        "growth exponent G",
+        "cvode-bdf",
+        "cvode-adams",
+        "erk",
+    ] {
+        assert!(table.contains(words), "{words} in {table}");
+    }
+    let (document, _) = output(&mut folder.stickslip(&certify("paper-si", &["--json"])), 0);
+    let document = json(&document);
+    assert_eq!(document["verdict"], "converged");
+    let events = document["events"].as_array().unwrap();
+    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let stored = file
+        .dataset("events/time_uncertainty")
+        .unwrap()
+        .read_raw::<f64>()
+        .unwrap();
+    assert_eq!(stored.len(), events.len());
+    for (stored, event) in stored.iter().zip(events) {
+        assert!(same(*stored, &event["uncertainty"]), "{event}: {stored:e}");
+    }
+    let table = file.dataset("sensitivity/time_sensitivity").unwrap();
+    let parameters = document["sensitivity"].as_array().unwrap();
+    assert_eq!(table.shape(), [events.len(), parameters.len()]);
+    let values = table.read_raw::<f64>().unwrap();
+    for (column, parameter) in parameters.iter().enumerate() {
+        let last = values[(events.len() - 1) * parameters.len() + column];
+        assert!(
+            same(last, &parameter["time_sensitivity"][events.len() - 1]),
+            "{parameter}"
+        );
+    }
+}
+
+#[test]
+fn cli_certify_a_file_is_certified_as_it_is() {
+    let folder = Folder::new();
+    let run: Vec<&str> = [&["run", "paper-si", "-q", "-o", "mine.h5"], QUICK].concat();
+    output(&mut folder.stickslip(&run), 0);
+    let before = std::fs::read(folder.path("mine.h5")).unwrap();
+    output(&mut folder.stickslip(&["certify", "mine.h5", "-q"]), 0);
+    assert_eq!(folder.names(), ["mine.certified.h5", "mine.h5"]);
+    assert_eq!(std::fs::read(folder.path("mine.h5")).unwrap(), before);
+    // A certified file is a result file, and can be certified again, elsewhere.
+    output(&mut folder.stickslip(&["inspect", "mine.certified.h5"]), 0);
+    output(
+        &mut folder.stickslip(&["certify", "mine.certified.h5", "-q", "-o", "again.h5"]),
+        0,
+    );
+    let refused = refusal(&mut folder.stickslip(&["certify", "mine.h5", "-q", "-o", "mine.h5"]));
+    assert!(refused.contains("mine.h5"), "{refused}");
+    let refused = refusal(&mut folder.stickslip(&["certify", "mine.h5", "--set", "friction.decay=4"]));
+    assert!(refused.contains("--set"), "{refused}");
+}
+
+#[test]
+fn cli_certify_with_the_oracle_prints_exact_events() {
+    let folder = Folder::new();
+    let (document, _) = output(
+        &mut folder.stickslip(&certify("paper-si", &["--oracle", "--json", "--digits", "28"])),
+        0,
+    );
+    let document = json(&document);
+    let exact = document["oracle"]["events"].as_array().unwrap();
+    let events = document["events"].as_array().unwrap();
+    let errors = document["oracle"]["true_errors"].as_array().unwrap();
+    assert_eq!(exact.len(), events.len());
+    for (index, event) in events.iter().enumerate() {
+        assert_eq!(exact[index]["kind"], event["kind"]);
+        let error = errors[index].as_f64().unwrap();
+        assert!(
+            error.abs() <= event["uncertainty"].as_f64().unwrap(),
+            "{event}: {error:e}"
+        );
+    }
+    let stick = exact.iter().find(|e| e["kind"] == "stick").unwrap()["time"]
+        .as_str()
+        .unwrap();
+    assert!(stick.len() >= 28, "{stick}");
+}
+
+#[test]
+fn cli_certify_refuses_what_it_cannot_do() {
+    let folder = Folder::new();
+    let fails = |arguments: &[&str], status: i32, words: &[&str]| {
+        let (_, stderr) = output(&mut folder.stickslip(arguments), status);
+        for word in words {
+            assert!(stderr.contains(word), "{word} in {stderr}");
+        }
+    };
+    fails(&["certify", "paper", "--digits", "17"], 2, &["--digits 17", "--oracle"]);
+    fails(&["certify", "paper", "--digits", "0"], 2, &["--digits 0"]);
+    // More than the conditioning allows, of a converged run.
+    fails(
+        &certify("paper-si", &["--digits", "16"]),
+        1,
+        &["16 digits", "rounding to double precision"],
+    );
+    // Noise: the exit status says so only where digits are asked for.
+    let noise = &[
+        "--set",
+        "perturbation=[]",
+        "--set",
+        "initial.speed=6",
+        "--set",
+        "output.end_time=0.8",
+    ];
+    let without = certify("paper-si", noise);
+    let (table, _) = output(&mut folder.stickslip(&without), 0);
+    assert!(table.contains("noise-determined"), "{table}");
+    fails(
+        &[without.as_slice(), &["--digits", "3"]].concat(),
+        1,
+        &["noise-determined", "Set a perturbation"],
+    );
+    fails(
+        &certify("paper-si", &["--set", "solver.max_events=3"]),
+        1,
+        &["event budget", "solver.max_events"],
+    );
+    folder.write("not.h5", b"\x89HDF\r\n\x1a\n nothing else");
+    fails(&["certify", "not.h5"], 2, &["not.h5"]);
+    assert!(
+        folder.names().iter().all(|name| !name.contains("uncertified")),
+        "{:?}",
+        folder.names()
+    );
+}
