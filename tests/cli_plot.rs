@@ -171,6 +171,26 @@ fn cli_plot_of_ones_own_in_every_form() {
     }
 }
 
+/// All figures of two runs, whatever the renderer meets in them: nothing is said, and what is found of one run alone
+/// stands in no title.
+#[test]
+fn cli_plot_of_two_runs_is_silent() {
+    let folder = with_run();
+    output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
+    let (document, stderr) = output(&mut folder.stickslip(&["plot", "paper.h5", "paper-si.h5", "--json"]), 0);
+    assert_eq!(stderr, "");
+    let document = json(&document);
+    let mut titles = document["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f["title"].as_str().unwrap());
+    assert!(titles.all(|title| !title.contains("verges")), "{document}");
+    // Straight pieces of no length.
+    let constant = ["plot", "paper.h5", "--channel", "mode", "--x", "time", "-o", "mode.png"];
+    assert_eq!(output(&mut folder.stickslip(&constant), 0).1, "");
+}
+
 /// Only what the program drew itself is replaced, and an input never.
 #[test]
 fn cli_plot_spares_other_files() {
@@ -195,6 +215,17 @@ fn cli_plot_spares_other_files() {
 fn cli_plot_refuses_with_the_remedy() {
     let folder = with_run();
     folder.write("text.h5", "no HDF5");
+    {
+        // Handles hold the file, and with it its lock.
+        let sweep = hdf5::File::create(folder.path("sweep.h5")).unwrap();
+        let format: hdf5::types::VarLenUnicode = "stickslip-sweep".parse().unwrap();
+        let attribute = sweep.new_attr::<hdf5::types::VarLenUnicode>().create("format").unwrap();
+        attribute.write_scalar(&format).unwrap();
+    }
+    std::fs::copy(folder.path("paper.h5"), folder.path("bare.h5")).unwrap();
+    let bare = hdf5::File::open_rw(folder.path("bare.h5")).unwrap();
+    bare.unlink("trajectory").unwrap();
+    bare.close().unwrap();
     for (arguments, words) in [
         (&["missing.h5"][..], &["missing.h5", "no such file"][..]),
         (&["text.h5"], &["text.h5", "not an HDF5 file"]),
@@ -206,6 +237,18 @@ fn cli_plot_refuses_with_the_remedy() {
             &["did you mean theta_dot?", "relative_velocity, slip_displacement"],
         ),
         (&["paper.h5", "--phase", "z", "w"], &["\"w\"", "z_dot"]),
+        (
+            &["paper.h5", "--channel", "z", "--from", "5", "--to", "4"],
+            &["--from 5", "--to 4"],
+        ),
+        (
+            &["sweep.h5"],
+            &["sweep.h5", "format is \"stickslip-sweep\"", "stickslip run"],
+        ),
+        (
+            &["bare.h5"],
+            &["bare.h5", "/trajectory", "there are: ", "events", "stick_slip"],
+        ),
         (
             &["paper.h5", "--channel", "z", "--from", "11"],
             &["from 11", "from 0 to 10 s"],

@@ -9,7 +9,7 @@ use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, Story, find};
 use stickslip::plot::figure::CurveStyle;
 use stickslip::plot::portraits::turn_amplitudes;
 use stickslip::plot::spiral::Turns;
-use stickslip::plot::{Curve, Figure, Run};
+use stickslip::plot::{Curve, Figure, Run, own};
 
 /// The paper's run, whose samples are close at the plateau, the stick-slip and the last stick.
 fn file() -> &'static std::path::Path {
@@ -105,6 +105,26 @@ fn property_stick_slip_is_drawn_with_falling_slips() {
         (start, largest) = (end, peak);
     }
     assert_eq!(cycles.len(), 47);
+}
+
+/// The interface torque jumps where a stick begins: in a portrait, slip is the friction law alone, and no line leads from
+/// it to the torque that holds.
+#[test]
+fn analytic_torque_in_slip_is_the_friction_law() {
+    let runs = [Run::open(file()).unwrap()];
+    let axes = ("relative_velocity", "friction_torque");
+    let figure = own::phase(&runs, "law", "law", axes, (6.97, 6.99)).unwrap();
+    let parameters = &runs[0].parameters;
+    let force = runs[0].curves(&["normal_force"], (6.97, 6.99)).unwrap()[0][0].1;
+    let slip = points(&figure, "slip-forward");
+    assert!(slip.len() > 100);
+    for (velocity, torque) in slip {
+        let law = parameters.friction.coefficient(velocity) * parameters.contact.radius * force;
+        // Rounding of the contact force, some digits of it at the plateau.
+        assert!((torque - law).abs() < 1e-9 * law, "{torque} at {velocity}, not {law}");
+    }
+    // Sticks stand at no velocity, from the torque after a stop to the limit.
+    assert!(points(&figure, "stick").iter().all(|p| p.0.abs() < 1e-15));
 }
 
 /// The gallery has every figure, and every picture that it shows is there.
