@@ -119,13 +119,23 @@ pub(super) struct WorkPrecisionOptions {
     pub force: bool,
 }
 
-/// The methods by name.
+/// The methods by name, in lines that fit a terminal beside the indent.
 fn method_help() -> String {
-    let names: Vec<&str> = Method::all().map(Method::name).collect();
-    format!(
-        "Integration method, the same as --set solver.method=M: {}",
-        names.join(", ")
-    )
+    const WIDTH: usize = 68;
+    let mut lines = vec!["Integration method, the same as --set solver.method=M:".to_owned()];
+    for method in Method::all() {
+        match lines.last_mut() {
+            Some(line) if line.len() + method.name().len() + 2 <= WIDTH => {
+                line.push(' ');
+                line.push_str(method.name());
+            }
+            _ => lines.push(method.name().to_owned()),
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push(',');
+        }
+    }
+    lines.join("\n").trim_end_matches(',').to_owned()
 }
 
 /// File format of a figure.
