@@ -47,14 +47,14 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
-    /// Draw figures of result files, or write the interactive page of one.
+    /// Draw figures of result files, or write an interactive page.
     #[command(
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
-    /// Natural frequencies, damping, and the loss of stability of a case.
+    /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
-    /// Measure what accuracy costs: methods by tolerances against a reference.
+    /// Methods by tolerances against a reference: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
