@@ -26,6 +26,7 @@ fn cli_help_is_on_standard_output() {
     for arguments in [
         &["--help"][..],
         &["run", "--help"],
+        &["work-precision", "-h"],
         &["plot", "-h"],
         &["modes", "-h"],
         &["inspect", "-h"],

@@ -13,19 +13,33 @@ const SAME: f64 = 1e-14;
 pub enum TruthError {
     /// It cannot be read.
     #[error("{path}: the true events cannot be read: {why}; check the name, which counts from the folder of the study")]
-    Unreadable { path: PathBuf, why: String },
+    Unreadable {
+        /// Of the file.
+        path: PathBuf,
+        /// In words.
+        why: String,
+    },
     /// It is not such a file.
     #[error("{path}: not a file of true events: {why}; data/truth has three that show the form")]
-    Form { path: PathBuf, why: String },
+    Form {
+        /// Of the file.
+        path: PathBuf,
+        /// In words.
+        why: String,
+    },
     /// It belongs to another case.
     #[error(
         "{path}: these events are of another case: {name} is {there:?} there and {here:?} in the case of the study; name \
          the case that they belong to, or other events"
     )]
     OtherCase {
+        /// Of the file.
         path: PathBuf,
+        /// Of the parameter, by the paper's symbol.
         name: &'static str,
+        /// Its value in the file, SI; NaN if it is not there.
         there: f64,
+        /// Its value in the case, SI; NaN if the case has none.
         here: f64,
     },
 }

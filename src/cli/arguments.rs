@@ -51,14 +51,14 @@ pub(super) enum Command {
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
-    /// Draw figures of result files, or write the interactive page of one.
+    /// Draw figures of result files, or write an interactive page.
     #[command(
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
-    /// Natural frequencies, damping, and the loss of stability of a case.
+    /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
-    /// Measure what accuracy costs: methods by tolerances against a reference.
+    /// Methods by tolerances against a reference: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
@@ -179,13 +179,23 @@ pub(super) struct WorkPrecisionOptions {
     pub force: bool,
 }
 
-/// The methods by name.
+/// The methods by name, in lines that fit a terminal beside the indent.
 fn method_help() -> String {
-    let names: Vec<&str> = Method::all().map(Method::name).collect();
-    format!(
-        "Integration method, the same as --set solver.method=M: {}",
-        names.join(", ")
-    )
+    const WIDTH: usize = 68;
+    let mut lines = vec!["Integration method, the same as --set solver.method=M:".to_owned()];
+    for method in Method::all() {
+        match lines.last_mut() {
+            Some(line) if line.len() + method.name().len() + 2 <= WIDTH => {
+                line.push(' ');
+                line.push_str(method.name());
+            }
+            _ => lines.push(method.name().to_owned()),
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push(',');
+        }
+    }
+    lines.join("\n").trim_end_matches(',').to_owned()
 }
 
 /// File format of a figure.

@@ -63,12 +63,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
         panels: vec![
             panel(by_calls(), calls, "onset error", |e| e.onset),
             panel(by_calls(), calls, "largest error", |e| e.largest),
-            panel(
-                Axis::new("time", "s"),
-                |m| m.wall_time,
-                "largest error of an event",
-                |e| e.largest,
-            ),
+            panel(Axis::new("time", "s"), |m| m.wall_time, "largest error", |e| e.largest),
         ],
     }
 }
