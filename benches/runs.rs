@@ -247,7 +247,7 @@ fn runs(criterion: &mut Criterion) {
     let parameters = paper(Method::Auto, END).0;
     let mut group = criterion.benchmark_group("paper 0 to 10 s");
     group.sample_size(20);
-    for method in Method::ALL {
+    for method in Method::KINDS {
         let input = paper(method, END);
         check(method.name(), run(&input, &mut NoRecorder), 1e-6);
         group.bench_function(method.name(), |b| b.iter(|| run(black_box(&input), &mut NoRecorder)));

@@ -1,22 +1,20 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
-//! One run of the paper's brake, sampled closely where the pictures look closely, and the figures of docs/gallery.md
-//! from it, into docs/figures.
+//! One run of the paper's brake, and the figures of docs/gallery.md from it, into docs/figures; and that of the built-in
+//! work-precision study, which takes some minutes and whose times are those of the machine.
 
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
+use stickslip::analysis::work_precision::{self, Study};
 use stickslip::analysis::{Modes, StickSlip};
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{Story, find};
 use stickslip::plot::style::COLUMN_WIDTH;
-use stickslip::plot::{Figure, Run, modes, svg, target};
+use stickslip::plot::target::{self, Product};
+use stickslip::plot::{self, Figure, Run, modes, svg};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::simulate;
-
-/// The end of the force's ramp, the stick-slip, and the swing in the last stick.
-const WINDOWS: &str = "output.window=[{from=0.998, to=1.012, interval=2e-6}, {from=6.96, to=6.992, interval=2.5e-6}, \
-                       {from=6.992, to=7.3, interval=5e-5}]";
 
 const FIGURES: [&str; 9] = [
     "friction-law",
@@ -31,7 +29,7 @@ const FIGURES: [&str; 9] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let case = Case::parse(&CaseSource::built_in("paper")?, &[Override::parse(WINDOWS)?])?;
+    let case = Case::parse(&CaseSource::built_in("paper")?, &[])?;
     let path = Path::new("target").join("gallery.h5");
     let header = Header {
         title: case.title.clone(),
@@ -40,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         history: String::new(),
         case_text: case.resolved(),
         resolved: case.resolved(),
+        events: Vec::new(),
         meta: Vec::new(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
@@ -54,13 +53,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         save(&find(name)?.build(&story)?.map_err(|absent| absent.why)?)?;
     }
     let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
-    save(&modes::figure(&case.title, &of_case))
+    save(&modes::figure(&case.title, &of_case))?;
+    let study = Study::find("work-precision")?;
+    let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
+    save(&plot::work_precision::figure(&study.title, &result))
 }
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
     let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
-    target::check(&path, false)?;
-    target::write(&path, svg::svg(figure, COLUMN_WIDTH)?.as_bytes())?;
+    target::check(&path, Product::Figure, &[], false)?;
+    target::write(&path, Product::Figure, &[svg::svg(figure, COLUMN_WIDTH)?.as_bytes()])?;
     println!("{}", path.display());
     Ok(())
 }

@@ -15,7 +15,7 @@
 //! | [`results`] | the HDF5 result file: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
-//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG |
+//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
 //! | [`cli`] | arguments to validated options to a call |
 
 pub mod analysis;

@@ -143,7 +143,7 @@ fn a_wrong_override_is_named_as_such() {
     insta::assert_snapshot!(refused(&["perturbation=none"]), @r#"--set perturbation: expected an array of tables: write [[perturbation]], or perturbation = []"#);
     insta::assert_snapshot!(refused(&["friction.breakaway=0.5"]), @r#"--set friction.breakaway: must be at least friction.low_speed: 0.5 is below 0.6, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
     insta::assert_snapshot!(refused(&["friction.low_speed=0.7"]), @r#"--set friction.low_speed: friction.breakaway: must be at least friction.low_speed: 0.6 is below 0.7, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
-    insta::assert_snapshot!(refused(&["output.window.0.from=8"]), @r#"--set output.window.0.from: output.window.0.to: must be after from: 6.992 s is not after 8.0 s"#);
+    insta::assert_snapshot!(refused(&["output.window.1.from=8"]), @r#"--set output.window.1.from: output.window.1.to: must be after from: 6.992 s is not after 8.0 s"#);
     insta::assert_snapshot!(refused(&["output.end_time=1e8"]), @r#"--set output.end_time: output.interval: asks for 1.0e10 samples, more than 1e9: raise the interval or end earlier"#);
     insta::assert_snapshot!(refused(&["axial={mass=1}"]), @r#"
 --set axial: axial.stiffness: missing: k_e, equivalent axial stiffness; write stiffness = a number in N/m or "3.161e5 lbf/in"

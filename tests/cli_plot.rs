@@ -86,7 +86,8 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
 /// What sampling lacks is named, and the run that is recommended has it all.
 #[test]
 fn cli_plot_says_which_samples_are_missing() {
-    let folder = with_run();
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "-q", "--set", "output.window=[]"]), 0);
     let (document, _) = output(&mut folder.stickslip(&["plot", "paper.h5", "--json"]), 0);
     let document = json(&document);
     let sampling = document["sampling"].as_str().unwrap();

@@ -23,7 +23,14 @@ fn cli_version_names_the_libraries() {
 #[test]
 fn cli_help_is_on_standard_output() {
     let folder = Folder::new();
-    for arguments in [&["--help"][..], &["run", "--help"], &["inspect", "-h"], &["case", "-h"]] {
+    for arguments in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["plot", "-h"],
+        &["modes", "-h"],
+        &["inspect", "-h"],
+        &["case", "-h"],
+    ] {
         let (stdout, stderr) = output(&mut folder.stickslip(arguments), 0);
         assert_eq!(stderr, "");
         assert!(stdout.contains("Usage: stickslip"), "{stdout}");
@@ -41,6 +48,9 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
         &["run", "paper", "paper-si"],
         &["run", "--set"],
         &["run", "--tolerance", "1"],
+        &["plot"],
+        &["plot", "paper.h5", "--html", "page.html", "--width", "85"],
+        &["plot", "a.h5", "b.h5", "--html", "page.html"],
         &["inspect"],
         &["case"],
         &["case", "paper", "--list"],

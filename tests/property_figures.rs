@@ -157,6 +157,57 @@ fn property_no_text_covers_another_or_the_data() {
     }
 }
 
+/// Powers of ten over fifteen decades and over none, without an error to show, and with nothing at all.
+#[test]
+fn property_work_precision_figures_are_readable() {
+    use stickslip::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
+    use stickslip::simulation::Method;
+    let run = |method, power: i32, error: Option<f64>| Measurement {
+        method,
+        knob: Knob::Tolerance(10f64.powi(power)),
+        failure: None,
+        errors: Errors {
+            onset: error,
+            final_stick: error,
+            largest: error,
+        },
+        events: 1,
+        same_sequence: true,
+        steps: 1,
+        rhs_evaluations: 1000 * (1 << -power),
+        jacobian_evaluations: 0,
+        wall_time: 0.01 * f64::from(-power),
+    };
+    let many = Method::all().take(9).flat_map(|method| {
+        [-4, -9, -12].map(|power| run(method, power, Some(if power == -12 { 0.0 } else { 10f64.powi(power) })))
+    });
+    for measurements in [
+        many.collect(),
+        vec![run(Method::Auto, -6, Some(1e-9))],
+        vec![run(Method::Paper, -6, None)],
+        vec![],
+    ] {
+        let result = StudyResult {
+            reference: Reference {
+                description: String::new(),
+                events: Vec::new(),
+                uncertainties: Vec::new(),
+            },
+            uncertainty: Errors {
+                onset: Some(1e-14),
+                final_stick: Some(1e-13),
+                largest: Some(2e-13),
+            },
+            measurements,
+            interrupted: false,
+        };
+        let figure = stickslip::plot::work_precision::figure("What the accuracy of the events costs", &result);
+        for width in [60.0, 85.0, 300.0] {
+            assert_readable(&figure, width);
+        }
+    }
+}
+
 /// Numbers that need many digits, long names, letters that SVG would take for its own, and no data at all.
 #[test]
 fn property_odd_figures_are_readable_too() {

@@ -9,14 +9,12 @@ use stickslip::plot::portraits::turn_amplitudes;
 use stickslip::plot::spiral::Turns;
 use stickslip::plot::{Curve, Figure, Run};
 
-/// The paper's run with close-ups of the plateau, the stick-slip and the last stick.
+/// The paper's run, whose samples are close at the plateau, the stick-slip and the last stick.
 fn file() -> &'static std::path::Path {
     static FILE: OnceLock<(Folder, std::path::PathBuf)> = OnceLock::new();
     let (_, path) = FILE.get_or_init(|| {
         let folder = Folder::new();
-        let windows = "output.window=[{from=0.998,to=1.012,interval=2e-6},{from=6.96,to=6.992,interval=2.5e-6},\
-                       {from=6.992,to=7.3,interval=5e-5}]";
-        output(&mut folder.stickslip(&["run", "-q", "--set", windows]), 0);
+        output(&mut folder.stickslip(&["run", "-q"]), 0);
         let path = folder.path("paper.h5");
         (folder, path)
     });

@@ -297,6 +297,7 @@ impl Tool {
             tolerances: Tolerances::uniform(self.relative, self.relative, 2),
             // Half a swing takes 1 or more: no step sees both roots of one.
             max_step: Some(0.1),
+            fixed_step: None,
         }
     }
 

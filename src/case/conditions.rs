@@ -2,6 +2,8 @@
 
 use super::Case;
 use crate::model::Actuation;
+use crate::simulation::Method;
+use crate::simulation::fixed_step::longest_stable_step;
 
 /// More samples than this are a slip of the pen: a terabyte.
 const MOST_SAMPLES: f64 = 1e9;
@@ -73,6 +75,9 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             );
         }
     }
+
+    fixed_step(case, &mut complain);
+    paper_tolerances(case, &mut complain);
 
     let output = &case.output;
     let torsion = &case.parameters.torsion;
@@ -147,4 +152,71 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
         );
     }
     found
+}
+
+/// What a fixed step needs: a method that takes it, no other bound, and stability.
+fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    const PATH: &str = "solver.fixed_step";
+    let Some(step) = case.solver.fixed_step else {
+        return;
+    };
+    let method = case.solver.method;
+    let Some(table) = method.explicit_table() else {
+        let message = format!(
+            "only the explicit Runge-Kutta methods take fixed steps: with method \"{}\" remove it, or set solver.method to \
+             \"erk\" or one of \"erk-NAME\"",
+            method.name()
+        );
+        return complain(PATH, &["solver.method"], message);
+    };
+    if case.solver.max_step.is_some() {
+        let message = "every step has this length, so that solver.max_step has no meaning: remove one of them";
+        return complain(PATH, &["solver.max_step"], message.to_owned());
+    }
+    if step < SHORTEST_RUN {
+        let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
+        return complain(PATH, &[], message);
+    }
+    let torsion = &case.parameters.torsion;
+    let longest = longest_stable_step(table, torsion);
+    // Of a case that is wrong elsewhere nothing is known.
+    if step > longest {
+        let frequency = (torsion.stiffness / torsion.surface_inertia).sqrt() / std::f64::consts::TAU;
+        complain(
+            PATH,
+            &[
+                "solver.method",
+                "torsion.stiffness",
+                "torsion.surface_inertia",
+                "torsion.damping",
+            ],
+            format!(
+                "{step:?} s is unstable: with steps above {longest:.3e} s method \"{}\" makes the torsional oscillation of \
+                 {:.3} kHz grow without bound; give a shorter step (its error falls with the step to the power of {}), or \
+                 leave the steps to the tolerances",
+                method.name(),
+                1e-3 * frequency,
+                table.order(),
+            ),
+        );
+    }
+}
+
+/// The paper's procedure has one tolerance, which is rtol's.
+fn paper_tolerances(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    if case.solver.method != Method::Paper {
+        return;
+    }
+    let solver = &case.solver;
+    for (path, given) in [
+        ("solver.atol_twist", solver.atol_twist),
+        ("solver.atol_rate", solver.atol_rate),
+        ("solver.atol_speed", solver.atol_speed),
+    ] {
+        if given.is_some() {
+            let message =
+                "has no meaning with method \"paper\", whose one tolerance is a tenth of solver.rtol: remove it";
+            complain(path, &["solver.method"], message.to_owned());
+        }
+    }
 }

@@ -6,7 +6,7 @@ use super::error::{CaseError, Problem};
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Place {
+pub(crate) enum Place {
     /// 1-based.
     Line(usize),
     /// The key of an override.
@@ -15,7 +15,7 @@ pub(super) enum Place {
 
 impl Place {
     /// Sorts places in the order of the file, then the overrides.
-    pub(super) fn rank(&self) -> usize {
+    pub(crate) fn rank(&self) -> usize {
         match self {
             Place::Line(line) => *line,
             Place::Override(_) => usize::MAX,
@@ -23,7 +23,7 @@ impl Place {
     }
 
     /// `paper.toml:12` or `--set torsion.damping`.
-    pub(super) fn show(&self, label: &str) -> String {
+    pub(crate) fn show(&self, label: &str) -> String {
         match self {
             Place::Line(line) => format!("{label}:{line}"),
             Place::Override(key) => format!("--set {key}"),
@@ -32,13 +32,13 @@ impl Place {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Node {
-    pub(super) value: Value,
-    pub(super) place: Place,
+pub(crate) struct Node {
+    pub(crate) value: Value,
+    pub(crate) place: Place,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Value {
+pub(crate) enum Value {
     Table(Vec<(String, Node)>),
     Array(Vec<Node>),
     Text(String),
@@ -50,7 +50,7 @@ pub(super) enum Value {
 
 impl Value {
     /// What the value is, with its article, for messages.
-    pub(super) fn describe(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         match self {
             Value::Table(_) => "a table".to_owned(),
             Value::Array(_) => "an array".to_owned(),
@@ -65,12 +65,12 @@ impl Value {
 
 impl Node {
     /// The node at a path of keys and indices.
-    pub(super) fn at(&self, path: &str) -> Option<&Node> {
+    pub(crate) fn at(&self, path: &str) -> Option<&Node> {
         path.split('.').try_fold(self, |node, segment| node.child(segment))
     }
 
     /// The node at `path`, or the closest one above it.
-    pub(super) fn closest(&self, path: &str) -> &Node {
+    pub(crate) fn closest(&self, path: &str) -> &Node {
         let mut node = self;
         for segment in path.split('.') {
             match node.child(segment) {
@@ -91,7 +91,7 @@ impl Node {
 }
 
 /// Reads TOML text; `label` stands for it in errors.
-pub(super) fn read(text: &str, label: &str) -> Result<Node, CaseError> {
+pub(crate) fn read(text: &str, label: &str) -> Result<Node, CaseError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = Lines::new(text);
     let document = Document::parse(text).map_err(|error| {

@@ -36,7 +36,7 @@ impl fmt::Display for Problem {
 }
 
 impl CaseError {
-    pub(super) fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
+    pub(crate) fn one(place: impl Into<String>, key: impl Into<String>, message: impl Into<String>) -> CaseError {
         CaseError {
             problems: vec![Problem {
                 place: place.into(),

@@ -18,7 +18,7 @@ pub mod quantity;
 pub mod schema;
 
 mod conditions;
-mod document;
+pub(crate) mod document;
 mod error;
 mod numbers;
 mod reader;
@@ -27,6 +27,7 @@ mod source;
 
 pub use document::Override;
 pub use error::{CaseError, Problem};
+pub(crate) use reader::number_of;
 pub use source::{CaseSource, Origin};
 
 use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};

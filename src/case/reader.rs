@@ -397,6 +397,15 @@ fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, St
     }
 }
 
+/// A number by the rules of a key of the schema: its unit and its limits. For files that vary a case.
+pub(crate) fn number_of(node: &Node, path: &str) -> Result<f64, String> {
+    let key = schema::keys().iter().find(|key| key.path == path);
+    match key.map(|key| &key.kind) {
+        Some(Kind::Number(dimension, domain, _)) => number(&node.value, *dimension, *domain),
+        _ => unreachable!("{path} is a number of the schema"),
+    }
+}
+
 /// The value as written, and in SI if it was written in another unit.
 fn shown(value: &Value, number: f64, dimension: Dimension) -> String {
     match value {

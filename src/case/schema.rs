@@ -396,7 +396,7 @@ const KEYS: &[Key] = &[
         "integration method",
         Default("auto"),
         Kind::Choice(
-            || Method::ALL.into_iter().map(Method::name).collect(),
+            || Method::all().map(Method::name).collect(),
             Access {
                 get: |case, _| Some(case.solver.method.name()),
                 set: |case, _, name| {
@@ -436,6 +436,12 @@ const KEYS: &[Key] = &[
         "upper bound of every step",
         Default("a twentieth of the natural period where the fast mode is resolved, else none"),
         Kind::Number(D::Time, Positive, optional!(solver.max_step)),
+    ),
+    key(
+        "solver.fixed_step",
+        "length of every step, without control of the error; for erk and erk-NAME",
+        Default("steps by the tolerances"),
+        Kind::Number(D::Time, Positive, optional!(solver.fixed_step)),
     ),
     key(
         "solver.max_events",

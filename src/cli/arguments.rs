@@ -1,6 +1,7 @@
 //! The arguments.
 
 use super::provenance;
+use crate::simulation::Method;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -48,11 +49,15 @@ pub(super) enum Command {
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
-    /// Draw the figures of the paper, or any channel, from result files.
-    #[command(override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot [OPTIONS] --list")]
+    /// Draw figures of result files, or write the interactive page of one.
+    #[command(
+        override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
+    )]
     Plot(PlotOptions),
     /// Natural frequencies, damping, and the loss of stability of a case.
     Modes(ModesOptions),
+    /// Measure what accuracy costs: methods by tolerances against a reference.
+    WorkPrecision(WorkPrecisionOptions),
     /// Print a built-in case to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
@@ -66,8 +71,8 @@ pub(super) struct RunOptions {
     /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Integration method, the same as --set solver.method=M.
-    #[arg(long, value_name = "M")]
+    /// Integration method, the same as --set solver.method=M; --help lists them.
+    #[arg(long, value_name = "M", long_help = method_help())]
     pub method: Option<String>,
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -126,12 +131,37 @@ pub(super) struct ModesOptions {
     /// Override a key, such as friction.decay=4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Draw effective damping and growth rate against the speed, into an SVG or PNG file.
+    /// Draw growth rate and damping over the speed (SVG, PNG).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
-    /// With --figure: replace any file, not only a figure of this program.
+    /// Replace any file, not only this program's figure.
     #[arg(long, requires = "figure")]
     pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct WorkPrecisionOptions {
+    /// A TOML file, or a built-in study.
+    #[arg(value_name = "STUDY", default_value = crate::analysis::work_precision::STUDIES[0].name)]
+    pub study: String,
+    /// Result file [default: STUDY.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Draw the figure, as SVG and PNG, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub figure: Option<PathBuf>,
+    /// Replace any file, not only one of this program.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// The methods by name.
+fn method_help() -> String {
+    let names: Vec<&str> = Method::all().map(Method::name).collect();
+    format!(
+        "Integration method, the same as --set solver.method=M: {}",
+        names.join(", ")
+    )
 }
 
 /// File format of a figure.
@@ -160,22 +190,22 @@ impl Format {
 
 #[derive(Debug, Args)]
 pub(super) struct PlotOptions {
-    /// Result files; several are drawn over each other, the first is the reference.
+    /// Result files; several are drawn over each other.
     #[arg(value_name = "FILE", required_unless_present = "list")]
     pub files: Vec<PathBuf>,
-    /// A folder for the figures, or a file (.svg, .png) for one.
+    /// Folder, or a file for one figure.
     #[arg(short, long, value_name = "DIR|FILE", default_value = "figures")]
     pub output: PathBuf,
-    /// Only this figure, by name or by its number in the paper; may be repeated.
+    /// Only this figure, by name or number in the paper.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["channels", "phase"])]
     pub only: Vec<String>,
     /// List the figures.
     #[arg(long)]
     pub list: bool,
-    /// Draw this variable of /trajectory over time; may be repeated.
+    /// Draw this channel over time; may be repeated.
     #[arg(long = "channel", value_name = "NAME")]
     pub channels: Vec<String>,
-    /// Draw the channels against this variable instead of time.
+    /// Draw the channels against this one, not time.
     #[arg(long, value_name = "NAME", requires = "channels")]
     pub x: Option<String>,
     /// Draw variable B against variable A.
@@ -190,13 +220,22 @@ pub(super) struct PlotOptions {
     /// Format in a folder [default: both].
     #[arg(long, value_enum, value_name = "svg|png", hide_possible_values = true)]
     pub format: Option<Format>,
-    /// Width of a figure, mm: 85 is a journal's column, 300 a wide screen.
+    /// Width, mm: 85 is a column, 300 a screen.
     #[arg(long, value_name = "MM", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
     pub width: f64,
     /// Pixels of an inch in PNG.
     #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
     pub dpi: f64,
-    /// Replace any file, not only a figure of this program.
+    /// Write the interactive page of one file.
+    #[arg(
+        long,
+        value_name = "PAGE",
+        conflicts_with_all = [
+            "output", "only", "list", "channels", "x", "phase", "from", "to", "format", "width", "dpi"
+        ]
+    )]
+    pub html: Option<PathBuf>,
+    /// Replace any file, not only this program's.
     #[arg(long)]
     pub force: bool,
 }

@@ -10,6 +10,7 @@ mod progress;
 mod provenance;
 mod run;
 mod terminal;
+mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
 
@@ -76,6 +77,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),
+        Command::WorkPrecision(options) => work_precision::work_precision(&options, &common),
         Command::Case(options) => case_command::case(&options, &common),
     }
 }

@@ -3,8 +3,9 @@
 use super::arguments::{Common, Format, PlotOptions};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::plot::catalogue::{self, ENTRIES, Entry, Story};
-use crate::plot::{Figure, PlotError, Run, own, raster, svg, target};
-use crate::results::Status;
+use crate::plot::target::{self, Product, TargetError};
+use crate::plot::{Figure, PlotError, Run, own, page, raster, svg};
+use crate::results::{ResultFile, Status};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -48,10 +49,13 @@ struct Listed {
     paper_figure: Option<u32>,
 }
 
-/// Draws figures of one run, or of several over each other.
+/// Draws figures of one run, or of several over each other; or writes the page of one.
 pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
     if options.list {
         return list(common);
+    }
+    if let Some(path) = &options.html {
+        return html(options, path, common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
     let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
@@ -76,10 +80,31 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     Ok(End::Done)
 }
 
+/// Writes the interactive page of a result file.
+fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
+    let [file] = &options.files[..] else {
+        return Err(CommandError::Input(format!(
+            "--html shows one run on a page, and {} files are given; make a page of each, or leave out --html to draw \
+             them over each other",
+            options.files.len()
+        )));
+    };
+    let file = ResultFile::open(file).map_err(|error| CommandError::Input(error.to_string()))?;
+    let page = page::write(&file, path, options.force).map_err(bad)?;
+    if common.json {
+        print_json(&serde_json::json!({ "file": path.display().to_string(), "page": page }))?;
+    } else if !common.quiet {
+        print(&format!("{}\n", path.display()))?;
+    }
+    Ok(End::Done)
+}
+
 /// The exit status that an error deserves.
 pub(super) fn bad(error: PlotError) -> CommandError {
     match error {
-        PlotError::Drawing(_) | PlotError::Io { .. } => CommandError::Computation(error.to_string()),
+        PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
+            CommandError::Computation(error.to_string())
+        }
         _ => CommandError::Input(error.to_string()),
     }
 }
@@ -249,11 +274,12 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
     let targets = targets(options, figures).map_err(bad)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
         std::fs::create_dir_all(&options.output).map_err(|source| {
-            bad(PlotError::Io {
+            bad(PlotError::Target(TargetError::Io {
                 path: options.output.clone(),
                 action: "creating the folder",
                 source,
-            })
+                product: Product::Figure,
+            }))
         })?;
     }
     for (_, path, _) in &targets {
@@ -281,22 +307,16 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
 
 /// Also by force an input is never an output.
 pub(super) fn check_target(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
-    let same = |input: &PathBuf| matches!((input.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    if inputs.iter().any(same) {
-        return Err(CommandError::Input(format!(
-            "{}: this is the file to be drawn; give the figure another name with -o",
-            path.display()
-        )));
-    }
-    target::check(path, force).map_err(bad)
+    target::check(path, Product::Figure, inputs, force).map_err(|error| bad(error.into()))
 }
 
 /// Writes one figure in one format.
 pub(super) fn save(path: &Path, svg: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
     match format {
-        Format::Svg => target::write(path, svg.as_bytes()),
-        Format::Png => target::write(path, &raster::png(svg, dpi)?),
+        Format::Svg => target::write(path, Product::Figure, &[svg.as_bytes()])?,
+        Format::Png => target::write(path, Product::Figure, &[&raster::png(svg, dpi)?])?,
     }
+    Ok(())
 }
 
 fn report(written: &[Written], chosen: &Chosen, files: &[PathBuf]) -> String {

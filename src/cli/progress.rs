@@ -16,25 +16,7 @@ pub(super) struct RunBar {
 
 impl RunBar {
     pub(super) fn new(common: &Common, end_time: f64) -> Self {
-        let terminal = std::io::stderr().is_terminal();
-        let shown = match common.progress {
-            ProgressChoice::Always => true,
-            ProgressChoice::Never => false,
-            ProgressChoice::Auto => !common.quiet && terminal,
-        };
-        let bar = if shown {
-            let target = if terminal {
-                ProgressDrawTarget::stderr()
-            } else {
-                // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
-                ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
-            };
-            let style = ProgressStyle::with_template("{bar:16} {msg}  {elapsed} (left {eta})")
-                .unwrap_or_else(|_| ProgressStyle::default_bar());
-            ProgressBar::with_draw_target(Some(TICKS as u64), target).with_style(style)
-        } else {
-            ProgressBar::hidden()
-        };
+        let bar = bar(common, TICKS as u64);
         RunBar { bar, end_time }
     }
 
@@ -54,5 +36,55 @@ impl RunBar {
 
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// A bar that counts what is done of a known number.
+pub(super) struct CountBar {
+    bar: ProgressBar,
+    what: &'static str,
+}
+
+impl CountBar {
+    pub(super) fn new(common: &Common, what: &'static str) -> Self {
+        let bar = bar(common, 0);
+        CountBar { bar, what }
+    }
+
+    pub(super) fn show(&self, done: usize, of: usize, under_way: &str) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        self.bar.set_length(of as u64);
+        self.bar.set_position(done as u64);
+        self.bar
+            .set_message(format!("{done} of {of} {}, {under_way}", self.what));
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A bar where one is wanted, else a hidden one.
+fn bar(common: &Common, length: u64) -> ProgressBar {
+    let terminal = std::io::stderr().is_terminal();
+    let shown = match common.progress {
+        ProgressChoice::Always => true,
+        ProgressChoice::Never => false,
+        ProgressChoice::Auto => !common.quiet && terminal,
+    };
+    if shown {
+        let target = if terminal {
+            ProgressDrawTarget::stderr()
+        } else {
+            // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
+            ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
+        };
+        let style = ProgressStyle::with_template("{bar:16} {msg}  {elapsed} (left {eta})")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::with_draw_target(Some(length), target).with_style(style)
+    } else {
+        ProgressBar::hidden()
     }
 }

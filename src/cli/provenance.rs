@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::model::torsion::index::{ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE};
 use crate::results::MetaValue;
-use crate::simulation::chosen_solvers;
+use crate::simulation::{Method, chosen_solvers, procedure};
 
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
@@ -59,9 +59,30 @@ pub(super) fn now() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
-/// Attributes of /meta.
-pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
-    let solver = &case.solver;
+/// How the times of the events were found: `located`, or `end-of-step` where nothing looks inside a step.
+fn event_location(case: &Case) -> &'static str {
+    if case.solver.method.locates_events() {
+        "located"
+    } else {
+        "end-of-step"
+    }
+}
+
+/// Attributes of /events.
+pub(super) fn events(case: &Case) -> Vec<(String, MetaValue)> {
+    let comment = if case.solver.method.locates_events() {
+        "times are zeros of the guards, located to the accuracy of the method"
+    } else {
+        "nothing was located: an event has the time of the end of the step at which it was seen, and happened, if it is no \
+         artefact of the steps, within last_step of the segment that it ends"
+    };
+    [("event_location", event_location(case)), ("comment", comment)]
+        .map(|(name, text)| (name.to_owned(), MetaValue::Text(text.to_owned())))
+        .to_vec()
+}
+
+/// Attributes of /meta that say which program on which machine, and when.
+pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
     let texts = [
         ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
         ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
@@ -73,16 +94,38 @@ pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
             format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         ),
         ("command_line", command_line()),
-        ("method", solver.method.name().to_owned()),
         ("started", started.to_owned()),
     ];
-    let mut meta: Vec<(String, MetaValue)> = texts
+    texts
         .into_iter()
         .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
-        .collect();
+        .collect()
+}
+
+/// Attributes of /meta of a run.
+pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+    let solver = &case.solver;
+    let mut meta = program(started);
+    for (name, text) in [
+        ("method", solver.method.name()),
+        ("event_location", event_location(case)),
+    ] {
+        meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
+    }
     let mut number = |name: String, value: f64| meta.push((name, MetaValue::Number(value)));
     number("rtol".to_owned(), solver.rtol);
     number("max_events".to_owned(), solver.max_events as f64);
+    if let Some(step) = solver.fixed_step {
+        number("fixed_step".to_owned(), step);
+    }
+    if solver.method == Method::Paper {
+        let settings = procedure::Settings::new(solver);
+        number("step_tolerance".to_owned(), settings.tolerance);
+        number("shortest_step".to_owned(), settings.shortest_step);
+        number("longest_step".to_owned(), settings.longest_step);
+        number("stick_epsilon".to_owned(), procedure::EPSILON);
+        return meta;
+    }
     // What the solvers themselves were given.
     let (sliding, resolved) = chosen_solvers(&case.parameters, solver);
     for (phase, chosen) in [("sliding", sliding), ("resolved", resolved)] {

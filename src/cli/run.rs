@@ -72,6 +72,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         case_text: text,
         resolved: case.resolved(),
         meta: provenance::meta(&case, &started),
+        events: provenance::events(&case),
     };
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
@@ -239,7 +240,7 @@ fn default_output(source: &CaseSource) -> PathBuf {
 }
 
 /// A flag that Ctrl-C and a termination signal set; the run then ends in good order.
-fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
+pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     let flag = Arc::new(AtomicBool::new(false));
     let setter = flag.clone();
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
@@ -262,6 +263,13 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
              defaults, use a smaller solver.rtol, or use --method auto",
             summary.energy_residual,
         ));
+    }
+    if !case.solver.method.locates_events() {
+        warnings.push(
+            "the events of this run are those that its steps happened to show: nothing was located, and its own noise may \
+             have started the stick-slip. It is there to be studied beside a run by another method"
+                .to_owned(),
+        );
     }
     if summary.noise_determined {
         let (g, all) = (

@@ -14,6 +14,7 @@
 //!   neither time nor state is nudged. A guard that truly stands beyond its boundary fires within the first step.
 //! * Time events are stop times of the solver: no step crosses one.
 
+mod dips;
 mod run;
 mod solver;
 

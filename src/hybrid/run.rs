@@ -1,5 +1,6 @@
 //! The loop: segment after segment, until the end.
 
+use super::dips::Dips;
 use super::solver::{ChosenSolver, LastStep, Pair, Pool, SolverKind};
 use super::{ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Transition};
 use crate::sundials::{Counters, Outcome, SolverError, Task};
@@ -268,6 +269,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 .prepare(chosen, location, start, &self.state, span)
                 .map_err(|e| failed(start, e))?;
             let mut last_step = LastStep::new(&self.state);
+            let mut dips = Dips::new(&*dynamics, &location);
             let mut steps = 0u32;
             let end = loop {
                 let outcome = pair
@@ -293,6 +295,14 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     if tau >= span {
                         end = Some(SegmentEnd::Stop);
                     }
+                }
+                let dip = dips.in_step(&*dynamics, &mut pair, &last_step, start, (tau, &self.state));
+                if let Some(dip) = dip.map_err(|e| failed(start + tau, e))? {
+                    tau = dip.time;
+                    last_step
+                        .state_at(&mut pair, tau, &mut self.state)
+                        .map_err(|e| failed(start + tau, e))?;
+                    end = Some(SegmentEnd::Guards(vec![dip.guard]));
                 }
                 self.time = if matches!(end, Some(SegmentEnd::Stop)) {
                     stop

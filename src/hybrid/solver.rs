@@ -2,8 +2,8 @@
 
 use super::Dynamics;
 use crate::sundials::{
-    Cvode, CvodeOptions, Direction, Erk, ErkTable, Esdirk, EsdirkTable, Integrator, OdeSystem, Outcome, SolverError,
-    Task, Tolerances,
+    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, OdeSystem, Outcome,
+    SolverError, Stepping, Task, Tolerances,
 };
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
@@ -42,6 +42,9 @@ pub struct ChosenSolver {
     pub tolerances: Tolerances,
     /// s.
     pub max_step: Option<f64>,
+    /// Steps of this length (s) without control of the error; the last before an event or a stop time is shorter. Only
+    /// [`SolverKind::Erk`] takes them.
+    pub fixed_step: Option<f64>,
 }
 
 /// A location's equations on the segment's own clock, as the solver sees them.
@@ -96,6 +99,7 @@ pub(super) struct Pair<'a, D: Dynamics> {
 
 struct Entry<D: Dynamics> {
     kind: SolverKind,
+    fixed_step: Option<f64>,
     solver: Box<DynIntegrator<D>>,
     probe: Option<Box<DynIntegrator<D>>>,
 }
@@ -125,7 +129,8 @@ impl<D: Dynamics> Pool<D> {
         y: &[f64],
         span: f64,
     ) -> Result<Pair<'_, D>, SolverError> {
-        let position = match self.entries.iter().position(|entry| entry.kind == chosen.kind) {
+        let known = |entry: &Entry<D>| entry.kind == chosen.kind && entry.fixed_step == chosen.fixed_step;
+        let position = match self.entries.iter().position(known) {
             Some(position) => position,
             None => {
                 let flow = || Flow {
@@ -141,6 +146,7 @@ impl<D: Dynamics> Pool<D> {
                 };
                 self.entries.push(Entry {
                     kind: chosen.kind,
+                    fixed_step: chosen.fixed_step,
                     solver: create(chosen, flow(), y)?,
                     probe,
                 });
@@ -190,6 +196,11 @@ impl LastStep {
         self.start
     }
 
+    /// The state there.
+    pub(super) fn state(&self) -> &[f64] {
+        &self.state
+    }
+
     /// The next step will start where the solver stands.
     pub(super) fn advance(&mut self, tau: f64, y: &[f64]) {
         self.start = tau;
@@ -231,7 +242,10 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
             Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?)
         }
         SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
-        SolverKind::Erk(table) => Box::new(Erk::new(flow, table, 0.0, y, tolerances)?),
+        SolverKind::Erk(table) => {
+            let stepping = chosen.fixed_step.map_or_else(Stepping::default, Stepping::fixed);
+            Box::new(Erk::new(flow, ErkOptions { table, stepping }, 0.0, y, tolerances)?)
+        }
         SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, table, 0.0, y, tolerances)?),
         SolverKind::ClosedForm => unreachable!("a closed form needs no solver"),
     })

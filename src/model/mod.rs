@@ -3,6 +3,7 @@
 //! Source of every numbered equation: "Vibrational Interaction of Two Rotors with Friction Coupling",
 //! Advances in Acoustics and Vibration, 2016, article 9275147 ("the paper").
 
+pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
 pub mod closed_form;

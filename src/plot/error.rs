@@ -1,8 +1,8 @@
 //! Why a figure could not be drawn, in the words of the user.
 
+use super::target::TargetError;
 use crate::case::CaseError;
 use crate::results::ResultError;
-use std::io;
 use std::path::PathBuf;
 
 /// Why a figure could not be drawn.
@@ -14,6 +14,9 @@ pub enum PlotError {
     /// The case kept in the result file could not be read.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// A figure or a page cannot go where it should.
+    #[error(transparent)]
+    Target(#[from] TargetError),
     /// Nothing to draw.
     #[error(
         "{path}: has no trajectory: there is not one sample in it{}; repeat the run (`stickslip run {path}`)",
@@ -50,27 +53,12 @@ pub enum PlotError {
         last: f64,
     },
     #[error(
-        "{path}: there already, and not a figure that this program drew; choose another name with -o, or replace it with \
-         --force"
-    )]
-    Foreign { path: PathBuf },
-    #[error("{path}: a folder; give the figure a file name, such as {path}/figure.svg")]
-    IsFolder { path: PathBuf },
-    #[error(
         "{path}: several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends \
          in .svg or .png"
     )]
     NoFolder { path: PathBuf },
     #[error("{path}: figures are SVG or PNG; give a name that ends in .svg or .png, or a folder")]
     Format { path: PathBuf },
-    #[error("{path}: the folder {folder} does not exist; create it, or choose another with -o")]
-    MissingFolder { path: PathBuf, folder: PathBuf },
-    #[error("{path}: {action} failed: {source}; check the folder and its permissions, or choose another with -o")]
-    Io {
-        path: PathBuf,
-        action: &'static str,
-        source: io::Error,
-    },
     #[error("a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi")]
     TooLarge { width: f64, height: f64 },
     #[error("drawing failed: {0}")]

@@ -40,6 +40,8 @@ pub struct Axis {
     pub unit: String,
     /// Least and largest value, in `unit`; `None`: that of the curves and a margin.
     pub range: Option<(f64, f64)>,
+    /// Logarithmic: only values above zero are shown, by their powers of ten.
+    pub logarithmic: bool,
 }
 
 /// One line or set of points.
@@ -98,6 +100,7 @@ impl Axis {
             symbol: String::new(),
             unit: unit.to_owned(),
             range: None,
+            logarithmic: false,
         }
     }
 
@@ -120,6 +123,14 @@ impl Axis {
             &self.name
         } else {
             &self.symbol
+        }
+    }
+
+    /// With powers of ten.
+    pub fn by_powers(self) -> Axis {
+        Axis {
+            logarithmic: true,
+            ..self
         }
     }
 

@@ -46,6 +46,7 @@ pub fn axis(channel: &str) -> Option<Axis> {
         symbol,
         unit: variable.units.to_owned(),
         range: None,
+        logarithmic: false,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Figures: from result files to SVG and PNG.
 //!
 //! A result file is opened as a [`Run`]; the [`catalogue`] or [`own`] makes [`Figure`]s of it, which are data; [`svg`]
-//! draws them, and [`raster`] turns that into pixels with a font of its own.
+//! draws them, and [`raster`] turns that into pixels with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
 pub mod decimate;
@@ -11,6 +11,7 @@ pub mod font;
 pub mod labels;
 pub mod modes;
 pub mod own;
+pub mod page;
 pub mod portraits;
 pub mod raster;
 pub mod run;
@@ -19,6 +20,7 @@ pub mod spiral;
 pub mod style;
 pub mod svg;
 pub mod target;
+pub mod work_precision;
 
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, Panel};

@@ -20,9 +20,27 @@ pub struct Scale {
     pub unit: String,
     /// " − 6.97 s" or " + 40.2 µm": what is taken off, with its unit; empty without an offset.
     pub off: String,
+    /// What is shown are the decimal logarithms.
+    pub logarithmic: bool,
 }
 
 impl Scale {
+    /// Of powers of ten, for values above zero from `low` to `high`.
+    pub fn by_powers((low, high): (f64, f64), unit: &str) -> Scale {
+        let positive = |x: f64| if x.is_finite() && x > 0.0 { x.log10() } else { 0.0 };
+        let (low, high) = (positive(low), positive(high));
+        // At least a whole power on either side of the middle, so that there are two to be named.
+        let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(1.0));
+        Scale {
+            offset: 0.0,
+            factor: 1.0,
+            shown: (middle - half, middle + half),
+            unit: human_unit(unit),
+            off: String::new(),
+            logarithmic: true,
+        }
+    }
+
     /// For values from `low` to `high` in a UDUNITS unit.
     pub fn new((low, high): (f64, f64), unit: &str) -> Scale {
         let (low, high) = widened(low, high);
@@ -54,11 +72,15 @@ impl Scale {
             shown: ((low - offset) * factor, (high - offset) * factor),
             unit,
             off,
+            logarithmic: false,
         }
     }
 
     /// What is shown for a value.
     pub fn show(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            return value.log10();
+        }
         (value - self.offset) * self.factor
     }
 
@@ -82,6 +104,27 @@ impl Scale {
         };
         let decimals = (0..12).find(|&d| whole(d)).unwrap_or(12);
         (ticks, decimals)
+    }
+}
+
+impl Scale {
+    /// The most ticks up to `count` that stand at values fit to be named: of powers of ten only whole ones are.
+    pub fn best_count(&self, count: usize) -> usize {
+        let whole = |n: &usize| self.ticks(*n).0.iter().all(|tick| (tick - tick.round()).abs() < 1e-9);
+        if self.logarithmic {
+            (2..=count).rev().find(whole).unwrap_or(2)
+        } else {
+            count
+        }
+    }
+
+    /// What stands at a tick.
+    pub fn label(&self, tick: f64, decimals: usize) -> String {
+        if self.logarithmic {
+            format!("1e{}", number(tick, decimals))
+        } else {
+            number(tick, decimals)
+        }
     }
 }
 
@@ -177,6 +220,19 @@ mod tests {
         assert_eq!(decimals, 1);
         assert_eq!(number(-0.0, 1), "0.0");
         assert_eq!(number(-2.5, 1), "−2.5");
+    }
+
+    #[test]
+    fn analytic_powers_of_ten_stand_at_whole_ticks() {
+        let scale = Scale::by_powers((3e-13, 2e-3), "s");
+        assert_eq!(scale.title("error"), "error (s)");
+        assert!((scale.show(1e-7) + 7.0).abs() < 1e-12);
+        for count in 2..10 {
+            let (ticks, decimals) = scale.ticks(scale.best_count(count));
+            assert!(ticks.iter().all(|t| t.fract() == 0.0), "{count}: {ticks:?}");
+            assert_eq!(decimals, 0);
+        }
+        assert_eq!(scale.label(-7.0, 0), "1e−7");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::font::{self, text_width, wrapped};
-use super::scale::{Scale, number};
+use super::scale::Scale;
 use super::style::*;
 use crate::simulation::EventKind;
 use plotters::coord::Shift;
@@ -129,16 +129,29 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         .iter()
         .enumerate()
         .map(|(k, panel)| {
-            let extent = |range: Option<(f64, f64)>, of: fn((f64, f64)) -> f64, room: f64| {
-                range.unwrap_or_else(|| {
+            let scale = |axis: &Axis, of: fn((f64, f64)) -> f64, room: f64| {
+                let range = axis.range.unwrap_or_else(|| {
                     let (low, high) = panel.extent(of);
+                    if axis.logarithmic {
+                        let margin = (high / low).powf(room);
+                        return (low / margin, high * margin);
+                    }
                     let margin = room * (high - low);
                     (low - margin, high + margin)
-                })
+                });
+                if axis.logarithmic {
+                    Scale::by_powers(range, &axis.unit)
+                } else {
+                    Scale::new(range, &axis.unit)
+                }
             };
-            let room = if panel.square { HEADROOM } else { 0.0 };
-            let x = Scale::new(extent(panel.x.range, |p| p.0, room), &panel.x.unit);
-            let y = Scale::new(extent(panel.y.range, |p| p.1, HEADROOM), &panel.y.unit);
+            let room = if panel.square || panel.x.logarithmic {
+                HEADROOM
+            } else {
+                0.0
+            };
+            let x = scale(&panel.x, |p| p.0, room);
+            let y = scale(&panel.y, |p| p.1, HEADROOM);
             Measured {
                 panel,
                 x,
@@ -155,7 +168,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         .collect();
     let right = MARGIN + measured.iter().map(|m| widest_label(&m.x, 4) / 2.0).fold(0.0, f64::max);
     for m in &mut measured {
-        m.y_ticks = ((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9);
+        m.y_ticks = m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
     }
     let labels = measured
         .iter()
@@ -168,13 +181,13 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
         if m.panel.square {
             m.height = plot_width;
         }
-        m.y_ticks = ((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9);
+        m.y_ticks = m.y.best_count(((m.height / (1.7 * LINE_HEIGHT)) as usize).clamp(2, 9));
         // As many ticks as have a letter's width between their labels.
         m.x_ticks = (2..=15)
             .rev()
             .find(|&n| {
                 let gaps = m.x.ticks(n).0.len().max(2) - 1;
-                widest_label(&m.x, n) + LABEL_SIZE < plot_width / (gaps + 1) as f64
+                m.x.best_count(n) == n && widest_label(&m.x, n) + LABEL_SIZE < plot_width / (gaps + 1) as f64
             })
             .unwrap_or(2);
         m.y_title = fitting_title(&m.y, &m.panel.y, m.height);
@@ -194,7 +207,7 @@ fn fitting_title(scale: &Scale, axis: &Axis, room: f64) -> String {
 
 fn widest_label(scale: &Scale, count: usize) -> f64 {
     let (ticks, decimals) = scale.ticks(count);
-    let width = |&t: &f64| text_width(&number(t, decimals), LABEL_SIZE);
+    let width = |&t: &f64| text_width(&scale.label(t, decimals), LABEL_SIZE);
     ticks.iter().map(width).fold(0.0, f64::max)
 }
 
@@ -368,8 +381,8 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
         .set_all_tick_mark_size(TICK)
         .x_labels(m.x_ticks)
         .y_labels(m.y_ticks)
-        .x_label_formatter(&|v| number(*v, x_decimals))
-        .y_label_formatter(&|v| number(*v, y_decimals))
+        .x_label_formatter(&|v| m.x.label(*v, x_decimals))
+        .y_label_formatter(&|v| m.y.label(*v, y_decimals))
         .label_style(label.clone())
         .axis_desc_style(label)
         .x_desc(x_title)

@@ -1,74 +1,175 @@
-//! Where a figure goes: its earlier version is replaced, any other file only by force.
+//! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
-use super::error::PlotError;
 use super::{raster, svg};
+use crate::results::target::{folder_of, same_file};
 use std::fs;
-use std::io::{ErrorKind, Read, Write};
-use std::path::Path;
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
 
-/// Bytes at the start of a file in which a figure's signature stands.
+/// Bytes at the start of a file in which a signature stands.
 const HEAD: u64 = 4096;
 
-/// Whether a figure may be written to `path`.
+/// By this, near its beginning, the program knows a page of its own.
+pub const PAGE_SIGNATURE: &str = "<meta name=\"generator\" content=\"stickslip";
+
+/// What is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Product {
+    /// SVG or PNG.
+    Figure,
+    /// An HTML page.
+    Page,
+}
+
+impl Product {
+    const fn name(self) -> &'static str {
+        match self {
+            Product::Figure => "figure",
+            Product::Page => "page",
+        }
+    }
+
+    /// The option that names it.
+    const fn option(self) -> &'static str {
+        match self {
+            Product::Figure => "-o",
+            Product::Page => "--html",
+        }
+    }
+
+    const fn example(self) -> &'static str {
+        match self {
+            Product::Figure => "figure.svg",
+            Product::Page => "report.html",
+        }
+    }
+
+    /// Whether a file that begins with `head` is such a product of this program.
+    fn is_own(self, head: &[u8]) -> bool {
+        let contains = |text: &str| head.windows(text.len()).any(|window| window == text.as_bytes());
+        let (keyword, value) = raster::SIGNATURE;
+        match self {
+            Product::Page => contains(PAGE_SIGNATURE),
+            Product::Figure if head.starts_with(b"\x89PNG") => contains(&format!("{keyword}\0{value}")),
+            Product::Figure => contains(&format!("<desc>{}", svg::SIGNATURE)),
+        }
+    }
+}
+
+/// Why a figure or a page cannot go where it should.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TargetError {
+    #[error("{path}: this is the file to be drawn; give the {} another name with {}", .product.name(), .product.option())]
+    IsInput { path: PathBuf, product: Product },
+    #[error(
+        "{path}: a folder; name a file in it, for example {} {}",
+        .product.option(), .path.join(.product.example()).display()
+    )]
+    IsFolder { path: PathBuf, product: Product },
+    #[error(
+        "{path}: not a usable file name; name the {} with {option}, for example {option} {}",
+        .product.name(), .product.example(), option = .product.option()
+    )]
+    NoFileName { path: PathBuf, product: Product },
+    #[error("{path}: the folder {folder} does not exist; create it, or choose another with {}", .product.option())]
+    NoFolder {
+        path: PathBuf,
+        folder: PathBuf,
+        product: Product,
+    },
+    #[error(
+        "{path}: there already, and not a {} that this program made; choose another name with {}, or replace it with \
+         --force",
+        .product.name(), .product.option()
+    )]
+    Foreign { path: PathBuf, product: Product },
+    #[error("{path}: write-protected; choose another name with {}, or replace it with --force", .product.option())]
+    Protected { path: PathBuf, product: Product },
+    #[error("{path}: {action} failed: {source}; check the folder and its disk, or choose another with {}", .product.option())]
+    Io {
+        path: PathBuf,
+        action: &'static str,
+        source: io::Error,
+        product: Product,
+    },
+}
+
+/// Whether a product made from `inputs` may be written to `path`; an input is never replaced.
 ///
 /// # Errors
-/// A folder, a file in a folder that is missing, or a file that is no figure of this program and is not to be replaced
-/// by `force`.
-pub fn check(path: &Path, force: bool) -> Result<(), PlotError> {
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-        return Err(PlotError::MissingFolder {
-            path: path.to_owned(),
-            folder: folder.to_owned(),
+/// `path` is an input, a folder, in a folder that is missing, or a file that is no such product of this program, or
+/// write-protected, and is not to be replaced by `force`.
+pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> Result<(), TargetError> {
+    let owned = || path.to_owned();
+    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
+        return Err(TargetError::IsFolder { path: owned(), product });
+    }
+    if path.file_name().is_none() {
+        return Err(TargetError::NoFileName { path: owned(), product });
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(TargetError::NoFolder {
+            path: owned(),
+            folder,
+            product,
         });
     }
-    match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(source) => Err(io(path, "looking at the file", source)),
-        Ok(_) if path.is_dir() => Err(PlotError::IsFolder { path: path.to_owned() }),
-        Ok(_) if force => Ok(()),
-        // Not opened unless it is a plain file: a pipe, for one, would block.
-        Ok(data) if data.is_file() && is_own_figure(path)? => Ok(()),
-        Ok(_) => Err(PlotError::Foreign { path: path.to_owned() }),
+    if inputs.iter().any(|input| same_file(input, path)) {
+        return Err(TargetError::IsInput { path: owned(), product });
     }
-}
-
-/// Writes the whole file beside its name and renames it: a figure is there in whole or not at all.
-///
-/// # Errors
-/// Of the operating system.
-pub fn write(path: &Path, contents: &[u8]) -> Result<(), PlotError> {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(".new");
-    let beside = path.with_file_name(name);
-    let written = fs::File::create(&beside)
-        .and_then(|mut file| file.write_all(contents))
-        .and_then(|()| fs::rename(&beside, path));
-    written.map_err(|source| {
-        let _ = fs::remove_file(&beside);
-        io(path, "writing", source)
-    })
-}
-
-fn io(path: &Path, action: &'static str, source: std::io::Error) -> PlotError {
-    PlotError::Io {
-        path: path.to_owned(),
-        action,
-        source,
+    let metadata = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(failed(path, product, "looking at the file", error)),
+        Ok(metadata) => metadata,
+    };
+    if force {
+        return Ok(());
     }
-}
-
-fn is_own_figure(path: &Path) -> Result<bool, PlotError> {
+    if metadata.permissions().readonly() {
+        return Err(TargetError::Protected { path: owned(), product });
+    }
+    // Not opened unless it is a plain file: a pipe, for one, would block.
+    if !path.is_file() {
+        return Err(TargetError::Foreign { path: owned(), product });
+    }
     let mut head = Vec::new();
     fs::File::open(path)
         .and_then(|file| file.take(HEAD).read_to_end(&mut head))
-        .map_err(|source| io(path, "reading", source))?;
-    let contains = |text: &str| head.windows(text.len()).any(|window| window == text.as_bytes());
-    let (keyword, value) = raster::SIGNATURE;
-    Ok(if head.starts_with(b"\x89PNG") {
-        contains(&format!("{keyword}\0{value}"))
+        .map_err(|error| failed(path, product, "reading the file", error))?;
+    if product.is_own(&head) {
+        Ok(())
     } else {
-        contains(&format!("<desc>{}", svg::SIGNATURE))
-    })
+        Err(TargetError::Foreign { path: owned(), product })
+    }
+}
+
+/// Writes `parts` one after the other under a temporary name, which becomes `path` when all is written: a product is
+/// there in whole or not at all.
+///
+/// # Errors
+/// Of the operating system.
+pub fn write(path: &Path, product: Product, parts: &[&[u8]]) -> Result<(), TargetError> {
+    let failed = |error| failed(path, product, "writing", error);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".stickslip-");
+    // As for any file that a program makes, and not for its owner alone; the umask takes from it.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder_of(path)).map_err(failed)?;
+    for part in parts {
+        file.write_all(part).map_err(failed)?;
+    }
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+fn failed(path: &Path, product: Product, action: &'static str, source: io::Error) -> TargetError {
+    TargetError::Io {
+        path: path.to_owned(),
+        action,
+        source,
+        product,
+    }
 }

@@ -10,12 +10,16 @@ mod raw;
 mod reader;
 pub mod schema;
 mod stick_slip;
-mod target;
+pub(crate) mod target;
+mod work_precision;
 mod writer;
 
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use reader::{AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo};
+pub use reader::{
+    AddedColumn, AddedGroup, AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo,
+};
 pub use stick_slip::{Extra, StickSlipTable};
 pub use target::{Overwrite, check_target, partial_path};
+pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{Header, MetaValue, ResultWriter, Status};

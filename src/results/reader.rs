@@ -294,6 +294,31 @@ impl ResultFile {
         Ok(contents)
     }
 
+    /// What a group holds that later versions of the program, or others, have added: its attributes,
+    /// and its one-dimensional numeric variables with up to `limit` of their first values; `None`
+    /// if there is no such group.
+    pub fn added_group(&self, name: &str, limit: usize) -> Result<Option<AddedGroup>, ResultError> {
+        let Ok(group) = self.file.group(name) else {
+            return Ok(None);
+        };
+        let mut columns = Vec::new();
+        for name in group.member_names().map_err(|error| self.failed(&error))? {
+            let Ok(dataset) = group.dataset(&name) else { continue };
+            let kind = dataset.dtype().and_then(|kind| kind.to_descriptor());
+            if dataset.ndim() == 1 && kind.is_ok_and(|kind| is_number(&kind)) {
+                columns.push(AddedColumn {
+                    units: text_attribute(&dataset, attribute::UNITS),
+                    long_name: text_attribute(&dataset, attribute::LONG_NAME),
+                    rows: dataset.size(),
+                    values: self.values(&dataset, 0..dataset.size().min(limit))?,
+                    name,
+                });
+            }
+        }
+        let attributes = self.attributes_of(&group)?;
+        Ok(Some(AddedGroup { attributes, columns }))
+    }
+
     fn list(&self, path: &str, group: &Group, contents: &mut Contents) -> Result<(), ResultError> {
         for (name, value) in self.attributes_of(group)? {
             contents.attributes.push(AttributeInfo {
@@ -494,6 +519,29 @@ pub struct VariableInfo {
     /// Least value that is not NaN; `None` where there is none.
     pub min: Option<f64>,
     pub max: Option<f64>,
+}
+
+/// A group of which this version of the program knows the name only.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AddedGroup {
+    /// In alphabetical order.
+    pub attributes: Vec<(String, AttributeValue)>,
+    /// In the order of the file.
+    pub columns: Vec<AddedColumn>,
+}
+
+/// A variable of such a group.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AddedColumn {
+    /// As in the file.
+    pub name: String,
+    /// UDUNITS.
+    pub units: Option<String>,
+    /// What it is.
+    pub long_name: Option<String>,
+    /// Rows in the file, of which `values` are the first.
+    pub rows: usize,
+    pub values: Vec<f64>,
 }
 
 /// The meaning of a code.

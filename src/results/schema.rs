@@ -9,6 +9,10 @@ use crate::simulation::{Channels, EventKind, State};
 
 /// Root attribute `format` of every result file.
 pub const FORMAT: &str = "stickslip-result";
+/// Root attribute `format` of a work-precision study.
+pub const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
+/// Every format that this program writes.
+pub const FORMATS: [&str; 2] = [FORMAT, WORK_PRECISION_FORMAT];
 /// Root attribute `format_version`. A change that an old reader would misread raises it.
 pub const FORMAT_VERSION: i32 = 1;
 /// Root attribute `Conventions`.
@@ -35,8 +39,12 @@ pub mod group {
     pub const EVENTS: &str = "events";
     pub const SEGMENTS: &str = "segments";
     pub const STICK_SLIP: &str = "stick_slip";
+    /// How many digits are true; only in a certified file.
+    pub const CERTIFICATE: &str = "certificate";
     pub const INPUT: &str = "input";
     pub const META: &str = "meta";
+    pub const RUNS: &str = "runs";
+    pub const REFERENCE: &str = "reference";
 }
 
 /// The TOML text as given, in /input.
@@ -255,6 +263,76 @@ pub fn stick_slip() -> Table {
         variables,
     }
 }
+
+/// /runs of a work-precision study: a row for each run. `methods` are the names behind the codes.
+pub fn work_precision_runs(methods: &[&'static str]) -> Table {
+    let codes = methods.iter().zip(0i8..).map(|(name, code)| (code, *name)).collect();
+    let seconds = |name: &str, long_name: &str| Variable::new(name, Kind::Float64, "s", long_name);
+    let variables = vec![
+        Variable::index("run", "index of the run"),
+        Variable::code("method", "integration method", codes),
+        Variable::new("rtol", Kind::Float64, "1", "solver.rtol, NaN with a fixed step"),
+        seconds("fixed_step", "solver.fixed_step, NaN with a tolerance"),
+        Variable::code(
+            "outcome",
+            "whether the run came to its end",
+            vec![(0, "complete"), (1, "failed")],
+        ),
+        Variable::code(
+            "same_sequence",
+            "whether the events are those of the reference, in its order",
+            vec![(0, "no"), (1, "yes")],
+        ),
+        Variable::count("events", "events of the sequence"),
+        seconds(
+            "onset_error",
+            "error of the first stick, NaN where there is none to compare",
+        ),
+        seconds(
+            "final_stick_error",
+            "error of the stick in which the run ends, NaN where there is none to compare",
+        ),
+        seconds(
+            "largest_event_error",
+            "largest error of all events, NaN where their sequence is another",
+        ),
+        Variable::count("steps", "steps of the integrators"),
+        Variable::count("rhs_evaluations", "evaluations of the right-hand side"),
+        Variable::count("jacobian_evaluations", "evaluations of the Jacobian"),
+        seconds("wall_time", "time of the integration, the least of its repetitions"),
+    ];
+    Table {
+        group: group::RUNS,
+        chunk: SHORT_CHUNK,
+        variables,
+    }
+}
+
+/// /reference of a work-precision study: a row for each event of the sequence.
+pub fn work_precision_reference() -> Table {
+    let variables = vec![
+        Variable::index("event", "index of the event"),
+        Variable::code("kind", "what happened", kind_flags()),
+        Variable::new("time", Kind::Float64, "s", "time"),
+        Variable::new("time_uncertainty", Kind::Float64, "s", "uncertainty of the time"),
+    ];
+    Table {
+        group: group::REFERENCE,
+        chunk: SHORT_CHUNK,
+        variables,
+    }
+}
+
+/// (name, unit, description) of the float64 attributes of /reference: what errors below are not told from zero.
+pub const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
+    ("onset_uncertainty", "s", "uncertainty of the first stick"),
+    (
+        "final_stick_uncertainty",
+        "s",
+        "uncertainty of the stick in which the run ends",
+    ),
+    ("largest_event_uncertainty", "s", "largest uncertainty of all events"),
+];
 
 /// Every table, in the order of the file.
 pub fn tables() -> [Table; 4] {

@@ -27,7 +27,7 @@ pub fn partial_path(path: &Path) -> PathBuf {
 }
 
 /// The folder that holds `path`, "." where it names none.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
+pub(crate) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder.to_owned(),
         _ => PathBuf::from("."),
@@ -101,7 +101,9 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
         .with_fapl(|access| access.file_locking(true))
         .open(path)
     {
-        Ok(file) => Ok(text_attribute(&file, schema::root::FORMAT).as_deref() == Some(schema::FORMAT)),
+        Ok(file) => {
+            Ok(text_attribute(&file, schema::root::FORMAT).is_some_and(|f| schema::FORMATS.contains(&f.as_str())))
+        }
         Err(error) => match ResultError::read(path, &error) {
             busy @ ResultError::InUse { .. } => Err(busy),
             _ => Ok(stem.ends_with(".partial")),
@@ -130,7 +132,7 @@ pub(super) fn has_hdf5_signature(path: &Path) -> Result<bool, ResultError> {
 }
 
 /// Whether both paths lead to one file, by whatever links.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt;

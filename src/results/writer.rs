@@ -40,9 +40,11 @@ pub struct Header {
     pub resolved: String,
     /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
     pub meta: Vec<(String, MetaValue)>,
+    /// Attributes of /events: how its times were found.
+    pub events: Vec<(String, MetaValue)>,
 }
 
-/// The value of an attribute of /meta.
+/// The value of an attribute of /meta or /events.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MetaValue {
     Text(String),
@@ -327,18 +329,7 @@ struct Open {
 
 impl Open {
     fn create(path: &Path, header: &Header) -> hdf5::Result<Self> {
-        let file = hdf5::File::with_options()
-            // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
-            .with_fapl(|access| access.file_locking(false))
-            // Variables in their own order, not the alphabet's.
-            .with_fcpl(|create| {
-                create
-                    .link_creation_order(LinkCreationOrder::Indexed)
-                    .obj_track_times(false)
-                    // Freed space is not used again: until the next flush, what is on disk refers to it.
-                    .file_space_strategy(FileSpaceStrategy::None)
-            })
-            .create_excl(path)?;
+        let file = create_file(path)?;
         for (name, text) in [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &header.title),
@@ -365,17 +356,11 @@ impl Open {
                 "every parameter in SI units (TOML)",
             ),
         ] {
-            let dataset = raw::write_text(&input, name, text)?;
-            write_text_attribute(&dataset, schema::attribute::UNITS, "1")?;
-            write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)?;
+            write_input(&input, name, text, long_name)?;
         }
         let meta = create_group(&file, schema::group::META)?;
-        for (name, value) in &header.meta {
-            match value {
-                MetaValue::Text(text) => write_text_attribute(&meta, name, text)?,
-                MetaValue::Number(number) => write_number_attribute(&meta, name, *number)?,
-            }
-        }
+        write_attributes(&meta, &header.meta)?;
+        write_attributes(&file.group(schema::group::EVENTS)?, &header.events)?;
         write_number_attribute(&meta, schema::META_WALL_TIME, f64::NAN)?;
         file.flush()?;
         Ok(Open {
@@ -468,7 +453,7 @@ impl Open {
 
 /// One value of a row.
 #[derive(Debug, Clone, Copy)]
-enum Cell {
+pub(super) enum Cell {
     I8(i8),
     I32(i32),
     I64(i64),
@@ -522,7 +507,7 @@ impl Buffer {
 }
 
 /// A group of columns that grow together.
-struct TableWriter {
+pub(super) struct TableWriter {
     columns: Vec<(Dataset, Buffer)>,
     chunk: usize,
     written: usize,
@@ -530,7 +515,7 @@ struct TableWriter {
 }
 
 impl TableWriter {
-    fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
+    pub(super) fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
         let group = create_group(file, table.group)?;
         let mut columns: Vec<(Dataset, Buffer)> = Vec::with_capacity(table.variables.len());
         for variable in &table.variables {
@@ -549,12 +534,12 @@ impl TableWriter {
         })
     }
 
-    fn next_index(&self) -> i32 {
+    pub(super) fn next_index(&self) -> i32 {
         i32::try_from(self.written + self.buffered).unwrap_or(i32::MAX)
     }
 
     /// Buffers a row; true if it is the last of a chunk.
-    fn push(&mut self, cells: impl IntoIterator<Item = Cell>) -> bool {
+    pub(super) fn push(&mut self, cells: impl IntoIterator<Item = Cell>) -> bool {
         let mut cells = cells.into_iter();
         for ((_, buffer), cell) in self.columns.iter_mut().zip(&mut cells) {
             buffer.push(cell);
@@ -564,7 +549,7 @@ impl TableWriter {
     }
 
     /// Writes what is buffered.
-    fn append(&mut self) -> hdf5::Result<()> {
+    pub(super) fn append(&mut self) -> hdf5::Result<()> {
         if self.buffered > 0 {
             for (dataset, buffer) in &mut self.columns {
                 buffer.append(dataset, self.written)?;
@@ -576,7 +561,29 @@ impl TableWriter {
     }
 }
 
-fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
+/// A new file with variables in their own order, not the alphabet's.
+pub(super) fn create_file(path: &Path) -> hdf5::Result<hdf5::File> {
+    hdf5::File::with_options()
+        // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
+        .with_fapl(|access| access.file_locking(false))
+        .with_fcpl(|create| {
+            create
+                .link_creation_order(LinkCreationOrder::Indexed)
+                .obj_track_times(false)
+                // Freed space is not used again: until the next flush, what is on disk refers to it.
+                .file_space_strategy(FileSpaceStrategy::None)
+        })
+        .create_excl(path)
+}
+
+/// A text of /input.
+pub(super) fn write_input(group: &Group, name: &str, text: &str, long_name: &str) -> hdf5::Result<()> {
+    let dataset = raw::write_text(group, name, text)?;
+    write_text_attribute(&dataset, schema::attribute::UNITS, "1")?;
+    write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)
+}
+
+pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
     parent
         .create_group_builder()
         .with_gcpl(|create| {
@@ -619,7 +626,7 @@ fn create_variable(group: &Group, variable: &Variable, chunk: usize) -> hdf5::Re
     Ok(dataset)
 }
 
-fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
+pub(super) fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
     write_text_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
     write_text_attribute(
         location,
@@ -628,11 +635,18 @@ fn write_companions(location: &Location, name: &str, units: &str, long_name: &st
     )
 }
 
-fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
+pub(super) fn write_attributes(group: &Group, attributes: &[(String, MetaValue)]) -> hdf5::Result<()> {
+    attributes.iter().try_for_each(|(name, value)| match value {
+        MetaValue::Text(text) => write_text_attribute(group, name, text),
+        MetaValue::Number(number) => write_number_attribute(group, name, *number),
+    })
+}
+
+pub(super) fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
     location.new_attr::<f64>().create(name)?.write_scalar(&value)
 }
 
-fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
+pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
     location
         .new_attr::<VarLenUnicode>()
         .create(name)?

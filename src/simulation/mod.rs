@@ -1,13 +1,17 @@
 //! The brake run by the automaton: which solver where, and what is recorded.
 
 pub mod brake;
+pub mod fixed_step;
 pub mod options;
 pub mod plan;
+pub mod procedure;
 pub mod record;
 pub mod rules;
 pub mod sampling;
 
 mod observer;
+mod readings;
+mod runge_kutta;
 
 pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
@@ -19,6 +23,7 @@ use crate::model::{Mode, Parameters};
 use brake::{Brake, Location, Watch};
 use observer::Recording;
 use plan::Plan;
+use readings::TwistReadings;
 use rules::BrakeRules;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -115,13 +120,20 @@ pub fn simulate(
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
+    if solver.method == Method::Paper {
+        return procedure::run(parameters, solver, output, recorder, control);
+    }
     let brake = Arc::new(Brake::new(parameters));
     let plan = Plan::new(parameters, brake.axial.largest_force(), solver);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
     let mut state = vec![0.0; DIMENSION];
     state[ROTOR_SPEED] = parameters.initial.speed;
     let location = rules.initial_location(&state);
-    let mut recording = Recording::new(&brake, parameters, output, recorder, control, &state);
+    let readings = TwistReadings {
+        brake: &brake,
+        axial: parameters.axial,
+    };
+    let mut recording = Recording::new(readings, output, recorder, control, &state);
     let start = Start {
         time: 0.0,
         location,

@@ -1,20 +1,18 @@
-//! From torsional states to the rows of the record.
+//! From the states of a run to the rows of the record.
 
-use super::brake::{Brake, Location};
-use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
+use super::brake::Location;
+use super::readings::Readings;
+use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment};
 use super::sampling::SampleTimes;
 use super::{OutputOptions, Progress, RunReport, SolverWork};
 use crate::hybrid::{Observer, ObserverError, SegmentReport};
-use crate::model::torsion::index::{
-    DAMPING_LOSS, FRICTION_LOSS, ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE, SLIP, STATOR_TWIST, STATOR_TWIST_RATE,
-};
-use crate::model::{Axial, Mode, Parameters};
+use crate::model::Mode;
+use crate::sundials::Counters;
 use std::ops::ControlFlow;
 
-/// Feeds a [`Recorder`] from the automaton.
-pub(super) struct Recording<'a> {
-    brake: &'a Brake,
-    axial: Axial,
+/// Feeds a [`Recorder`] from the automaton, or from the paper's procedure.
+pub(super) struct Recording<'a, R> {
+    readings: R,
     recorder: &'a mut dyn Recorder,
     control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     times: SampleTimes,
@@ -27,18 +25,17 @@ pub(super) struct Recording<'a> {
     report: RunReport,
 }
 
-impl<'a> Recording<'a> {
+impl<'a, R: Readings> Recording<'a, R> {
     pub(super) fn new(
-        brake: &'a Brake,
-        parameters: &Parameters,
+        readings: R,
         output: &OutputOptions,
         recorder: &'a mut dyn Recorder,
         control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
         start: &[f64],
     ) -> Self {
+        let initial_energy = readings.kinetic_energy(start);
         Recording {
-            brake,
-            axial: parameters.axial,
+            readings,
             recorder,
             control,
             times: SampleTimes::new(output),
@@ -48,7 +45,7 @@ impl<'a> Recording<'a> {
             counted: 0,
             work_perturbation: 0.0,
             report: RunReport {
-                initial_energy: brake.torsion.kinetic_energy(start),
+                initial_energy,
                 ..RunReport::default()
             },
         }
@@ -58,69 +55,16 @@ impl<'a> Recording<'a> {
         self.report
     }
 
-    fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State {
-        let axial = self.brake.axial.at(t);
-        let (u, v, slip) = (y[ROTOR_TWIST], y[STATOR_TWIST], y[SLIP]);
-        let v_dot = y[STATOR_TWIST_RATE];
-        // In stick it is zero by the mode, not by a difference of two rounded speeds.
-        let w = if mode == Mode::Stick {
-            0.0
-        } else {
-            self.brake.torsion.relative_velocity(y)
-        };
-        State {
-            z: axial.displacement,
-            z_dot: axial.velocity,
-            theta: u + v + slip,
-            theta_dot: y[ROTOR_SPEED],
-            phi1: v,
-            phi1_dot: v_dot,
-            phi2: v + slip,
-            phi2_dot: w + v_dot,
-            rotor_twist: u,
-            rotor_twist_rate: y[ROTOR_TWIST_RATE],
-            relative_velocity: w,
-            slip_displacement: slip,
-        }
-    }
-
     fn channels(&mut self, t: f64, mode: Mode, y: &[f64]) -> Channels {
-        let (axial, torsion) = (self.brake.axial.at(t), &self.brake.torsion);
-        let normal_force = if mode == Mode::Separated {
-            0.0
-        } else {
-            axial.pressing_force.max(0.0)
-        };
-        let transmitted_torque = torsion.transmitted_torque(y);
-        let Axial { mass, stiffness, .. } = self.axial;
-        let energy_kinetic = torsion.kinetic_energy(y) + 0.5 * mass * axial.velocity * axial.velocity;
-        let energy_elastic = torsion.elastic_energy(y) + 0.5 * stiffness * axial.displacement * axial.displacement;
-        let dissipated_friction = y[FRICTION_LOSS];
-        let dissipated_damping = y[DAMPING_LOSS] + axial.dissipated;
-        let energy_residual = energy_kinetic + energy_elastic + dissipated_friction + dissipated_damping
-            - axial.work
-            - self.work_perturbation
+        let mut channels = self.readings.channels(t, mode, y);
+        let c = &mut channels;
+        c.work_perturbation = self.work_perturbation;
+        c.energy_residual = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
+            - c.work_applied
+            - c.work_perturbation
             - self.report.initial_energy;
-        self.report.energy_residual = self.report.energy_residual.max(energy_residual.abs());
-        Channels {
-            applied_force: axial.force,
-            normal_force,
-            friction_torque: match mode {
-                Mode::Separated => 0.0,
-                Mode::Stick => transmitted_torque,
-                Mode::SlipForward | Mode::SlipBackward => {
-                    torsion.sliding_torque(f64::from(mode.sense()), y, normal_force)
-                }
-            },
-            transmitted_torque,
-            energy_kinetic,
-            energy_elastic,
-            work_applied: axial.work,
-            work_perturbation: self.work_perturbation,
-            dissipated_friction,
-            dissipated_damping,
-            energy_residual,
-        }
+        self.report.energy_residual = self.report.energy_residual.max(c.energy_residual.abs());
+        channels
     }
 
     fn record(&mut self, t: f64, location: &Location, y: &[f64]) -> Result<(), ObserverError> {
@@ -139,10 +83,57 @@ impl<'a> Recording<'a> {
             time: t,
             mode: location.mode,
             segment,
-            state: self.state(t, location.mode, y),
+            state: self.readings.state(t, location.mode, y),
             channels,
         };
         self.recorder.sample(&sample)
+    }
+
+    /// Records a segment from `span.0` to `span.1` (s), with what it cost.
+    pub(super) fn end_segment(
+        &mut self,
+        span: (f64, f64),
+        mode: Mode,
+        solver: &'static str,
+        c: &Counters,
+    ) -> Result<(), ObserverError> {
+        let (start, end) = span;
+        self.segments += 1;
+        self.report.end = end;
+        let work = &mut self.report.work;
+        let position = work.iter().position(|w| w.solver == solver).unwrap_or_else(|| {
+            work.push(SolverWork {
+                solver,
+                segments: 0,
+                time: 0.0,
+                steps: 0,
+                rhs_evaluations: 0,
+                jacobian_evaluations: 0,
+            });
+            work.len() - 1
+        });
+        let row = &mut work[position];
+        row.segments += 1;
+        row.time += end - start;
+        row.steps += c.steps;
+        row.rhs_evaluations += c.rhs_evaluations;
+        row.jacobian_evaluations += c.jacobian_evaluations;
+        self.recorder.segment(&Segment {
+            start,
+            end,
+            mode,
+            solver,
+            steps: c.steps,
+            rhs_evaluations: c.rhs_evaluations,
+            jacobian_evaluations: c.jacobian_evaluations,
+            linear_solver_setups: c.linear_solver_setups,
+            error_test_failures: c.error_test_failures,
+            nonlinear_iterations: c.nonlinear_iterations,
+            nonlinear_convergence_failures: c.nonlinear_convergence_failures,
+            root_evaluations: c.root_evaluations,
+            last_order: c.last_order,
+            last_step: c.last_step,
+        })
     }
 
     /// Whether the sample under way is the run's last, which stands after the last segment has been reported.
@@ -151,7 +142,7 @@ impl<'a> Recording<'a> {
     }
 }
 
-impl Observer<Location, EventKind> for Recording<'_> {
+impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
     fn next_sample_time(&self) -> f64 {
         self.times.next()
     }
@@ -177,8 +168,7 @@ impl Observer<Location, EventKind> for Recording<'_> {
         after: (&Location, &[f64]),
     ) -> Result<(), ObserverError> {
         if kind == EventKind::Kick {
-            let torsion = &self.brake.torsion;
-            self.work_perturbation += torsion.kinetic_energy(after.1) - torsion.kinetic_energy(before.1);
+            self.work_perturbation += self.readings.kinetic_energy(after.1) - self.readings.kinetic_energy(before.1);
         }
         self.counted += usize::from(kind.in_mode_word());
         self.channels(t, after.0.mode, after.1);
@@ -187,53 +177,17 @@ impl Observer<Location, EventKind> for Recording<'_> {
             kind,
             mode_after: after.0.mode,
             segment: self.segments.saturating_sub(1),
-            before: self.state(t, before.0.mode, before.1),
-            after: self.state(t, after.0.mode, after.1),
-            internal_force: self.brake.torsion.transmitted_torque(before.1) / self.brake.torsion.contact.radius,
+            before: self.readings.state(t, before.0.mode, before.1),
+            after: self.readings.state(t, after.0.mode, after.1),
+            internal_force: self.readings.internal_force(before.1),
         };
         self.report.events.push(event);
         self.recorder.event(&event)
     }
 
     fn segment(&mut self, report: &SegmentReport<Location>) -> Result<(), ObserverError> {
-        self.segments += 1;
-        self.report.end = report.end;
-        let c = &report.counters;
-        let solver = report.solver.name();
-        let work = &mut self.report.work;
-        let position = work.iter().position(|w| w.solver == solver).unwrap_or_else(|| {
-            work.push(SolverWork {
-                solver,
-                segments: 0,
-                time: 0.0,
-                steps: 0,
-                rhs_evaluations: 0,
-                jacobian_evaluations: 0,
-            });
-            work.len() - 1
-        });
-        let row = &mut work[position];
-        row.segments += 1;
-        row.time += report.end - report.start;
-        row.steps += c.steps;
-        row.rhs_evaluations += c.rhs_evaluations;
-        row.jacobian_evaluations += c.jacobian_evaluations;
-        self.recorder.segment(&Segment {
-            start: report.start,
-            end: report.end,
-            mode: report.location.mode,
-            solver,
-            steps: c.steps,
-            rhs_evaluations: c.rhs_evaluations,
-            jacobian_evaluations: c.jacobian_evaluations,
-            linear_solver_setups: c.linear_solver_setups,
-            error_test_failures: c.error_test_failures,
-            nonlinear_iterations: c.nonlinear_iterations,
-            nonlinear_convergence_failures: c.nonlinear_convergence_failures,
-            root_evaluations: c.root_evaluations,
-            last_order: c.last_order,
-            last_step: c.last_step,
-        })
+        let span = (report.start, report.end);
+        self.end_segment(span, report.location.mode, report.solver.name(), &report.counters)
     }
 
     fn progress(&mut self, t: f64, location: &Location) -> ControlFlow<()> {

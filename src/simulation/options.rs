@@ -1,5 +1,7 @@
 //! How a run is integrated and what it writes.
 
+use crate::sundials::ErkTable;
+
 /// The integration method of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
@@ -9,14 +11,48 @@ pub enum Method {
     CvodeBdf,
     /// CVODE Adams for everything.
     CvodeAdams,
-    /// ARKODE's explicit Runge-Kutta method for everything.
+    /// ARKODE's explicit Runge-Kutta method for everything, with the pair that is best here: [`Method::BEST_PAIR`].
     Erk,
     /// ARKODE's singly diagonally implicit Runge-Kutta method for everything.
     Esdirk,
+    /// ARKODE's explicit Runge-Kutta method for everything, with this embedded pair.
+    ErkPair(ErkTable),
+    /// The procedure of the paper, in absolute angles and without location of events: see
+    /// [`crate::simulation::procedure`].
+    Paper,
 }
 
+/// The embedded explicit pairs by the names that users know: the digits are the order of the method and that of the
+/// embedded one. Where two pairs share them, stages are added.
+const PAIRS: [(&str, ErkTable); 23] = [
+    ("erk-heun-euler-21", ErkTable::HeunEuler2s12),
+    ("erk-ralston-euler-21", ErkTable::RalstonEuler2s12),
+    ("erk-midpoint-euler-21", ErkTable::ExplicitMidpointEuler2s12),
+    ("erk-ark2-21", ErkTable::Ark2Erk3s12),
+    ("erk-shu-osher-32", ErkTable::ShuOsher3s23),
+    ("erk-bogacki-shampine-32", ErkTable::BogackiShampine4s23),
+    ("erk-ark324l2sa-32", ErkTable::Ark324L2sa4s23),
+    ("erk-zonneveld-43", ErkTable::Zonneveld5s34),
+    ("erk-sofroniou-spaletta-43", ErkTable::SofroniouSpaletta5s34),
+    ("erk-sayfy-aburub-43", ErkTable::SayfyAburub6s34),
+    ("erk-ark436l2sa-43", ErkTable::Ark436L2sa6s34),
+    ("erk-ark437l2sa-43", ErkTable::Ark437L2sa7s34),
+    ("erk-cash-karp-54", ErkTable::CashKarp6s45),
+    ("erk-fehlberg-54", ErkTable::Fehlberg6s45),
+    ("erk-dormand-prince-54", ErkTable::DormandPrince7s45),
+    ("erk-ark548l2sa-54", ErkTable::Ark548L2sa8s45),
+    ("erk-ark548l2sab-54", ErkTable::Ark548L2sab8s45),
+    ("erk-verner-65", ErkTable::Verner8s56),
+    ("erk-verner-65-9s", ErkTable::Verner9s56),
+    ("erk-verner-76", ErkTable::Verner10s67),
+    ("erk-fehlberg-87", ErkTable::Fehlberg13s78),
+    ("erk-verner-87", ErkTable::Verner13s78),
+    ("erk-verner-98", ErkTable::Verner16s89),
+];
+
 impl Method {
-    pub const ALL: [Method; 5] = [
+    /// One method of each kind that locates events. Every method is in [`Method::all`].
+    pub const KINDS: [Method; 5] = [
         Method::Auto,
         Method::CvodeBdf,
         Method::CvodeAdams,
@@ -24,6 +60,16 @@ impl Method {
         Method::Esdirk,
     ];
 
+    /// The pair of `auto` and `erk`: of order 8, chosen by measurement (docs/methods.md).
+    pub const BEST_PAIR: ErkTable = ErkTable::Fehlberg13s78;
+
+    /// Every method: [`Method::KINDS`], the paper's procedure, and every embedded explicit pair.
+    pub fn all() -> impl Iterator<Item = Method> {
+        let pairs = PAIRS.iter().map(|&(_, table)| Method::ErkPair(table));
+        Method::KINDS.into_iter().chain([Method::Paper]).chain(pairs)
+    }
+
+    /// The name in case files, on the command line and in /meta of a result.
     pub fn name(self) -> &'static str {
         match self {
             Method::Auto => "auto",
@@ -31,11 +77,31 @@ impl Method {
             Method::CvodeAdams => "cvode-adams",
             Method::Erk => "erk",
             Method::Esdirk => "esdirk",
+            Method::Paper => "paper",
+            Method::ErkPair(table) => PAIRS
+                .iter()
+                .find(|pair| pair.1 == table)
+                .map_or("erk-unnamed", |pair| pair.0),
         }
     }
 
+    /// The method of a name, if there is one.
     pub fn from_name(name: &str) -> Option<Method> {
-        Method::ALL.into_iter().find(|m| m.name() == name)
+        Method::all().find(|m| m.name() == name)
+    }
+
+    /// The Butcher table, if one explicit Runge-Kutta method integrates everything: only these can take fixed steps.
+    pub fn explicit_table(self) -> Option<ErkTable> {
+        match self {
+            Method::Erk => Some(Method::BEST_PAIR),
+            Method::ErkPair(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Whether events are located between the steps. The paper's procedure sees them at the end of a step only.
+    pub fn locates_events(self) -> bool {
+        self != Method::Paper
     }
 }
 
@@ -53,6 +119,8 @@ pub struct SolverOptions {
     pub atol_speed: Option<f64>,
     /// Upper bound of every step, s.
     pub max_step: Option<f64>,
+    /// Steps of this length without control of the error, s; for the methods with an [`Method::explicit_table`].
+    pub fixed_step: Option<f64>,
     /// Most transitions of a run before it is ended with an error.
     pub max_events: usize,
 }
@@ -66,6 +134,7 @@ impl Default for SolverOptions {
             atol_rate: None,
             atol_speed: None,
             max_step: None,
+            fixed_step: None,
             max_events: 100_000,
         }
     }
@@ -92,4 +161,25 @@ pub struct OutputWindow {
     pub to: f64,
     /// s.
     pub interval: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The C library says the orders; every table that it has with an embedding has one name.
+    #[test]
+    fn sundials_every_pair_has_a_name_that_tells_its_orders() {
+        assert_eq!(PAIRS.len(), ErkTable::ALL.len());
+        for &table in ErkTable::ALL {
+            let names: Vec<&str> = PAIRS.iter().filter(|pair| pair.1 == table).map(|pair| pair.0).collect();
+            let [name] = names[..] else {
+                panic!("{table}: {names:?}")
+            };
+            let orders = format!("-{}{}", table.order(), table.embedded_order());
+            let stages = format!("{orders}-{}s", table.stages());
+            assert!(name.ends_with(&orders) || name.ends_with(&stages), "{name}: {table}");
+            assert_eq!(Method::from_name(name), Some(Method::ErkPair(table)));
+        }
+    }
 }

@@ -5,7 +5,7 @@ use super::options::{Method, SolverOptions};
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::torsion::{DIMENSION, TorsionModel, index};
 use crate::model::{Mode, Parameters};
-use crate::sundials::{ErkTable, EsdirkTable, Tolerances};
+use crate::sundials::{EsdirkTable, Tolerances};
 
 /// Absolute tolerance of the slip displacement at relative tolerance 1, rad.
 const SLIP_SCALE: f64 = 1.0;
@@ -39,6 +39,7 @@ pub struct Plan {
     /// As the user set them.
     absolute: [Option<f64>; 3],
     max_step: Option<f64>,
+    fixed_step: Option<f64>,
     /// T_n, s.
     period: f64,
 }
@@ -58,6 +59,7 @@ impl Plan {
             energy: 0.5 * parameters.torsion.rotor_inertia * (parameters.initial.speed.powi(2) + speed.powi(2)),
             absolute: [options.atol_twist, options.atol_rate, options.atol_speed],
             max_step: options.max_step,
+            fixed_step: options.fixed_step,
             period: model.natural_period(),
         }
     }
@@ -72,12 +74,14 @@ impl Plan {
             SolverKind::ClosedForm
         } else {
             match (self.method, location.resolved) {
-                (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(ErkTable::Fehlberg13s78),
+                (Method::Auto, true) | (Method::Erk, _) => SolverKind::Erk(Method::BEST_PAIR),
+                (Method::ErkPair(table), _) => SolverKind::Erk(table),
                 (Method::Auto, false) | (Method::Esdirk, _) => SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45),
                 // Beyond order 2 BDF is unstable near the imaginary axis, where the fast mode is, if it is not resolved.
                 (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
                 (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
                 (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
+                (Method::Paper, _) => unreachable!("the paper's procedure steps by itself"),
             }
         };
         let bdf = self.method == Method::CvodeBdf;
@@ -90,6 +94,7 @@ impl Plan {
         };
         let bound = location.resolved.then_some(self.period / STEPS_PER_PERIOD);
         let max_step = match (bound, self.max_step) {
+            _ if self.fixed_step.is_some() => None,
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         };
@@ -97,6 +102,7 @@ impl Plan {
             kind,
             tolerances: self.tolerances(rtol),
             max_step,
+            fixed_step: self.fixed_step,
         }
     }
 

@@ -66,7 +66,7 @@ pub use error::{Callback, Failure, NonFinite, SolverError};
 pub use esdirk::{Esdirk, EsdirkOptions, Predictor};
 pub use flags::{ArkodeFlag, ArkodeLinearFlag, CvodeFlag, CvodeLinearFlag, Flag};
 pub use stepping::{Interpolant, StepController, Stepping};
-pub use tables::{ErkTable, EsdirkTable};
+pub use tables::{Coefficients, ErkTable, EsdirkTable};
 
 /// Version of the SUNDIALS library that is linked, such as `7.1.1` (`SUNDIALS_VERSION`).
 pub const SUNDIALS_VERSION: &str = env!("STICKSLIP_SUNDIALS_VERSION");

@@ -1,6 +1,7 @@
 //! The Butcher tables that come with ARKODE.
 
 use super::ffi;
+use nalgebra::Complex;
 
 /// What the C library says of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,6 +166,54 @@ tables! {
         Esdirk547L2sa7s45 = ARKODE_ESDIRK547L2SA_7_4_5,
         Esdirk547L2sa2_7s45 = ARKODE_ESDIRK547L2SA2_7_4_5,
         Ark2Dirk3s12 = ARKODE_ARK2_DIRK_3_1_2,
+    }
+}
+
+/// The coefficients of an explicit method, as ARKODE has them. (`ARKodeButcherTableMem`)
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coefficients {
+    /// Stage i is f(t + c_i h, y + h sum of a_ij k_j); row i has the i coefficients below the diagonal.
+    pub a: Vec<Vec<f64>>,
+    /// Weights of the stages in the solution.
+    pub b: Vec<f64>,
+    /// Times of the stages, in steps.
+    pub c: Vec<f64>,
+    /// Weights of the stages in the embedded solution.
+    pub d: Vec<f64>,
+}
+
+impl Coefficients {
+    /// R(z) by which a step multiplies y' = lambda y, z = h lambda.
+    pub fn stability_function(&self, z: Complex<f64>) -> Complex<f64> {
+        let mut slopes: Vec<Complex<f64>> = Vec::with_capacity(self.b.len());
+        for row in &self.a {
+            let sum: Complex<f64> = row.iter().zip(&slopes).map(|(a, k)| k * *a).sum();
+            slopes.push(z * sum + 1.0);
+        }
+        let sum: Complex<f64> = self.b.iter().zip(&slopes).map(|(b, k)| k * *b).sum();
+        z * sum + 1.0
+    }
+}
+
+impl ErkTable {
+    /// The coefficients. (`ARKodeButcherTable_LoadERK`)
+    pub fn coefficients(self) -> Coefficients {
+        // SAFETY: the function makes a table, which is freed after it was read; its arrays have `stages` values each,
+        // A `stages` rows of them, and every explicit table of `Self::ALL` has an embedding.
+        unsafe {
+            let table = ffi::ARKodeButcherTable_LoadERK(self.id());
+            assert!(!table.is_null(), "ARKODE has each table that its header names");
+            let stages = (*table).stages.unsigned_abs() as usize;
+            let row = |values: *const f64, count: usize| std::slice::from_raw_parts(values, count).to_vec();
+            let coefficients = Coefficients {
+                a: (0..stages).map(|i| row(*(*table).A.add(i), i)).collect(),
+                b: row((*table).b, stages),
+                c: row((*table).c, stages),
+                d: row((*table).d, stages),
+            };
+            ffi::ARKodeButcherTable_Free(table);
+            coefficients
+        }
     }
 }
 

@@ -90,6 +90,7 @@ pub fn header() -> Header {
         history: "2024-01-01T00:00:00Z stickslip run made-up.toml".to_owned(),
         case_text: "title = \"A made-up brake µ\"\n[axial]\nmass = 4.54 # kg\n".to_owned(),
         resolved: format!("# {}\n[axial]\nmass = 4.54\n", "padding ".repeat(20_000)),
+        events: Vec::new(),
         meta: vec![
             (
                 "program".to_owned(),

@@ -1,0 +1,344 @@
+//! What accuracy costs: methods by tolerances on one case against a reference.
+//!
+//! The error is that of event times, as nothing else of a hybrid run can be compared pointwise: of the first stick, of the
+//! stick for good, and the largest of all events. The last exists only where the run has the reference's sequence of
+//! events; the first two are taken where both runs have such a stick, whatever is between.
+
+mod study;
+
+pub use study::{BuiltInStudy, Knob, ReferenceChoice, STUDIES, Study};
+
+use super::truth::{Truth, TruthError};
+use crate::case::Case;
+use crate::simulation::{Event, EventKind, Method, NoRecorder, RunReport, simulate};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Why a study has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The file of true events is of no use.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
+    /// A run of the reference failed.
+    #[error(
+        "the reference cannot be computed: method {method} fails: {failure}; name other methods in [reference], or a truth"
+    )]
+    ReferenceFailed {
+        /// Of the run.
+        method: &'static str,
+        /// In words.
+        failure: String,
+    },
+    /// The runs of the reference are not of one kind.
+    #[error(
+        "there is no reference: {method} and {check} at rtol {rtol:e} disagree in the sequence of events ({events} and \
+         {check_events}), first at t = {time:.9} s, so no error can be measured. Without a perturbation that stands above \
+         rounding no method converges: set one, tighten reference.rtol, or name a truth"
+    )]
+    NoReference {
+        /// Of the reference.
+        method: &'static str,
+        /// Of its check.
+        check: &'static str,
+        /// Of both.
+        rtol: f64,
+        /// How many events the reference has.
+        events: usize,
+        /// How many its check.
+        check_events: usize,
+        /// Where they part, s.
+        time: f64,
+    },
+    /// Nothing to compare.
+    #[error(
+        "the reference has no event of the sequence (no stick, slip, reversal, separation or contact): let the case run longer"
+    )]
+    NoEvents,
+}
+
+/// The event sequence that all runs are held against.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// How it came about, in words.
+    pub description: String,
+    /// Kinds and times (s), in order.
+    pub events: Vec<(EventKind, f64)>,
+    /// Of each time, s: how far an independent method is from it; of a truth the distance of neighbouring doubles.
+    pub uncertainties: Vec<f64>,
+}
+
+/// Errors of one run, s; `None` where there is nothing to compare.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Errors {
+    /// Of the first stick.
+    pub onset: Option<f64>,
+    /// Of the stick in which the run ends.
+    pub final_stick: Option<f64>,
+    /// The largest of all events, if their sequence is the reference's.
+    pub largest: Option<f64>,
+}
+
+/// One run of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// How it was integrated.
+    pub method: Method,
+    /// With what accuracy.
+    pub knob: Knob,
+    /// Why it failed, if it did.
+    pub failure: Option<String>,
+    /// Against the reference.
+    pub errors: Errors,
+    /// Events of its sequence.
+    pub events: usize,
+    /// Whether they are those of the reference, in its order.
+    pub same_sequence: bool,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Calls of the right-hand side.
+    pub rhs_evaluations: u64,
+    /// Of the Jacobian.
+    pub jacobian_evaluations: u64,
+    /// The least of the repetitions, s.
+    pub wall_time: f64,
+}
+
+/// A study as far as it came.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyResult {
+    /// What is held against.
+    pub reference: Reference,
+    /// Uncertainty of the reference in each of the errors.
+    pub uncertainty: Errors,
+    /// In the order of the study.
+    pub measurements: Vec<Measurement>,
+    /// Ended by the control before all runs were done.
+    pub interrupted: bool,
+}
+
+/// How far a study is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StudyProgress {
+    /// Runs that are done, those of the reference included.
+    pub done: usize,
+    /// Of so many.
+    pub of: usize,
+    /// Of the run under way.
+    pub method: Method,
+}
+
+/// Runs a study. `control` is asked now and then; `Break` ends it with what is there, `None` if the reference is not.
+///
+/// # Errors
+/// Without a reference. A run of the study itself that fails is a [`Measurement`] with a failure.
+pub fn run(
+    study: &Study,
+    control: &mut dyn FnMut(StudyProgress) -> ControlFlow<()>,
+) -> Result<Option<StudyResult>, StudyError> {
+    let of = study.reference_cases.len() + study.runs.len();
+    let mut done = 0;
+    let Some(reference) = reference(study, &mut |method, finished| {
+        done += usize::from(finished);
+        control(StudyProgress { done, of, method })
+    })?
+    else {
+        return Ok(None);
+    };
+    let uncertainty = uncertainty(&reference);
+    let mut measurements = Vec::with_capacity(study.runs.len());
+    for (method, knob, case) in &study.runs {
+        let progress = StudyProgress {
+            done,
+            of,
+            method: *method,
+        };
+        let Some(measurement) = measure(*method, *knob, case, &reference, study.repeat, &mut || {
+            control(progress)
+        }) else {
+            return Ok(Some(StudyResult {
+                reference,
+                uncertainty,
+                measurements,
+                interrupted: true,
+            }));
+        };
+        measurements.push(measurement);
+        done += 1;
+    }
+    Ok(Some(StudyResult {
+        reference,
+        uncertainty,
+        measurements,
+        interrupted: false,
+    }))
+}
+
+type Sequence = Vec<(EventKind, f64)>;
+
+fn sequence(events: &[Event]) -> Sequence {
+    let events = events.iter().filter(|event| event.kind.in_mode_word());
+    events.map(|event| (event.kind, event.time)).collect()
+}
+
+/// A run without any record; `None` if it was interrupted.
+fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
+    let mut recorder = NoRecorder;
+    match simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
+        control()
+    }) {
+        Ok(report) => Ok((!report.interrupted).then_some(report)),
+        Err(failure) => Err(failure.to_string()),
+    }
+}
+
+fn reference(
+    study: &Study,
+    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+) -> Result<Option<Reference>, StudyError> {
+    let reference = match &study.reference {
+        ReferenceChoice::Truth(path) => {
+            let truth = Truth::read(path)?;
+            if let Some((_, _, case)) = study.runs.first() {
+                truth.check_case(&case.parameters, case.output.end_time)?;
+            }
+            Reference {
+                description: format!("{}: {}", path.display(), truth.method),
+                uncertainties: truth.events.iter().map(|event| event.1.next_up() - event.1).collect(),
+                events: truth.events,
+            }
+        }
+        ReferenceChoice::Runs { method, check, rtol } => {
+            let mut sequences = Vec::with_capacity(2);
+            for case in &study.reference_cases {
+                let by = case.solver.method;
+                let report = integrate(case, &mut || control(by, false));
+                let report = report.map_err(|failure| StudyError::ReferenceFailed {
+                    method: by.name(),
+                    failure,
+                })?;
+                let Some(report) = report else {
+                    return Ok(None);
+                };
+                if control(by, true).is_break() {
+                    return Ok(None);
+                }
+                sequences.push(sequence(&report.events));
+            }
+            let checked = sequences.pop().unwrap_or_default();
+            let events = sequences.pop().unwrap_or_default();
+            if !alike(&events, &checked) {
+                let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
+                let parting = parting.unwrap_or(events.len().min(checked.len()));
+                let time = events
+                    .get(parting)
+                    .or(checked.get(parting))
+                    .map_or(f64::NAN, |event| event.1);
+                return Err(StudyError::NoReference {
+                    method: method.name(),
+                    check: check.name(),
+                    rtol: *rtol,
+                    events: events.len(),
+                    check_events: checked.len(),
+                    time,
+                });
+            }
+            Reference {
+                description: format!(
+                    "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
+                    method.name(),
+                    check.name()
+                ),
+                uncertainties: events.iter().zip(&checked).map(|(a, b)| (a.1 - b.1).abs()).collect(),
+                events,
+            }
+        }
+    };
+    if reference.events.is_empty() {
+        return Err(StudyError::NoEvents);
+    }
+    Ok(Some(reference))
+}
+
+fn alike(a: &[(EventKind, f64)], b: &[(EventKind, f64)]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0)
+}
+
+/// First stick, and last event if it is a stick.
+fn sticks(events: &[(EventKind, f64)]) -> [Option<usize>; 2] {
+    let first = events.iter().position(|event| event.0 == EventKind::Stick);
+    let last = events.len().checked_sub(1).filter(|&k| events[k].0 == EventKind::Stick);
+    [first, last]
+}
+
+fn uncertainty(reference: &Reference) -> Errors {
+    let [onset, final_stick] = sticks(&reference.events).map(|k| k.map(|k| reference.uncertainties[k]));
+    Errors {
+        onset,
+        final_stick,
+        largest: Some(reference.uncertainties.iter().copied().fold(0.0, f64::max)),
+    }
+}
+
+fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
+    let [onset, final_stick]: [Option<f64>; 2] = {
+        let (there, here) = (sticks(&reference.events), sticks(events));
+        std::array::from_fn(|k| {
+            let (there, here) = (there[k]?, here[k]?);
+            Some((events[here].1 - reference.events[there].1).abs())
+        })
+    };
+    let pairs = events.iter().zip(&reference.events);
+    let largest = alike(events, &reference.events).then(|| pairs.map(|(a, b)| (a.1 - b.1).abs()).fold(0.0, f64::max));
+    Errors {
+        onset,
+        final_stick,
+        largest,
+    }
+}
+
+/// One run, repeated for its time; `None` if it was interrupted.
+fn measure(
+    method: Method,
+    knob: Knob,
+    case: &Case,
+    reference: &Reference,
+    repeat: usize,
+    control: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Option<Measurement> {
+    let mut measurement = Measurement {
+        method,
+        knob,
+        failure: None,
+        errors: Errors::default(),
+        events: 0,
+        same_sequence: false,
+        steps: 0,
+        rhs_evaluations: 0,
+        jacobian_evaluations: 0,
+        wall_time: f64::INFINITY,
+    };
+    for _ in 0..repeat {
+        let clock = Instant::now();
+        let result = integrate(case, control);
+        measurement.wall_time = measurement.wall_time.min(clock.elapsed().as_secs_f64());
+        match result {
+            Ok(None) => return None,
+            Ok(Some(report)) => {
+                let events = sequence(&report.events);
+                measurement.errors = errors(reference, &events);
+                measurement.events = events.len();
+                measurement.same_sequence = alike(&events, &reference.events);
+                let sum = |of: fn(&crate::simulation::SolverWork) -> u64| report.work.iter().map(of).sum();
+                measurement.steps = sum(|w| w.steps);
+                measurement.rhs_evaluations = sum(|w| w.rhs_evaluations);
+                measurement.jacobian_evaluations = sum(|w| w.jacobian_evaluations);
+            }
+            Err(failure) => {
+                measurement.failure = Some(failure);
+                return Some(measurement);
+            }
+        }
+    }
+    Some(measurement)
+}

@@ -1,0 +1,344 @@
+//! `stickslip work-precision`.
+
+use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
+use super::plot::{bad, check_target, save};
+use super::progress::CountBar;
+use super::run::interrupt_flag;
+use super::{CommandError, End, complain, print, print_json, provenance, terminal};
+use crate::analysis::work_precision::{Errors, Knob, Measurement, Study, StudyError, StudyResult, run};
+use crate::plot::{PlotError, style, svg, work_precision as figure};
+use crate::results::{
+    Overwrite, ReferenceRow, ResultError, Status, WorkPrecisionFile, WorkPrecisionRow, check_target as check_file,
+};
+use crate::simulation::Method;
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+/// The JSON document of a study.
+#[derive(Serialize)]
+struct StudyDocument<'a> {
+    status: &'static str,
+    file: String,
+    figures: Vec<String>,
+    title: &'a str,
+    case: &'a str,
+    reference: ReferenceDocument<'a>,
+    runs: Vec<RunRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct ReferenceDocument<'a> {
+    description: &'a str,
+    events: usize,
+    /// Of each error, s.
+    uncertainty: ErrorRow,
+}
+
+#[derive(Serialize)]
+struct ErrorRow {
+    onset: Option<f64>,
+    final_stick: Option<f64>,
+    largest_event: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct RunRow<'a> {
+    method: &'static str,
+    rtol: Option<f64>,
+    fixed_step: Option<f64>,
+    /// s.
+    error: ErrorRow,
+    events: usize,
+    same_sequence: bool,
+    steps: u64,
+    rhs_evaluations: u64,
+    jacobian_evaluations: u64,
+    /// s.
+    wall_time: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failure: Option<&'a str>,
+}
+
+impl From<Errors> for ErrorRow {
+    fn from(errors: Errors) -> Self {
+        ErrorRow {
+            onset: errors.onset,
+            final_stick: errors.final_stick,
+            largest_event: errors.largest,
+        }
+    }
+}
+
+/// Runs a study into a file and a table, and a figure on request.
+pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
+    let study = Study::find(&options.study).map_err(|error| CommandError::Input(error.to_string()))?;
+    let path = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
+    let overwrite = if options.force {
+        Overwrite::Force
+    } else {
+        Overwrite::OwnResults
+    };
+    let bad_file = |error: ResultError| CommandError::Input(error.to_string());
+    // Everything that can be refused is refused before minutes are spent.
+    check_file(&path, overwrite, &study.files).map_err(bad_file)?;
+    let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
+    let started = provenance::now();
+    let stop = interrupt_flag()?;
+    let bar = CountBar::new(common, "runs");
+    let result = run(&study, &mut |progress| {
+        bar.show(progress.done, progress.of, progress.method.name());
+        if stop.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    bar.finish();
+    let result = result.map_err(|error| match error {
+        StudyError::Truth(_) => CommandError::Input(error.to_string()),
+        _ => CommandError::Computation(error.to_string()),
+    })?;
+    let Some(result) = result else {
+        if !common.quiet {
+            complain("interrupted before there was a reference; nothing is saved");
+        }
+        return Ok(End::Interrupted);
+    };
+    let status = if result.interrupted {
+        Status::Interrupted
+    } else {
+        Status::Complete
+    };
+    let file = contents(&study, &result, &started)
+        .write(&path, overwrite, &study.files, &status)
+        .map_err(|error| CommandError::Computation(error.to_string()))?;
+    let figures = draw(&study, &result, &figures).map_err(bad)?;
+    if common.json {
+        print_json(&document(&study, &result, &status, &file, &figures))?;
+    } else if !common.quiet {
+        print(&report(&study, &result))?;
+        let lines: String = std::iter::once(&file)
+            .chain(&figures)
+            .map(|path| format!("{}\n", path.display()))
+            .collect();
+        print(&format!("\n{lines}"))?;
+    }
+    if result.interrupted {
+        if !common.quiet {
+            complain(&format!(
+                "interrupted after {} of {} runs; they are saved in {}",
+                result.measurements.len(),
+                study.runs.len(),
+                file.display()
+            ));
+        }
+        return Ok(End::Interrupted);
+    }
+    Ok(End::Done)
+}
+
+/// The files of the figure in a folder, which is made if it is not there.
+fn figure_targets(
+    folder: Option<&Path>,
+    force: bool,
+    inputs: &[PathBuf],
+) -> Result<Vec<(PathBuf, Format)>, CommandError> {
+    let Some(folder) = folder else {
+        return Ok(Vec::new());
+    };
+    std::fs::create_dir_all(folder).map_err(|source| {
+        CommandError::Computation(format!(
+            "{}: creating the folder of the figure failed: {source}; choose another with --figure",
+            folder.display()
+        ))
+    })?;
+    let mut targets = Vec::with_capacity(2);
+    for format in [Format::Svg, Format::Png] {
+        let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
+        check_target(&path, inputs, force)?;
+        targets.push((path, format));
+    }
+    Ok(targets)
+}
+
+fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> Result<Vec<PathBuf>, PlotError> {
+    if targets.is_empty() || result.measurements.is_empty() {
+        return Ok(Vec::new());
+    }
+    let text = svg::svg(&figure::figure(&study.title, result), style::COLUMN_WIDTH)?;
+    targets
+        .iter()
+        .map(|(path, format)| save(path, &text, *format, DPI).map(|()| path.clone()))
+        .collect()
+}
+
+fn knobs(knob: Knob) -> (Option<f64>, Option<f64>) {
+    match knob {
+        Knob::Tolerance(rtol) => (Some(rtol), None),
+        Knob::FixedStep(step) => (None, Some(step)),
+    }
+}
+
+fn contents(study: &Study, result: &StudyResult, started: &str) -> WorkPrecisionFile {
+    let mut methods: Vec<Method> = Vec::new();
+    for m in &result.measurements {
+        if !methods.contains(&m.method) {
+            methods.push(m.method);
+        }
+    }
+    let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let runs = result.measurements.iter().map(|m| {
+        let (rtol, fixed_step) = knobs(m.knob);
+        let method = methods
+            .iter()
+            .position(|&method| method == m.method)
+            .unwrap_or_default();
+        WorkPrecisionRow {
+            method: i8::try_from(method).unwrap_or(i8::MAX),
+            rtol: missing(rtol),
+            fixed_step: missing(fixed_step),
+            failed: m.failure.is_some(),
+            same_sequence: m.same_sequence,
+            events: m.events as u64,
+            onset_error: missing(m.errors.onset),
+            final_stick_error: missing(m.errors.final_stick),
+            largest_event_error: missing(m.errors.largest),
+            steps: m.steps,
+            rhs_evaluations: m.rhs_evaluations,
+            jacobian_evaluations: m.jacobian_evaluations,
+            wall_time: m.wall_time,
+        }
+    });
+    let reference = &result.reference;
+    let Errors {
+        onset,
+        final_stick,
+        largest,
+    } = result.uncertainty;
+    WorkPrecisionFile {
+        title: study.title.clone(),
+        source: provenance::source(),
+        history: format!("{started} {}", provenance::command_line()),
+        study: study.text.clone(),
+        resolved: study.runs.first().map(|run| run.2.resolved()).unwrap_or_default(),
+        meta: provenance::program(started),
+        runs: runs.collect(),
+        methods: methods.iter().map(|method| method.name()).collect(),
+        reference: reference.description.clone(),
+        events: reference
+            .events
+            .iter()
+            .zip(&reference.uncertainties)
+            .map(|(&(kind, time), &uncertainty)| ReferenceRow {
+                kind: kind.code(),
+                time,
+                uncertainty,
+            })
+            .collect(),
+        uncertainties: [onset, final_stick, largest].map(missing),
+    }
+}
+
+fn document<'a>(
+    study: &'a Study,
+    result: &'a StudyResult,
+    status: &Status,
+    file: &Path,
+    figures: &[PathBuf],
+) -> StudyDocument<'a> {
+    let runs = result.measurements.iter().map(|m| {
+        let (rtol, fixed_step) = knobs(m.knob);
+        RunRow {
+            method: m.method.name(),
+            rtol,
+            fixed_step,
+            error: m.errors.into(),
+            events: m.events,
+            same_sequence: m.same_sequence,
+            steps: m.steps,
+            rhs_evaluations: m.rhs_evaluations,
+            jacobian_evaluations: m.jacobian_evaluations,
+            wall_time: m.wall_time,
+            failure: m.failure.as_deref(),
+        }
+    });
+    StudyDocument {
+        status: if *status == Status::Complete {
+            "complete"
+        } else {
+            "interrupted"
+        },
+        file: file.display().to_string(),
+        figures: figures.iter().map(|path| path.display().to_string()).collect(),
+        title: &study.title,
+        case: &study.case_label,
+        reference: ReferenceDocument {
+            description: &result.reference.description,
+            events: result.reference.events.len(),
+            uncertainty: result.uncertainty.into(),
+        },
+        runs: runs.collect(),
+    }
+}
+
+fn report(study: &Study, result: &StudyResult) -> String {
+    let mut table = terminal::table(&[
+        "method", "rtol", "step", "onset", "final", "all", "events", "calls", "time",
+    ]);
+    for m in &result.measurements {
+        table.add_row(row(m, &result.uncertainty));
+    }
+    terminal::align_right(&mut table, 1..9);
+    let uncertainty = |error: Option<f64>| error.map_or_else(|| "none".to_owned(), |e| format!("{e:.0e} s"));
+    let Errors {
+        onset,
+        final_stick,
+        largest,
+    } = result.uncertainty;
+    format!(
+        "{}\n{}, {} events\n\n{}\nonset, final, all: errors of the first stick, of the last and the largest of all events, s; \
+         calls of the\nright-hand side; time in s. Another sequence of events than the reference's is marked *, and has \
+         no \"all\".\nReference: {}.\nIts uncertainty is {} (onset), {} (final), {} (all); an error in brackets is below it.\n",
+        study.title,
+        study.case_label,
+        result.reference.events.len(),
+        terminal::show(&table),
+        result.reference.description,
+        uncertainty(onset),
+        uncertainty(final_stick),
+        uncertainty(largest),
+    )
+}
+
+fn row(m: &Measurement, uncertainty: &Errors) -> Vec<String> {
+    let (rtol, step) = knobs(m.knob);
+    let plain = |value: Option<f64>| value.map(|x| format!("{x:e}")).unwrap_or_default();
+    if m.failure.is_some() {
+        let failed = "failed".to_owned();
+        return [m.method.name().to_owned(), plain(rtol), plain(step), failed]
+            .into_iter()
+            .chain(std::iter::repeat_n(String::new(), 5))
+            .collect();
+    }
+    let error = |error: Option<f64>, uncertainty: Option<f64>| match error {
+        None => "-".to_owned(),
+        Some(e) if uncertainty.is_some_and(|u| e <= u) => format!("({e:.0e})"),
+        Some(e) => format!("{e:.1e}"),
+    };
+    vec![
+        m.method.name().to_owned(),
+        plain(rtol),
+        plain(step),
+        error(m.errors.onset, uncertainty.onset),
+        error(m.errors.final_stick, uncertainty.final_stick),
+        error(m.errors.largest, uncertainty.largest),
+        format!("{}{}", m.events, if m.same_sequence { "" } else { "*" }),
+        m.rhs_evaluations.to_string(),
+        format!("{:.3}", m.wall_time),
+    ]
+}

@@ -1,0 +1,242 @@
+//! Guards that leave their allowed side and come back within one step, which the signs at its ends do not show.
+//!
+//! A guard has a dip in a step if it approaches its boundary at the step's beginning and withdraws from it at the end.
+//! The two tangents bound from below what a convex guard can fall to; where they reach the boundary, the dip is looked
+//! at on the states inside the step.
+
+use super::solver::{LastStep, Pair};
+use super::{Direction, Dynamics};
+use crate::sundials::SolverError;
+
+/// Of a step, how far ahead a guard is looked at for its rate: far below any time scale of a resolved solution, far
+/// above rounding.
+const AHEAD: f64 = 1e-6;
+
+/// Where between step and tangent a dip is given up: a guard that is not convex over the whole step falls below its
+/// tangents by less than this share of what they fall by.
+const CONVEXITY: f64 = 0.25;
+
+/// Halvings of an interval that end at neighbouring numbers.
+const MOST_HALVINGS: usize = 100;
+
+/// Guards, positive on the allowed side, and their rates along the flow.
+#[derive(Debug, Clone, Default)]
+struct Readings {
+    time: f64,
+    values: Vec<f64>,
+    rates: Vec<f64>,
+}
+
+/// Follows the guards of a segment from step to step.
+pub(super) struct Dips {
+    /// +1 or -1 so that the allowed side is positive; 0 for a guard that has none.
+    signs: Vec<f64>,
+    before: Readings,
+    after: Readings,
+    inside: Readings,
+    slope: Vec<f64>,
+    moved: Vec<f64>,
+    state: Vec<f64>,
+}
+
+/// A dip that reaches the other side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Dip {
+    pub(super) guard: usize,
+    /// When it gets there, on the segment's clock (s).
+    pub(super) time: f64,
+}
+
+impl Dips {
+    pub(super) fn new<D: Dynamics>(dynamics: &D, location: &D::Location) -> Self {
+        let sign = |direction| match direction {
+            Direction::Falling => 1.0,
+            Direction::Rising => -1.0,
+            Direction::Either => 0.0,
+        };
+        let guards = dynamics.guards(location);
+        let readings = || Readings {
+            time: 0.0,
+            values: vec![0.0; guards.len()],
+            rates: vec![0.0; guards.len()],
+        };
+        let state = || vec![0.0; dynamics.dimension()];
+        Dips {
+            signs: guards.iter().map(|guard| sign(guard.direction)).collect(),
+            before: readings(),
+            after: readings(),
+            inside: readings(),
+            slope: state(),
+            moved: state(),
+            state: state(),
+        }
+    }
+
+    /// Looks at the step from `last_step` to `tau`, where the state is `y`; the segment starts at `origin`. The first dip
+    /// that reaches the other side, if there is one.
+    pub(super) fn in_step<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        pair: &mut Pair<'_, D>,
+        last_step: &LastStep,
+        origin: f64,
+        (tau, y): (f64, &[f64]),
+    ) -> Result<Option<Dip>, SolverError> {
+        if self.signs.iter().all(|sign| *sign == 0.0) {
+            return Ok(None);
+        }
+        std::mem::swap(&mut self.before, &mut self.after);
+        let first = last_step.start() == 0.0;
+        let length = tau - last_step.start();
+        let location = pair.solver.system().location;
+        if first {
+            // A guard may stand on its boundary where a segment begins, and leaves it then.
+            let mut before = std::mem::take(&mut self.before);
+            self.read(dynamics, &location, origin, 0.0, last_step.state(), length, &mut before);
+            self.before = before;
+        }
+        let mut after = std::mem::take(&mut self.after);
+        self.read(dynamics, &location, origin, tau, y, length, &mut after);
+        self.after = after;
+        let mut earliest: Option<Dip> = None;
+        for guard in 0..self.signs.len() {
+            let (a, b) = (
+                (self.before.values[guard], self.before.rates[guard]),
+                (self.after.values[guard], self.after.rates[guard]),
+            );
+            if self.signs[guard] == 0.0 || (first && a.0 <= b.0 * AHEAD) || !may_reach_zero(a, b, length) {
+                continue;
+            }
+            if let Some(beyond) = self.other_side(dynamics, pair, last_step, origin, guard)? {
+                let time = self.crossing(dynamics, pair, last_step, origin, guard, beyond)?;
+                if earliest.is_none_or(|dip| time < dip.time) {
+                    earliest = Some(Dip { guard, time });
+                }
+            }
+        }
+        Ok(earliest)
+    }
+
+    #[allow(clippy::too_many_arguments)] // one reading: where, when, of what, into what
+    fn read<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        location: &D::Location,
+        origin: f64,
+        tau: f64,
+        y: &[f64],
+        length: f64,
+        into: &mut Readings,
+    ) {
+        let (t, ahead) = (origin + tau, AHEAD * length);
+        into.time = tau;
+        dynamics.rhs(location, t, y, &mut self.slope);
+        for (moved, (y, slope)) in self.moved.iter_mut().zip(y.iter().zip(&self.slope)) {
+            *moved = y + ahead * slope;
+        }
+        dynamics.guard_values(location, t, y, &mut into.values);
+        dynamics.guard_values(location, t + ahead, &self.moved, &mut into.rates);
+        for ((value, rate), sign) in into.values.iter_mut().zip(&mut into.rates).zip(&self.signs) {
+            *rate = sign * (*rate - *value) / ahead;
+            *value *= sign;
+        }
+    }
+
+    /// A time within the step at which the guard is beyond its boundary, if it has one.
+    fn other_side<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        pair: &mut Pair<'_, D>,
+        last_step: &LastStep,
+        origin: f64,
+        guard: usize,
+    ) -> Result<Option<f64>, SolverError> {
+        let location = pair.solver.system().location;
+        let end = |readings: &Readings| (readings.time, readings.values[guard], readings.rates[guard]);
+        let (mut a, mut b) = (end(&self.before), end(&self.after));
+        for _ in 0..MOST_HALVINGS {
+            let length = b.0 - a.0;
+            if !may_reach_zero((a.1, a.2), (b.1, b.2), length) {
+                return Ok(None);
+            }
+            // Where the rate, taken as linear, is zero; the middle where that would hardly shorten the interval.
+            let share = (a.2 / (a.2 - b.2)).clamp(0.1, 0.9);
+            let tau = a.0 + share * length;
+            if !(a.0 < tau && tau < b.0) {
+                return Ok(None);
+            }
+            let mut state = std::mem::take(&mut self.state);
+            last_step.state_at(pair, tau, &mut state)?;
+            let mut inside = std::mem::take(&mut self.inside);
+            self.read(dynamics, &location, origin, tau, &state, length, &mut inside);
+            let middle = end(&inside);
+            (self.state, self.inside) = (state, inside);
+            if middle.1 < 0.0 {
+                return Ok(Some(tau));
+            }
+            if middle.2 < 0.0 {
+                a = middle;
+            } else {
+                b = middle;
+            }
+        }
+        Ok(None)
+    }
+
+    /// When the guard gets from its allowed side at the beginning of the step to the other, where it is at `beyond`.
+    fn crossing<D: Dynamics>(
+        &mut self,
+        dynamics: &D,
+        pair: &mut Pair<'_, D>,
+        last_step: &LastStep,
+        origin: f64,
+        guard: usize,
+        beyond: f64,
+    ) -> Result<f64, SolverError> {
+        let location = pair.solver.system().location;
+        let (mut low, mut high) = (self.before.time, beyond);
+        for _ in 0..MOST_HALVINGS {
+            let middle = f64::midpoint(low, high);
+            if !(low < middle && middle < high) {
+                break;
+            }
+            last_step.state_at(pair, middle, &mut self.state)?;
+            dynamics.guard_values(&location, origin + middle, &self.state, &mut self.inside.values);
+            if self.signs[guard] * self.inside.values[guard] < 0.0 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Ok(high)
+    }
+}
+
+/// Whether a guard with these values and rates at the ends of an interval can reach zero inside: it approaches and
+/// withdraws, and its tangents, and what it may fall below them, get there.
+fn may_reach_zero(before: (f64, f64), after: (f64, f64), length: f64) -> bool {
+    if !(before.0 > 0.0 && after.0 > 0.0 && before.1 < 0.0 && after.1 > 0.0) {
+        return false;
+    }
+    // Where the tangents meet.
+    let tau = (after.0 - before.0 - after.1 * length) / (before.1 - after.1);
+    let bound = before.0 + before.1 * tau;
+    bound <= CONVEXITY * (before.0.max(after.0) - bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::may_reach_zero;
+
+    /// The parabola t^2 - 1 + c over -1.1 to 1.2: its tangents see every dip, and let go of what is far above zero.
+    #[test]
+    fn analytic_tangents_see_every_dip() {
+        let ends = |c: f64| ((1.21 - 1.0 + c, -2.2), (1.44 - 1.0 + c, 2.4));
+        for c in [0.0, 0.5, 0.9, 0.999, 1.0] {
+            let (before, after) = ends(c);
+            assert!(may_reach_zero(before, after, 2.3), "{c}");
+        }
+        let (before, after) = ends(4.0);
+        assert!(!may_reach_zero(before, after, 2.3));
+    }
+}

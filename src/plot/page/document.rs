@@ -1,0 +1,293 @@
+//! What the page knows of a run, as the JSON document that its script reads.
+
+use serde::Serialize;
+
+use super::encoding;
+use super::trajectory::CHANNELS;
+use crate::analysis::headline::{Headline, HeadlineRow, is_paper_case};
+use crate::case::{Case, CaseSource};
+use crate::model::Mode;
+use crate::model::torsion::TorsionModel;
+use crate::results::schema::{group, root};
+use crate::results::{AttributeValue, ResultError, ResultFile, Status};
+use crate::simulation::{Event, EventKind, State};
+
+/// Events on a page, with their states.
+const EVENTS: usize = 5_000;
+/// Stretches of one mode on a page.
+const MODES: usize = 20_000;
+/// Characters of each of the two case texts.
+const TEXT: usize = 200_000;
+/// Values of each column of the certificate.
+const CERTIFICATE_ROWS: usize = 1_000;
+
+/// Everything but the trajectory.
+#[derive(Debug, Serialize)]
+pub(super) struct Document {
+    title: String,
+    /// Name of the result file, without its folder.
+    file: String,
+    /// complete, interrupted or failed.
+    status: &'static str,
+    /// What a reader of an unfinished run has to know.
+    notice: Option<String>,
+    /// T_n, s.
+    natural_period: Option<f64>,
+    /// mu_0 r, m: the contact force times this is the torque that stick can carry.
+    breakaway_arm: Option<f64>,
+    beside_paper: bool,
+    headline: Vec<HeadlineRow>,
+    certificate: Option<Certificate>,
+    provenance: Vec<(String, String)>,
+    case_text: String,
+    resolved: String,
+    modes: Modes,
+    events: Events,
+    cycles: Cycles,
+    notes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Certificate {
+    /// (name, value)
+    attributes: Vec<(String, String)>,
+    columns: Vec<CertificateColumn>,
+}
+
+#[derive(Debug, Serialize)]
+struct CertificateColumn {
+    name: String,
+    unit: String,
+    description: String,
+    rows: usize,
+    values: String,
+}
+
+/// Stretch k is from `start` k to `start` k + 1, the last to the end of the run.
+#[derive(Debug, Serialize)]
+struct Modes {
+    /// By code.
+    names: Vec<&'static str>,
+    start: String,
+    code: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Events {
+    /// In the file.
+    count: usize,
+    /// By code.
+    kinds: Vec<&'static str>,
+    time: String,
+    kind: String,
+    mode_after: String,
+    /// N.
+    internal_force: String,
+    states: Vec<EventState>,
+}
+
+/// A channel on both sides of each event, exactly.
+#[derive(Debug, Serialize)]
+struct EventState {
+    name: &'static str,
+    before: String,
+    after: String,
+}
+
+/// The cycles of stick-slip: durations in s, and when each begins.
+#[derive(Debug, Serialize)]
+struct Cycles {
+    start: String,
+    stick_duration: String,
+    slip_duration: String,
+}
+
+impl Document {
+    pub(super) fn of(file: &ResultFile) -> Result<Document, ResultError> {
+        let mut notes = Vec::new();
+        let resolved = file.resolved()?;
+        // A case that this version cannot read costs the page two numbers, not more.
+        let case = Case::parse(&CaseSource::result(file.path(), resolved.clone()), &[]).ok();
+        let all_events = file.events()?;
+        let headline = Headline::of_file(file, case.as_ref(), &all_events)?;
+        let events = &all_events[..all_events.len().min(EVENTS)];
+        if events.len() < all_events.len() {
+            notes.push(format!(
+                "The page lists the first {} of {} events.",
+                events.len(),
+                all_events.len()
+            ));
+        }
+        let case_text = file.case_text()?;
+        Ok(Document {
+            title: file.title().to_owned(),
+            file: file_name(file),
+            status: file.status().name(),
+            notice: notice(file)?,
+            natural_period: headline.natural_period,
+            breakaway_arm: case
+                .as_ref()
+                .map(|case| TorsionModel::new(&case.parameters).breakaway_torque(1.0)),
+            beside_paper: case.as_ref().is_some_and(|case| is_paper_case(&case.parameters)),
+            headline: headline.rows(),
+            certificate: certificate(file)?,
+            provenance: provenance(file)?,
+            case_text: shortened(case_text, "case", &mut notes),
+            resolved: shortened(resolved, "resolved case", &mut notes),
+            modes: modes(file, &mut notes)?,
+            cycles: cycles(&headline, events),
+            events: self::events(events, all_events.len()),
+            notes,
+        })
+    }
+}
+
+/// What a reader of a run that is not complete has to know.
+fn notice(file: &ResultFile) -> Result<Option<String>, ResultError> {
+    let samples = file.sample_count()?;
+    let last = file.column("time", samples.saturating_sub(1)..samples)?;
+    let until = match last.first() {
+        Some(time) => format!("The page shows what the file holds, up to t = {time} s."),
+        None => "The file has no samples.".to_owned(),
+    };
+    Ok(match file.status() {
+        Status::Complete => None,
+        Status::Interrupted => Some(format!(
+            "This run is not complete: it was interrupted, or was still being written. {until}"
+        )),
+        Status::Failed(why) if why.is_empty() => Some(format!("This run failed. {until}")),
+        Status::Failed(why) => Some(format!("This run failed: {}. {until}", why.trim_end_matches('.'))),
+    })
+}
+
+fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
+    let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
+        return Ok(None);
+    };
+    let attributes = group.attributes.into_iter().map(|(name, value)| (name, text(&value)));
+    let columns = group.columns.into_iter().map(|column| CertificateColumn {
+        name: column.name,
+        unit: column.units.unwrap_or_default(),
+        description: column.long_name.unwrap_or_default(),
+        rows: column.rows,
+        values: encoding::doubles(&column.values),
+    });
+    Ok(Some(Certificate {
+        attributes: attributes.collect(),
+        columns: columns.collect(),
+    }))
+}
+
+fn file_name(file: &ResultFile) -> String {
+    let name = file.path().file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// Where the run is from: root attributes in words, then /meta by name.
+fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
+    let mut rows = vec![("file".to_owned(), file_name(file))];
+    for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
+        rows.push((name.to_owned(), file.text(name)?));
+    }
+    rows.extend(file.meta()?.into_iter().map(|(name, value)| (name, text(&value))));
+    Ok(rows)
+}
+
+fn text(value: &AttributeValue) -> String {
+    match value {
+        AttributeValue::Text(text) => text.clone(),
+        AttributeValue::Integer(n) => n.to_string(),
+        // With an exponent where that is shorter.
+        AttributeValue::Number(x) => format!("{x:?}"),
+        AttributeValue::Integers(list) => format!("{list:?}"),
+        AttributeValue::Numbers(list) => format!("{list:?}"),
+    }
+}
+
+fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
+    if let Some((end, _)) = text.char_indices().nth(TEXT) {
+        text.truncate(end);
+        notes.push(format!(
+            "The {what} is cut after {TEXT} characters; the file has all of it."
+        ));
+    }
+    text
+}
+
+fn events(events: &[Event], count: usize) -> Events {
+    let times: Vec<f64> = events.iter().map(|e| e.time).collect();
+    let kinds: Vec<i8> = events.iter().map(|e| e.kind.code()).collect();
+    let modes: Vec<i8> = events.iter().map(|e| e.mode_after.code()).collect();
+    let forces: Vec<f64> = events.iter().map(|e| e.internal_force).collect();
+    let side = |k: usize, state: fn(&Event) -> &State| {
+        encoding::doubles(&events.iter().map(|e| state(e).values()[k]).collect::<Vec<f64>>())
+    };
+    let states = State::DESCRIPTIONS.iter().enumerate();
+    Events {
+        count,
+        kinds: EventKind::ALL.iter().map(|kind| kind.name()).collect(),
+        time: encoding::doubles(&times),
+        kind: encoding::codes(&kinds),
+        mode_after: encoding::codes(&modes),
+        internal_force: encoding::doubles(&forces),
+        states: states
+            .filter(|(_, (name, _, _))| CHANNELS.contains(name))
+            .map(|(k, &(name, _, _))| EventState {
+                name,
+                before: side(k, |e| &e.before),
+                after: side(k, |e| &e.after),
+            })
+            .collect(),
+    }
+}
+
+fn cycles(headline: &Headline, events: &[Event]) -> Cycles {
+    let sticks = events.iter().filter(|e| e.kind == EventKind::Stick).map(|e| e.time);
+    let (mut start, mut stick, mut slip) = (Vec::new(), Vec::new(), Vec::new());
+    for (time, cycle) in sticks.zip(&headline.stick_slip.cycles) {
+        start.push(time);
+        stick.push(cycle.stick_duration);
+        slip.push(cycle.slip_duration);
+    }
+    Cycles {
+        start: encoding::doubles(&start),
+        stick_duration: encoding::doubles(&stick),
+        slip_duration: encoding::doubles(&slip),
+    }
+}
+
+/// From the segments, and after the last of them (in an unfinished file) from the samples.
+fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
+    let (mut starts, mut codes) = (Vec::new(), Vec::new());
+    let mut push = |time: f64, code: i8| {
+        if codes.last() != Some(&code) {
+            starts.push(time);
+            codes.push(code);
+        }
+    };
+    let mut end = f64::NEG_INFINITY;
+    for segment in file.segments()? {
+        push(segment.start, segment.mode.code());
+        end = segment.end;
+    }
+    for (times, modes) in file.column_blocks("time")?.zip(file.column_blocks("mode")?) {
+        for (time, mode) in times?.into_iter().zip(modes?) {
+            if time > end {
+                push(time, mode as i8);
+            }
+        }
+    }
+    if starts.len() > MODES {
+        notes.push(format!(
+            "The modes are shaded in their first {MODES} stretches only, up to t = {} s.",
+            starts[MODES]
+        ));
+        starts.truncate(MODES);
+        codes.truncate(MODES);
+    }
+    Ok(Modes {
+        names: Mode::ALL.iter().map(|mode| mode.name()).collect(),
+        start: encoding::doubles(&starts),
+        code: encoding::codes(&codes),
+    })
+}

@@ -1,0 +1,104 @@
+//! The interactive page of a run: one HTML file that a browser opens from disk, without a network.
+//!
+//! Rust decides what of the file is on the page and writes it as one JSON document; the scripts beside this file
+//! draw it. Every text of the file reaches the page through that document and is put there as text, never as markup.
+
+mod document;
+mod encoding;
+mod thinning;
+mod trajectory;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::PlotError;
+use super::target::{self, Product};
+use crate::results::{ResultFile, Status};
+use document::Document;
+use trajectory::Trajectory;
+
+/// A page is smaller than this, bytes, whatever the length of the run.
+pub const SIZE_LIMIT: usize = 5_000_000;
+
+/// Of the limit, what is left for the names and brackets around the arrays of the trajectory.
+const MARGIN: usize = 100_000;
+
+const TEMPLATE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+/// In the order in which they build on each other.
+const SCRIPTS: [&str; 6] = [
+    include_str!("data.js"),
+    include_str!("axis.js"),
+    include_str!("chart.js"),
+    include_str!("figures.js"),
+    include_str!("lists.js"),
+    include_str!("main.js"),
+];
+
+/// What a page holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Page {
+    /// Samples in the result file.
+    pub samples: usize,
+    /// Samples on the page as they are in the file; the others are in its bands of least and largest values.
+    pub samples_kept: usize,
+    /// Size of the page.
+    pub bytes: u64,
+}
+
+/// Writes the interactive page of `file` to `path`, by way of a temporary file beside it.
+///
+/// The trajectory is read in blocks, so that memory does not grow with its length.
+///
+/// # Errors
+/// The file has no samples or cannot be read; `path` is in no folder, or a file that is no page of this program and is
+/// not to be replaced by `force`; the disk is full.
+pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotError> {
+    target::check(path, Product::Page, &[file.path().to_owned()], force)?;
+    let samples = file.sample_count()?;
+    if samples == 0 {
+        return Err(PlotError::NoSamples {
+            path: file.path().to_owned(),
+            interrupted: *file.status() == Status::Interrupted,
+        });
+    }
+    let run = json(&Document::of(file)?)?;
+    let script = SCRIPTS.concat();
+    let fixed = TEMPLATE.len() + STYLE.len() + script.len() + run.len() + file.title().len() * 6 + MARGIN;
+    let trajectory = Trajectory::of(file, SIZE_LIMIT.saturating_sub(fixed))?;
+    let samples_kept = trajectory.kept;
+    let trajectory = json(&trajectory)?;
+    let generator = format!("{} {}\">", target::PAGE_SIGNATURE, env!("CARGO_PKG_VERSION"));
+    let title = escape(file.title());
+    let mut parts = Vec::new();
+    for part in TEMPLATE.split("{{").flat_map(|part| part.split("}}")) {
+        parts.push(match part {
+            "generator" => &generator,
+            "title" => &title,
+            "style" => STYLE,
+            "script" => &script,
+            "run" => &run,
+            "trajectory" => &trajectory,
+            literal => literal,
+        });
+    }
+    let parts: Vec<&[u8]> = parts.iter().map(|part| part.as_bytes()).collect();
+    target::write(path, Product::Page, &parts)?;
+    Ok(Page {
+        samples,
+        samples_kept,
+        bytes: parts.iter().map(|part| part.len() as u64).sum(),
+    })
+}
+
+/// JSON that can stand in a script element: no text in it ends the element or opens a comment.
+fn json(value: &impl Serialize) -> Result<String, PlotError> {
+    let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
+    Ok(text.replace('<', "\\u003c"))
+}
+
+/// A text as the content of an element.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,149 @@
+//! The trajectory on the page: as many true samples as there is room for.
+
+use serde::Serialize;
+
+use super::encoding::{self, BLOCK, Packed};
+use super::thinning::{Column, Plan};
+use crate::results::{ResultError, ResultFile, schema};
+
+/// The columns of the trajectory that the page has.
+pub(super) const CHANNELS: [&str; 19] = [
+    "theta_dot",
+    "phi1_dot",
+    "phi2_dot",
+    "relative_velocity",
+    "rotor_twist",
+    "rotor_twist_rate",
+    "phi1",
+    "slip_displacement",
+    "z",
+    "applied_force",
+    "normal_force",
+    "friction_torque",
+    "transmitted_torque",
+    "energy_kinetic",
+    "energy_elastic",
+    "work_applied",
+    "dissipated_friction",
+    "dissipated_damping",
+    "energy_residual",
+];
+
+/// The samples, or what stands for them.
+#[derive(Debug, Serialize)]
+pub(super) struct Trajectory {
+    /// In the file.
+    samples: usize,
+    /// On the page, as they are.
+    pub(super) kept: usize,
+    /// Values that share a base.
+    block: usize,
+    stretches: Vec<StretchInfo>,
+    /// For each entry the time of its sample, or of the first in its bucket; s.
+    time: String,
+    /// For each bucket the time of its last sample; s.
+    bucket_end: String,
+    channels: Vec<Channel>,
+    /// What is not as in the file, in words.
+    notes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct StretchInfo {
+    entries: usize,
+    /// Samples in a bucket, 1 where every sample is kept.
+    samples_each: usize,
+    bucket: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Channel {
+    name: String,
+    /// UDUNITS.
+    unit: &'static str,
+    description: String,
+    /// For each entry its value, or the least of its bucket.
+    value: Packed,
+    /// For each bucket the largest value.
+    bucket_high: Packed,
+}
+
+impl Trajectory {
+    /// What fits into `room` bytes of a trajectory that has samples.
+    pub(super) fn of(file: &ResultFile, room: usize) -> Result<Trajectory, ResultError> {
+        let samples = file.sample_count()?;
+        // A sample takes a time, and an offset and its share of a base for every channel; base64 adds a third.
+        let bytes = 8 + CHANNELS.len() * 4 + (CHANNELS.len() * 8).div_ceil(BLOCK);
+        let room = room / (4 * bytes).div_ceil(3);
+        let events = if samples > room { event_rows(file)? } else { Vec::new() };
+        let plan = Plan::new(samples, &events, room);
+        let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(file.column_blocks(name)?) };
+        let time = fold("time")?;
+        let mut channels = Vec::with_capacity(CHANNELS.len());
+        let described = schema::trajectory().variables;
+        for variable in described.into_iter().filter(|v| CHANNELS.contains(&v.name.as_str())) {
+            let Column { values, highs, .. } = fold(&variable.name)?;
+            channels.push(Channel {
+                name: variable.name,
+                unit: variable.units,
+                description: variable.long_name,
+                value: Packed::new(&values),
+                bucket_high: Packed::new(&highs),
+            });
+        }
+        let stretch = |s: &super::thinning::Stretch| StretchInfo {
+            entries: s.entries(),
+            samples_each: s.bucket.unwrap_or(1),
+            bucket: s.bucket.is_some(),
+        };
+        Ok(Trajectory {
+            samples,
+            kept: plan.kept(),
+            block: BLOCK,
+            stretches: plan.stretches.iter().map(stretch).collect(),
+            time: encoding::doubles(&time.firsts),
+            bucket_end: encoding::doubles(&time.lasts),
+            channels,
+            notes: notes(&plan, samples, events.len()),
+        })
+    }
+}
+
+/// What the page keeps, for its reader.
+fn notes(plan: &Plan, samples: usize, events: usize) -> Vec<String> {
+    let kept = plan.kept();
+    if kept == samples {
+        return vec![format!("All {samples} samples of the file are on this page.")];
+    }
+    let each = plan.stretches.iter().find_map(|stretch| stretch.bucket).unwrap_or(1);
+    let mut notes = vec![format!(
+        "Of the {samples} samples in the file, {kept} are on this page as they are: those around the events. For \
+         every {each} consecutive ones of the others it has the least and the largest value of each channel, drawn \
+         as a band; so every extreme is there, and single samples between are not."
+    )];
+    if plan.events_covered < events {
+        notes.push(format!(
+            "There is room for the samples around the first {} of {events} events.",
+            plan.events_covered
+        ));
+    }
+    notes
+}
+
+/// For each event the first row that is not before it, in order.
+fn event_rows(file: &ResultFile) -> Result<Vec<usize>, ResultError> {
+    let mut times: Vec<f64> = file.events()?.iter().map(|event| event.time).collect();
+    times.sort_by(f64::total_cmp);
+    let mut rows = Vec::with_capacity(times.len());
+    let mut before = 0;
+    for block in file.column_blocks("time")? {
+        let block = block?;
+        while rows.len() < times.len() && block.last().is_some_and(|&last| times[rows.len()] <= last) {
+            rows.push(before + block.partition_point(|&time| time < times[rows.len()]));
+        }
+        before += block.len();
+    }
+    // Events past the last sample, in an unfinished file.
+    rows.resize(times.len(), before);
+    Ok(rows)
+}

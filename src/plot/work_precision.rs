@@ -1,0 +1,105 @@
+//! The figure of `stickslip work-precision`.
+
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::style::{GREY, PALETTE};
+use crate::analysis::work_precision::{Errors, Knob, Measurement, StudyResult};
+use crate::simulation::Method;
+
+/// An error of nothing has no logarithm: it is drawn here, s, which is below any uncertainty of seconds in doubles.
+const LEAST: f64 = 1e-16;
+
+/// Name of the figure, and of its files.
+pub const NAME: &str = "work-precision";
+
+/// One method's runs by one kind of knob, in the order of the study.
+struct Series<'a> {
+    label: String,
+    color: usize,
+    fixed: bool,
+    runs: Vec<&'a Measurement>,
+}
+
+/// Error against calls of the right-hand side and against time. Errors that the reference cannot tell from zero are
+/// open circles; the broken line is its uncertainty.
+pub fn figure(title: &str, result: &StudyResult) -> Figure {
+    let series = series(&result.measurements);
+    let calls: fn(&Measurement) -> f64 = |m| m.rhs_evaluations as f64;
+    let panel = |x: Axis, of_x: fn(&Measurement) -> f64, name: &str, error: fn(&Errors) -> Option<f64>| {
+        let uncertainty = error(&result.uncertainty).unwrap_or(0.0);
+        let mut curves: Vec<Curve> = Vec::new();
+        for s in &series {
+            let points: Vec<(f64, f64)> = s
+                .runs
+                .iter()
+                .filter_map(|m| Some((of_x(m), error(&m.errors)?.max(LEAST))))
+                .filter(|point| point.0 > 0.0)
+                .collect();
+            if points.is_empty() {
+                continue;
+            }
+            let color = PALETTE[s.color % PALETTE.len()];
+            let style = if s.fixed { CurveStyle::Dashed } else { CurveStyle::Solid };
+            let (told, untold): (Vec<_>, Vec<_>) = points.iter().partition(|point| point.1 > uncertainty);
+            curves.push(Curve::line(&s.label, color, points).styled(style));
+            for (points, style) in [(told, CurveStyle::Points), (untold, CurveStyle::OpenPoints)] {
+                if !points.is_empty() {
+                    curves.push(Curve::line("", color, points).styled(style));
+                }
+            }
+        }
+        let (low, high) = span(&curves, |p| p.0);
+        let line = vec![(low, uncertainty.max(LEAST)), (high, uncertainty.max(LEAST))];
+        curves.push(Curve::line("uncertainty of the reference", GREY, line).styled(CurveStyle::Dashed));
+        Panel::new(x.by_powers(), Axis::new(name, "s").by_powers(), curves)
+    };
+    // One axis for both panels: the first also has runs whose sequence of events is another.
+    let counts = result.measurements.iter().filter(|m| m.failure.is_none()).map(calls);
+    let (fewest, most) = counts.fold((f64::INFINITY, 1.0f64), |(low, high), x| (low.min(x), high.max(x)));
+    let by_calls = || Axis::new("calls of the right-hand side", "1").from_to(0.8 * fewest.min(most), 1.25 * most);
+    Figure {
+        name: NAME.to_owned(),
+        title: title.to_owned(),
+        paper_figure: None,
+        panels: vec![
+            panel(by_calls(), calls, "onset error", |e| e.onset),
+            panel(by_calls(), calls, "largest error", |e| e.largest),
+            panel(
+                Axis::new("time", "s"),
+                |m| m.wall_time,
+                "largest error of an event",
+                |e| e.largest,
+            ),
+        ],
+    }
+}
+
+fn span(curves: &[Curve], coordinate: fn((f64, f64)) -> f64) -> (f64, f64) {
+    let values = curves.iter().flat_map(Curve::points).map(coordinate);
+    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), x| (low.min(x), high.max(x)));
+    if low <= high { (low, high) } else { (1.0, 10.0) }
+}
+
+fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
+    let mut series: Vec<Series> = Vec::new();
+    let mut methods: Vec<Method> = Vec::new();
+    for m in measurements {
+        let color = methods
+            .iter()
+            .position(|&method| method == m.method)
+            .unwrap_or_else(|| {
+                methods.push(m.method);
+                methods.len() - 1
+            });
+        let fixed = matches!(m.knob, Knob::FixedStep(_));
+        match series.iter_mut().find(|s| s.color == color && s.fixed == fixed) {
+            Some(s) => s.runs.push(m),
+            None => series.push(Series {
+                label: format!("{}{}", m.method.name(), if fixed { ", fixed steps" } else { "" }),
+                color,
+                fixed,
+                runs: vec![m],
+            }),
+        }
+    }
+    series
+}

@@ -1,0 +1,176 @@
+//! The file of a work-precision study: small, so written whole at the end.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::target::{self, Overwrite, WriteLock};
+use super::writer::{self, Cell, TableWriter, write_attributes, write_text_attribute};
+use super::{MetaValue, ResultError, Status, schema};
+
+/// A row of /runs; NaN where there is no value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkPrecisionRow {
+    /// Index into [`WorkPrecisionFile::methods`].
+    pub method: i8,
+    /// `solver.rtol`.
+    pub rtol: f64,
+    /// `solver.fixed_step`, s.
+    pub fixed_step: f64,
+    /// Whether the run failed.
+    pub failed: bool,
+    /// Whether its events are those of the reference.
+    pub same_sequence: bool,
+    /// Events of its sequence.
+    pub events: u64,
+    /// s.
+    pub onset_error: f64,
+    /// s.
+    pub final_stick_error: f64,
+    /// s.
+    pub largest_event_error: f64,
+    /// Of all integrators.
+    pub steps: u64,
+    /// Of the right-hand side.
+    pub rhs_evaluations: u64,
+    /// Of the Jacobian.
+    pub jacobian_evaluations: u64,
+    /// s.
+    pub wall_time: f64,
+}
+
+/// A row of /reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceRow {
+    /// The code of the kind of event.
+    pub kind: i8,
+    /// s.
+    pub time: f64,
+    /// s.
+    pub uncertainty: f64,
+}
+
+/// What the file of a study holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WorkPrecisionFile {
+    /// Root attribute `title`.
+    pub title: String,
+    /// Root attribute `source`: the program with its version.
+    pub source: String,
+    /// Root attribute `history`: when, and by which command.
+    pub history: String,
+    /// /input/study: the TOML text.
+    pub study: String,
+    /// /input/resolved: the case of the first run in SI.
+    pub resolved: String,
+    /// Attributes of /meta.
+    pub meta: Vec<(String, MetaValue)>,
+    /// Names behind the codes of `method`.
+    pub methods: Vec<&'static str>,
+    /// In the order of the study.
+    pub runs: Vec<WorkPrecisionRow>,
+    /// Attribute `description` of /reference.
+    pub reference: String,
+    /// In order of time.
+    pub events: Vec<ReferenceRow>,
+    /// Of onset, final stick and all events, s; in the order of [`schema::WORK_PRECISION_UNCERTAINTIES`].
+    pub uncertainties: [f64; 3],
+}
+
+impl WorkPrecisionFile {
+    /// Writes the file: under its name if the study is complete, else as its partial file. Returns where it is.
+    ///
+    /// # Errors
+    /// Those of [`super::check_target`], which is to be asked before the study is run; any failure to write.
+    pub fn write(
+        &self,
+        path: &Path,
+        overwrite: Overwrite,
+        inputs: &[PathBuf],
+        status: &Status,
+    ) -> Result<PathBuf, ResultError> {
+        target::check_target(path, overwrite, inputs)?;
+        let partial = target::partial_path(path);
+        let lock = WriteLock::take(&partial)?;
+        let made = lock.sibling();
+        let _ = fs::remove_file(&made);
+        let target = if *status == Status::Complete { path } else { &partial };
+        let written = self
+            .store(&made, status)
+            .map_err(|error| ResultError::write(target, false, &error))
+            .and_then(|()| {
+                let synced = fs::File::open(&made).and_then(|file| file.sync_all());
+                synced.map_err(|error| ResultError::io(target, "saving the file", error))
+            })
+            .and_then(|()| {
+                let renamed = fs::rename(&made, target);
+                renamed.map_err(|error| ResultError::io(target, "giving the finished file its name", error))
+            });
+        if written.is_err() {
+            let _ = fs::remove_file(&made);
+        }
+        written.map(|()| target.to_owned())
+    }
+
+    fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
+        let file = writer::create_file(path)?;
+        for (name, text) in [
+            (schema::root::CONVENTIONS, schema::CONVENTIONS),
+            (schema::root::TITLE, &self.title),
+            (schema::root::SOURCE, &self.source),
+            (schema::root::HISTORY, &self.history),
+            (schema::root::FORMAT, schema::WORK_PRECISION_FORMAT),
+            (schema::root::STATUS, status.name()),
+        ] {
+            write_text_attribute(&file, name, text)?;
+        }
+        file.new_attr::<i32>()
+            .create(schema::root::FORMAT_VERSION)?
+            .write_scalar(&schema::FORMAT_VERSION)?;
+        let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
+        for row in &self.runs {
+            let cells = row.cells(runs.next_index());
+            runs.push(cells);
+        }
+        runs.append()?;
+        let mut events = TableWriter::create(&file, &schema::work_precision_reference())?;
+        for row in &self.events {
+            let head = [Cell::I32(events.next_index()), Cell::I8(row.kind)];
+            events.push(head.into_iter().chain([row.time, row.uncertainty].map(Cell::F64)));
+        }
+        events.append()?;
+        let reference = file.group(schema::group::REFERENCE)?;
+        write_text_attribute(&reference, "description", &self.reference)?;
+        for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
+            writer::write_number_attribute(&reference, name, value)?;
+            writer::write_companions(&reference, name, units, long_name)?;
+        }
+        let input = writer::create_group(&file, schema::group::INPUT)?;
+        writer::write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
+        let resolved = "every parameter of the first run in SI units (TOML)";
+        writer::write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
+        write_attributes(&writer::create_group(&file, schema::group::META)?, &self.meta)?;
+        file.flush()
+    }
+}
+
+impl WorkPrecisionRow {
+    fn cells(&self, index: i32) -> [Cell; 14] {
+        let count = |value: u64| Cell::I64(i64::try_from(value).unwrap_or(i64::MAX));
+        [
+            Cell::I32(index),
+            Cell::I8(self.method),
+            Cell::F64(self.rtol),
+            Cell::F64(self.fixed_step),
+            Cell::I8(self.failed.into()),
+            Cell::I8(self.same_sequence.into()),
+            count(self.events),
+            Cell::F64(self.onset_error),
+            Cell::F64(self.final_stick_error),
+            Cell::F64(self.largest_event_error),
+            count(self.steps),
+            count(self.rhs_evaluations),
+            count(self.jacobian_evaluations),
+            Cell::F64(self.wall_time),
+        ]
+    }
+}

@@ -1,0 +1,414 @@
+//! The paper's own procedure, to be studied beside the reference runs: absolute angles, a Runge-Kutta method of order 5
+//! with steps from 1e-8 to 1e-4 s, and the state of the contact by equation (9), tested at the end of each step.
+//!
+//! Nothing is located. An event has the time of the step's end at which (9) says something else than before, and
+//! where omega_r passes zero by more than epsilon within a step, the friction turns its sign inside the right-hand side
+//! until a step happens to end within epsilon of zero. Each such turn is recorded as a reversal.
+//!
+//! What the paper leaves open is filled in as an ordinary program would have it: Dormand and Prince's pair; the tolerance is
+//! absolute, on the error estimate of every component in SI units and radians; a step of the least length is taken
+//! whatever its error; entering stick gives both surfaces their mean speed, as (4) has one speed for both; the torque in
+//! (10) is that of the case's `contact.breakaway_test`. Kicks are the only times that a step is shortened for.
+
+use super::brake::{Location, Watch};
+use super::observer::Recording;
+use super::options::{OutputOptions, SolverOptions};
+use super::readings::AbsoluteReadings;
+use super::record::{EventKind, Recorder};
+use super::runge_kutta::EmbeddedPair;
+use super::{Progress, RunFailure, RunReport};
+use crate::hybrid::{Observer, ObserverError, RunError};
+use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, Contact, DIMENSION, UNKNOWNS};
+use crate::model::{Kick, KickTime, Mode, Parameters};
+use crate::sundials::{Counters, ErkTable};
+use std::ops::ControlFlow;
+
+/// The pair of order 5.
+pub const PAIR: ErkTable = ErkTable::DormandPrince7s45;
+
+/// epsilon of equation (9), rad/s.
+pub const EPSILON: f64 = 1e-5;
+
+/// The shortest and the longest step, s.
+pub const STEPS: (f64, f64) = (1e-8, 1e-4);
+
+/// The tolerance on the error estimate as a multiple of `solver.rtol`: the paper's 1e-11 by default.
+const TOLERANCE_SHARE: f64 = 0.1;
+
+/// Usual bounds of a step control: a step is aimed at this share of what the tolerance allows,
+const SAFETY: f64 = 0.9;
+
+/// and changes at most by these factors.
+const CHANGE: (f64, f64) = (0.2, 5.0);
+
+/// The control is asked whether to go on after so many steps.
+const STEPS_BETWEEN_QUESTIONS: u64 = 256;
+
+/// The name in result files.
+pub const SOLVER: &str = "paper";
+
+/// What a run by the procedure is stepped with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest error estimate of a step in any component, in its SI unit.
+    pub tolerance: f64,
+    /// s.
+    pub shortest_step: f64,
+    /// s.
+    pub longest_step: f64,
+}
+
+impl Settings {
+    /// Of a run with these options.
+    pub fn new(solver: &SolverOptions) -> Self {
+        let longest_step = solver.max_step.map_or(STEPS.1, |step| step.min(STEPS.1));
+        Settings {
+            tolerance: TOLERANCE_SHARE * solver.rtol,
+            shortest_step: STEPS.0.min(longest_step),
+            longest_step,
+        }
+    }
+}
+
+/// Integrates a case by the procedure; the counterpart of [`super::simulate`], with the same contract.
+pub(super) fn run(
+    parameters: &Parameters,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    recorder: &mut dyn Recorder,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, Box<RunFailure>> {
+    let model = AbsoluteModel::new(parameters);
+    let state = AbsoluteModel::start(parameters.initial.speed);
+    let contact = if model.closed_at_start() {
+        model.contact(&state, false, EPSILON)
+    } else {
+        Contact::Separated
+    };
+    let readings = AbsoluteReadings { model: &model };
+    let recording = Recording::new(readings, output, recorder, control, &state);
+    let mut kicks: Vec<(f64, f64)> = Vec::new();
+    let mut waiting_kicks = Vec::new();
+    for Kick {
+        time,
+        relative_velocity,
+    } in &parameters.perturbations
+    {
+        match time {
+            KickTime::At(t) => kicks.push((*t, *relative_velocity)),
+            KickTime::Instability => waiting_kicks.push(*relative_velocity),
+        }
+    }
+    kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let watch = if contact == Contact::Stick {
+        Watch::Off
+    } else {
+        Watch::Stable
+    };
+    let mut run = Run {
+        model: &model,
+        pair: EmbeddedPair::new(PAIR, UNKNOWNS),
+        settings: Settings::new(solver),
+        recording,
+        time: 0.0,
+        state,
+        contact,
+        watch,
+        kicks,
+        next_kick: 0,
+        waiting_kicks,
+        corner: model.next_corner(0.0),
+        segment_start: 0.0,
+        counters: Counters::default(),
+        counted: 0,
+        max_events: solver.max_events,
+    };
+    let result = run.to(output.end_time);
+    let kicks_never_given = run.waiting_kicks.len();
+    let end = run.time;
+    let mut report = run.recording.into_report();
+    report.kicks_never_given = kicks_never_given;
+    match result {
+        Ok(interrupted) => {
+            report.end = end;
+            report.interrupted = interrupted;
+            Ok(report)
+        }
+        Err(error) => Err(Box::new(RunFailure { error, report })),
+    }
+}
+
+struct Run<'a> {
+    model: &'a AbsoluteModel,
+    pair: EmbeddedPair<DIMENSION>,
+    settings: Settings,
+    recording: Recording<'a, AbsoluteReadings<'a>>,
+    time: f64,
+    state: AbsoluteState,
+    contact: Contact,
+    watch: Watch,
+    /// Timed kicks in order, and which is next.
+    kicks: Vec<(f64, f64)>,
+    next_kick: usize,
+    /// Kicks waiting for the loss of stability.
+    waiting_kicks: Vec<f64>,
+    /// The next corner of F(t).
+    corner: Option<f64>,
+    segment_start: f64,
+    counters: Counters,
+    counted: usize,
+    max_events: usize,
+}
+
+impl Run<'_> {
+    /// Steps to `end`; whether the control ended the run earlier.
+    fn to(&mut self, end: f64) -> Result<bool, RunError> {
+        let mut proposed = self.settings.shortest_step;
+        let mut steps = 0u64;
+        while self.time < end {
+            self.kick_now()?;
+            let kick = self.kicks.get(self.next_kick).map_or(f64::INFINITY, |k| k.0);
+            let stop = end.min(kick);
+            let (step, next) = self.step(proposed, stop);
+            let before = (self.time, self.state);
+            // What is left before a stop is not worth a step of its own if it is of the size of rounding.
+            self.time = if step >= stop - before.0 { stop } else { before.0 + step };
+            if self.time <= before.0 {
+                return Err(self.stuck());
+            }
+            self.state = *self.pair.solution();
+            proposed = next;
+            self.samples(before, step)?;
+            self.check_finite()?;
+            self.end_of_step()?;
+            steps += 1;
+            let location = self.location();
+            if self.recording.wants_steps() && self.time < end {
+                self.recording
+                    .step(self.time, &location, &self.state)
+                    .map_err(RunError::Observer)?;
+            }
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &location).is_break()
+            {
+                self.end_segment()?;
+                return Ok(true);
+            }
+        }
+        self.end_segment()?;
+        while self.recording.next_sample_time() <= end {
+            let location = self.location();
+            let due = self.recording.next_sample_time();
+            self.recording
+                .sample(due, &location, &self.state)
+                .map_err(RunError::Observer)?;
+        }
+        Ok(false)
+    }
+
+    /// Takes a step of the pair that passes the test, or is of the least length; at most to `stop`. Returns its length and
+    /// the proposal for the next.
+    fn step(&mut self, proposed: f64, stop: f64) -> (f64, f64) {
+        let Settings {
+            tolerance,
+            shortest_step,
+            longest_step,
+        } = self.settings;
+        let left = stop - self.time;
+        let mut step = proposed;
+        loop {
+            let taken = step.min(left);
+            let (model, contact) = (self.model, self.contact);
+            let error = self.pair.step(self.time, &self.state, taken, |t, y, dydt| {
+                model.rhs(contact, t, y, dydt);
+            });
+            self.counters.rhs_evaluations += self.pair.evaluations();
+            // An error that is no number asks for the shortest step that is tried.
+            let wanted = if error.is_finite() {
+                let share = (error / tolerance).max(1e-30);
+                taken * (SAFETY * share.powf(-1.0 / f64::from(self.pair.order()))).clamp(CHANGE.0, CHANGE.1)
+            } else {
+                CHANGE.0 * taken
+            };
+            let passes = error <= tolerance;
+            if passes || taken <= shortest_step {
+                self.counters.steps += 1;
+                self.counters.last_step = taken;
+                self.counters.last_order = self.pair.order();
+                // A step that was cut for the stop says nothing against the proposal.
+                let next = if passes && taken < step {
+                    step.max(wanted)
+                } else {
+                    wanted
+                };
+                return (taken, next.clamp(shortest_step, longest_step));
+            }
+            self.counters.error_test_failures += 1;
+            step = wanted.clamp(shortest_step, longest_step);
+        }
+    }
+
+    /// Hands out the samples that are due within the last step: the step again, as far as they are.
+    fn samples(&mut self, before: (f64, AbsoluteState), step: f64) -> Result<(), RunError> {
+        let location = self.location();
+        loop {
+            let due = self.recording.next_sample_time();
+            if due >= self.time {
+                return Ok(());
+            }
+            let (model, contact) = (self.model, self.contact);
+            let sample = if due > before.0 {
+                self.pair
+                    .step(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
+                        model.rhs(contact, t, y, dydt);
+                    });
+                *self.pair.solution()
+            } else {
+                before.1
+            };
+            self.recording
+                .sample(due, &location, &sample)
+                .map_err(RunError::Observer)?;
+        }
+    }
+
+    /// What (9) and the other tests say at the end of a step.
+    fn end_of_step(&mut self) -> Result<(), RunError> {
+        if let Some(corner) = self.corner.filter(|&corner| corner <= self.time) {
+            self.corner = self.model.next_corner(corner);
+            self.happen(EventKind::Corner, self.contact, self.watch, self.state)?;
+        }
+        self.test_stability()?;
+        let found = self
+            .model
+            .contact(&self.state, self.contact == Contact::Separated, EPSILON);
+        let kind = match (self.contact, found) {
+            (Contact::Slip { sense: a }, Contact::Slip { sense: b }) if a != b => EventKind::Reversal,
+            (Contact::Slip { .. }, Contact::Slip { .. })
+            | (Contact::Stick, Contact::Stick)
+            | (Contact::Separated, Contact::Separated) => return Ok(()),
+            (_, Contact::Separated) => EventKind::Separation,
+            (Contact::Separated, _) => EventKind::Contact,
+            (_, Contact::Stick) => EventKind::Stick,
+            (Contact::Stick, Contact::Slip { .. }) => EventKind::Slip,
+        };
+        let (state, watch) = if found == Contact::Stick {
+            (self.model.joined(&self.state), Watch::Off)
+        } else {
+            (self.state, self.watch)
+        };
+        self.happen(kind, found, watch, state)
+    }
+
+    /// The margin of steady sliding, watched until the first stick.
+    fn test_stability(&mut self) -> Result<(), RunError> {
+        let (Contact::Slip { sense }, Watch::Stable | Watch::Unstable) = (self.contact, self.watch) else {
+            return Ok(());
+        };
+        let force = self.model.pressing_force(&self.state).max(0.0);
+        let w = self.model.relative_velocity(&self.state);
+        let stable = self.model.torsion.stability_margin(sense, w, force) >= 0.0;
+        match (self.watch, stable) {
+            (Watch::Stable, false) => {
+                self.happen(EventKind::Destabilised, self.contact, Watch::Unstable, self.state)?;
+                for delta in std::mem::take(&mut self.waiting_kicks) {
+                    self.kick(delta)?;
+                }
+                Ok(())
+            }
+            (Watch::Unstable, true) => self.happen(EventKind::Restabilised, self.contact, Watch::Stable, self.state),
+            _ => Ok(()),
+        }
+    }
+
+    /// The timed kicks that are due.
+    fn kick_now(&mut self) -> Result<(), RunError> {
+        while let Some(&(_, delta)) = self.kicks.get(self.next_kick).filter(|kick| kick.0 <= self.time) {
+            self.next_kick += 1;
+            self.kick(delta)?;
+        }
+        Ok(())
+    }
+
+    fn kick(&mut self, delta: f64) -> Result<(), RunError> {
+        let kicked = self.model.kicked(self.contact, &self.state, delta);
+        self.happen(EventKind::Kick, self.contact, self.watch, kicked)
+    }
+
+    /// Records an event, with the segment that it ends, and takes over what is after it.
+    fn happen(
+        &mut self,
+        kind: EventKind,
+        contact: Contact,
+        watch: Watch,
+        state: AbsoluteState,
+    ) -> Result<(), RunError> {
+        if self.time > self.segment_start {
+            self.end_segment()?;
+        }
+        let before = self.location();
+        (self.contact, self.watch) = (contact, watch);
+        let after = self.location();
+        self.recording
+            .event(self.time, kind, (&before, &self.state), (&after, &state))
+            .map_err(RunError::Observer)?;
+        self.state = state;
+        self.counted += usize::from(kind.in_mode_word());
+        if self.counted > self.max_events {
+            return Err(RunError::TooManyEvents {
+                time: self.time,
+                budget: self.max_events,
+                location: describe(&before),
+                guard: "the test at the end of a step".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    fn end_segment(&mut self) -> Result<(), RunError> {
+        let counters = std::mem::take(&mut self.counters);
+        let span = (self.segment_start, self.time);
+        self.segment_start = self.time;
+        self.recording
+            .end_segment(span, self.location().mode, SOLVER, &counters)
+            .map_err(RunError::Observer)
+    }
+
+    fn location(&self) -> Location {
+        Location {
+            mode: match self.contact {
+                Contact::Separated => Mode::Separated,
+                Contact::Stick => Mode::Stick,
+                Contact::Slip { sense } if sense > 0.0 => Mode::SlipForward,
+                Contact::Slip { .. } => Mode::SlipBackward,
+            },
+            resolved: true,
+            watch: self.watch,
+        }
+    }
+
+    fn check_finite(&self) -> Result<(), RunError> {
+        match self.state.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+            None => Ok(()),
+            Some((component, &value)) => Err(RunError::NotFinite {
+                time: self.time,
+                location: describe(&self.location()),
+                component,
+                value,
+            }),
+        }
+    }
+
+    /// A step that rounding swallows.
+    fn stuck(&self) -> RunError {
+        let error: ObserverError = format!(
+            "the paper's procedure stands still at t = {:.12} s: its step of {:.1e} s is below the resolution of the time",
+            self.time, self.counters.last_step
+        )
+        .into();
+        RunError::Observer(error)
+    }
+}
+
+fn describe(location: &Location) -> String {
+    format!("mode {}", location.mode.name())
+}

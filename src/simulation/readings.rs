@@ -1,0 +1,161 @@
+//! What is read from a state vector, by the coordinates that it is in.
+
+use super::brake::Brake;
+use super::record::{Channels, State};
+use crate::model::absolute_angles::{
+    AbsoluteModel, AbsoluteState, DAMPING_LOSS as ABSOLUTE_DAMPING_LOSS, DIMENSION,
+    FRICTION_LOSS as ABSOLUTE_FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA, THETA_DOT, WORK, Z, Z_DOT,
+};
+use crate::model::torsion::TorsionModel;
+use crate::model::torsion::index::{
+    DAMPING_LOSS, FRICTION_LOSS, ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE, SLIP, STATOR_TWIST, STATOR_TWIST_RATE,
+};
+use crate::model::{Axial, Mode};
+
+/// The mechanical meaning of a run's state vector.
+pub(super) trait Readings {
+    /// All of the state at `t`.
+    fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State;
+
+    /// Forces, torques and energies at `t`; the work of kicks and the residual, which need the history, are left 0.
+    fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels;
+
+    /// What a kick changes, J.
+    fn kinetic_energy(&self, y: &[f64]) -> f64;
+
+    /// T_f / r, N.
+    fn internal_force(&self, y: &[f64]) -> f64;
+}
+
+fn friction_torque(torsion: &TorsionModel, mode: Mode, twists: &[f64], normal_force: f64) -> f64 {
+    match mode {
+        Mode::Separated => 0.0,
+        Mode::Stick => torsion.transmitted_torque(twists),
+        Mode::SlipForward | Mode::SlipBackward => torsion.sliding_torque(f64::from(mode.sense()), twists, normal_force),
+    }
+}
+
+/// Of the twist coordinates, with the axial motion in closed form.
+pub(super) struct TwistReadings<'a> {
+    pub(super) brake: &'a Brake,
+    pub(super) axial: Axial,
+}
+
+impl Readings for TwistReadings<'_> {
+    fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State {
+        let axial = self.brake.axial.at(t);
+        let (u, v, slip) = (y[ROTOR_TWIST], y[STATOR_TWIST], y[SLIP]);
+        let v_dot = y[STATOR_TWIST_RATE];
+        // In stick it is zero by the mode, not by a difference of two rounded speeds.
+        let w = if mode == Mode::Stick {
+            0.0
+        } else {
+            self.brake.torsion.relative_velocity(y)
+        };
+        State {
+            z: axial.displacement,
+            z_dot: axial.velocity,
+            theta: u + v + slip,
+            theta_dot: y[ROTOR_SPEED],
+            phi1: v,
+            phi1_dot: v_dot,
+            phi2: v + slip,
+            phi2_dot: w + v_dot,
+            rotor_twist: u,
+            rotor_twist_rate: y[ROTOR_TWIST_RATE],
+            relative_velocity: w,
+            slip_displacement: slip,
+        }
+    }
+
+    fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels {
+        let (axial, torsion) = (self.brake.axial.at(t), &self.brake.torsion);
+        let normal_force = if mode == Mode::Separated {
+            0.0
+        } else {
+            axial.pressing_force.max(0.0)
+        };
+        let Axial { mass, stiffness, .. } = self.axial;
+        Channels {
+            applied_force: axial.force,
+            normal_force,
+            friction_torque: friction_torque(torsion, mode, y, normal_force),
+            transmitted_torque: torsion.transmitted_torque(y),
+            energy_kinetic: torsion.kinetic_energy(y) + 0.5 * mass * axial.velocity * axial.velocity,
+            energy_elastic: torsion.elastic_energy(y) + 0.5 * stiffness * axial.displacement * axial.displacement,
+            work_applied: axial.work,
+            dissipated_friction: y[FRICTION_LOSS],
+            dissipated_damping: y[DAMPING_LOSS] + axial.dissipated,
+            ..Channels::default()
+        }
+    }
+
+    fn kinetic_energy(&self, y: &[f64]) -> f64 {
+        self.brake.torsion.kinetic_energy(y)
+    }
+
+    fn internal_force(&self, y: &[f64]) -> f64 {
+        self.brake.torsion.transmitted_torque(y) / self.brake.torsion.contact.radius
+    }
+}
+
+/// Of the absolute angles.
+pub(super) struct AbsoluteReadings<'a> {
+    pub(super) model: &'a AbsoluteModel,
+}
+
+fn absolute(y: &[f64]) -> AbsoluteState {
+    let mut state = [0.0; DIMENSION];
+    state.copy_from_slice(y);
+    state
+}
+
+impl Readings for AbsoluteReadings<'_> {
+    fn state(&self, _t: f64, _mode: Mode, y: &[f64]) -> State {
+        State {
+            z: y[Z],
+            z_dot: y[Z_DOT],
+            theta: y[THETA],
+            theta_dot: y[THETA_DOT],
+            phi1: y[PHI1],
+            phi1_dot: y[PHI1_DOT],
+            phi2: y[PHI2],
+            phi2_dot: y[PHI2_DOT],
+            rotor_twist: y[THETA] - y[PHI2],
+            rotor_twist_rate: y[THETA_DOT] - y[PHI2_DOT],
+            relative_velocity: y[PHI2_DOT] - y[PHI1_DOT],
+            slip_displacement: y[PHI2] - y[PHI1],
+        }
+    }
+
+    fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels {
+        let y = absolute(y);
+        let (torsion, twists) = (&self.model.torsion, self.model.twists(&y));
+        let normal_force = if mode == Mode::Separated {
+            0.0
+        } else {
+            self.model.pressing_force(&y).max(0.0)
+        };
+        Channels {
+            applied_force: self.model.applied_force(t),
+            normal_force,
+            friction_torque: friction_torque(torsion, mode, &twists, normal_force),
+            transmitted_torque: torsion.transmitted_torque(&twists),
+            energy_kinetic: self.model.kinetic_energy(&y),
+            energy_elastic: self.model.elastic_energy(&y),
+            work_applied: y[WORK],
+            dissipated_friction: y[ABSOLUTE_FRICTION_LOSS],
+            dissipated_damping: y[ABSOLUTE_DAMPING_LOSS],
+            ..Channels::default()
+        }
+    }
+
+    fn kinetic_energy(&self, y: &[f64]) -> f64 {
+        self.model.kinetic_energy(&absolute(y))
+    }
+
+    fn internal_force(&self, y: &[f64]) -> f64 {
+        let torsion = &self.model.torsion;
+        torsion.transmitted_torque(&self.model.twists(&absolute(y))) / torsion.contact.radius
+    }
+}
