@@ -358,11 +358,11 @@ impl Reference {
     /// The last kick before the first event of the word, if there is one.
     fn kick(&self) -> Option<Kick> {
         let onset = self.word.first().map_or(f64::INFINITY, |e| e.time);
-        let kicks = self
+        let mut kicks = self
             .events
             .iter()
             .filter(|e| e.kind == EventKind::Kick && e.time < onset);
-        kicks.last().map(|e| Kick {
+        kicks.next_back().map(|e| Kick {
             time: e.time,
             delta: e.after.relative_velocity - e.before.relative_velocity,
         })
