@@ -40,7 +40,7 @@ LEGENDS = {
     ("Energy", "lost to damping"): "dissipated_damping",
     ("Energy", "work of F"): "work_applied",
 }
-STICK, SLIP = [203, 229, 247], [255, 255, 255]
+STICK, SLIP = [250, 232, 194], [255, 255, 255]
 
 # 60 frames of a drag to and fro, each with a move of the pointer; milliseconds for each frame.
 PAN = """

@@ -1,4 +1,5 @@
-//! Whole runs of the case "paper": by `auto`, by each method alone, by parts, and the plain way, CVODE BDF for everything.
+//! Whole runs of the case "paper": by `auto`, by each method alone, and the plain way, CVODE BDF for everything; `auto` and
+//! `series` by phase, and beside each other in turns.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrixViewMut;
@@ -234,7 +235,7 @@ fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) 
 const END: f64 = 10.0;
 /// Of the multiprecision reference, data/truth/paper.json.
 const STICKS: usize = 48;
-const LAST_STICK: f64 = 6.989377156156;
+const LAST_STICK: f64 = 6.989_377_156_155_617;
 
 /// Every way has to have done the same work: all sticks, the last at its time.
 fn check(name: &str, (sticks, last): (usize, f64), within: f64) {
@@ -249,7 +250,8 @@ fn runs(criterion: &mut Criterion) {
     group.sample_size(20);
     for method in Method::KINDS {
         let input = paper(method, END);
-        check(method.name(), run(&input, &mut NoRecorder), 1e-6);
+        let within = if method == Method::Series { 1e-12 } else { 1e-6 };
+        check(method.name(), run(&input, &mut NoRecorder), within);
         group.bench_function(method.name(), |b| b.iter(|| run(black_box(&input), &mut NoRecorder)));
     }
     // At 1e-10 its last stick is off by 2e-6 s, at 1e-8 there is one stick too many.
@@ -261,18 +263,55 @@ fn runs(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The cost of a run by phase. What comes before the kick is sliding, then comes the stick-slip window, and the last stick
+/// is for good.
 fn phases(criterion: &mut Criterion) {
-    let input = paper(Method::Auto, END);
-    let mut group = criterion.benchmark_group("paper by auto");
-    group.sample_size(20);
-    for (part, name) in ["sliding to the kick", "kick to last stick", "last stick to 10 s"]
-        .into_iter()
-        .enumerate()
-    {
-        group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| parts(&input)[part]).sum()));
+    for method in [Method::Auto, Method::Series] {
+        let input = paper(method, END);
+        let mut group = criterion.benchmark_group(format!("paper by {}", method.name()));
+        group.sample_size(20);
+        for (part, name) in ["sliding to the kick", "kick to last stick", "last stick to 10 s"]
+            .into_iter()
+            .enumerate()
+        {
+            group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| parts(&input)[part]).sum()));
+        }
+        group.finish();
     }
-    group.finish();
 }
 
-criterion_group!(benches, runs, phases);
+/// Turns of the comparison, each with one run by `auto` and some by `series`.
+const TURNS: usize = 21;
+const RUNS: u32 = 10;
+
+/// What is promised of `series` beside `auto`: this many times faster, at a better accuracy.
+const PROMISED: f64 = 10.0;
+
+/// `auto` and `series` in turns, so that both meet the same machine, and the medians' ratio.
+fn ratio(_: &mut Criterion) {
+    let inputs = [paper(Method::Auto, END), paper(Method::Series, END)];
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..TURNS {
+        for ((input, times), runs) in inputs.iter().zip(&mut times).zip([1, RUNS]) {
+            let start = Instant::now();
+            for _ in 0..runs {
+                black_box(run(black_box(input), &mut NoRecorder));
+            }
+            times.push(start.elapsed() / runs);
+        }
+    }
+    let [auto, series] = times.map(|mut times| {
+        times.sort();
+        times[TURNS / 2]
+    });
+    let ratio = auto.as_secs_f64() / series.as_secs_f64();
+    println!("auto {auto:.2?}, series {series:.2?} a run: {ratio:.1} times faster");
+    assert!(ratio >= PROMISED);
+    let last = inputs
+        .each_ref()
+        .map(|input| (run(input, &mut NoRecorder).1 - LAST_STICK).abs());
+    assert!(last[1] <= last[0].max(1e-13), "{last:?}");
+}
+
+criterion_group!(benches, ratio, runs, phases);
 criterion_main!(benches);

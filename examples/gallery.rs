@@ -1,7 +1,7 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
-//! One run of the paper's brake, and the figures of docs/gallery.md from it, into docs/figures; and that of the built-in
-//! work-precision study, which takes some minutes and whose times are those of the machine.
+//! One run of the paper's brake, and from it all figures of the catalogue, into docs/figures: those of docs/gallery.md;
+//! and that of the built-in work-precision study, which takes some minutes and whose times are those of the machine.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -9,24 +9,12 @@ use std::path::Path;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::analysis::{Modes, StickSlip};
 use stickslip::case::{Case, CaseSource};
-use stickslip::plot::catalogue::{Story, find};
+use stickslip::plot::catalogue::{ENTRIES, Story};
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
 use stickslip::plot::{self, Figure, Run, modes, svg};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::simulate;
-
-const FIGURES: [&str; 9] = [
-    "friction-law",
-    "axial-displacement",
-    "stick-slip-transition",
-    "stick-slip-close-up",
-    "durations",
-    "phase-plateau",
-    "phase-growth-stator",
-    "phase-stick-slip-stator",
-    "phase-final-stick-stator",
-];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let case = Case::parse(&CaseSource::built_in("paper")?, &[])?;
@@ -49,8 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} sticks", StickSlip::from_events(&report.events).stick_count);
     let runs = [Run::open(&path)?];
     let story = Story::new(&runs).ok_or("no run")?;
-    for name in FIGURES {
-        save(&find(name)?.build(&story)?.map_err(|absent| absent.why)?)?;
+    for entry in ENTRIES {
+        save(&entry.build(&story)?.map_err(|absent| absent.why)?)?;
     }
     let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
     save(&modes::figure(&case.title, &of_case))?;

@@ -25,5 +25,6 @@ pub mod hybrid;
 pub mod model;
 pub mod plot;
 pub mod results;
+pub mod series;
 pub mod simulation;
 pub mod sundials;

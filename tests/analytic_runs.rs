@@ -87,7 +87,7 @@ struct Accuracy {
 /// stick magnifies it.
 fn accuracy(method: Method) -> Accuracy {
     let (time, state) = match method {
-        Method::Auto => (1e-11, 1e-9),
+        Method::Auto | Method::Series => (1e-11, 1e-9),
         Method::Erk | Method::Esdirk | Method::ErkPair(_) => (1e-10, 1e-8),
         Method::CvodeBdf | Method::CvodeAdams => (1e-8, 1e-5),
         Method::Paper => unreachable!("it locates nothing"),
@@ -210,7 +210,7 @@ fn analytic_constant_friction_by_every_method() {
         for method in Method::KINDS {
             let recorder = hold_against_oracle(name, &short_brake(friction, rise_time), 0.2, method);
             assert!(recorder.samples.iter().filter(|s| s.mode == Mode::Stick).count() > 100);
-            let stick_solver = if method == Method::Auto {
+            let stick_solver = if matches!(method, Method::Auto | Method::Series) {
                 "closed-form"
             } else {
                 method.name()

@@ -218,7 +218,7 @@ fn a_number_outside_its_limits_is_refused() {
 
 #[test]
 fn a_name_that_is_none_of_the_list_is_answered_with_the_list() {
-    insta::assert_snapshot!(with("method = \"auto\"", "method = \"cvode-bfd\""), @r#"brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "cvode-bfd"; did you mean "cvode-bdf"?"#);
+    insta::assert_snapshot!(with("method = \"auto\"", "method = \"cvode-bfd\""), @r#"brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series", but got "cvode-bfd"; did you mean "cvode-bdf"?"#);
     insta::assert_snapshot!(with("breakaway_test = \"transmitted\"", "breakaway_test = \"both\""), @r#"brake.toml:21: contact.breakaway_test: expected one of "transmitted", "stator", "rotor", but got "both""#);
     insta::assert_snapshot!(with("profile = \"ramp\"", "profile = \"step\""), @r#"brake.toml:9: actuation.profile: expected one of "ramp", "table", but got "step""#);
     insta::assert_snapshot!(with("kind = \"kick\"", "kind = \"push\""), @r#"brake.toml:33: perturbation.0.kind: expected "kick", but got "push""#);
@@ -320,7 +320,7 @@ fn all_problems_are_reported_at_once() {
 brake.toml:4: axial.mass: must be greater than 0, but is -1.0
 brake.toml:5: axial.colour: unknown key; [axial] has mass, stiffness, damping
 brake.toml:24: friction.decay: missing: alpha, decay of the friction coefficient with sliding speed; write decay = a number in s/rad or "5 s/rad"
-brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "magic"
+brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series", but got "magic"
 "#);
 }
 

@@ -136,7 +136,7 @@ fn a_wrong_override_is_named_as_such() {
     insta::assert_snapshot!(refused(&["axial.mass="]), @r#"--set axial.mass: "" is not a quantity: expected a mass, kg, such as "10 lbm""#);
     insta::assert_snapshot!(refused(&["axial.mass.x=1"]), @r#"--set axial.mass.x: axial.mass is the text "10 lbm", which has nothing inside"#);
     insta::assert_snapshot!(refused(&["axial=1"]), @r#"--set axial: expected a table, but got the number 1"#);
-    insta::assert_snapshot!(refused(&["solver.method=euler"]), @r#"--set solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", but got "euler""#);
+    insta::assert_snapshot!(refused(&["solver.method=euler"]), @r#"--set solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series", but got "euler""#);
     insta::assert_snapshot!(refused(&["perturbation.2.time=1"]), @r#"--set perturbation.2.time: there is no perturbation.2: the next new element is perturbation.1"#);
     insta::assert_snapshot!(refused(&["perturbation.time=1"]), @r#"--set perturbation.time: perturbation is an array: its elements are numbered, as in perturbation.0"#);
     insta::assert_snapshot!(refused(&["perturbation.1.time=1"]), @r#"--set perturbation.1.time: perturbation.1.relative_velocity: missing: delta, jump of omega_r, half on each surface; write relative_velocity = a number in rad/s or "955 rpm""#);

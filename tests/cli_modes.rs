@@ -29,6 +29,41 @@ fn cli_modes_says_the_same_in_table_and_json() {
     assert!(table.lines().skip(1).all(|line| line.chars().count() <= 80), "{table}");
 }
 
+/// The figure that follows a name in a table.
+fn value(table: &str, name: &str) -> String {
+    let line = table.lines().find(|line| line.starts_with(name));
+    let line = line.unwrap_or_else(|| panic!("no {name} in {table}"));
+    line[name.len()..].split_whitespace().next().unwrap().to_owned()
+}
+
+/// Loss of stability, growth and what decides the onset, of every built-in case: from the forecast of `modes` and from
+/// the events of `run`.
+#[test]
+fn cli_modes_agree_with_what_run_prints() {
+    let folder = Folder::new();
+    for (case, decided_by) in [
+        ("paper", "perturbation"),
+        ("paper-si", "perturbation"),
+        ("unperturbed", "rounding"),
+        ("release", "perturbation"),
+    ] {
+        let (report, warnings) = output(&mut folder.stickslip(&["run", case]), 0);
+        let (table, _) = output(&mut folder.stickslip(&["modes", case]), 0);
+        for (in_run, in_modes) in [
+            ("loss of stability", "loss of stability (zero of the margin)"),
+            ("growth exponent G", "growth exponent G"),
+            ("onset of stick-slip", "first stick"),
+            ("e-folds gained from the kick", "e-folds gained from the kick"),
+        ] {
+            assert_eq!(value(&report, in_run), value(&table, in_modes), "{case}: {in_run}");
+        }
+        let (document, _) = output(&mut folder.stickslip(&["modes", case, "--json"]), 0);
+        assert_eq!(json(&document)["instability"]["onset_decided_by"], decided_by, "{case}");
+        let warned = warnings.contains("amplified rounding");
+        assert_eq!(warned, decided_by == "rounding", "{case}: {warnings}");
+    }
+}
+
 #[test]
 fn cli_modes_of_a_result_are_those_of_its_case() {
     let folder = Folder::new();

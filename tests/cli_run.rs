@@ -123,7 +123,7 @@ fn cli_run_methods_agree() {
         "-q",
     ];
     let mut words: Vec<(&str, Vec<Event>)> = Vec::new();
-    for method in ["auto", "cvode-bdf", "cvode-adams", "erk", "esdirk"] {
+    for method in ["auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series"] {
         let name = format!("{method}.h5");
         let (stdout, stderr) = output(
             folder.stickslip(&["run", "--method", method, "-o", &name]).args(quick),

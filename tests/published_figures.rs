@@ -4,7 +4,9 @@ mod cli_common;
 
 use cli_common::{Folder, output};
 use std::sync::OnceLock;
-use stickslip::plot::catalogue::{ExponentialFit, Story, find};
+use stickslip::model::Actuation;
+use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, Story, find};
+use stickslip::plot::figure::CurveStyle;
 use stickslip::plot::portraits::turn_amplitudes;
 use stickslip::plot::spiral::Turns;
 use stickslip::plot::{Curve, Figure, Run};
@@ -61,6 +63,72 @@ fn published_axial_plateau() {
     assert!((half.1 * 1e3 + 0.0201).abs() < 2e-5, "{half:?}");
 }
 
+/// Rotor speed: with the force at its plateau and the friction at its high-speed value, rotor and rotor surface slow down
+/// evenly by mu_d r F_0/(I + J).
+#[test]
+fn analytic_rotor_speed_falls_evenly() {
+    let speed = points(&figure("rotor-speed"), "");
+    let between: Vec<(f64, f64)> = speed.into_iter().filter(|p| p.0 > 2.0 && p.0 < 6.0).collect();
+    let (first, last) = (between[0], between[between.len() - 1]);
+    let parameters = Run::open(file()).unwrap().parameters;
+    let (torsion, friction) = (&parameters.torsion, &parameters.friction);
+    let Actuation::Ramp { force, .. } = parameters.actuation else {
+        panic!("the paper's case has a ramp");
+    };
+    let inertia = torsion.rotor_inertia + torsion.surface_inertia;
+    let expected = friction.high_speed * parameters.contact.radius * force / inertia;
+    let slope = (first.1 - last.1) / (last.0 - first.0);
+    // At 7.7 rad/s and more the exponential of the friction law is below 2e-17; what is left is the run's tolerance of 1e-10.
+    assert!((slope / expected - 1.0).abs() < 1e-9, "{slope} {expected}");
+    for p in &between {
+        let line = first.1 - slope * (p.0 - first.0);
+        assert!((p.1 - line).abs() < 1e-9 * first.1, "{p:?} {line}");
+    }
+}
+
+/// Stick-slip: between the first and the last stick the drawn relative velocity is 0 in stick, and its largest value falls
+/// from slip to slip.
+#[test]
+fn property_stick_slip_is_drawn_with_falling_slips() {
+    let velocity = points(&figure("stick-slip-transition"), "");
+    let run = Run::open(file()).unwrap();
+    let mut largest = f64::INFINITY;
+    let cycles = &run.stick_slip.cycles;
+    let mut start = run.stick_slip.onset_time.unwrap();
+    for cycle in cycles {
+        let (slip, end) = (start + cycle.stick_duration, start + cycle.period);
+        let within = |from: f64, to: f64| velocity.iter().filter(move |p| p.0 > from && p.0 < to).map(|p| p.1);
+        // Rounding of phi_2' - phi_1' at speeds of 0.5 rad/s.
+        assert!(within(start, slip).count() > 5 && within(start, slip).all(|w| w.abs() < 1e-15));
+        let peak = within(slip, end).fold(0.0, f64::max);
+        assert!(peak > 0.0 && peak < largest, "{peak} after {largest}");
+        (start, largest) = (end, peak);
+    }
+    assert_eq!(cycles.len(), 47);
+}
+
+/// The gallery has every figure, and every picture that it shows is there.
+#[test]
+fn property_the_gallery_has_every_figure() {
+    let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let text = std::fs::read_to_string(docs.join("gallery.md")).unwrap();
+    for entry in ENTRIES {
+        assert!(
+            text.contains(&format!("(figures/{}.svg)", entry.name)),
+            "{}",
+            entry.name
+        );
+    }
+    let shown = text
+        .split("(figures/")
+        .skip(1)
+        .filter_map(|rest| rest.split(')').next());
+    for picture in shown {
+        let svg = std::fs::read_to_string(docs.join("figures").join(picture)).unwrap();
+        assert!(svg.contains("<desc>stickslip figure"), "{picture}");
+    }
+}
+
 /// Fig. 15: slips flat within 10 %, sticks that grow from the second on; the cycles are those of the file.
 #[test]
 fn published_durations() {
@@ -89,6 +157,7 @@ fn drawn_amplitudes(figure: &Figure) -> Vec<f64> {
     figure.panels[0]
         .curves
         .iter()
+        .filter(|curve| curve.style == CurveStyle::Solid)
         .flat_map(Curve::points)
         .for_each(|p| turns.push(p.1));
     turns.amplitudes()

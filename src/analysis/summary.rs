@@ -116,7 +116,7 @@ impl Summary {
             } else {
                 report.energy_residual
             },
-            noise_determined: growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
+            noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
             kick_above_noise: growth.map(|g| g.above_noise).filter(|x| x.is_finite()),
             kicks_never_given: report.kicks_never_given,
             interrupted: report.interrupted,

@@ -16,20 +16,20 @@ pub struct Arguments {
     pub(super) common: Common,
 }
 
-/// Options of all commands.
+/// Options of all commands, below the command's own in the help.
 #[derive(Debug, Args)]
 pub(super) struct Common {
     /// Print nothing but errors.
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, display_order = 101)]
     pub quiet: bool,
     /// Say more of what is going on; twice for even more.
-    #[arg(short, long, global = true, action = ArgAction::Count)]
+    #[arg(short, long, global = true, display_order = 102, action = ArgAction::Count)]
     pub verbose: u8,
     /// Progress bar: always, never, or auto (on a terminal).
-    #[arg(long, global = true, value_enum, default_value_t = ProgressChoice::Auto, value_name = "WHEN", hide_possible_values = true, hide_default_value = true)]
+    #[arg(long, global = true, display_order = 103, value_enum, default_value_t = ProgressChoice::Auto, value_name = "WHEN", hide_possible_values = true, hide_default_value = true)]
     pub progress: ProgressChoice,
     /// Print one JSON document on standard output.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = 104)]
     pub json: bool,
 }
 

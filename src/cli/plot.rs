@@ -149,6 +149,13 @@ fn tell_status(run: &Run) {
 /// The figures that are asked for, and those of the catalogue that the run does not have.
 fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chosen, CommandError> {
     if !options.channels.is_empty() || !options.phase.is_empty() {
+        if let (Some(from), Some(to)) = (options.from, options.to)
+            && from > to
+        {
+            return Err(CommandError::Input(format!(
+                "--from {from} is after --to {to}; a figure goes from an earlier to a later time"
+            )));
+        }
         let figures = own_figures(options, runs).map_err(bad)?;
         return Ok(Chosen {
             figures,
@@ -205,8 +212,8 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
     let window = own::window(runs, options.from, options.to)?;
     let mut figures = Vec::new();
     let title = |what: &str| match runs {
-        [run] => format!("{what}, {}", run.label()),
-        _ => what.to_owned(),
+        [run] => format!("{}: {what}", run.label()),
+        _ => capitalised(what),
     };
     let against = |x: &str, y: &str| -> Result<Figure, PlotError> {
         let Some(run) = runs.first() else {
@@ -233,6 +240,14 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
         figures.push(against(&pair[0], &pair[1])?);
     }
     Ok(figures)
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters
+        .next()
+        .map(|first| first.to_uppercase().chain(letters).collect())
+        .unwrap_or_default()
 }
 
 /// Extensions by which nobody means a folder.

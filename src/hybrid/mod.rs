@@ -17,13 +17,16 @@
 mod dips;
 mod run;
 mod solver;
+mod stepper;
 
 pub use run::{Finish, Limits, RunError, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
+pub use stepper::{Advance, Stepper, StepperError};
 
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 pub use crate::sundials::Direction;
 
@@ -78,6 +81,14 @@ pub trait Dynamics: Send + Sync + 'static {
     /// Where the location has a closed form: when its first guard fires.
     fn closed_end(&self, _location: &Self::Location, _t: f64, _y: &[f64], _within: f64) -> ClosedEnd {
         unimplemented!("this location has no closed form")
+    }
+
+    /// The model's own solver, for segments of [`SolverKind::Series`].
+    fn stepper(_dynamics: Arc<Self>) -> Box<dyn Stepper<Self::Location>>
+    where
+        Self: Sized,
+    {
+        unimplemented!("this model has no solver of its own")
     }
 
     /// The location in words, for messages.

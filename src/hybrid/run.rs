@@ -2,7 +2,9 @@
 
 use super::dips::Dips;
 use super::solver::{ChosenSolver, LastStep, Pair, Pool, SolverKind};
-use super::{ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Transition};
+use super::{
+    Advance, ClosedEnd, Dynamics, Observer, ObserverError, Rules, SegmentReport, Stepper, StepperError, Transition,
+};
 use crate::sundials::{Counters, Outcome, SolverError, Task};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -49,6 +51,13 @@ pub enum RunError {
         time: f64,
         location: String,
         source: SolverError,
+    },
+    #[error("{solver} failed at t = {time:.12} s in {location}: {source}")]
+    Stepper {
+        solver: &'static str,
+        time: f64,
+        location: String,
+        source: StepperError,
     },
     #[error(
         "chattering at t = {time:.12} s: {count} transitions {}, the last from {location} by the guard \"{guard}\"",
@@ -116,6 +125,7 @@ where
     let mut run = Run {
         dynamics: dynamics.clone(),
         pool: Pool::new(dynamics.clone()),
+        stepper: None,
         observer,
         limits,
         counted: 0,
@@ -139,6 +149,8 @@ where
 struct Run<'a, D: Dynamics, O> {
     dynamics: Arc<D>,
     pool: Pool<D>,
+    /// The model's own solver, once it has been needed.
+    stepper: Option<Box<dyn Stepper<D::Location>>>,
     observer: &'a mut O,
     limits: Limits,
     counted: usize,
@@ -178,6 +190,10 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             let (start, location) = (self.time, self.location);
             let (end, counters) = match chosen.kind {
                 SolverKind::ClosedForm => (self.closed_segment::<R>(stop), Counters::default()),
+                SolverKind::Series => match self.stepped_segment::<R>(&chosen, stop) {
+                    Ok((end, counters)) => (Ok(end), counters),
+                    Err(error) => (Err(error), Counters::default()),
+                },
                 _ => match self.solved_segment::<R>(&chosen, stop) {
                     Ok((end, counters)) => (Ok(end), counters),
                     Err(error) => (Err(error), Counters::default()),
@@ -245,6 +261,61 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         self.time = end_time;
         self.check_finite()?;
         Ok(end)
+    }
+
+    /// A segment by the model's own solver.
+    fn stepped_segment<R>(&mut self, chosen: &ChosenSolver, stop: f64) -> Result<(SegmentEnd, Counters), RunError>
+    where
+        R: Rules<D>,
+        O: Observer<D::Location, R::Kind>,
+    {
+        let (start, location) = (self.time, self.location);
+        let own = self.stepper.take();
+        let mut stepper = own.unwrap_or_else(|| D::stepper(self.dynamics.clone()));
+        stepper.begin(&location, start, &self.state, stop - start, chosen);
+        let mut steps = 0u32;
+        let end = loop {
+            let advance = stepper.advance().map_err(|source| RunError::Stepper {
+                solver: chosen.kind.name(),
+                time: self.time,
+                location: self.dynamics.describe(&location),
+                source,
+            })?;
+            self.state.copy_from_slice(stepper.state());
+            let end = match advance {
+                Advance::Stepped => None,
+                Advance::Stop => Some(SegmentEnd::Stop),
+                Advance::Guard(index) => Some(SegmentEnd::Guards(vec![index])),
+            };
+            let at_stop = matches!(end, Some(SegmentEnd::Stop));
+            self.time = if at_stop { stop } else { start + stepper.time() };
+            self.samples_until::<R>(self.time, false, |run, t| {
+                stepper.state_at(t - start, &mut run.sample);
+                Ok(())
+            })?;
+            if let Some(t) = self.interrupted_at {
+                self.time = t;
+                self.state.copy_from_slice(&self.sample);
+                break SegmentEnd::Interrupted;
+            }
+            if let Some(end) = end {
+                break end;
+            }
+            if self.observer.wants_steps() {
+                self.observer
+                    .step(self.time, &location, &self.state)
+                    .map_err(RunError::Observer)?;
+            }
+            steps += 1;
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.observer.progress(self.time, &location).is_break()
+            {
+                break SegmentEnd::Interrupted;
+            }
+        };
+        let counters = stepper.counters();
+        self.stepper = Some(stepper);
+        self.check_finite()?;
+        Ok((end, counters))
     }
 
     /// A segment by a solver.

@@ -20,6 +20,8 @@ pub enum SolverKind {
     Esdirk(EsdirkTable),
     /// [`Dynamics::closed_state`].
     ClosedForm,
+    /// [`Dynamics::stepper`].
+    Series,
 }
 
 impl SolverKind {
@@ -31,6 +33,7 @@ impl SolverKind {
             SolverKind::Erk(_) => "erk",
             SolverKind::Esdirk(_) => "esdirk",
             SolverKind::ClosedForm => "closed-form",
+            SolverKind::Series => "series",
         }
     }
 }
@@ -247,6 +250,6 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
             Box::new(Erk::new(flow, ErkOptions { table, stepping }, 0.0, y, tolerances)?)
         }
         SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, table, 0.0, y, tolerances)?),
-        SolverKind::ClosedForm => unreachable!("a closed form needs no solver"),
+        SolverKind::ClosedForm | SolverKind::Series => unreachable!("not a solver of SUNDIALS"),
     })
 }

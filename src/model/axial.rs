@@ -60,8 +60,9 @@ struct Piece {
     silent_after: f64,
     work: f64,
     dissipated: f64,
-    /// A lower bound of the pressing force over all later pieces.
+    /// Bounds of the pressing force over all later pieces.
     lowest_later: f64,
+    highest_later: f64,
 }
 
 impl AxialMotion {
@@ -83,10 +84,13 @@ impl AxialMotion {
                 (z, z_dot, work, dissipated) = (state.displacement, state.velocity, state.work, state.dissipated);
             }
         }
-        let mut lowest = f64::INFINITY;
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         for k in (0..motion.pieces.len()).rev() {
             motion.pieces[k].lowest_later = lowest;
-            lowest = lowest.min(motion.lowest_in_piece(&motion.pieces[k], motion.pieces[k].start));
+            motion.pieces[k].highest_later = highest;
+            let (low, high) = motion.bounds_in_piece(&motion.pieces[k], motion.pieces[k].start);
+            lowest = lowest.min(low);
+            highest = highest.max(high);
         }
         motion
     }
@@ -125,6 +129,7 @@ impl AxialMotion {
             work: sums.0,
             dissipated: sums.1,
             lowest_later: f64::INFINITY,
+            highest_later: f64::NEG_INFINITY,
         }
     }
 
@@ -144,6 +149,24 @@ impl AxialMotion {
         } else {
             force + self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau).0
         }
+    }
+
+    /// The Taylor coefficients of the pressing force (N) about `t`, by powers of time over `unit` (s), as many as `out`
+    /// holds (at least two), and the degree beyond which they are zero. They hold until the next corner of F.
+    pub fn pressing_series(&self, t: f64, unit: f64, out: &mut [f64]) -> usize {
+        let piece = self.piece_at(t);
+        let tau = t - piece.start;
+        let degree = if tau >= piece.silent_after {
+            out.fill(0.0);
+            usize::from(piece.slope != 0.0)
+        } else {
+            let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+            self.oscillator.series(q, rate, unit, out);
+            out.len() - 1
+        };
+        out[0] += piece.force + piece.slope * tau;
+        out[1] += piece.slope * unit;
+        degree
     }
 
     /// F at its largest magnitude over the run, N.
@@ -175,10 +198,17 @@ impl AxialMotion {
     /// A lower bound of the pressing force from `t` on, for ever, N.
     pub fn lowest_pressing_force_after(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
-        piece.lowest_later.min(self.lowest_in_piece(piece, t))
+        piece.lowest_later.min(self.bounds_in_piece(piece, t).0)
     }
 
-    fn lowest_in_piece(&self, piece: &Piece, t: f64) -> f64 {
+    /// An upper bound of the pressing force from `t` on, for ever, N.
+    pub fn highest_pressing_force_after(&self, t: f64) -> f64 {
+        let piece = self.piece_at(t);
+        piece.highest_later.max(self.bounds_in_piece(piece, t).1)
+    }
+
+    /// Lower and upper bound of the pressing force from `t` to the end of the piece.
+    fn bounds_in_piece(&self, piece: &Piece, t: f64) -> (f64, f64) {
         let tau = (t - piece.start).max(0.0);
         let from = piece.force + piece.slope * tau;
         let to = if piece.end.is_finite() {
@@ -194,7 +224,7 @@ impl AxialMotion {
                 self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau),
             )
         };
-        from.min(to) - ringing
+        (from.min(to) - ringing, from.max(to) + ringing)
     }
 
     /// Whether F presses the disks together right after t = 0.
@@ -218,6 +248,12 @@ impl AxialMotion {
     pub fn is_silent(&self, t: f64) -> bool {
         let piece = self.piece_at(t);
         t - piece.start >= piece.silent_after
+    }
+
+    /// From when on nothing rings any more in the linear stretch of F that holds `t`, s; infinite if it rings to the end.
+    pub fn silent_from(&self, t: f64) -> f64 {
+        let piece = self.piece_at(t);
+        piece.start + piece.silent_after
     }
 
     /// The first corner after `t`, s.

@@ -11,6 +11,7 @@ pub mod friction;
 pub mod linear_flow;
 pub mod oscillator;
 pub mod parameters;
+pub mod slip_series;
 pub mod slow_manifold;
 pub mod stability;
 pub mod torsion;

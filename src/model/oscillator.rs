@@ -1,5 +1,7 @@
 //! The free damped oscillator in closed form, uniform in the damping ratio.
 
+use crate::series::taylor;
+
 /// q'' + 2 sigma q' + omega0^2 q = 0, with sigma >= 0 (1/s) and omega0 > 0 (rad/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DampedOscillator {
@@ -23,6 +25,17 @@ impl DampedOscillator {
             c * q + s * (rate + self.sigma * q),
             c * rate - s * (self.omega0_squared * q + self.sigma * rate),
         )
+    }
+
+    /// The Taylor coefficients of q by powers of time over `unit` (s) from (q, q') = (`q`, `rate`), as many as `out` holds.
+    pub fn series(&self, q: f64, rate: f64, unit: f64, out: &mut [f64]) {
+        taylor::damped_oscillation(
+            &(self.sigma * unit),
+            &(self.omega0_squared * unit * unit),
+            q,
+            rate * unit,
+            out,
+        );
     }
 
     /// The slowest rate of decay, 1/s.

@@ -15,25 +15,22 @@
 //! iterating gains a factor (c_t / k_t)/tau or (J / k_t)/tau^2 each time, 1e-4 for the slow time scale tau of 12 ms.
 
 use super::Torsion;
+use super::slip_series::SlipSeries;
 use super::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use crate::series::taylor;
 
-/// Taylor coefficients that are kept.
+/// Taylor coefficients that are kept for a state alone.
 const ORDER: usize = 14;
 
-/// Most rounds of the iteration; five reach rounding at tau = 12 ms.
+/// Most rounds of the iteration for a state alone; five reach rounding at tau = 12 ms.
 const ROUNDS: usize = 8;
 
-type Series = [f64; ORDER];
+/// Most rounds for a step: where friction weakens so fast that the slow mode is hardly slower than the others.
+const STEP_ROUNDS: usize = 12;
 
 /// Coefficients of the derivative; what would come from beyond the order is left out.
-fn derivative(series: &Series) -> Series {
-    std::array::from_fn(|n| {
-        if n + 1 < ORDER {
-            (n + 1) as f64 * series[n + 1]
-        } else {
-            0.0
-        }
-    })
+fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|n| if n + 1 < N { (n + 1) as f64 * series[n + 1] } else { 0.0 })
 }
 
 /// The state on the slow manifold of slip with sense `s` that has the momentum I theta' + J phi_2' of `y`.
@@ -67,55 +64,128 @@ pub fn slow_momentum(model: &TorsionModel, y: &[f64]) -> f64 {
 
 /// The state on the slow manifold that has this [`slow_momentum`], with quadratures of zero.
 pub fn of_momentum(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> TorsionState {
-    let Torsion {
-        rotor_inertia: i,
-        surface_inertia: j,
-        stiffness: k_t,
-        damping: c_t,
-    } = model.torsion;
-    let friction = &model.friction;
-    let (weakening, alpha) = (friction.low_speed - friction.high_speed, friction.decay);
-    let (mut u, mut v): (Series, Series) = ([0.0; ORDER], [0.0; ORDER]);
-    let mut speed: Series = [0.0; ORDER];
-    for _ in 0..ROUNDS {
-        let (u_dot, v_dot) = (derivative(&u), derivative(&v));
-        let (u_ddot, v_ddot) = (derivative(&u_dot), derivative(&v_dot));
-        speed[0] = (momentum + j * u_dot[0]) / (i + j);
-        let (mut x, mut exponential, mut torque): (Series, Series, Series) = ([0.0; ORDER], [0.0; ORDER], [0.0; ORDER]);
-        for n in 0..ORDER {
-            x[n] = sense * (speed[n] - u_dot[n] - v_dot[n]);
-            exponential[n] = if n == 0 {
-                (-alpha * x[0]).exp()
-            } else {
-                (1..=n)
-                    .map(|k| -alpha * k as f64 * x[k] * exponential[n - k])
-                    .sum::<f64>()
-                    / n as f64
-            };
-            let mu = |n: usize| weakening * exponential[n] + if n == 0 { friction.high_speed } else { 0.0 };
-            let product = mu(n) * pressing.0 + if n > 0 { mu(n - 1) * pressing.1 } else { 0.0 };
-            torque[n] = sense * model.contact.radius * product;
-            if n + 1 < ORDER {
-                speed[n + 1] = (j * u_ddot[n] - torque[n]) / ((i + j) * (n + 1) as f64);
+    SlowSeries::<ORDER>::of_rounds(model, sense, pressing, momentum, ROUNDS).start()
+}
+
+/// The motion along the slow manifold: N Taylor coefficients by powers of time in s, of which the last two are not to be
+/// trusted.
+#[derive(Debug, Clone)]
+pub struct SlowSeries<const N: usize> {
+    rotor_twist: [f64; N],
+    stator_twist: [f64; N],
+    rotor_speed: [f64; N],
+    /// s omega_r.
+    speed: [f64; N],
+    exponential: [f64; N],
+    torque: [f64; N],
+}
+
+impl<const N: usize> SlowSeries<N> {
+    /// Of the slip with sense `sense` that has this [`slow_momentum`]; `pressing` is F_n (N) and its rate (N/s).
+    pub fn new(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> Self {
+        Self::of_rounds(model, sense, pressing, momentum, STEP_ROUNDS)
+    }
+
+    fn of_rounds(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64, rounds: usize) -> Self {
+        let Torsion {
+            rotor_inertia: i,
+            surface_inertia: j,
+            stiffness: k_t,
+            damping: c_t,
+        } = model.torsion;
+        let friction = &model.friction;
+        let (weakening, alpha) = (friction.low_speed - friction.high_speed, friction.decay);
+        let zeros = [0.0; N];
+        let (mut u, mut v, mut speed) = (zeros, zeros, zeros);
+        let (mut x, mut exponential, mut torque) = (zeros, zeros, zeros);
+        for _ in 0..rounds {
+            let (u_dot, v_dot) = (derivative(&u), derivative(&v));
+            let (u_ddot, v_ddot) = (derivative(&u_dot), derivative(&v_dot));
+            speed[0] = (momentum + j * u_dot[0]) / (i + j);
+            for n in 0..N {
+                x[n] = sense * (speed[n] - u_dot[n] - v_dot[n]);
+                exponential[n] = if n == 0 {
+                    (-alpha * x[0]).exp()
+                } else {
+                    (1..=n)
+                        .map(|k| -alpha * k as f64 * x[k] * exponential[n - k])
+                        .sum::<f64>()
+                        / n as f64
+                };
+                let mu = |n: usize| weakening * exponential[n] + if n == 0 { friction.high_speed } else { 0.0 };
+                let product = mu(n) * pressing.0 + if n > 0 { mu(n - 1) * pressing.1 } else { 0.0 };
+                torque[n] = sense * model.contact.radius * product;
+                if n + 1 < N {
+                    speed[n + 1] = (j * u_ddot[n] - torque[n]) / ((i + j) * (n + 1) as f64);
+                }
+            }
+            let acceleration = derivative(&speed);
+            let before = (u[1], v[1]);
+            for n in 0..N {
+                u[n] = (-i * acceleration[n] - c_t * u_dot[n]) / k_t;
+                v[n] = (torque[n] - c_t * v_dot[n] - j * v_ddot[n]) / k_t;
+            }
+            // The rates settle last.
+            let settled = |old: f64, new: f64| (new - old).abs() <= f64::EPSILON * new.abs();
+            if settled(before.0, u[1]) && settled(before.1, v[1]) {
+                break;
             }
         }
-        let acceleration = derivative(&speed);
-        let before = (u[1], v[1]);
-        for n in 0..ORDER {
-            u[n] = (-i * acceleration[n] - c_t * u_dot[n]) / k_t;
-            v[n] = (torque[n] - c_t * v_dot[n] - j * v_ddot[n]) / k_t;
-        }
-        // The rates settle last.
-        let settled = |old: f64, new: f64| (new - old).abs() <= f64::EPSILON * new.abs();
-        if settled(before.0, u[1]) && settled(before.1, v[1]) {
-            break;
+        SlowSeries {
+            rotor_twist: u,
+            stator_twist: v,
+            rotor_speed: speed,
+            speed: x,
+            exponential,
+            torque,
         }
     }
-    let mut state = [0.0; DIMENSION];
-    state[ROTOR_TWIST] = u[0];
-    state[ROTOR_TWIST_RATE] = u[1];
-    state[STATOR_TWIST] = v[0];
-    state[STATOR_TWIST_RATE] = v[1];
-    state[ROTOR_SPEED] = speed[0];
-    state
+
+    /// The state where it starts, with quadratures of zero.
+    pub fn start(&self) -> TorsionState {
+        let mut state = [0.0; DIMENSION];
+        state[ROTOR_TWIST] = self.rotor_twist[0];
+        state[ROTOR_TWIST_RATE] = self.rotor_twist[1];
+        state[STATOR_TWIST] = self.stator_twist[0];
+        state[STATOR_TWIST_RATE] = self.stator_twist[1];
+        state[ROTOR_SPEED] = self.rotor_speed[0];
+        state
+    }
+
+    /// The same motion as a series of the whole slip, from the quadratures of `y` on.
+    pub fn write(
+        &self,
+        model: &TorsionModel,
+        sense: f64,
+        pressing: (f64, f64),
+        y: &TorsionState,
+        slip: &mut SlipSeries<f64, N>,
+    ) {
+        let (u_dot, v_dot) = (derivative(&self.rotor_twist), derivative(&self.stator_twist));
+        slip.unit = 1.0;
+        slip.state[ROTOR_TWIST] = self.rotor_twist;
+        slip.state[ROTOR_TWIST_RATE] = u_dot;
+        slip.state[STATOR_TWIST] = self.stator_twist;
+        slip.state[STATOR_TWIST_RATE] = v_dot;
+        slip.state[ROTOR_SPEED] = self.rotor_speed;
+        slip.relative_velocity = self.speed.map(|x| sense * x);
+        let friction = &model.friction;
+        let steepness = 2.0 * model.contact.radius * friction.decay * (friction.low_speed - friction.high_speed);
+        for component in [SLIP, FRICTION_LOSS, DAMPING_LOSS] {
+            slip.state[component][0] = y[component];
+        }
+        let friction_loss = taylor::product(&self.torque, &slip.relative_velocity);
+        let (rotor, stator) = (taylor::product(&u_dot, &u_dot), taylor::product(&v_dot, &v_dot));
+        for n in 0..N {
+            let before = if n > 0 { self.exponential[n - 1] } else { 0.0 };
+            slip.stability_margin[n] = -steepness * (self.exponential[n] * pressing.0 + before * pressing.1);
+            if n + 1 < N {
+                let step = 1.0 / (n + 1) as f64;
+                slip.state[SLIP][n + 1] = step * slip.relative_velocity[n];
+                slip.state[FRICTION_LOSS][n + 1] = step * friction_loss[n];
+                slip.state[DAMPING_LOSS][n + 1] = step * model.torsion.damping * (rotor[n] + stator[n]);
+            }
+        }
+        slip.stability_margin[0] += model.torsion.damping;
+    }
 }

@@ -82,3 +82,64 @@ impl Forecast {
             .map(|(t, _)| *t)
     }
 }
+
+/// How long a slip is far from unstable, and what instability can come to after that: bounds, from the start alone.
+///
+/// They rest on rigid sliding like [`Forecast`], with the friction torque between its bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QuietStretch {
+    /// Until then the margin of stability is at least c_t/2, s.
+    pub until: f64,
+    /// The relative mode's damping until then, 1/s, at least.
+    pub damping: f64,
+    /// E-folds that a perturbation can gain between the loss of stability and the stop, at most.
+    pub growth: f64,
+    /// How fast steady sliding changes against how fast the twists follow it, at most: the rate at which the friction
+    /// weakens over the rate k_t/c of a disk with the slope of the friction torque as its damping. The slow manifold is
+    /// there to all digits while this is small.
+    pub haste: f64,
+}
+
+impl QuietStretch {
+    /// Of the slip at `t` with this relative velocity (rad/s).
+    pub fn new(model: &TorsionModel, axial: &AxialMotion, t: f64, relative_velocity: f64) -> Self {
+        let (torsion, friction, radius) = (&model.torsion, &model.friction, model.contact.radius);
+        let inertia = torsion.rotor_inertia + torsion.surface_inertia;
+        let (least, most) = (
+            axial.lowest_pressing_force_after(t).max(0.0),
+            axial.highest_pressing_force_after(t).max(0.0),
+        );
+        // 2 r F_n alpha (mu_s - mu_d), what takes from the margin at omega_r = 0
+        let weakening = 2.0 * radius * most * friction.decay * (friction.low_speed - friction.high_speed);
+        // Below this speed the margin may be less than c_t / part.
+        let critical = |part: f64| {
+            if weakening > part * torsion.damping {
+                (weakening / (part * torsion.damping)).ln() / friction.decay
+            } else {
+                0.0
+            }
+        };
+        let slowing = |mu: f64, force: f64| mu * radius * force / inertia;
+        let fastest = slowing(friction.low_speed.max(friction.high_speed), most);
+        let half = critical(0.5);
+        let until = if half > 0.0 {
+            t + 0.9 * (relative_velocity.abs() - half) / fastest
+        } else {
+            f64::INFINITY
+        };
+        let unstable = critical(1.0);
+        let growth = if unstable > 0.0 {
+            let slowest = slowing(friction.low_speed.min(friction.high_speed), least);
+            // A real pair grows at most twice as fast as its mean.
+            1.2 * (weakening - torsion.damping) / torsion.surface_inertia * unstable / slowest
+        } else {
+            0.0
+        };
+        QuietStretch {
+            until,
+            damping: torsion.damping / (4.0 * torsion.surface_inertia),
+            growth,
+            haste: weakening.max(0.0) / torsion.stiffness * friction.decay * fastest,
+        }
+    }
+}

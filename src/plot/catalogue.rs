@@ -60,7 +60,7 @@ pub const ENTRIES: &[Entry] = &[
     entry("axial-displacement", "Axial displacement", Some(5), axial_displacement),
     entry(
         "axial-settling",
-        "Axial displacement after the force has come to its plateau",
+        "Axial displacement after the last corner of F(t)",
         None,
         axial_settling,
     ),
@@ -116,13 +116,13 @@ pub const ENTRIES: &[Entry] = &[
     entry("durations", "Durations of the sticks and slips", Some(15), durations),
     entry(
         "phase-axial",
-        "Axial motion after the force has come to its plateau",
+        "Axial motion after the last corner of F(t)",
         None,
         portraits::axial,
     ),
     entry(
         "phase-plateau",
-        "Stator surface after the force has come to its plateau",
+        "Stator surface after the last corner of F(t)",
         None,
         portraits::plateau,
     ),

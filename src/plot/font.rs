@@ -44,6 +44,19 @@ pub fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     lines
 }
 
+/// A title as lines no wider than `width`: what does not fit in one breaks after its colon first.
+pub fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
+    let lines = wrapped(title, size, width);
+    match title.split_once(": ") {
+        Some((head, tail)) if lines.len() > 1 => {
+            let mut lines = wrapped(&format!("{head}:"), size, width);
+            lines.extend(wrapped(tail, size, width));
+            lines
+        }
+        _ => lines,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -54,6 +67,19 @@ mod tests {
         assert_eq!(text_width("0000", 2048.0), 4.0 * 1303.0);
         assert_eq!(text_width("7", 2048.0), 1303.0);
         assert!(text_width("ωᵣ φ₁′ θ µ −", 1.0) > 5.0);
+    }
+
+    #[test]
+    fn analytic_a_long_title_breaks_after_its_colon() {
+        let title = "Stator surface before the first stick: diverges, ×1.505 per turn";
+        let width = text_width(title, 1.0);
+        let halves = ["Stator surface before the first stick:", "diverges, ×1.505 per turn"];
+        assert_eq!(wrapped_title(title, 1.0, 0.95 * width), halves);
+        assert_eq!(wrapped_title(title, 1.0, 1.01 * width), [title]);
+        assert_eq!(
+            wrapped_title("no colon here", 1.0, text_width("no colon", 1.0)),
+            ["no colon", "here"]
+        );
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod error;
 pub mod figure;
 pub mod font;
 pub mod labels;
+mod marks;
 pub mod modes;
 pub mod own;
 pub mod page;

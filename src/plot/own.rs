@@ -5,7 +5,7 @@ use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
 use super::run::Run;
-use super::style::of_mode;
+use super::style::{BLACK, of_mode};
 use crate::model::Mode;
 
 /// A window of time, s, as far as the first run goes.
@@ -100,7 +100,7 @@ fn style_of(run: usize) -> CurveStyle {
     if run == 0 { CurveStyle::Solid } else { CurveStyle::Thin }
 }
 
-/// One channel against another, in a window of time, coloured by mode; of several runs, by run.
+/// One channel against another, in a window of time, coloured by mode, with its start; of several runs, by run.
 ///
 /// # Errors
 /// As [`over_time`].
@@ -132,11 +132,17 @@ pub fn phase(
             axes = Some((run.axis(x)?, run.axis(y)?));
         }
     }
+    let start = match runs {
+        [run] => Some(run.start(x, y, window)?),
+        _ => None,
+    };
     let (x, y) = axes.unwrap_or_else(|| (Axis::new("", "1"), Axis::new("", "1")));
     // One mode throughout needs no name.
     if runs.len() == 1 && curves.len() == 1 && curves[0].label == Mode::SlipForward.name() {
         curves[0].label.clear();
     }
+    let start = start.map(|point| Curve::line("start", BLACK, vec![point]).styled(CurveStyle::Points));
+    curves.extend(start);
     let panel = Panel {
         square: true,
         ..Panel::new(x, y, curves)

@@ -23,10 +23,13 @@ pub fn turn_amplitudes(run: &Run, channel: &str, window: (f64, f64)) -> Result<V
     Ok(turns.amplitudes())
 }
 
-/// A portrait of a spiral: whether it converges stands in its title.
+/// A portrait of a spiral: of a single run, whether it converges stands in its title.
 fn spiral(entry: &Entry, story: &Story, axes: (&str, &str), window: (f64, f64)) -> Result<Outcome, PlotError> {
-    let amplitudes = turn_amplitudes(story.run, axes.1, window)?;
-    let title = match factor_per_turn(&amplitudes) {
+    let factor = match story.runs {
+        [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
+        _ => None,
+    };
+    let title = match factor {
         Some(factor) if factor > 1.0 => format!("{}: diverges, ×{factor:.3} per turn", entry.title),
         Some(factor) => format!("{}: converges, ×{factor:.3} per turn", entry.title),
         None => entry.title.to_owned(),

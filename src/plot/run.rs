@@ -25,6 +25,9 @@ const GROUND_CELLS: usize = 600;
 
 type Points = Vec<(f64, f64)>;
 
+/// Variables that jump where the mode changes: no line leads from one side to the other.
+const JUMPING: [&str; 3] = ["mode", "segment", "friction_torque"];
+
 /// A result file, open for drawing.
 #[derive(Debug)]
 pub struct Run {
@@ -251,12 +254,15 @@ impl Run {
             .into_iter()
             .map(|mode| (mode, Portrait::new(x_range, y_range)))
             .collect();
+        let joined = !JUMPING.contains(&x) && !JUMPING.contains(&y);
         let mut current = None;
         self.each_sample(&["mode", x, y], window, |row| {
             let mode = row[0] as usize;
             let left = current.replace(mode).filter(|&before| before != mode);
             if let Some((_, portrait)) = left.and_then(|before| by_mode.get_mut(before)) {
-                portrait.push(row[1], row[2]);
+                if joined {
+                    portrait.push(row[1], row[2]);
+                }
                 portrait.lift();
             }
             if let Some((_, portrait)) = by_mode.get_mut(mode) {
@@ -268,6 +274,19 @@ impl Run {
             .map(|(mode, portrait)| (mode, portrait.finish()))
             .filter(|(_, lines)| !lines.is_empty())
             .collect())
+    }
+
+    /// A channel against another at the first sample of a window.
+    ///
+    /// # Errors
+    /// As [`Self::each_sample`].
+    pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
+        let row = self.rows_in(window)?.start;
+        let value = |channel: &str| -> Result<f64, PlotError> {
+            self.axis(channel)?;
+            Ok(self.file.column(channel, row..row + 1)?[0])
+        };
+        Ok((value(x)?, value(y)?))
     }
 
     /// The end of the part of a window, from its first sample on, in which no two samples are further apart than

@@ -2,7 +2,8 @@
 
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
-use super::font::{self, text_width, wrapped};
+use super::font::{self, text_width, wrapped_title};
+use super::marks::marks;
 use super::scale::Scale;
 use super::style::*;
 use crate::simulation::EventKind;
@@ -27,8 +28,6 @@ const WIDEST_SQUARE: f64 = 11_000.0;
 const SWATCH: f64 = 380.0;
 const SWATCH_GAP: f64 = 90.0;
 const ENTRY_GAP: f64 = 300.0;
-/// Closest that events may stand on average to be marked by a line each.
-const CLOSEST_EVENTS: f64 = 130.0;
 /// Room above the largest and below the least value, as a share of the range.
 const HEADROOM: f64 = 0.05;
 
@@ -54,7 +53,7 @@ struct Measured<'a> {
     y_ticks: usize,
     y_title: String,
     last: bool,
-    marked: bool,
+    marks: Vec<(f64, EventKind)>,
 }
 
 /// The figure as an SVG document, `width` mm wide.
@@ -65,7 +64,7 @@ pub fn svg(figure: &Figure, width: f64) -> Result<String, PlotError> {
     let square = figure.panels.iter().all(|panel| panel.square);
     let width = width * UNITS_PER_MM;
     let width = if square { width.min(WIDEST_SQUARE) } else { width };
-    let title = wrapped(&figure.full_title(), TITLE_SIZE, width - 2.0 * MARGIN);
+    let title = wrapped_title(&figure.full_title(), TITLE_SIZE, width - 2.0 * MARGIN);
     let (measured, left, right) = measure(figure, width);
     let legend = legend_rows(&legend(&measured), width - 2.0 * MARGIN);
     let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + 0.3 * LINE_HEIGHT;
@@ -162,7 +161,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                 y_ticks: 2,
                 y_title: String::new(),
                 last: k + 1 == count || figure.panels[k + 1].x != panel.x,
-                marked: false,
+                marks: Vec::new(),
             }
         })
         .collect();
@@ -191,7 +190,8 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
             })
             .unwrap_or(2);
         m.y_title = fitting_title(&m.y, &m.panel.y, m.height);
-        m.marked = !m.panel.events.is_empty() && m.panel.events.len() as f64 * CLOSEST_EVENTS < plot_width;
+        let per_x = plot_width / (m.x.shown.1 - m.x.shown.0);
+        m.marks = marks(&m.panel.events, |t| m.x.show(t) * per_x);
     }
     (measured, left, right)
 }
@@ -237,7 +237,7 @@ fn legend(measured: &[Measured]) -> Vec<(String, Swatch)> {
             let (color, opacity) = ground(mode);
             add(mode.name(), Swatch::Ground(color, opacity));
         }
-        for &(_, kind) in m.panel.events.iter().filter(|_| m.marked) {
+        for &(_, kind) in &m.marks {
             add(event_name(kind), Swatch::Event(of_event(kind)));
         }
     }
@@ -344,13 +344,11 @@ fn draw_panel(area: &Area, m: &Measured, (left, right): (f64, f64)) -> Result<()
         draw(&chart, &Rectangle::new(corners, color.mix(opacity).filled()))?;
     }
     draw_mesh(&mut chart, m)?;
-    if m.marked {
-        for &(at, kind) in &m.panel.events {
-            let at = m.x.show(at);
-            let line = [(at, y.0), (at, y.1)];
-            let style = stroke(of_event(kind), THIN_STROKE);
-            draw(&chart, &PathElement::new(line, style))?;
-        }
+    for &(at, kind) in &m.marks {
+        let at = m.x.show(at);
+        let line = [(at, y.0), (at, y.1)];
+        let style = stroke(of_event(kind), THIN_STROKE);
+        draw(&chart, &PathElement::new(line, style))?;
     }
     m.panel.curves.iter().try_for_each(|curve| draw_curve(&chart, m, curve))
 }
@@ -391,15 +389,22 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
         .map_err(failed)
 }
 
+/// Whether all points come to the same place.
+fn is_dot(chart: &Chart, points: &[(f64, f64)]) -> bool {
+    let mut places = points.iter().map(|point| chart.backend_coord(point));
+    let first = places.next();
+    places.all(|place| Some(place) == first)
+}
+
 fn draw_curve(chart: &Chart, m: &Measured, curve: &Curve) -> Result<(), PlotError> {
     let shown = |&(x, y): &(f64, f64)| (m.x.show(x), m.y.show(y));
     let line = stroke(curve.color, CURVE_STROKE);
     for piece in &curve.pieces {
         let points: Vec<(f64, f64)> = piece.iter().map(shown).collect();
         match curve.style {
-            // A single sample has no length: without a dot it would not show.
-            CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed if points.len() < 2 => {
-                for point in points {
+            // What has no length in the drawing would not show without a dot.
+            CurveStyle::Solid | CurveStyle::Thin | CurveStyle::Dashed if is_dot(chart, &points) => {
+                for point in points.into_iter().take(1) {
                     draw(chart, &Circle::new(point, CURVE_STROKE, curve.color.filled()))?;
                 }
             }

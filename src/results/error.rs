@@ -51,10 +51,11 @@ pub enum ResultError {
     #[error("{path}: not an HDF5 file; give a result file, as written by `stickslip run`")]
     NotHdf5 { path: PathBuf },
     #[error(
-        "{path}: an HDF5 file, but not a result of this program (no root attribute format=\"{}\"); give a result file, as written by `stickslip run`",
+        "{path}: an HDF5 file, but not a result of a run ({}; a result has format=\"{}\"); give a result file, as written by `stickslip run`",
+        their_format(.found),
         super::schema::FORMAT
     )]
-    NotAResult { path: PathBuf },
+    NotAResult { path: PathBuf, found: Option<String> },
     #[error(
         "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
     )]
@@ -69,6 +70,13 @@ pub enum ResultError {
         what: &'static str,
         code: i8,
     },
+}
+
+fn their_format(found: &Option<String>) -> String {
+    match found {
+        Some(format) => format!("its root attribute format is \"{format}\""),
+        None => "it has no root attribute format".to_owned(),
+    }
 }
 
 fn and_kept(kept: &bool) -> &'static str {

@@ -49,8 +49,9 @@ impl ResultFile {
             .with_fapl(|access| access.file_locking(true))
             .open(&path)
             .map_err(|error| ResultError::read(&path, &error))?;
-        if text_attribute(&file, root::FORMAT).as_deref() != Some(schema::FORMAT) {
-            return Err(ResultError::NotAResult { path });
+        let found = text_attribute(&file, root::FORMAT);
+        if found.as_deref() != Some(schema::FORMAT) {
+            return Err(ResultError::NotAResult { path, found });
         }
         let mut result = ResultFile {
             path,
@@ -432,9 +433,10 @@ impl ResultFile {
     }
 
     fn group(&self, name: &str) -> Result<Group, ResultError> {
-        self.file
-            .group(name)
-            .map_err(|_| self.missing(&format!("group /{name}")))
+        self.file.group(name).map_err(|_| {
+            let there = self.file.member_names().unwrap_or_default();
+            self.missing(&format!("group /{name} (there are: {})", there.join(", ")))
+        })
     }
 
     fn dataset(&self, group: &str, name: &str) -> Result<Dataset, ResultError> {

@@ -1,11 +1,13 @@
 //! The brake as a hybrid system: its locations, guards and smooth equations.
 
-use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard};
+use super::series::BrakeStepper;
+use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard, Stepper};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{Breakaway, ClosedForm};
 use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
 use crate::model::{BreakawayTest, Mode, Parameters};
 use nalgebra::DMatrixViewMut;
+use std::sync::Arc;
 
 /// Whether the stability of steady sliding is watched: it is until the first stick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -210,6 +212,10 @@ impl Dynamics for Brake {
             sense * (torsion.transmitted_torque(&rates) - torsion.sliding_torque_rate(sense, y, &rates, pressing));
         let deepest = lag * lag / (torsion.torsion.surface_inertia * rise);
         lag > 0.0 && rise > 0.0 && deepest <= LARGEST_DIP * speed
+    }
+
+    fn stepper(dynamics: Arc<Self>) -> Box<dyn Stepper<Location>> {
+        Box::new(BrakeStepper::new(dynamics))
     }
 
     fn describe(&self, location: &Location) -> String {

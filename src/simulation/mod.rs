@@ -8,6 +8,7 @@ pub mod procedure;
 pub mod record;
 pub mod rules;
 pub mod sampling;
+pub mod series;
 
 mod observer;
 mod readings;
@@ -54,6 +55,8 @@ pub struct RunReport {
     pub initial_energy: f64,
     /// Kicks set at an instability that never came.
     pub kicks_never_given: usize,
+    /// The first stop came at the end of sliding that was followed on its slow manifold: no rounding had grown.
+    pub stopped_smoothly: bool,
 }
 
 /// What one solver did in a run.
@@ -82,6 +85,7 @@ fn remedy(error: &RunError) -> &'static str {
         RunError::Solver { .. } | RunError::NotFinite { .. } => {
             "; another solver.method, solver.rtol or solver.max_step may get over it"
         }
+        RunError::Stepper { .. } => ". Try another solver.method",
         RunError::Chattering { .. } => {
             ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
              contact.breakaway_test = \"transmitted\" is free of it"
@@ -146,6 +150,7 @@ pub fn simulate(
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
     let mut report = recording.into_report();
     report.kicks_never_given = rules.kicks_never_given();
+    report.stopped_smoothly = rules.stopped_smoothly();
     match result {
         Ok(finish) => {
             report.end = finish.time;

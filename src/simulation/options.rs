@@ -15,6 +15,9 @@ pub enum Method {
     Erk,
     /// ARKODE's singly diagonally implicit Runge-Kutta method for everything.
     Esdirk,
+    /// Radau collocation while sliding, Taylor series where the fast mode is followed, closed forms in stick and
+    /// separation: no solver of SUNDIALS.
+    Series,
     /// ARKODE's explicit Runge-Kutta method for everything, with this embedded pair.
     ErkPair(ErkTable),
     /// The procedure of the paper, in absolute angles and without location of events: see
@@ -52,12 +55,13 @@ const PAIRS: [(&str, ErkTable); 23] = [
 
 impl Method {
     /// One method of each kind that locates events. Every method is in [`Method::all`].
-    pub const KINDS: [Method; 5] = [
+    pub const KINDS: [Method; 6] = [
         Method::Auto,
         Method::CvodeBdf,
         Method::CvodeAdams,
         Method::Erk,
         Method::Esdirk,
+        Method::Series,
     ];
 
     /// The pair of `auto` and `erk`: of order 8, chosen by measurement (docs/methods.md).
@@ -77,6 +81,7 @@ impl Method {
             Method::CvodeAdams => "cvode-adams",
             Method::Erk => "erk",
             Method::Esdirk => "esdirk",
+            Method::Series => "series",
             Method::Paper => "paper",
             Method::ErkPair(table) => PAIRS
                 .iter()

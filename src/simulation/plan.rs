@@ -27,6 +27,12 @@ const SMALLEST_RESOLVED: f64 = 1e-14;
 /// The same for BDF in every phase.
 const SMALLEST_BDF: f64 = 1e-13;
 
+/// The same for the series, where a few digits more cost next to nothing.
+const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
+const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
+const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
+const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -66,7 +72,12 @@ impl Plan {
 
     /// Whether the location is taken in closed form.
     pub fn closed_form(&self, mode: Mode) -> bool {
-        self.method == Method::Auto && matches!(mode, Mode::Stick | Mode::Separated)
+        matches!(self.method, Method::Auto | Method::Series) && matches!(mode, Mode::Stick | Mode::Separated)
+    }
+
+    /// Whether the method stays on smooth sliding even where that is unstable.
+    pub fn follows_smooth_sliding(&self) -> bool {
+        self.method == Method::Series
     }
 
     pub fn solver(&self, location: &Location) -> ChosenSolver {
@@ -81,9 +92,23 @@ impl Plan {
                 (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
                 (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
                 (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
+                (Method::Series, _) => SolverKind::Series,
                 (Method::Paper, _) => unreachable!("the paper's procedure steps by itself"),
             }
         };
+        if self.method == Method::Series {
+            let rtol = if location.resolved {
+                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
+            } else {
+                (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
+            };
+            return ChosenSolver {
+                kind,
+                tolerances: self.tolerances(rtol),
+                max_step: self.max_step,
+                fixed_step: None,
+            };
+        }
         let bdf = self.method == Method::CvodeBdf;
         let rtol = match (location.resolved, bdf) {
             (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_BDF),

@@ -151,7 +151,8 @@ pub struct Segment {
     /// s.
     pub end: f64,
     pub mode: Mode,
-    /// Which solver integrated it: "cvode-bdf", "cvode-adams", "erk", "esdirk", "closed-form" or "paper".
+    /// Which solver integrated it: "cvode-bdf", "cvode-adams", "erk", "esdirk", "closed-form", "series" or
+    /// "paper".
     pub solver: &'static str,
     pub steps: u64,
     pub rhs_evaluations: u64,

@@ -5,7 +5,7 @@ use super::plan::Plan;
 use super::record::EventKind;
 use crate::hybrid::{ChosenSolver, Rules, Transition};
 use crate::model::slow_manifold::on_slow_manifold;
-use crate::model::stability::Forecast;
+use crate::model::stability::{Forecast, QuietStretch};
 use crate::model::torsion::{DIMENSION, TorsionState};
 use crate::model::{Kick, KickTime, Mode, Parameters};
 use std::sync::Arc;
@@ -17,6 +17,10 @@ const QUIET_E_FOLDS: f64 = 40.0;
 
 /// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
 const CALM_E_FOLDS: f64 = 60.0;
+
+/// [`QuietStretch::haste`] up to which sliding is followed along its slow manifold. At this the series of the manifold
+/// still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
+pub const LARGEST_HASTE: f64 = 0.01;
 
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
 const NOISE_OF_KICK: f64 = 1e-3;
@@ -56,6 +60,11 @@ pub struct BrakeRules {
     last_corner: f64,
     /// From when on the fast mode has died since the last disturbance, by [`CALM_E_FOLDS`].
     calm_from: f64,
+    /// Until then the slip under way is smooth sliding to every digit, and nothing has to be resolved: known where the
+    /// plan wants to know it, see [`BrakeRules::foresee_smooth_sliding`].
+    smooth_until: f64,
+    /// The first stop came while that was so.
+    stopped_smoothly: bool,
 }
 
 type Happening = Transition<EventKind, Location>;
@@ -87,12 +96,19 @@ impl BrakeRules {
             regime: Regime::Ask(0.0),
             last_corner: 0.0,
             calm_from: f64::INFINITY,
+            smooth_until: f64::NEG_INFINITY,
+            stopped_smoothly: false,
         }
     }
 
     /// Kicks set at the instability that never came.
     pub fn kicks_never_given(&self) -> usize {
         self.waiting_kicks.len()
+    }
+
+    /// Whether the first stop came at the end of smooth sliding, on which rounding does not grow.
+    pub fn stopped_smoothly(&self) -> bool {
+        self.stopped_smoothly
     }
 
     /// Location at t = 0 for a state.
@@ -147,6 +163,7 @@ impl BrakeRules {
                     (false, Regime::Keep)
                 }
             }
+            _ if t < self.smooth_until => (false, Regime::Keep),
             Mode::SlipForward | Mode::SlipBackward => {
                 let brake = &self.brake;
                 let w = brake.torsion.relative_velocity(y);
@@ -180,6 +197,10 @@ impl BrakeRules {
 
     /// Notes that something has set the fast mode going, or may have.
     fn disturb(&mut self, mode: Mode, t: f64, y: &[f64]) {
+        self.smooth_until = f64::NEG_INFINITY;
+        if self.plan.follows_smooth_sliding() && mode.sense() != 0 && self.foresee_smooth_sliding(t, y) {
+            return;
+        }
         self.calm_from = match mode {
             Mode::SlipForward | Mode::SlipBackward => {
                 let w = self.brake.torsion.relative_velocity(y);
@@ -189,6 +210,26 @@ impl BrakeRules {
             }
             Mode::Stick | Mode::Separated => f64::INFINITY,
         };
+    }
+
+    /// Whether the slip at `t` stays smooth sliding up to the next corner of F, or where none is left to its stop: the
+    /// disturbance of now then dies by more e-folds than instability can bring back, and an L-stable method that
+    /// strides over the fast mode stays where the exact solution is.
+    fn foresee_smooth_sliding(&mut self, t: f64, y: &[f64]) -> bool {
+        let Brake { torsion, axial, .. } = &*self.brake;
+        let quiet = QuietStretch::new(torsion, axial, t, torsion.relative_velocity(y));
+        if quiet.haste > LARGEST_HASTE {
+            return false;
+        }
+        let from = t.max(axial.silent_from(t));
+        let smooth_until = match axial.next_corner(t) {
+            Some(corner) if corner + QUIET_E_FOLDS / quiet.damping < quiet.until => corner,
+            None if (quiet.until - from) * quiet.damping > CALM_E_FOLDS + quiet.growth => f64::INFINITY,
+            _ => return false,
+        };
+        self.calm_from = from + CALM_E_FOLDS / quiet.damping;
+        self.smooth_until = smooth_until;
+        true
     }
 
     /// The state that a kick is added to.
@@ -224,6 +265,7 @@ impl BrakeRules {
 
     /// The location after a change of mode, with the step regime planned.
     fn enter(&mut self, mode: Mode, watch: Watch, t: f64, y: &[f64]) -> Location {
+        self.smooth_until = f64::NEG_INFINITY;
         let mut location = Location {
             mode,
             resolved: true,
@@ -382,6 +424,9 @@ impl Rules<Brake> for BrakeRules {
         if t == 0.0 {
             self.disturb(location.mode, t, y);
         }
+        if matches!(self.regime, Regime::Relax(_)) && self.plan.follows_smooth_sliding() && location.mode.sense() != 0 {
+            self.foresee_smooth_sliding(t, y);
+        }
         let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved;
         let mut after = *location;
         after.resolved = match self.regime {
@@ -439,6 +484,7 @@ impl Rules<Brake> for BrakeRules {
             }
         }
         if fired.contains(&GUARD_STOPPING) && location.mode != Mode::Stick {
+            self.stopped_smoothly |= location.watch != Watch::Off && t < self.smooth_until;
             happenings.push(self.stop(&location, t, &state));
         }
         happenings

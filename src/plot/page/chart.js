@@ -4,32 +4,32 @@
 const BLUE = "#0072B2", VERMILLION = "#D55E00", GREEN = "#009E73", ORANGE = "#E69F00", PURPLE = "#CC79A7", BLACK = "#000000";
 
 // By mode code's name: what is behind the curves.
-const SHADES = { "separated": "#f3dbe8", "stick": "#cbe5f7", "slip-forward": "#ffffff", "slip-backward": "#fae5bd" };
+const SHADES = { "separated": "#d9d9d9", "stick": "#fae8c2", "slip-forward": "#ffffff", "slip-backward": "#f4e2ec" };
 
 // By kind: colour, outline around (0, 0), whether it is filled.
 const GLYPHS = {
-  stick: [BLUE, "M-4-4H4V4H-4Z", true],
-  slip: [VERMILLION, "M0-5L5 4H-5Z", true],
+  stick: [VERMILLION, "M-4-4H4V4H-4Z", true],
+  slip: [BLUE, "M0-5L5 4H-5Z", true],
   reversal: [PURPLE, "M0-5L5 0L0 5L-5 0Z", true],
   separation: [BLACK, "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", false],
   contact: [BLACK, "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", true],
-  kick: [ORANGE, "M0-6L1.8-1.8L6 0L1.8 1.8L0 6L-1.8 1.8L-6 0L-1.8-1.8Z", true],
+  kick: [GREEN, "M0-6L1.8-1.8L6 0L1.8 1.8L0 6L-1.8 1.8L-6 0L-1.8-1.8Z", true],
   corner: ["#555555", "M-5 4L0-4L5 4", false],
-  destabilised: [GREEN, "M0-5L5 4H-5Z", false],
-  restabilised: [GREEN, "M0 5L5-4H-5Z", false],
+  destabilised: [BLACK, "M0-5L5 4H-5Z", false],
+  restabilised: [BLACK, "M0 5L5-4H-5Z", false],
 };
 
 // [channel, name, colour]; a limit is drawn, but the panel's range does not follow it. A panel of changes counts from the
 // left edge of the view when that is short: within a cycle, energies change by millionths of themselves.
 const PANELS = [
-  { title: "Speed", curves: [["theta_dot", "rotor", BLUE], ["phi2_dot", "rotor surface", ORANGE], ["phi1_dot", "stator surface", GREEN]], shown: true },
+  { title: "Speed", curves: [["theta_dot", "rotor", BLUE], ["phi2_dot", "rotor surface", VERMILLION], ["phi1_dot", "stator surface", GREEN]], shown: true },
   { title: "Relative velocity", curves: [["relative_velocity", "φ₂′ − φ₁′", BLUE]], shown: true },
-  { title: "Twist", curves: [["rotor_twist", "rotor, θ − φ₂", BLUE], ["phi1", "stator, φ₁", ORANGE]], shown: true },
-  { title: "Torque", curves: [["friction_torque", "through the interface", BLUE], ["transmitted_torque", "T_f = (T_r + T_s)/2", ORANGE], ["breakaway_torque", "limit μ₀ r F_n", PURPLE], ["breakaway_torque_backward", "−μ₀ r F_n", PURPLE, "limit"]], shown: true },
+  { title: "Twist", curves: [["rotor_twist", "rotor, θ − φ₂", BLUE], ["phi1", "stator, φ₁", VERMILLION]], shown: true },
+  { title: "Torque", curves: [["friction_torque", "through the interface", BLUE], ["transmitted_torque", "T_f = (T_r + T_s)/2", VERMILLION], ["breakaway_torque", "limit μ₀ r F_n", PURPLE], ["breakaway_torque_backward", "−μ₀ r F_n", PURPLE, "limit"]], shown: true },
   { title: "Energy", curves: [["energy_kinetic", "kinetic", BLUE], ["energy_elastic", "elastic", ORANGE], ["dissipated_friction", "lost to friction", VERMILLION], ["dissipated_damping", "lost to damping", GREEN], ["work_applied", "work of F", PURPLE]], shown: true, change: true },
   { title: "Energy residual", curves: [["energy_residual", "made or lost by the solver", BLUE]], shown: false },
-  { title: "Twist rate", curves: [["rotor_twist_rate", "rotor", BLUE], ["phi1_dot", "stator", ORANGE]], shown: false },
-  { title: "Axial force", curves: [["applied_force", "applied, F", BLUE], ["normal_force", "contact, F_n", ORANGE]], shown: false },
+  { title: "Twist rate", curves: [["rotor_twist_rate", "rotor", BLUE], ["phi1_dot", "stator", VERMILLION]], shown: false },
+  { title: "Axial force", curves: [["applied_force", "applied, F", BLUE], ["normal_force", "contact, F_n", VERMILLION]], shown: false },
   { title: "Axial displacement", curves: [["z", "z", BLUE]], shown: false },
   { title: "Slip displacement", curves: [["slip_displacement", "φ₂ − φ₁", BLUE]], shown: false },
 ];

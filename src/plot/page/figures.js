@@ -62,8 +62,8 @@ class Portrait {
       while (mode + 1 < start.length && start[mode + 1] <= trajectory.time[i]) mode++;
       const end = mode + 1 < start.length ? start[mode + 1] : Infinity;
       context.beginPath();
-      // From the last sample of the mode before, so that the line has no gap.
-      const before = i > first && !trajectory.isBucket(i - 1);
+      // From the last sample of the mode before, so that the line has no gap, unless the quantity jumps there.
+      const before = i > first && !trajectory.isBucket(i - 1) && !this.y.jumps;
       if (before) context.moveTo(toX(xs.low[i - 1]), toY(ys.low[i - 1]));
       let down = before;
       for (; i < last && trajectory.time[i] < end; i++) {

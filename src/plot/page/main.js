@@ -30,7 +30,7 @@ const list = new EventList(byId("events"), events, goToEvent);
 const portraits = [
   new Portrait(byId("portrait-stator"), trajectory, run.modes, { name: "phi1", label: "φ₁" }, { name: "phi1_dot", label: "φ₁′" }),
   new Portrait(byId("portrait-rotor"), trajectory, run.modes, { name: "rotor_twist", label: "θ − φ₂" }, { name: "rotor_twist_rate", label: "θ′ − φ₂′" }),
-  new Portrait(byId("portrait-friction"), trajectory, run.modes, { name: "relative_velocity", label: "ω_r" }, { name: "friction_torque", label: "torque" }),
+  new Portrait(byId("portrait-friction"), trajectory, run.modes, { name: "relative_velocity", label: "ω_r" }, { name: "friction_torque", label: "torque", jumps: true }),
 ];
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
 

@@ -1,0 +1,182 @@
+//! Taylor steps: of the slip, and along its slow manifold.
+
+use super::super::brake::GUARD_STOPPING;
+use super::super::rules::LARGEST_HASTE;
+use super::{BrakeStepper, DYNAMIC, Last, STEP_NOISE, TERMS};
+use crate::hybrid::{Advance, StepperError};
+use crate::model::slow_manifold::{SlowSeries, slow_momentum};
+use crate::model::torsion::{TorsionState, index::*};
+use crate::series::polynomial_roots::first_falling;
+use crate::series::taylor;
+
+/// The last coefficient of a series along the slow manifold that is to be trusted.
+const SLOW_ORDER: usize = TERMS - 4;
+
+/// By how many e-folds the friction law's exponential may change over an expansion's step, while it matters: the terms of
+/// an exponential grow up to that index, and only beyond it do the last ones say what is left out.
+const E_FOLDS: f64 = 6.0;
+
+/// An exponential below this does not matter.
+const NO_WEAKENING: f64 = 1e-18;
+
+/// Shortest step along the slow manifold, in natural periods: below it there is none to speak of.
+const SHORTEST_SLOW: f64 = 2.0;
+
+/// Share of the torques within which their sum counts as zero at a tangential departure: mu_0 r F_n against mu_s r F_n,
+/// at a breakaway located to the last place.
+const DEPARTURE_NOISE: f64 = 1e-10;
+
+impl BrakeStepper {
+    /// Expands the slip about where it stands.
+    pub(super) fn expand(&mut self) {
+        let t = self.origin + self.tau;
+        let degree = self.brake.axial.pressing_series(t, self.unit, &mut self.force);
+        // Steps along the slow manifold leave another one.
+        self.series.unit = self.unit;
+        self.series
+            .expand(&self.constants, self.sense(), &self.y, &self.force, degree);
+        self.counters.rhs_evaluations += 1;
+    }
+
+    /// How fast the fast mode moves (rad/s), from an expansion: an oscillation A cos(omega_n t) has the last coefficient
+    /// A / (TERMS - 1)! in the series' unit, and nothing slower comes near that.
+    pub(super) fn liveliness(&self) -> f64 {
+        let factorial: f64 = (1..TERMS).map(|n| n as f64).product();
+        let last = |component: usize| self.series.state[component][TERMS - 1].abs();
+        factorial * last(ROTOR_TWIST_RATE).max(last(STATOR_TWIST_RATE))
+    }
+
+    /// A step along the slow manifold, if the slip is on it, to what a step may leave beside it: the motion without the
+    /// fast mode is a series of its own, and stays where it is even where the manifold is unstable. What is too large for
+    /// the error of a step is left alone.
+    pub(super) fn slow_step(&mut self) -> Result<Option<Advance>, StepperError> {
+        let t = self.origin + self.tau;
+        let brake = self.brake.clone();
+        if !brake.axial.is_silent(t) {
+            return Ok(None);
+        }
+        let (torsion, sense) = (&brake.torsion, self.sense());
+        let axial = brake.axial.at(t);
+        let pressing = (axial.pressing_force, axial.pressing_rate);
+        let slow = SlowSeries::<TERMS>::new(torsion, sense, pressing, slow_momentum(torsion, &self.y));
+        let (start, weights) = (slow.start(), self.weights());
+        if !(0..DYNAMIC).all(|k| (start[k] - self.y[k]).abs() <= STEP_NOISE * weights[k]) {
+            return Ok(None);
+        }
+        slow.write(torsion, sense, pressing, &self.y, &mut self.series);
+        let longest = self.longest_expansion(SLOW_ORDER, &weights);
+        let left = self.span - self.tau;
+        let rate = self.series.relative_velocity[1];
+        let slope = torsion.torsion.damping - self.series.stability_margin[0];
+        let haste = slope / torsion.torsion.stiffness * torsion.friction.decay * rate.abs();
+        let short = longest < left && longest < SHORTEST_SLOW * torsion.natural_period();
+        if longest.is_nan() || short || haste > LARGEST_HASTE {
+            return Ok(None);
+        }
+        self.expansion_step(longest).map(Some)
+    }
+
+    /// The longest step of at most `longest` (s) over which the friction law's exponential changes by [`E_FOLDS`] or stays
+    /// below what matters. The exponent's terms, all taken as positive, bound its change, and grow faster than the step.
+    fn within_weakening(&self, longest: f64) -> f64 {
+        let decay = self.brake.torsion.friction.decay;
+        let speed = &self.series.relative_velocity;
+        let allowed = (decay * speed[0].abs() + NO_WEAKENING.ln()).max(E_FOLDS);
+        let longest = longest.min(self.span - self.tau);
+        let x = longest / self.series.unit;
+        let change = speed[1..=SLOW_ORDER]
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| (sum + c.abs()) * x);
+        if decay * change <= allowed {
+            longest
+        } else {
+            longest * (allowed / (decay * change))
+        }
+    }
+
+    /// The longest step of the expansion whose terms fall below what is tolerated by this order (s), no longer than to the
+    /// end of the segment.
+    pub(super) fn longest_expansion(&self, order: usize, weights: &TorsionState) -> f64 {
+        let size = |n: usize| {
+            (0..DYNAMIC)
+                .map(|k| self.series.state[k][n].abs() / weights[k])
+                .fold(0.0, |a: f64, b| if b <= a { a } else { b })
+        };
+        self.within_weakening(taylor::step(order, size) * self.series.unit)
+    }
+
+    /// A step of at most `longest` (s) by the expansion about where it stands.
+    pub(super) fn expansion_step(&mut self, longest: f64) -> Result<Advance, StepperError> {
+        let unit = self.series.unit;
+        if longest.is_nan() {
+            return Err(StepperError::NotFinite);
+        }
+        let left = self.span - self.tau;
+        let bound = longest.min(self.max_step);
+        let reaches = bound >= left;
+        let length = if reaches { left } else { bound };
+        let tau = self.tau + length;
+        if tau <= self.tau {
+            return Err(StepperError::StepTooShort { step: length });
+        }
+        let mut earliest: Option<(f64, usize)> = None;
+        for (index, sign) in self.guards() {
+            if let Some(share) = self.first_root(index, sign, length / unit)
+                && earliest.is_none_or(|(before, _)| share < before)
+            {
+                earliest = Some((share, index));
+            }
+        }
+        self.last = Last::Expansion(self.tau);
+        self.first = false;
+        self.counters.steps += 1;
+        self.counters.last_order = TERMS as u32 - 1;
+        let length = earliest.map_or(length, |(share, _)| share * length);
+        self.counters.last_step = length;
+        self.y = self.series.at(&(length / unit));
+        self.tau = if earliest.is_some() { self.tau + length } else { tau };
+        self.beyond = self.beyond && self.guard(GUARD_STOPPING, self.tau, &self.y) < 0.0;
+        Ok(match earliest {
+            Some((_, index)) => Advance::Guard(index),
+            None if reaches => Advance::Stop,
+            None => Advance::Stepped,
+        })
+    }
+
+    /// The first share of the expansion's first `x` units at which a guard fires.
+    fn first_root(&mut self, index: usize, sign: f64, x: f64) -> Option<f64> {
+        self.counters.root_evaluations += 1;
+        let series = if index == GUARD_STOPPING {
+            &self.series.relative_velocity
+        } else {
+            &self.series.stability_margin
+        };
+        let sign = if index == GUARD_STOPPING {
+            sign * self.sense()
+        } else {
+            sign
+        };
+        let mut power = sign;
+        let mut guard = series.map(|c| {
+            let scaled = c * power;
+            power *= x;
+            scaled
+        });
+        if self.first && guard[0].abs() <= self.noise(index) {
+            // It leaves zero here: the root, simple or double, is divided out.
+            let torsion = &self.brake.torsion;
+            let torques = torsion.rotor_torque(&self.y).abs() + torsion.stator_torque(&self.y).abs();
+            let slope_noise = DEPARTURE_NOISE * torques / torsion.torsion.surface_inertia * self.series.unit * x;
+            let double = index == GUARD_STOPPING && guard[1].abs() <= slope_noise;
+            let roots = if double { 2 } else { 1 };
+            guard.rotate_left(roots);
+            guard[TERMS - roots..].fill(0.0);
+        }
+        if guard[0] < 0.0 && !(self.beyond && index == GUARD_STOPPING) {
+            Some(0.0)
+        } else {
+            first_falling(&guard)
+        }
+    }
+}

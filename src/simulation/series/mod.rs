@@ -1,0 +1,244 @@
+//! The brake's own solver: Radau IIA over the quiet stretches of a slip, Taylor series where the fast mode moves.
+//!
+//! Where steps have to resolve the fast mode ([`Location::resolved`]), each is a Taylor expansion of the slip. Where they
+//! have not, the expansion at the segment's start says how much of the fast mode is there: as long as it is more than
+//! what is tolerated, expansions follow it down, and from then on Radau IIA strides over it.
+//!
+//! On a Taylor step the guards are polynomials, of the step's own accuracy, and their first root is isolated, not
+//! searched for. A slip that begins tangentially starts at a double root of its own guard, which is divided out. On a
+//! Radau step the guards' values at the stages are interpolated, and the root's step is taken again, exactly to the
+//! root.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `expansion` | Taylor steps of the slip, and along its slow manifold |
+//! | `collocation` | Radau steps |
+
+mod collocation;
+mod expansion;
+
+use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
+use crate::hybrid::{Advance, ChosenSolver, Dynamics, Stepper, StepperError};
+use crate::model::slip_series::{SlipConstants, SlipSeries};
+use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::series::radau::Radau;
+use crate::series::radau_tableau::RadauTableau;
+use crate::sundials::Counters;
+use std::sync::{Arc, OnceLock};
+
+/// Coefficients of a Taylor expansion: order 27, as products are summed in groups of four coefficients. From 24 to 32 a
+/// run takes the same time.
+const TERMS: usize = 28;
+
+/// Stages of Radau IIA: order 13.
+const STAGES: usize = 7;
+
+/// Components that the right-hand side needs; those after them are quadratures.
+const DYNAMIC: usize = 5;
+
+/// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
+/// located to 1e-14 s or better.
+const MARGIN_NOISE: f64 = 1e-9;
+
+/// The same for the relative velocity: a share of the speeds that it is the difference of.
+const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;
+
+/// What a Radau step may leave beside the slow manifold, over what is tolerated of its error; a perturbation that means
+/// anything is larger by as much again.
+const STEP_NOISE: f64 = 1e3;
+
+/// What the last step was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Last {
+    /// An expansion about this time.
+    Expansion(f64),
+    /// Held by [`Radau::step`].
+    Collocation,
+}
+
+/// See the module.
+pub struct BrakeStepper {
+    brake: Arc<Brake>,
+    constants: SlipConstants<f64>,
+    /// 1 / omega_n, s.
+    unit: f64,
+    series: SlipSeries<f64, TERMS>,
+    force: [f64; TERMS],
+    radau: Radau<DYNAMIC, DIMENSION, STAGES>,
+    location: Location,
+    origin: f64,
+    span: f64,
+    max_step: f64,
+    relative: f64,
+    absolute: TorsionState,
+    tau: f64,
+    y: TorsionState,
+    last: Last,
+    /// Nothing has been stepped over in this segment.
+    first: bool,
+    /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
+    beyond: bool,
+    /// The fast mode may be above what is tolerated, though it need not be resolved for its own sake.
+    lively: bool,
+    /// The next Radau step, and whether the last one's polynomial foretells it.
+    next: f64,
+    foretold: bool,
+    /// Length and error of the last Radau step; zero before the first.
+    accepted: (f64, f64),
+    counters: Counters,
+    radau_before: crate::series::radau::Work,
+}
+
+fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
+    static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
+    TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
+}
+
+impl BrakeStepper {
+    /// For the slips of one brake, with what it has to compute once.
+    pub fn new(brake: Arc<Brake>) -> Self {
+        let unit = 1.0 / brake.torsion.natural_angular_frequency();
+        BrakeStepper {
+            constants: SlipConstants::new(&brake.torsion),
+            unit,
+            series: SlipSeries::new(unit),
+            force: [0.0; TERMS],
+            radau: Radau::new(tableau().clone()),
+            location: Location {
+                mode: crate::model::Mode::SlipForward,
+                resolved: true,
+                watch: Watch::Off,
+            },
+            origin: 0.0,
+            span: 0.0,
+            max_step: f64::INFINITY,
+            relative: 0.0,
+            absolute: [0.0; DIMENSION],
+            tau: 0.0,
+            y: [0.0; DIMENSION],
+            last: Last::Expansion(0.0),
+            first: true,
+            beyond: false,
+            lively: true,
+            next: 0.0,
+            foretold: false,
+            accepted: (0.0, 0.0),
+            counters: Counters::default(),
+            radau_before: Default::default(),
+            brake,
+        }
+    }
+
+    fn sense(&self) -> f64 {
+        f64::from(self.location.mode.sense())
+    }
+
+    /// The guards' indices, each with the sign that makes it fire when it falls.
+    fn guards(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let stability = match self.location.watch {
+            Watch::Off => None,
+            Watch::Stable => Some((GUARD_STABILITY, 1.0)),
+            Watch::Unstable => Some((GUARD_STABILITY, -1.0)),
+        };
+        std::iter::once((GUARD_STOPPING, 1.0)).chain(stability)
+    }
+
+    fn guard(&self, index: usize, tau: f64, y: &TorsionState) -> f64 {
+        if index == GUARD_STOPPING {
+            self.sense() * self.brake.torsion.relative_velocity(y)
+        } else {
+            self.brake.stability_margin(self.sense(), self.origin + tau, y)
+        }
+    }
+
+    /// What counts as zero of a guard where the segment begins.
+    fn noise(&self, index: usize) -> f64 {
+        if index == GUARD_STOPPING {
+            let speeds = self.y[ROTOR_SPEED].abs() + self.y[ROTOR_TWIST_RATE].abs() + self.y[STATOR_TWIST_RATE].abs();
+            VELOCITY_NOISE * speeds
+        } else {
+            MARGIN_NOISE * self.brake.torsion.torsion.damping
+        }
+    }
+
+    fn weights(&self) -> TorsionState {
+        std::array::from_fn(|k| self.absolute[k] + self.relative * self.y[k].abs())
+    }
+}
+
+impl Stepper<Location> for BrakeStepper {
+    fn begin(&mut self, location: &Location, t: f64, y: &[f64], span: f64, chosen: &ChosenSolver) {
+        self.location = *location;
+        self.origin = t;
+        self.span = span;
+        self.max_step = chosen.max_step.unwrap_or(f64::INFINITY);
+        self.relative = chosen.tolerances.relative;
+        self.absolute.copy_from_slice(&chosen.tolerances.absolute);
+        self.tau = 0.0;
+        self.y.copy_from_slice(y);
+        self.last = Last::Expansion(0.0);
+        self.first = true;
+        self.beyond = self.brake.starts_beyond(location, t, y, GUARD_STOPPING);
+        self.lively = true;
+        self.next = 4.0 * self.brake.torsion.natural_period();
+        self.foretold = false;
+        self.accepted = (0.0, 0.0);
+        self.counters = Counters::default();
+        self.radau_before = self.radau.work();
+    }
+
+    fn advance(&mut self) -> Result<Advance, StepperError> {
+        if !self.location.resolved
+            && let Some(advance) = self.slow_step()?
+        {
+            self.lively = true;
+            self.foretold = false;
+            return Ok(advance);
+        }
+        if self.lively || self.location.resolved || self.beyond {
+            self.expand();
+            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
+        }
+        if !self.lively && !self.location.resolved && !self.beyond {
+            if let Some(advance) = self.collocation_step()? {
+                return Ok(advance);
+            }
+            self.next = 4.0 * self.brake.torsion.natural_period();
+            self.foretold = false;
+            self.accepted = (0.0, 0.0);
+            self.lively = true;
+            self.expand();
+        }
+        let longest = self.longest_expansion(TERMS - 1, &self.weights());
+        self.expansion_step(longest)
+    }
+
+    fn time(&self) -> f64 {
+        self.tau
+    }
+
+    fn state(&self) -> &[f64] {
+        &self.y
+    }
+
+    fn state_at(&self, tau: f64, out: &mut [f64]) {
+        let state = match self.last {
+            Last::Expansion(about) => self.series.at(&((tau - about) / self.series.unit)),
+            Last::Collocation => self.radau.step().at(tau),
+        };
+        out.copy_from_slice(&state);
+    }
+
+    fn counters(&self) -> Counters {
+        let (work, before) = (self.radau.work(), self.radau_before);
+        let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
+        Counters {
+            rhs_evaluations: self.counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
+            jacobian_evaluations: jacobians,
+            linear_solver_setups: jacobians,
+            nonlinear_iterations: work.iterations - before.iterations,
+            nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
+            ..self.counters
+        }
+    }
+}

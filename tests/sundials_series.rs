@@ -1,0 +1,163 @@
+//! `series` against the solvers of SUNDIALS: the same mode word and the same times, in every kind of case.
+//!
+//! Two methods that share nothing but the equations and the rules. `auto` at rtol 1e-13 is itself within 1e-12 s of the
+//! multiprecision events; 1e-11 s is ten times that.
+
+mod common;
+
+use common::{mode_word, output, run, solver, truth};
+use stickslip::case::{Case, CaseSource};
+use stickslip::model::{Actuation, BreakawayTest, Friction, Kick, KickTime, Parameters};
+use stickslip::simulation::{EventKind, MemoryRecorder, Method, SolverOptions};
+
+const WITHIN: f64 = 1e-11;
+
+fn kick(time: KickTime, relative_velocity: f64) -> Kick {
+    Kick {
+        time,
+        relative_velocity,
+    }
+}
+
+/// The brake of `paper-si` from a lower speed, with a kick at the instability.
+fn brake(speed: f64, rise_time: f64) -> Parameters {
+    let mut parameters = truth("si-kick").parameters;
+    parameters.initial.speed = speed;
+    parameters.actuation = Actuation::Ramp {
+        force: 2225.0,
+        rise_time,
+    };
+    parameters.perturbations = vec![kick(KickTime::Instability, 1e-3)];
+    parameters
+}
+
+/// Asserts the same events by both, all kinds, and returns those of `series`.
+fn hold(name: &str, parameters: &Parameters, end: f64) -> MemoryRecorder {
+    let out = output(end, end / 500.0);
+    let (series, _) = run(parameters, &solver(Method::Series, SolverOptions::default().rtol), &out);
+    let (auto, _) = run(parameters, &solver(Method::Auto, 1e-13), &out);
+    let kinds = |r: &MemoryRecorder| {
+        let kind = |e: &stickslip::simulation::Event| (e.kind, e.mode_after);
+        r.events.iter().map(kind).collect::<Vec<_>>()
+    };
+    assert_eq!(kinds(&series), kinds(&auto), "{name}");
+    let late = |(a, b): (&stickslip::simulation::Event, &stickslip::simulation::Event)| (a.time - b.time).abs();
+    let worst = series.events.iter().zip(&auto.events).map(late).fold(0.0, f64::max);
+    println!("{name}: {} events within {worst:.1e} s", series.events.len());
+    assert!(worst < WITHIN, "{name}: {worst:e} s");
+    assert!(
+        series
+            .segments
+            .iter()
+            .all(|s| ["series", "closed-form"].contains(&s.solver))
+    );
+    series
+}
+
+fn count(recorder: &MemoryRecorder, kind: EventKind) -> usize {
+    mode_word(recorder).iter().filter(|e| e.0 == kind).count()
+}
+
+#[test]
+fn sundials_release_and_grip() {
+    let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
+    let recorder = hold("release", &case.parameters, case.output.end_time);
+    assert!(count(&recorder, EventKind::Separation) >= 2 && count(&recorder, EventKind::Stick) >= 2);
+}
+
+/// A table whose force rises and falls while the brake slides and sticks.
+#[test]
+fn sundials_a_table() {
+    let mut parameters = brake(20.0, 1.0);
+    parameters.actuation = Actuation::Table {
+        time: vec![0.0, 0.05, 0.4, 0.7, 0.9, 1.3],
+        force: vec![500.0, 2500.0, 1500.0, 3000.0, 2000.0, 2225.0],
+    };
+    let recorder = hold("table", &parameters, 2.0);
+    assert!(count(&recorder, EventKind::Stick) >= 10);
+}
+
+/// Separation in the middle of the stick-slip, and contact again.
+#[test]
+fn sundials_a_release_out_of_stick_slip() {
+    let mut parameters = brake(4.0, 0.0);
+    let stops = {
+        let recorder = hold("step", &parameters, 0.4);
+        recorder
+            .events
+            .iter()
+            .filter(|e| e.kind == EventKind::Stick)
+            .map(|e| e.time)
+            .collect::<Vec<_>>()
+    };
+    assert!(stops.len() >= 10);
+    let release = stops[3];
+    parameters.actuation = Actuation::Table {
+        time: vec![0.0, release, release + 0.002, release + 0.01, release + 0.02],
+        force: vec![2225.0, 2225.0, -500.0, -500.0, 2225.0],
+    };
+    let recorder = hold("release out of stick-slip", &parameters, 0.6);
+    assert!(count(&recorder, EventKind::Separation) >= 1 && count(&recorder, EventKind::Contact) >= 1);
+}
+
+#[test]
+fn sundials_mu_0_above_mu_s() {
+    for breakaway in [0.601, 0.65, 0.8] {
+        let mut parameters = brake(15.0, 0.2);
+        parameters.friction.breakaway = breakaway;
+        let recorder = hold(&format!("mu_0 = {breakaway}"), &parameters, 1.5);
+        assert!(count(&recorder, EventKind::Stick) >= 3);
+    }
+}
+
+/// Friction that grows with speed never loses its stability, and constant friction is neither.
+#[test]
+fn sundials_other_friction() {
+    for (name, low_speed, high_speed, decay) in [("rising", 0.3, 0.4, 2.0), ("constant", 0.4, 0.4, 3.5)] {
+        let mut parameters = brake(10.0, 0.1);
+        parameters.friction = Friction {
+            breakaway: low_speed,
+            low_speed,
+            high_speed,
+            decay,
+        };
+        let recorder = hold(name, &parameters, 1.5);
+        assert_eq!(count(&recorder, EventKind::Stick), 1);
+    }
+}
+
+/// Kicks that turn the sliding round, so that it passes through zero by itself, too; forward and backward. The run ends
+/// before the last stop, whose onset would belong to rounding: the kicks' oscillation has died by then.
+#[test]
+fn sundials_reversals_by_kicks() {
+    for speed in [10.0, -10.0] {
+        let mut parameters = brake(speed, 0.1);
+        parameters.perturbations = vec![
+            kick(KickTime::At(0.2), -2.5 * speed),
+            kick(KickTime::At(0.3), 0.7 * speed),
+            kick(KickTime::At(0.31), -2.0 * speed),
+        ];
+        let recorder = hold(&format!("kicks from {speed} rad/s"), &parameters, 0.5);
+        assert!(count(&recorder, EventKind::Reversal) >= 3, "{:?}", mode_word(&recorder));
+    }
+}
+
+/// A breakaway by the rotor's torque starts against the sense of its slip, by a hair.
+#[test]
+fn sundials_the_rotors_breakaway_test() {
+    let mut parameters = truth("si-kick").parameters;
+    parameters.contact.breakaway_test = BreakawayTest::Rotor;
+    let recorder = hold("rotor test", &parameters, 7.1);
+    assert!(count(&recorder, EventKind::Stick) > 40);
+}
+
+/// A surface so strongly damped that there is no oscillation, and one that is hardly damped at all.
+#[test]
+fn sundials_damping_at_its_ends() {
+    for (damping, sticks) in [(1200.0, 1), (2.0, 50)] {
+        let mut parameters = brake(5.0, 0.05);
+        parameters.torsion.damping = damping;
+        let recorder = hold(&format!("c_t = {damping}"), &parameters, 0.6);
+        assert!(count(&recorder, EventKind::Stick) >= sticks);
+    }
+}
