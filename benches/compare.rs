@@ -23,6 +23,7 @@ fn write(path: &Path, case: &Case, recorder_to: &mut dyn FnMut(&Path)) {
         case_text: String::new(),
         resolved: case.resolved(),
         meta: Vec::new(),
+        events: Vec::new(),
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;

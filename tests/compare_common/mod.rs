@@ -24,6 +24,7 @@ pub fn run(path: &Path, case: &str, overrides: &[&str]) {
         case_text: source.text.clone(),
         resolved: case.resolved(),
         meta: Vec::new(),
+        events: Vec::new(),
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;
