@@ -427,7 +427,7 @@ impl Reference {
 /// What the pass over the states gives.
 struct States {
     channels: Vec<Channel>,
-    /// [phase][channel]
+    /// By phase, then by channel.
     tallies: [Vec<Tally>; 3],
     outside: u64,
     too_sparse: u64,

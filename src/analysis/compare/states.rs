@@ -106,7 +106,7 @@ pub struct StatePass<'a> {
     windows: Vec<Window>,
     window: usize,
     curves: Vec<Curve>,
-    /// [phase][channel]
+    /// By phase, then by channel.
     pub tallies: [Vec<Tally>; 3],
     scales: [Vec<f64>; 3],
     /// Samples beside which the reference has none close enough.
