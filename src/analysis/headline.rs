@@ -62,6 +62,8 @@ pub struct Headline {
     pub growth_exponent: Option<f64>,
     /// From the kick to the first stick.
     pub e_folds_gained: Option<f64>,
+    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
+    pub kick_above_noise: Option<f64>,
     /// Largest |energy_residual|.
     pub energy_residual: Option<f64>,
     /// The same, relative to the energy at the start.
@@ -78,6 +80,7 @@ impl From<&Summary> for Headline {
             instability_time: summary.instability_time,
             growth_exponent: summary.growth_exponent,
             e_folds_gained: summary.e_folds_gained,
+            kick_above_noise: summary.kick_above_noise,
             energy_residual: Some(summary.energy_residual),
             energy_residual_relative: Some(summary.energy_residual_relative),
         }
@@ -109,6 +112,7 @@ impl Headline {
         headline.instability_time = extra("instability_time").and_then(|extra| known(extra.value));
         headline.growth_exponent = known(table.growth_exponent);
         headline.e_folds_gained = known(table.e_folds_gained);
+        headline.kick_above_noise = extra("kick_above_noise").and_then(|extra| known(extra.value));
         headline.energy_residual = known(table.energy_residual_max);
         let start = file.samples(0..file.sample_count()?.min(1))?;
         if let (Some(residual), Some(first)) = (headline.energy_residual, start.first()) {
@@ -135,6 +139,12 @@ impl Headline {
         let slips = pair(first.map(|c| c.slip_duration), last.map(|c| c.slip_duration));
         let period = |period: Option<f64>| ratio(period, self.natural_period);
         let axial = self.axial_displacement;
+        let died = self.kick_above_noise.is_some_and(|above| above < 0.0);
+        let gained = format!(
+            "{}{}",
+            number(self.e_folds_gained),
+            if died { ", it has died out" } else { "" }
+        );
         [
             ("events", events, ""),
             ("onset of stick-slip", time(s.onset_time), paper::ONSET),
@@ -174,7 +184,7 @@ impl Headline {
             ),
             ("loss of stability", time(self.instability_time), ""),
             ("growth exponent G", number(self.growth_exponent), ""),
-            ("e-folds gained from the kick", number(self.e_folds_gained), ""),
+            ("e-folds gained from the kick", gained, ""),
             ("energy residual", residual, ""),
         ]
         .map(|(name, value, paper)| HeadlineRow { name, value, paper })

@@ -4,6 +4,7 @@
 pub mod growth;
 pub mod headline;
 pub mod modes;
+pub mod smooth_sliding;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;

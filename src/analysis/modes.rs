@@ -119,9 +119,9 @@ pub struct Instability {
     pub growth_exponent: f64,
     /// Its part up to the first stick.
     pub growth_to_onset: f64,
-    /// From the first kick to the first stick.
+    /// From the kick to the first stick.
     pub e_folds_gained: Option<f64>,
-    /// By how many e-folds the kicks stand above rounding at the first stick.
+    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
     pub kick_above_noise: Option<f64>,
     pub onset_decided_by: OnsetDecision,
 }

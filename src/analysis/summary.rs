@@ -42,7 +42,7 @@ pub struct Summary {
     pub energy_residual_relative: f64,
     /// The onset is amplified rounding: no kick stands far enough above it.
     pub noise_determined: bool,
-    /// By how many e-folds the kicks stand above rounding at the first stick.
+    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
     pub kick_above_noise: Option<f64>,
     pub kicks_never_given: usize,
     pub interrupted: bool,
@@ -117,7 +117,7 @@ impl Summary {
                 report.energy_residual
             },
             noise_determined: growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
-            kick_above_noise: growth.map(|g| g.above_noise).filter(|x| x.is_finite()),
+            kick_above_noise: growth.and_then(|g| g.above_noise),
             kicks_never_given: report.kicks_never_given,
             interrupted: report.interrupted,
             work: report.work.iter().map(SolverWorkRow::from).collect(),

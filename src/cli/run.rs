@@ -334,6 +334,12 @@ fn stick_slip_table(summary: &Summary) -> StickSlipTable {
                 summary.growth_to_onset,
             ),
             extra(
+                "kick_above_noise",
+                "1",
+                "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+                summary.kick_above_noise,
+            ),
+            extra(
                 "noise_determined",
                 "1",
                 "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
