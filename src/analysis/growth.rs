@@ -4,7 +4,7 @@ use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::{Event, EventKind};
+use crate::simulation::{Event, EventDigest};
 use nalgebra::{Complex, DMatrix};
 
 /// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
@@ -37,25 +37,18 @@ impl Growth {
     /// lambda is the fast pair of the slip state's Jacobian: of its five eigenvalues that with the largest real part,
     /// the slow root of the rotor excepted.
     pub fn of_run(parameters: &Parameters, events: &[Event], end: f64) -> Option<Growth> {
-        let first_stick = events
-            .iter()
-            .find(|e| e.kind == EventKind::Stick)
-            .map_or(end, |e| e.time);
-        let unstable = lasting_instability(parameters, events, first_stick)?;
-        let kicks: Vec<&Event> = events
-            .iter()
-            .filter(|e| e.kind == EventKind::Kick && e.time < first_stick)
-            .collect();
+        Growth::of_digest(parameters, &EventDigest::of_events(parameters, events), end)
+    }
+
+    /// The same from what a run keeps of its events.
+    pub fn of_digest(parameters: &Parameters, digest: &EventDigest, end: f64) -> Option<Growth> {
+        let first_stick = digest.cycles.onset_time.unwrap_or(end);
+        let unstable = digest.instability.as_ref()?;
+        let kicks = || digest.kicks.iter().filter(|kick| kick.time < first_stick);
         // What a kick leaves behind where the sense turns after it is long damped.
-        let last_turn = events
-            .iter()
-            .take_while(|e| e.time < unstable.time)
-            .filter(|e| e.before.relative_velocity * unstable.before.relative_velocity <= 0.0)
-            .map(|e| e.time)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let earliest = kicks
-            .iter()
-            .map(|k| k.time)
+        let last_turn = digest.last_turn;
+        let earliest = kicks()
+            .map(|kick| kick.time)
             .filter(|t| *t > last_turn)
             .fold(unstable.time, f64::min);
         let torsion = TorsionModel::new(parameters);
@@ -81,8 +74,7 @@ impl Growth {
         };
         let noise = (f64::EPSILON * unstable.before.relative_velocity.abs()).ln() + to_first_stick;
         // The kick that counts is the one that is largest at the first stick.
-        let strongest = kicks
-            .iter()
+        let strongest = kicks()
             .map(|kick| {
                 let size = (kick.after.relative_velocity - kick.before.relative_velocity).abs();
                 let gained = gained(kick);
@@ -99,24 +91,6 @@ impl Growth {
             above_noise: strongest.map(|s| s.1),
         })
     }
-}
-
-/// The loss of stability after which sliding stays unstable: the first, unless stability returns for longer than the
-/// oscillation itself takes it across the margin, as after a large kick.
-fn lasting_instability<'a>(parameters: &Parameters, events: &'a [Event], first_stick: f64) -> Option<&'a Event> {
-    let lasting = 20.0 * TorsionModel::new(parameters).natural_period();
-    let mut unstable: Option<&Event> = None;
-    let mut stable_since = f64::NEG_INFINITY;
-    for event in events.iter().take_while(|e| e.time <= first_stick) {
-        match event.kind {
-            EventKind::Destabilised if unstable.is_none() || event.time - stable_since > lasting => {
-                unstable = Some(event);
-            }
-            EventKind::Restabilised => stable_since = event.time,
-            _ => {}
-        }
-    }
-    unstable
 }
 
 /// Trapezoidal integral of f(rate) between two times, as far as the rates reach.

@@ -1,6 +1,6 @@
 //! The headline of a run as a reader sees it: each quantity in words, beside the paper's number.
 
-use super::{StickSlip, Summary};
+use super::{Cycle, CycleStatistics, Summary};
 use crate::case::{Case, CaseSource, builtin};
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
@@ -50,8 +50,10 @@ pub struct HeadlineRow {
 pub struct Headline {
     /// Number of events of every kind.
     pub events: usize,
-    /// Onset, counts and cycles.
-    pub stick_slip: StickSlip,
+    /// Onset, counts, and the first and last cycle.
+    pub stick_slip: CycleStatistics,
+    /// All cycles, of a file; none of a run, which does not keep them.
+    pub cycles: Vec<Cycle>,
     /// T_n.
     pub natural_period: Option<f64>,
     /// Static axial displacement under the largest force.
@@ -75,6 +77,7 @@ impl From<&Summary> for Headline {
         Headline {
             events: summary.events,
             stick_slip: summary.stick_slip.clone(),
+            cycles: Vec::new(),
             natural_period: Some(summary.natural_period),
             axial_displacement: Some(summary.axial_displacement),
             instability_time: summary.instability_time,
@@ -97,9 +100,12 @@ impl Headline {
         let parameters = case.map(|case| &case.parameters);
         let displacement =
             |p: &Parameters| AxialMotion::new(&p.axial, &p.actuation).largest_force() / p.axial.stiffness;
+        let mut stick_slip = CycleStatistics::default();
+        let cycles = events.iter().filter_map(|event| stick_slip.push(event)).collect();
         let mut headline = Headline {
             events: events.len(),
-            stick_slip: StickSlip::from_events(events),
+            stick_slip,
+            cycles,
             natural_period: parameters.map(|p| TorsionModel::new(p).natural_period()),
             axial_displacement: parameters.map(displacement),
             ..Headline::default()
@@ -125,7 +131,7 @@ impl Headline {
     /// The lines, in the order in which they are read.
     pub fn rows(&self) -> Vec<HeadlineRow> {
         let s = &self.stick_slip;
-        let (first, last) = (s.cycles.first(), s.cycles.last());
+        let (first, last) = (s.first, s.last);
         let events = format!(
             "{} ({}, {})",
             self.events,
@@ -150,11 +156,7 @@ impl Headline {
             ("onset of stick-slip", time(s.onset_time), paper::ONSET),
             ("stick for good", time(s.final_stick_time), paper::FINAL_STICK),
             ("slip duration, first / last", slips, paper::SLIP),
-            (
-                "slip duration, range",
-                range(s.cycles.iter().map(|c| c.slip_duration)),
-                paper::SLIP_RANGE,
-            ),
+            ("slip duration, range", range(s.slip_range), paper::SLIP_RANGE),
             (
                 "stick duration, first",
                 microseconds(first.map(|c| c.stick_duration)),
@@ -165,11 +167,7 @@ impl Headline {
                 microseconds(last.map(|c| c.stick_duration)),
                 paper::LAST_STICK,
             ),
-            (
-                "stick duration, range",
-                range(s.cycles.iter().map(|c| c.stick_duration)),
-                "",
-            ),
+            ("stick duration, range", range(s.stick_range), ""),
             (
                 "natural period T_n",
                 microseconds(self.natural_period),
@@ -178,7 +176,7 @@ impl Headline {
             ("first period T_i / T_n", period(s.first_period()), paper::FIRST_PERIOD),
             ("last period T_f / T_n", period(s.last_period()), paper::LAST_PERIOD),
             (
-                "axial displacement",
+                "axial displacement, static",
                 axial.map_or_else(none, |z| format!("{:.4} mm", z * 1e3)),
                 paper::AXIAL,
             ),
@@ -219,10 +217,7 @@ fn pair(first: Option<f64>, last: Option<f64>) -> String {
     }
 }
 
-fn range(values: impl Iterator<Item = f64>) -> String {
-    let bounds = values.fold(None, |bounds: Option<(f64, f64)>, v| {
-        Some(bounds.map_or((v, v), |(low, high)| (low.min(v), high.max(v))))
-    });
+fn range(bounds: Option<(f64, f64)>) -> String {
     bounds.map_or_else(none, |(low, high)| format!("{:.2} to {:.2} us", low * 1e6, high * 1e6))
 }
 

@@ -9,8 +9,9 @@ pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 
+pub use crate::simulation::{Cycle, CycleStatistics};
 pub use growth::Growth;
 pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;
-pub use stick_slip::{Cycle, StickSlip};
+pub use stick_slip::StickSlip;
 pub use summary::Summary;

@@ -8,7 +8,7 @@ use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::model::{Axial, Friction, Mode, Parameters};
-use crate::simulation::{EventKind, NoRecorder, OutputOptions, RunFailure, RunReport, SolverOptions, State, simulate};
+use crate::simulation::{NoRecorder, OutputOptions, RunFailure, RunReport, SolverOptions, State, simulate};
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -408,8 +408,7 @@ fn instability(
 ) -> Option<Instability> {
     let summary = Summary::of_run(parameters, report);
     let time = summary.instability_time?;
-    let lost = |e: &&crate::simulation::Event| e.kind == EventKind::Destabilised && e.time == time;
-    let state: State = report.events.iter().find(lost)?.before;
+    let state: State = report.digest.instability.as_ref()?.before;
     let sense = state.relative_velocity.signum();
     let x = state.relative_velocity.abs();
     let decided = if summary.noise_determined {

@@ -1,18 +1,6 @@
 //! Stick-slip statistics from the event sequence.
 
-use crate::model::Mode;
-use crate::simulation::{Event, EventKind};
-
-/// Stick k and the slip after it; period k is from stick k to stick k+1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cycle {
-    /// s.
-    pub stick_duration: f64,
-    /// s.
-    pub slip_duration: f64,
-    /// s.
-    pub period: f64,
-}
+use crate::simulation::{Cycle, CycleStatistics, Event};
 
 /// The stick-slip of a run. The final stick has no duration, so there is one cycle fewer than there are sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -30,34 +18,15 @@ pub struct StickSlip {
 impl StickSlip {
     /// From all events of a run, in order.
     pub fn from_events(events: &[Event]) -> Self {
-        let word: Vec<&Event> = events.iter().filter(|e| e.kind.in_mode_word()).collect();
-        let mut result = StickSlip::default();
-        // (time of the stick that is open, time of the event that ended it)
-        let mut open: Option<(f64, Option<f64>)> = None;
-        for event in &word {
-            match (event.kind, &mut open) {
-                (EventKind::Stick, current) => {
-                    if let Some((stick, Some(end))) = *current {
-                        result.cycles.push(Cycle {
-                            stick_duration: end - stick,
-                            slip_duration: event.time - end,
-                            period: event.time - stick,
-                        });
-                    }
-                    *current = Some((event.time, None));
-                    result.onset_time.get_or_insert(event.time);
-                    result.stick_count += 1;
-                }
-                (_, Some((_, end @ None))) => *end = Some(event.time),
-                _ => {}
-            }
-            result.slip_count += usize::from(event.kind == EventKind::Slip);
+        let mut statistics = CycleStatistics::default();
+        let cycles = events.iter().filter_map(|event| statistics.push(event)).collect();
+        StickSlip {
+            cycles,
+            onset_time: statistics.onset_time,
+            final_stick_time: statistics.final_stick_time,
+            stick_count: statistics.stick_count,
+            slip_count: statistics.slip_count,
         }
-        result.final_stick_time = word
-            .last()
-            .filter(|e| e.mode_after == Mode::Stick && e.kind == EventKind::Stick)
-            .map(|e| e.time);
-        result
     }
 
     /// T_i, s: the first period.
@@ -74,7 +43,8 @@ impl StickSlip {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::State;
+    use crate::model::Mode;
+    use crate::simulation::{EventKind, State};
 
     fn event(time: f64, kind: EventKind, mode_after: Mode) -> Event {
         let (before, after) = (State::default(), State::default());

@@ -1,6 +1,7 @@
 //! From torsional states to the rows of the record.
 
 use super::brake::{Brake, Location};
+use super::digest::EventDigest;
 use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
 use super::sampling::SampleTimes;
 use super::{OutputOptions, Progress, RunReport, SolverWork};
@@ -48,6 +49,7 @@ impl<'a> Recording<'a> {
             counted: 0,
             work_perturbation: 0.0,
             report: RunReport {
+                digest: EventDigest::new(parameters),
                 initial_energy: brake.torsion.kinetic_energy(start),
                 ..RunReport::default()
             },
@@ -191,8 +193,12 @@ impl Observer<Location, EventKind> for Recording<'_> {
             after: self.state(t, after.0.mode, after.1),
             internal_force: self.brake.torsion.transmitted_torque(before.1) / self.brake.torsion.contact.radius,
         };
-        self.report.events.push(event);
-        self.recorder.event(&event)
+        if !self.recorder.stores_events() {
+            self.report.events.push(event);
+        }
+        let cycle = self.report.digest.push(&event);
+        self.recorder.event(&event)?;
+        cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
     }
 
     fn segment(&mut self, report: &SegmentReport<Location>) -> Result<(), ObserverError> {
