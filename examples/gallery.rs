@@ -6,8 +6,8 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
+use stickslip::analysis::Modes;
 use stickslip::analysis::work_precision::{self, Study};
-use stickslip::analysis::{Modes, StickSlip};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{ENTRIES, Story};
 use stickslip::plot::style::COLUMN_WIDTH;
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ControlFlow::Continue(())
     })?;
     writer.finish(Status::Complete, &StickSlipTable::default(), 0.0)?;
-    println!("{} sticks", StickSlip::from_events(&report.events).stick_count);
+    println!("{} sticks", report.digest.cycles.stick_count);
     let runs = [Run::open(&path)?];
     let story = Story::new(&runs).ok_or("no run")?;
     for entry in ENTRIES {

@@ -1,6 +1,7 @@
 //! Rows stream: a run holds a bounded amount of memory, however many samples it writes.
 #![cfg(target_os = "linux")]
 
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 use stickslip::results::ResultFile;
@@ -12,17 +13,13 @@ fn peak_memory(process: u32) -> Option<u64> {
     line.trim().trim_end_matches("kB").trim().parse().ok()
 }
 
-/// More than a million samples of two dozen channels are 200 MiB; the program itself, its libraries and the buffers of
-/// the result file take some twenty.
-#[test]
-fn regression_a_million_samples_take_less_than_64_mib() {
-    let folder = tempfile::tempdir().unwrap();
-    let target = folder.path().join("long.h5");
+/// The high-water mark of a run into `target`, KiB.
+fn peak_of_run(target: &Path, arguments: &[&str]) -> u64 {
     let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
-        .args(["run", "paper", "--quiet"])
-        .args(["--set", "output.interval=9.5 us", "--set", "output.window=[]"])
+        .args(["run", "paper", "--quiet", "--set", "output.window=[]"])
+        .args(arguments)
         .arg("--output")
-        .arg(&target)
+        .arg(target)
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
@@ -35,8 +32,48 @@ fn regression_a_million_samples_take_less_than_64_mib() {
         std::thread::sleep(Duration::from_millis(2));
     };
     assert!(status.success());
+    peak
+}
+
+/// More than a million samples of two dozen channels are 200 MiB; the program itself, its libraries and the buffers of
+/// the result file take some twenty.
+#[test]
+fn regression_a_million_samples_take_less_than_64_mib() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("long.h5");
+    let peak = peak_of_run(&target, &["--set", "output.interval=9.5 us"]);
     let samples = ResultFile::open(&target).unwrap().sample_count().unwrap();
     println!("{samples} samples, {peak} KiB");
     assert!(samples > 1_000_000, "{samples}");
     assert!(peak > 0 && peak < 64 * 1024, "{peak} KiB");
+}
+
+/// A heavy rotor that is hardly slowed sticks and slips without end. An event with the state on both sides is 216 bytes,
+/// a cycle 24: kept, the fivefold run would add the events' share of both.
+#[test]
+fn regression_events_are_not_kept_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |end: &str| {
+        let target = folder.path().join("events.h5");
+        let end = format!("output.end_time={end}");
+        let kick = "perturbation=[{kind=\"kick\",time=0.05,relative_velocity=1e-2}]";
+        let settings = [
+            "torsion.rotor_inertia=1e6",
+            "initial.speed=0.3",
+            "actuation.rise_time=0.01",
+            "solver.max_events=1000000",
+            kick,
+            &end,
+        ];
+        let arguments: Vec<&str> = settings.into_iter().flat_map(|setting| ["--set", setting]).collect();
+        let peak = peak_of_run(&target, &arguments);
+        let count = ResultFile::open(&target).unwrap().events().unwrap().len() as u64;
+        println!("{count} events, {peak} KiB");
+        (count, peak)
+    };
+    let ((few, low), (many, high)) = (run("1"), run("5"));
+    let kept = 216 * (many - few) / 1024;
+    assert!(kept > 4 * 1024, "{few} and {many} events");
+    assert!(high < low + kept / 4, "{low} KiB, {high} KiB, {kept} KiB of events");
+    assert!(high < 64 * 1024, "{high} KiB");
 }

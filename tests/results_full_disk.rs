@@ -8,6 +8,7 @@ use std::process::Command;
 
 use results_common::{Rows, bits, header, record, stick_slip};
 use stickslip::results::{Overwrite, ResultFile, ResultWriter, Status, partial_path};
+use stickslip::simulation::{Event, Recorder, RecorderError, Sample, Segment};
 
 const FOLDER: &str = "STICKSLIP_TEST_FOLDER";
 
@@ -37,6 +38,23 @@ impl Drop for SmallDisk {
     }
 }
 
+/// Counts the rows that the writer has taken.
+struct Counting<'a>(&'a mut ResultWriter, usize);
+
+impl Recorder for Counting<'_> {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.0.sample(sample)?;
+        self.1 += 1;
+        Ok(())
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.0.event(event)
+    }
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.0.segment(segment)
+    }
+}
+
 /// Not a test: the run that meets the full disk, in a process of its own so that the file can be
 /// seen as others see it.
 #[test]
@@ -45,12 +63,11 @@ fn child_that_fills_the_disk() {
     let folder = std::env::var_os(FOLDER).expect("a folder");
     let path = Path::new(&folder).join("run.h5");
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header()).unwrap();
-    let error = loop {
-        if let Err(error) = record(&mut writer, 1_000_000) {
-            break error.to_string();
-        }
-    };
+    let mut counting = Counting(&mut writer, 0);
+    let error = record(&mut counting, 1_000_000).unwrap_err().to_string();
+    println!("taken: {}", counting.1);
     println!("recorder: {error}");
+    println!("saved: {}", writer.saved().samples);
     // Nothing that follows panics or hangs, and nothing pretends that all is well.
     let again = writer.flush().unwrap_err();
     println!("flush: {again}");
@@ -58,36 +75,102 @@ fn child_that_fills_the_disk() {
     println!("partial: {}", partial.display());
 }
 
+/// Runs the child by `command`, and holds what is left against what was written.
+fn check(name: &str, mut command: Command, folder: &Path, words: &str) -> usize {
+    let output = command
+        .args(["--exact", "child_that_fills_the_disk", "--ignored", "--nocapture"])
+        .env(FOLDER, folder)
+        .output()
+        .unwrap();
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{name}: {stdout}{stderr}");
+    assert!(stdout.contains(words), "{name}: {stdout}");
+    assert!(!stderr.contains("HDF5-DIAG"), "{stderr}");
+    let number = |key: &str| -> usize {
+        let line = stdout
+            .lines()
+            .find_map(|line| line.split_once(key))
+            .expect("the line")
+            .1;
+        line.trim().parse().unwrap()
+    };
+
+    let path = folder.join("run.h5");
+    assert!(!path.exists());
+    let file = ResultFile::open(&partial_path(&path)).unwrap();
+    assert_eq!(file.status(), &Status::Interrupted);
+    let rows = file.sample_count().unwrap();
+    let taken = number("taken: ");
+    println!("{name}: {rows} rows of {taken}");
+    assert_eq!(rows, number("saved: "), "{name}");
+    // Not yet saved are at most a block that is filled, one that is written, and a quarter of what is.
+    assert!(taken <= rows + rows / 4 + 2 * 4096, "{name}: {rows} rows of {taken}");
+    let read = Rows {
+        samples: file.samples(0..rows).unwrap(),
+        ..Rows::default()
+    };
+    let mut written = Rows::default();
+    record(&mut written, rows).unwrap();
+    assert_eq!(bits(&read).0, bits(&written).0);
+    // An event and a segment for every hundred rows, up to the same time.
+    assert_eq!(file.events().unwrap().len(), rows / 100, "{name}");
+    assert_eq!(file.segments().unwrap().len(), rows / 100, "{name}");
+    rows
+}
+
 #[test]
 fn full_disk_is_an_error_that_keeps_what_was_saved() {
     // The first is too small for the rows of one block, the others for the whole run.
     for size in ["1m", "3m", "5m", "8m", "11m"] {
         let Some(disk) = SmallDisk::new(size) else { return };
-        let output = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "child_that_fills_the_disk", "--ignored", "--nocapture"])
-            .env(FOLDER, disk.0.path())
-            .output()
-            .unwrap();
-        let stdout = String::from_utf8_lossy(&output.stdout);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{size}: {stdout}{stderr}");
-        assert!(stdout.contains("the disk is full"), "{size}: {stdout}");
-        assert!(!stderr.contains("HDF5-DIAG"), "{stderr}");
-
-        let path = disk.0.path().join("run.h5");
-        assert!(!path.exists());
-        let file = ResultFile::open(&partial_path(&path)).unwrap();
-        assert_eq!(file.status(), &Status::Interrupted);
-        let rows = file.sample_count().unwrap();
-        println!("{size}: {rows} rows");
-        let read = Rows {
-            samples: file.samples(0..rows).unwrap(),
-            ..Rows::default()
-        };
-        let mut written = Rows::default();
-        record(&mut written, rows).unwrap();
-        assert_eq!(bits(&read).0, bits(&written).0);
+        let child = Command::new(std::env::current_exe().unwrap());
+        let rows = check(size, child, disk.0.path(), "the disk is full");
+        assert!(size == "1m" || rows > 0, "{size}");
     }
+}
+
+/// The same where no file may become larger, which takes no right to mount anything.
+#[test]
+fn full_disk_by_a_limit_on_files_is_an_error_that_keeps_what_was_saved() {
+    // Blocks of 512 or of 1024 bytes, as the shell has it.
+    for blocks in ["6000", "12000", "20000"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut child = Command::new("sh");
+        child
+            .args(["-c", &format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\""), "sh"])
+            .arg(std::env::current_exe().unwrap());
+        let rows = check(blocks, child, folder.path(), "grow no further");
+        assert!(rows > 0, "{blocks}");
+    }
+}
+
+/// The program itself under such a limit, whose signal would end it without a word.
+#[test]
+fn full_disk_by_a_limit_on_files_ends_a_run_with_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -f 1500; exec \"$@\"",
+            "sh",
+            env!("CARGO_BIN_EXE_stickslip"),
+        ])
+        .args(["run", "--json", "-o", "x.h5"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("grow no further"), "{stderr}");
+    let document: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["status"], "failed");
+    let file = ResultFile::open(&folder.path().join("x.partial.h5")).unwrap();
+    assert_eq!(file.status(), &Status::Interrupted);
+    let (samples, events) = (file.sample_count().unwrap(), file.events().unwrap().len());
+    assert!(samples > 0);
+    assert_eq!(document["saved"]["samples"], samples);
+    assert_eq!(document["saved"]["events"], events);
 }
 
 /// With no space for even the empty file.

@@ -1,23 +1,14 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
+use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::{of_momentum, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::{Event, EventKind};
+use crate::simulation::{Event, EventDigest};
 use nalgebra::{Complex, DMatrix};
 
 /// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
 const DYNAMIC: usize = 5;
-
-/// Share of the momentum that one step of the smooth path takes before the instability.
-const COARSE: f64 = 0.02;
-
-/// The smooth path is followed for this many times what its first friction torque would take to stop it.
-const FARTHEST: f64 = 10.0;
-
-/// Steps of the smooth path from the instability to the stop.
-const STEPS: f64 = 300.0;
 
 /// A perturbation's growth along the kick-free smooth sliding, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,12 +22,13 @@ pub struct Growth {
     pub exponent: f64,
     /// The same up to the run's first stick.
     pub to_first_stick: f64,
-    /// Integral of Re lambda from the first kick to the run's first stick: what the kick gained.
+    /// Integral of Re lambda from the kick to the run's first stick: what the kick gained, or lost where sliding was
+    /// stable. Of several kicks, that which is largest at the first stick; `None` without a kick that changes anything.
     pub from_kick: Option<f64>,
-    /// By how many e-folds the kicks stand above rounding at the first stick: each with its size, its decay where
-    /// sliding was stable, and its growth, against the rounding of the relative velocity at the instability and its
-    /// growth. Negative infinity without a kick.
-    pub above_noise: f64,
+    /// By how many e-folds that kick stands above rounding at the first stick: its size, its decay where sliding was
+    /// stable, and its growth, against the rounding of the relative velocity at the instability and its growth.
+    /// Negative: it has died out.
+    pub above_noise: Option<f64>,
 }
 
 impl Growth {
@@ -45,30 +37,34 @@ impl Growth {
     /// lambda is the fast pair of the slip state's Jacobian: of its five eigenvalues that with the largest real part,
     /// the slow root of the rotor excepted.
     pub fn of_run(parameters: &Parameters, events: &[Event], end: f64) -> Option<Growth> {
-        let first_stick = events
-            .iter()
-            .find(|e| e.kind == EventKind::Stick)
-            .map_or(end, |e| e.time);
-        let unstable = lasting_instability(parameters, events, first_stick)?;
-        let kicks: Vec<&Event> = events
-            .iter()
-            .filter(|e| e.kind == EventKind::Kick && e.time < first_stick)
-            .collect();
-        // The path starts at the first kick, if from there to the loss of stability nothing turns the sense of sliding.
-        let last_turn = events
-            .iter()
-            .take_while(|e| e.time < unstable.time)
-            .filter(|e| e.before.relative_velocity * unstable.before.relative_velocity <= 0.0)
-            .map(|e| e.time)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let start = kicks
-            .iter()
-            .find(|k| k.time > last_turn && k.time < unstable.time)
-            .unwrap_or(&unstable);
-        let rates = growth_rates(parameters, start, unstable, end);
+        Growth::of_digest(parameters, &EventDigest::of_events(parameters, events), end)
+    }
+
+    /// The same from what a run keeps of its events.
+    pub fn of_digest(parameters: &Parameters, digest: &EventDigest, end: f64) -> Option<Growth> {
+        let first_stick = digest.cycles.onset_time.unwrap_or(end);
+        let unstable = digest.instability.as_ref()?;
+        let kicks = || digest.kicks.iter().filter(|kick| kick.time < first_stick);
+        // What a kick leaves behind where the sense turns after it is long damped.
+        let last_turn = digest.last_turn;
+        let earliest = kicks()
+            .map(|kick| kick.time)
+            .filter(|t| *t > last_turn)
+            .fold(unstable.time, f64::min);
+        let torsion = TorsionModel::new(parameters);
+        let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+        let path = SmoothSliding {
+            torsion: &torsion,
+            axial: &axial,
+            sense: unstable.before.relative_velocity.signum(),
+        };
+        // From the instability, where sliding is known to be smooth, both ways.
+        let start = path.point(unstable.time, &unstable.before);
+        let mut rates = path.rates_before(start, earliest);
+        rates.reverse();
+        rates.append(&mut path.rates_to_stop(start, end));
         let positive = |rate: f64| rate.max(0.0);
         let to_first_stick = integrate(&rates, unstable.time, first_stick, positive);
-        // A kick from before the last turn is part of what the turn left behind, long damped.
         let gained = |kick: &Event| {
             if kick.time > last_turn {
                 integrate(&rates, kick.time, first_stick, |rate| rate)
@@ -77,37 +73,24 @@ impl Growth {
             }
         };
         let noise = (f64::EPSILON * unstable.before.relative_velocity.abs()).ln() + to_first_stick;
-        let above_noise = |kick: &Event| {
-            let size = (kick.after.relative_velocity - kick.before.relative_velocity).abs();
-            size.ln() + gained(kick) - noise
-        };
+        // The kick that counts is the one that is largest at the first stick.
+        let strongest = kicks()
+            .map(|kick| {
+                let size = (kick.after.relative_velocity - kick.before.relative_velocity).abs();
+                let gained = gained(kick);
+                (gained, size.ln() + gained - noise)
+            })
+            .filter(|(_, above)| above.is_finite())
+            .max_by(|a, b| a.1.total_cmp(&b.1));
         Some(Growth {
             instability: unstable.time,
-            smooth_end: rates.last().map_or(start.time, |r| r.0),
+            smooth_end: rates.last().map_or(unstable.time, |r| r.0),
             exponent: integrate(&rates, unstable.time, f64::INFINITY, positive),
             to_first_stick,
-            from_kick: kicks.first().map(|k| gained(k)).filter(|g| g.is_finite()),
-            above_noise: kicks.iter().map(|k| above_noise(k)).fold(f64::NEG_INFINITY, f64::max),
+            from_kick: strongest.map(|s| s.0),
+            above_noise: strongest.map(|s| s.1),
         })
     }
-}
-
-/// The loss of stability after which sliding stays unstable: the first, unless stability returns for longer than the
-/// oscillation itself takes it across the margin, as after a large kick.
-fn lasting_instability<'a>(parameters: &Parameters, events: &'a [Event], first_stick: f64) -> Option<&'a Event> {
-    let lasting = 20.0 * TorsionModel::new(parameters).natural_period();
-    let mut unstable: Option<&Event> = None;
-    let mut stable_since = f64::NEG_INFINITY;
-    for event in events.iter().take_while(|e| e.time <= first_stick) {
-        match event.kind {
-            EventKind::Destabilised if unstable.is_none() || event.time - stable_since > lasting => {
-                unstable = Some(event);
-            }
-            EventKind::Restabilised => stable_since = event.time,
-            _ => {}
-        }
-    }
-    unstable
 }
 
 /// Trapezoidal integral of f(rate) between two times, as far as the rates reach.
@@ -124,66 +107,6 @@ fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -
             0.5 * (f(rate(start)) + f(rate(end))) * (end - start)
         })
         .sum()
-}
-
-/// (t, Re lambda) along the smooth sliding from the state before `start` until it stops, be that beyond the run's `end`.
-///
-/// Smooth sliding is the motion on the slow manifold, on which the momentum of rotor and rotor surface is the one
-/// variable and falls by the friction torque. No solver of the full equations stays on it where it is unstable.
-fn growth_rates(parameters: &Parameters, start: &Event, unstable: &Event, end: f64) -> Vec<(f64, f64)> {
-    let (from, start) = (&start.before, start.time);
-    let instability = unstable.time;
-    let torsion = TorsionModel::new(parameters);
-    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
-    let sense = unstable.before.relative_velocity.signum();
-    let mut y = [0.0; DIMENSION];
-    y[ROTOR_TWIST_RATE] = from.rotor_twist_rate;
-    y[ROTOR_SPEED] = from.theta_dot;
-    let pressing = |t: f64| {
-        let axial = axial.at(t);
-        (axial.pressing_force.max(0.0), axial.pressing_rate)
-    };
-    let state = |t: f64, momentum: f64| of_momentum(&torsion, sense, pressing(t), momentum);
-    let torque = |t: f64, momentum: f64| torsion.sliding_torque(sense, &state(t, momentum), pressing(t).0);
-    let speed = |t: f64, momentum: f64| sense * torsion.relative_velocity(&state(t, momentum));
-    let rate = |t: f64, x: f64| (t, fast_growth_rate(&torsion, &axial, sense, t, x.max(0.0)));
-    let (mut t, mut momentum) = (start, slow_momentum(&torsion, &y));
-    let mut x = speed(t, momentum);
-    let mut rates = vec![rate(t, x)];
-    let least = 1e-3 * momentum.abs();
-    let mut finest = None;
-    // Far enough for the stop, if friction goes on as it begins; else the end of the run.
-    let first = torque(start, momentum).abs();
-    let end = if first > 0.0 {
-        end.max(start + FARTHEST * momentum.abs() / first)
-    } else {
-        end
-    };
-    let longest = (end - start) / STEPS;
-    while t < end && x > 0.0 {
-        let k1 = torque(t, momentum);
-        // Coarse where sliding is stable, and evenly down to the stop from the instability on.
-        let fall = if t < instability {
-            COARSE * momentum.abs().max(least)
-        } else {
-            *finest.get_or_insert(momentum.abs() / STEPS)
-        };
-        let step = (fall / k1.abs()).min(longest).min(end - t);
-        if t + step <= t {
-            break;
-        }
-        let k2 = torque(t + step / 2.0, momentum - step / 2.0 * k1);
-        let k3 = torque(t + step / 2.0, momentum - step / 2.0 * k2);
-        let k4 = torque(t + step, momentum - step * k3);
-        momentum -= step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
-        let next = speed(t + step, momentum);
-        // The last step ends at the stop.
-        let part = if next < 0.0 { x / (x - next) } else { 1.0 };
-        t += part * step;
-        x = next.max(0.0);
-        rates.push(rate(t, x));
-    }
-    rates
 }
 
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.

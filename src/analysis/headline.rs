@@ -1,6 +1,6 @@
 //! The headline of a run as a reader sees it: each quantity in words, beside the paper's number.
 
-use super::{StickSlip, Summary};
+use super::{Cycle, CycleStatistics, Summary};
 use crate::case::{Case, CaseSource, builtin};
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
@@ -50,8 +50,10 @@ pub struct HeadlineRow {
 pub struct Headline {
     /// Number of events of every kind.
     pub events: usize,
-    /// Onset, counts and cycles.
-    pub stick_slip: StickSlip,
+    /// Onset, counts, and the first and last cycle.
+    pub stick_slip: CycleStatistics,
+    /// All cycles, of a file; none of a run, which does not keep them.
+    pub cycles: Vec<Cycle>,
     /// T_n.
     pub natural_period: Option<f64>,
     /// Static axial displacement under the largest force.
@@ -62,6 +64,8 @@ pub struct Headline {
     pub growth_exponent: Option<f64>,
     /// From the kick to the first stick.
     pub e_folds_gained: Option<f64>,
+    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
+    pub kick_above_noise: Option<f64>,
     /// Largest |energy_residual|.
     pub energy_residual: Option<f64>,
     /// The same, relative to the energy at the start.
@@ -73,11 +77,13 @@ impl From<&Summary> for Headline {
         Headline {
             events: summary.events,
             stick_slip: summary.stick_slip.clone(),
+            cycles: Vec::new(),
             natural_period: Some(summary.natural_period),
             axial_displacement: Some(summary.axial_displacement),
             instability_time: summary.instability_time,
             growth_exponent: summary.growth_exponent,
             e_folds_gained: summary.e_folds_gained,
+            kick_above_noise: summary.kick_above_noise,
             energy_residual: Some(summary.energy_residual),
             energy_residual_relative: Some(summary.energy_residual_relative),
         }
@@ -94,9 +100,15 @@ impl Headline {
         let parameters = case.map(|case| &case.parameters);
         let displacement =
             |p: &Parameters| AxialMotion::new(&p.axial, &p.actuation).largest_force() / p.axial.stiffness;
+        let mut stick_slip = CycleStatistics::default();
+        let cycles = events
+            .iter()
+            .filter_map(|event| stick_slip.push(event.time, event.kind))
+            .collect();
         let mut headline = Headline {
             events: events.len(),
-            stick_slip: StickSlip::from_events(events),
+            stick_slip,
+            cycles,
             natural_period: parameters.map(|p| TorsionModel::new(p).natural_period()),
             axial_displacement: parameters.map(displacement),
             ..Headline::default()
@@ -109,6 +121,7 @@ impl Headline {
         headline.instability_time = extra("instability_time").and_then(|extra| known(extra.value));
         headline.growth_exponent = known(table.growth_exponent);
         headline.e_folds_gained = known(table.e_folds_gained);
+        headline.kick_above_noise = extra("kick_above_noise").and_then(|extra| known(extra.value));
         headline.energy_residual = known(table.energy_residual_max);
         let start = file.samples(0..file.sample_count()?.min(1))?;
         if let (Some(residual), Some(first)) = (headline.energy_residual, start.first()) {
@@ -121,7 +134,7 @@ impl Headline {
     /// The lines, in the order in which they are read.
     pub fn rows(&self) -> Vec<HeadlineRow> {
         let s = &self.stick_slip;
-        let (first, last) = (s.cycles.first(), s.cycles.last());
+        let (first, last) = (s.first, s.last);
         let events = format!(
             "{} ({}, {})",
             self.events,
@@ -135,16 +148,18 @@ impl Headline {
         let slips = pair(first.map(|c| c.slip_duration), last.map(|c| c.slip_duration));
         let period = |period: Option<f64>| ratio(period, self.natural_period);
         let axial = self.axial_displacement;
+        let died = self.kick_above_noise.is_some_and(|above| above < 0.0);
+        let gained = format!(
+            "{}{}",
+            number(self.e_folds_gained),
+            if died { ", it has died out" } else { "" }
+        );
         [
             ("events", events, ""),
             ("onset of stick-slip", time(s.onset_time), paper::ONSET),
             ("stick for good", time(s.final_stick_time), paper::FINAL_STICK),
             ("slip duration, first / last", slips, paper::SLIP),
-            (
-                "slip duration, range",
-                range(s.cycles.iter().map(|c| c.slip_duration)),
-                paper::SLIP_RANGE,
-            ),
+            ("slip duration, range", range(s.slip_range), paper::SLIP_RANGE),
             (
                 "stick duration, first",
                 microseconds(first.map(|c| c.stick_duration)),
@@ -155,11 +170,7 @@ impl Headline {
                 microseconds(last.map(|c| c.stick_duration)),
                 paper::LAST_STICK,
             ),
-            (
-                "stick duration, range",
-                range(s.cycles.iter().map(|c| c.stick_duration)),
-                "",
-            ),
+            ("stick duration, range", range(s.stick_range), ""),
             (
                 "natural period T_n",
                 microseconds(self.natural_period),
@@ -168,13 +179,13 @@ impl Headline {
             ("first period T_i / T_n", period(s.first_period()), paper::FIRST_PERIOD),
             ("last period T_f / T_n", period(s.last_period()), paper::LAST_PERIOD),
             (
-                "axial displacement",
+                "axial displacement, static",
                 axial.map_or_else(none, |z| format!("{:.4} mm", z * 1e3)),
                 paper::AXIAL,
             ),
             ("loss of stability", time(self.instability_time), ""),
             ("growth exponent G", number(self.growth_exponent), ""),
-            ("e-folds gained from the kick", number(self.e_folds_gained), ""),
+            ("e-folds gained from the kick", gained, ""),
             ("energy residual", residual, ""),
         ]
         .map(|(name, value, paper)| HeadlineRow { name, value, paper })
@@ -209,10 +220,7 @@ fn pair(first: Option<f64>, last: Option<f64>) -> String {
     }
 }
 
-fn range(values: impl Iterator<Item = f64>) -> String {
-    let bounds = values.fold(None, |bounds: Option<(f64, f64)>, v| {
-        Some(bounds.map_or((v, v), |(low, high)| (low.min(v), high.max(v))))
-    });
+fn range(bounds: Option<(f64, f64)>) -> String {
     bounds.map_or_else(none, |(low, high)| format!("{:.2} to {:.2} us", low * 1e6, high * 1e6))
 }
 

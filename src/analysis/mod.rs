@@ -9,15 +9,17 @@ pub mod ladder;
 pub mod linearised;
 pub mod modes;
 mod path;
+pub mod smooth_sliding;
 pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 pub mod truth;
 pub mod work_precision;
 
+pub use crate::simulation::{Cycle, CycleStatistics};
 pub use certificate::{Certificate, certify};
 pub use growth::Growth;
 pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;
-pub use stick_slip::{Cycle, StickSlip};
+pub use stick_slip::StickSlip;
 pub use summary::Summary;

@@ -8,7 +8,7 @@ use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::model::{Axial, Friction, Mode, Parameters};
-use crate::simulation::{EventKind, NoRecorder, OutputOptions, RunFailure, RunReport, SolverOptions, State, simulate};
+use crate::simulation::{NoRecorder, OutputOptions, RunFailure, RunReport, SolverOptions, State, simulate};
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -119,9 +119,9 @@ pub struct Instability {
     pub growth_exponent: f64,
     /// Its part up to the first stick.
     pub growth_to_onset: f64,
-    /// From the first kick to the first stick.
+    /// From the kick to the first stick.
     pub e_folds_gained: Option<f64>,
-    /// By how many e-folds the kicks stand above rounding at the first stick.
+    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
     pub kick_above_noise: Option<f64>,
     pub onset_decided_by: OnsetDecision,
 }
@@ -408,8 +408,7 @@ fn instability(
 ) -> Option<Instability> {
     let summary = Summary::of_run(parameters, report);
     let time = summary.instability_time?;
-    let lost = |e: &&crate::simulation::Event| e.kind == EventKind::Destabilised && e.time == time;
-    let state: State = report.events.iter().find(lost)?.before;
+    let state: State = report.digest.instability.as_ref()?.before;
     let sense = state.relative_velocity.signum();
     let x = state.relative_velocity.abs();
     let decided = if summary.noise_determined {

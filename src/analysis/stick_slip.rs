@@ -1,17 +1,6 @@
 //! Stick-slip statistics from the event sequence.
 
-use crate::simulation::{Event, EventKind};
-
-/// Stick k and the slip after it; period k is from stick k to stick k+1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cycle {
-    /// s.
-    pub stick_duration: f64,
-    /// s.
-    pub slip_duration: f64,
-    /// s.
-    pub period: f64,
-}
+use crate::simulation::{Cycle, CycleStatistics, Event, EventKind};
 
 /// The stick-slip of a run. The final stick has no duration, so there is one cycle fewer than there are sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,32 +24,16 @@ impl StickSlip {
 
     /// From the times (s) and kinds of the event sequence alone.
     pub fn from_word(word: impl IntoIterator<Item = (f64, EventKind)>) -> Self {
-        let mut last = None;
-        let mut result = StickSlip::default();
-        // (time of the stick that is open, time of the event that ended it)
-        let mut open: Option<(f64, Option<f64>)> = None;
-        for (time, kind) in word {
-            match (kind, &mut open) {
-                (EventKind::Stick, current) => {
-                    if let Some((stick, Some(end))) = *current {
-                        result.cycles.push(Cycle {
-                            stick_duration: end - stick,
-                            slip_duration: time - end,
-                            period: time - stick,
-                        });
-                    }
-                    *current = Some((time, None));
-                    result.onset_time.get_or_insert(time);
-                    result.stick_count += 1;
-                }
-                (_, Some((_, end @ None))) => *end = Some(time),
-                _ => {}
-            }
-            result.slip_count += usize::from(kind == EventKind::Slip);
-            last = Some((time, kind));
+        let mut statistics = CycleStatistics::default();
+        let word = word.into_iter();
+        let cycles = word.filter_map(|(time, kind)| statistics.push(time, kind)).collect();
+        StickSlip {
+            cycles,
+            onset_time: statistics.onset_time,
+            final_stick_time: statistics.final_stick_time,
+            stick_count: statistics.stick_count,
+            slip_count: statistics.slip_count,
         }
-        result.final_stick_time = last.filter(|l| l.1 == EventKind::Stick).map(|l| l.0);
-        result
     }
 
     /// T_i, s: the first period.

@@ -1,9 +1,9 @@
 //! The headline of a run.
 
-use super::{Growth, StickSlip};
+use super::Growth;
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{RunReport, SolverWork};
+use crate::simulation::{CycleStatistics, RunReport, SolverWork};
 use serde::Serialize;
 
 /// Growth to the first stick, in e-folds, from which a run belongs to its rounding. ln(2^53) = 36.7 lift the rounding of
@@ -42,13 +42,16 @@ pub struct Summary {
     pub energy_residual_relative: f64,
     /// The onset is amplified rounding: no kick stands far enough above it.
     pub noise_determined: bool,
-    /// By how many e-folds the kicks stand above rounding at the first stick.
+    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
     pub kick_above_noise: Option<f64>,
+    /// Kicks of the case that the run did not come to.
     pub kicks_never_given: usize,
+    /// Of these, kicks set at an instability that did not come.
+    pub kicks_without_instability: usize,
     pub interrupted: bool,
     pub work: Vec<SolverWorkRow>,
     #[serde(skip)]
-    pub stick_slip: StickSlip,
+    pub stick_slip: CycleStatistics,
 }
 
 /// What one solver did.
@@ -77,31 +80,24 @@ impl From<&SolverWork> for SolverWorkRow {
 
 impl Summary {
     pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
-        let stick_slip = StickSlip::from_events(&report.events);
-        let growth = Growth::of_run(parameters, &report.events, report.end);
-        let cycles = &stick_slip.cycles;
-        let range = |f: fn(&super::Cycle) -> f64| {
-            let (low, high) = cycles
-                .iter()
-                .map(f)
-                .fold((f64::INFINITY, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
-            (!cycles.is_empty()).then_some((low, high))
-        };
+        let stick_slip = report.digest.cycles.clone();
+        let growth = Growth::of_digest(parameters, &report.digest, report.end);
+        let (first, last) = (stick_slip.first, stick_slip.last);
         let largest_force =
             crate::model::axial::AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
         Summary {
             end: report.end,
-            events: report.events.len(),
+            events: report.digest.count,
             sticks: stick_slip.stick_count,
             slips: stick_slip.slip_count,
             onset_time: stick_slip.onset_time,
             final_stick_time: stick_slip.final_stick_time,
-            first_stick_duration: cycles.first().map(|c| c.stick_duration),
-            last_stick_duration: cycles.last().map(|c| c.stick_duration),
-            stick_duration_range: range(|c| c.stick_duration),
-            first_slip_duration: cycles.first().map(|c| c.slip_duration),
-            last_slip_duration: cycles.last().map(|c| c.slip_duration),
-            slip_duration_range: range(|c| c.slip_duration),
+            first_stick_duration: first.map(|c| c.stick_duration),
+            last_stick_duration: last.map(|c| c.stick_duration),
+            stick_duration_range: stick_slip.stick_range,
+            first_slip_duration: first.map(|c| c.slip_duration),
+            last_slip_duration: last.map(|c| c.slip_duration),
+            slip_duration_range: stick_slip.slip_range,
             first_period: stick_slip.first_period(),
             last_period: stick_slip.last_period(),
             natural_period: TorsionModel::new(parameters).natural_period(),
@@ -117,8 +113,9 @@ impl Summary {
                 report.energy_residual
             },
             noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
-            kick_above_noise: growth.map(|g| g.above_noise).filter(|x| x.is_finite()),
+            kick_above_noise: growth.and_then(|g| g.above_noise),
             kicks_never_given: report.kicks_never_given,
+            kicks_without_instability: report.kicks_without_instability,
             interrupted: report.interrupted,
             work: report.work.iter().map(SolverWorkRow::from).collect(),
             stick_slip,

@@ -158,9 +158,10 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
             clock.elapsed().as_secs_f64(),
         )
         .map_err(|error| failed(error.to_string()))?;
+    let events = ResultFile::open(&path).and_then(|file| file.events());
     Ok(Obtained {
+        events: events.map_err(|error| failed(error.to_string()))?,
         path,
-        events: report.events,
         own: true,
     })
 }

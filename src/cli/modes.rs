@@ -197,6 +197,8 @@ fn loss(lost: &Instability) -> String {
     let onset = lost
         .onset_time
         .map_or_else(|| "none".to_owned(), |t| format!("{t:.9} s"));
+    let died = lost.kick_above_noise.is_some_and(|above| above < 0.0);
+    let above = folds(lost.kick_above_noise) + if died { ", it has died out" } else { "" };
     let decided = match lost.onset_decided_by {
         OnsetDecision::Perturbation => "the perturbation",
         OnsetDecision::Rounding => "rounding and solver error: this onset does not converge",
@@ -213,7 +215,7 @@ fn loss(lost: &Instability) -> String {
         ("first stick", onset),
         ("growth up to the first stick", format!("{:.2}", lost.growth_to_onset)),
         ("e-folds gained from the kick", folds(lost.e_folds_gained)),
-        ("kick above rounding, e-folds", folds(lost.kick_above_noise)),
+        ("kick above rounding, e-folds", above),
         ("the onset is decided by", decided.to_owned()),
     ] {
         table.add_row([name.to_owned(), value]);

@@ -4,9 +4,13 @@ use super::arguments::{Common, RunOptions};
 use super::progress::RunBar;
 use super::{CommandError, End, complain, print, print_json, provenance, terminal};
 use crate::analysis::Summary;
+use crate::analysis::headline::is_paper_case;
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
-use crate::results::{Extra, Header, Overwrite, ResultError, ResultFile, ResultWriter, Status, StickSlipTable};
+use crate::model::axial::AxialMotion;
+use crate::results::{
+    Extra, Header, Overwrite, ResultError, ResultFile, ResultWriter, SavedRows, Status, StickSlipTable,
+};
 use crate::simulation::{RunFailure, RunReport, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -42,7 +46,11 @@ struct RunDocument<'a> {
     rtol: f64,
     /// s.
     wall_time: f64,
+    /// Of what was computed, be it saved or not.
     summary: &'a Summary,
+    /// Only where the file could not be written to its end: what it has for certain. It is marked interrupted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saved: Option<SavedRows>,
     warnings: &'a [String],
     /// Of a failed run only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,6 +72,10 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         Overwrite::OwnResults
     };
     let header = header(&case, text);
+    // Else a limit on the size of files would end the program without a word; so it is an error of the write.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
     let mut writer = ResultWriter::create(&path, overwrite, &files, &header).map_err(bad_file)?;
@@ -103,6 +115,8 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         None => Status::Complete,
     };
     let status_name = status.name();
+    let saved = writer.saved();
+    let write_failed = matches!(&failure, Some(failure) if matches!(failure.error, RunError::Observer(_)));
     let table = stick_slip_table(&summary);
     let wall_time = clock.elapsed().as_secs_f64();
     let (file, unsaved) = match writer.finish(status, &table, wall_time) {
@@ -121,12 +135,12 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             rtol: case.solver.rtol,
             wall_time,
             summary: &summary,
+            saved: (write_failed || unsaved.is_some()).then_some(saved),
             warnings: &warnings,
             error,
         })?;
     } else if !common.quiet && error.is_none() {
-        let built_in = Origin::BuiltIn(crate::case::builtin::DEFAULT.to_owned());
-        let beside_paper = source.origin == built_in && options.set.is_empty();
+        let beside_paper = is_paper_case(&case.parameters);
         print(&terminal::run_report(&case, &summary, beside_paper, wall_time))?;
         print(&format!("\n{}\n", file.display()))?;
     }
@@ -257,6 +271,25 @@ pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
 /// defaults close it to 1e-13, and a run at rtol 1e-3 still to 1e-7.
 const OPEN_BALANCE: f64 = 1e-6;
 
+/// What closes an open balance. The axial motion is in closed form, which no tolerance makes more accurate: over a
+/// change of force that is far faster than the oscillation its parts are large, and cancel.
+fn balance_remedy(case: &Case) -> String {
+    let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
+    let shortest = axial.shortest_change();
+    let period = std::f64::consts::TAU * (case.parameters.axial.mass / case.parameters.axial.stiffness).sqrt();
+    if shortest < SUDDEN * period {
+        format!(
+            "The force changes within {shortest:.1e} s, so much faster than the axial oscillation of {period:.1e} s that \
+             its work is lost in rounding: make it change more slowly, or use actuation.rise_time = 0, which is a step"
+        )
+    } else {
+        "Leave the solver's atol_ keys to their defaults, use a smaller solver.rtol, or use --method auto".to_owned()
+    }
+}
+
+/// A change of force within this part of the axial period costs six digits of the axial motion and more.
+const SUDDEN: f64 = 1e-6;
+
 fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     let axial_energy = case.parameters.axial.stiffness * summary.axial_displacement.powi(2);
@@ -264,9 +297,9 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
     if summary.energy_residual > OPEN_BALANCE * stake {
         warnings.push(format!(
             "the energy balance does not close: it is off by {:.1e} J, with {stake:.1e} J at stake, so the \
-             energies and angles of this result, at least, are not accurate. Leave the solver's atol_ keys to their \
-             defaults, use a smaller solver.rtol, or use --method auto",
+             energies and angles of this result, at least, are not accurate. {}",
             summary.energy_residual,
+            balance_remedy(case),
         ));
     }
     if !case.solver.method.locates_events() {
@@ -296,11 +329,33 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
             summary.instability_time.unwrap_or(f64::NAN),
         ));
     }
-    if summary.kicks_never_given > 0 {
+    // Where a run was cut short, that is why.
+    if summary.end >= case.output.end_time {
+        warnings.extend(kick_warnings(summary));
+    }
+    warnings
+}
+
+/// About kicks that a run did not come to, though it came to its end.
+fn kick_warnings(summary: &Summary) -> Vec<String> {
+    let (end, waiting) = (summary.end, summary.kicks_without_instability);
+    let late = summary.kicks_never_given - waiting;
+    let mut warnings = Vec::new();
+    if late > 0 {
         warnings.push(format!(
-            "{} of the kicks set at the instability never came: steady sliding did not lose its stability before the \
-             first stick",
-            summary.kicks_never_given,
+            "{late} of the kicks never came: the run ended at t = {end} s, before {} time; set a later output.end_time, \
+             or an earlier time of the kick",
+            if late == 1 { "its" } else { "their" },
+        ));
+    }
+    if waiting > 0 {
+        let why = if summary.sticks > 0 {
+            "steady sliding did not lose its stability before the first stick".to_owned()
+        } else {
+            format!("the run ended at t = {end} s, before sliding lost its stability or came to a stick")
+        };
+        warnings.push(format!(
+            "{waiting} of the kicks set at the instability never came: {why}"
         ));
     }
     warnings
@@ -317,12 +372,8 @@ fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra
 }
 
 pub(super) fn stick_slip_table(summary: &Summary) -> StickSlipTable {
-    let cycles = &summary.stick_slip.cycles;
     let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
     StickSlipTable {
-        stick_duration: cycles.iter().map(|c| c.stick_duration).collect(),
-        slip_duration: cycles.iter().map(|c| c.slip_duration).collect(),
-        period: cycles.iter().map(|c| c.period).collect(),
         onset_time: missing(summary.onset_time),
         final_stick_time: missing(summary.final_stick_time),
         stick_count: summary.sticks as u64,
@@ -347,11 +398,19 @@ pub(super) fn stick_slip_table(summary: &Summary) -> StickSlipTable {
                 summary.growth_to_onset,
             ),
             extra(
+                "kick_above_noise",
+                "1",
+                "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+                summary.kick_above_noise,
+            ),
+            extra(
                 "noise_determined",
                 "1",
                 "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
                 Some(f64::from(u8::from(summary.noise_determined))),
             ),
         ],
+        // The cycles themselves were recorded as they came.
+        ..StickSlipTable::default()
     }
 }

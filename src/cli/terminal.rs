@@ -62,12 +62,17 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
         ]);
     }
     align_right(&mut work, 1..6);
+    // As the case has it, unless the run was interrupted.
+    let end = if summary.end == case.output.end_time {
+        summary.end.to_string()
+    } else {
+        format!("{:.9}", summary.end)
+    };
     format!(
-        "{}\nmethod {}, rtol {:e}, t = 0 to {} s in {:.3} s of wall time\n\n{}\n{}",
+        "{}\nmethod {}, rtol {:e}, t = 0 to {end} s in {:.3} s of wall time\n\n{}\n{}",
         case.title,
         case.solver.method.name(),
         case.solver.rtol,
-        summary.end,
         wall_time,
         show(&report),
         show(&work),

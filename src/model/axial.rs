@@ -262,6 +262,17 @@ impl AxialMotion {
         end.is_finite().then_some(end)
     }
 
+    /// All corners after t = 0 in order, s.
+    pub fn corners(&self) -> impl Iterator<Item = f64> {
+        self.pieces.iter().map(|p| p.end).filter(|end| end.is_finite())
+    }
+
+    /// The shortest stretch over which F changes, s; infinite if it never does.
+    pub fn shortest_change(&self) -> f64 {
+        let changing = self.pieces.iter().filter(|p| p.slope != 0.0);
+        changing.map(|p| p.end - p.start).fold(f64::INFINITY, f64::min)
+    }
+
     /// The next time after `t` at which the pressing force falls through 0 (`closed` contact) or rises through it
     /// (open contact), no later than `until`; `None` if there is none, or if the ringing of a released contact has
     /// fallen below [`RINGING_FLOOR`]. `departing` says that the force is just leaving zero at `t`, to the side that

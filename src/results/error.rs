@@ -35,6 +35,8 @@ pub enum ResultError {
     AnotherRun { path: PathBuf },
     #[error("{path}: the disk is full (or the quota used up); free some space, or choose another folder with -o{}", and_kept(.kept))]
     DiskFull { path: PathBuf, kept: bool },
+    #[error("{path}: the system lets the file grow no further (see `ulimit -f`, or the limits of the file system); raise the limit, sample less with output.interval, or choose another folder with -o{}", and_kept(.kept))]
+    TooLarge { path: PathBuf, kept: bool },
     #[error("{path}: writing failed: {detail}; check the disk and its quota, or choose another folder with -o{}", and_kept(.kept))]
     Write { path: PathBuf, detail: String, kept: bool },
     #[error("{path}: {action} failed: {source}; check the file and its folder")]
@@ -93,6 +95,8 @@ impl ResultError {
         let (path, detail) = (path.to_owned(), describe(error));
         if detail.contains("No space left") || detail.contains("quota") {
             ResultError::DiskFull { path, kept }
+        } else if detail.contains("File too large") {
+            ResultError::TooLarge { path, kept }
         } else {
             ResultError::Write { path, detail, kept }
         }
@@ -117,6 +121,7 @@ impl ResultError {
             io::ErrorKind::PermissionDenied => ResultError::NoPermission { path, folder },
             io::ErrorKind::ReadOnlyFilesystem => ResultError::ReadOnly { path },
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => ResultError::DiskFull { path, kept: false },
+            io::ErrorKind::FileTooLarge => ResultError::TooLarge { path, kept: false },
             _ => ResultError::Io { path, action, source },
         }
     }

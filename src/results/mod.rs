@@ -24,4 +24,4 @@ pub use reader::{
 pub use stick_slip::{Extra, StickSlipTable};
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
-pub use writer::{Header, MetaValue, ResultWriter, Status};
+pub use writer::{Header, MetaValue, ResultWriter, SavedRows, Status};

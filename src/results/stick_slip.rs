@@ -7,7 +7,8 @@
 /// final stick has no duration, so there are `stick_count - 1` cycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StickSlipTable {
-    /// s, one for each cycle; the three columns are of one length.
+    /// s, one for each cycle; the three columns are of one length. Of a run's writer
+    /// they are empty, as it has recorded the cycles as they came.
     pub stick_duration: Vec<f64>,
     /// s.
     pub slip_duration: Vec<f64>,

@@ -12,16 +12,21 @@ use super::schema::{self, Kind, Table, Variable};
 use super::target::{self, Overwrite, WriteLock};
 use super::{ResultError, StickSlipTable, raw};
 use crate::model::Mode;
-use crate::simulation::{Event, Recorder, RecorderError, Sample, Segment};
+use crate::simulation::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 
 /// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
 const DEFLATE_LEVEL: u8 = 1;
 
-/// Least time between flushes. In a flush some thousands of bytes all over the file change, which
+/// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
 /// takes less than a millisecond and is not atomic: a program that reads at that very moment may
 /// have to try again, and a kill can cost the last blocks. Between flushes the file only grows at
-/// its end, past what readers see. When a flush comes does not change what the file is in the end.
+/// its end, past what readers see. That is why flushes are not more frequent than the next bound makes
+/// them. When a flush comes does not change what the file is in the end.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The file is also flushed when a block has been added and with it this share of all samples: on a full disk a run of
+/// a tenth of a second keeps what a long one keeps, and a long one is flushed no more often for it.
+const FLUSH_SHARE: f64 = 0.25;
 
 /// What a result file says about its run, known before the run.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -72,11 +77,22 @@ impl Status {
     }
 }
 
+/// Rows that are on disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct SavedRows {
+    /// Of /trajectory.
+    pub samples: usize,
+    /// Of /events.
+    pub events: usize,
+    /// Of /stick_slip.
+    pub cycles: usize,
+}
+
 /// Writes one result file, in blocks of rows: memory is bounded however long the run.
 ///
 /// Rows go to the partial file ([`super::partial_path`]), which is marked interrupted and flushed
-/// as a whole at a block if the last flush was a second before, so that other programs can read it at
-/// any time and a kill leaves it readable. [`Self::finish`] with [`Status::Complete`] gives it its name. A writer that is dropped
+/// as a whole at a block if the last flush was a second before or a good part of the samples is new, so that other
+/// programs can read it at any time and a kill or a full disk leaves it readable. [`Self::finish`] with [`Status::Complete`] gives it its name. A writer that is dropped
 /// without that leaves the partial file, with all rows. After an error nothing more is written: the
 /// partial file stays as the last good flush left it.
 pub struct ResultWriter {
@@ -85,6 +101,8 @@ pub struct ResultWriter {
     overwrite: Overwrite,
     /// `None` after an error, and at the end.
     open: Option<Open>,
+    /// As of the last flush.
+    saved: SavedRows,
     started: Instant,
     /// Last, so that it is dropped after the file is closed.
     _lock: WriteLock,
@@ -126,6 +144,7 @@ impl ResultWriter {
             partial,
             overwrite,
             open: Some(open?),
+            saved: SavedRows::default(),
             started: Instant::now(),
             _lock: lock,
         })
@@ -144,7 +163,12 @@ impl ResultWriter {
         self.with_open(|open| open.append_all().and_then(|()| open.flush()))
     }
 
-    /// Ends the file: /stick_slip, the status, the wall time. Returns where the file is: at its own
+    /// What the file has for certain: the rows of the last good flush.
+    pub fn saved(&self) -> SavedRows {
+        self.saved
+    }
+
+    /// Ends the file: /stick_slip (its rows after the cycles that were recorded as they came), the status, the wall time. Returns where the file is: at its own
     /// name if the run is complete, else still at [`Self::partial`].
     ///
     /// # Errors
@@ -194,7 +218,9 @@ impl ResultWriter {
                 kept: true,
             });
         };
-        action(open).map_err(|error| {
+        let result = action(open);
+        self.saved = open.saved;
+        result.map_err(|error| {
             let error = ResultError::write(&self.partial, true, &error);
             // Closing would write what is half done over what is good. Without its handles being
             // closed HDF5 writes nothing more, not even at the end of the program.
@@ -300,6 +326,23 @@ impl Recorder for ResultWriter {
         ];
         self.record(SEGMENTS, cells)
     }
+
+    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
+        let Some(open) = &self.open else {
+            return self.record(STICK_SLIP, []);
+        };
+        let cells = [
+            Cell::I32(open.tables[STICK_SLIP].next_index()),
+            Cell::F64(cycle.stick_duration),
+            Cell::F64(cycle.slip_duration),
+            Cell::F64(cycle.period),
+        ];
+        self.record(STICK_SLIP, cells)
+    }
+
+    fn stores_events(&self) -> bool {
+        true
+    }
 }
 
 fn index(value: u32) -> i32 {
@@ -325,6 +368,7 @@ struct Open {
     file: hdf5::File,
     /// `None` until the first rows are on disk.
     flushed: Option<Instant>,
+    saved: SavedRows,
 }
 
 impl Open {
@@ -367,6 +411,7 @@ impl Open {
             tables,
             file,
             flushed: None,
+            saved: SavedRows::default(),
         })
     }
 
@@ -378,7 +423,10 @@ impl Open {
         } else {
             self.tables[table].append()?;
         }
-        if self.flushed.is_none_or(|flushed| flushed.elapsed() >= FLUSH_INTERVAL) {
+        let samples = self.tables[TRAJECTORY].written;
+        let new = samples - self.saved.samples;
+        let much = new > 0 && new as f64 >= FLUSH_SHARE * self.saved.samples as f64;
+        if much || self.flushed.is_none_or(|flushed| flushed.elapsed() >= FLUSH_INTERVAL) {
             self.flush()?;
         }
         Ok(())
@@ -387,6 +435,11 @@ impl Open {
     fn flush(&mut self) -> hdf5::Result<()> {
         self.file.flush()?;
         self.flushed = Some(Instant::now());
+        self.saved = SavedRows {
+            samples: self.tables[TRAJECTORY].written,
+            events: self.tables[EVENTS].written,
+            cycles: self.tables[STICK_SLIP].written,
+        };
         Ok(())
     }
 
@@ -403,12 +456,13 @@ impl Open {
             .zip(&stick_slip.period);
         for ((stick, slip), period) in rows {
             let index = table.next_index();
-            if table.push([
+            let cells = [
                 Cell::I32(index),
                 Cell::F64(*stick),
                 Cell::F64(*slip),
                 Cell::F64(*period),
-            ]) {
+            ];
+            if table.push(cells) {
                 table.append()?;
             }
         }

@@ -1,6 +1,7 @@
 //! The brake run by the automaton: which solver where, and what is recorded.
 
 pub mod brake;
+pub mod digest;
 pub mod fixed_step;
 pub mod options;
 pub mod plan;
@@ -14,6 +15,7 @@ mod observer;
 mod readings;
 mod runge_kutta;
 
+pub use digest::{Cycle, CycleStatistics, EventDigest};
 pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
@@ -46,15 +48,20 @@ pub struct RunReport {
     pub end: f64,
     /// Ended early by the control.
     pub interrupted: bool,
+    /// All events; none if the recorder stores them ([`Recorder::stores_events`]).
     pub events: Vec<Event>,
+    /// What is kept of the events in any case.
+    pub digest: EventDigest,
     /// Solver work, one row for each solver used.
     pub work: Vec<SolverWork>,
     /// Largest |residual| of the energy balance at samples and events, J.
     pub energy_residual: f64,
     /// Total energy at the start, J.
     pub initial_energy: f64,
-    /// Kicks set at an instability that never came.
+    /// Kicks of the case that the run did not come to.
     pub kicks_never_given: usize,
+    /// Of these, kicks set at an instability that did not come.
+    pub kicks_without_instability: usize,
     /// The first stop came at the end of sliding that was followed on its slow manifold: no rounding had grown.
     pub stopped_smoothly: bool,
 }
@@ -137,7 +144,7 @@ pub fn simulate(
         brake: &brake,
         axial: parameters.axial,
     };
-    let mut recording = Recording::new(readings, output, recorder, control, &state);
+    let mut recording = Recording::new(readings, parameters, output, recorder, control, &state);
     let start = Start {
         time: 0.0,
         location,
@@ -149,7 +156,8 @@ pub fn simulate(
     };
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
     let mut report = recording.into_report();
-    report.kicks_never_given = rules.kicks_never_given();
+    report.kicks_never_given = parameters.perturbations.len().saturating_sub(report.digest.kicks_given);
+    report.kicks_without_instability = rules.kicks_never_given();
     report.stopped_smoothly = rules.stopped_smoothly();
     match result {
         Ok(finish) => {

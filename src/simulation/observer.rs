@@ -1,12 +1,13 @@
 //! From the states of a run to the rows of the record.
 
 use super::brake::Location;
+use super::digest::EventDigest;
 use super::readings::Readings;
 use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment};
 use super::sampling::SampleTimes;
 use super::{OutputOptions, Progress, RunReport, SolverWork};
 use crate::hybrid::{Observer, ObserverError, SegmentReport};
-use crate::model::Mode;
+use crate::model::{Mode, Parameters};
 use crate::sundials::Counters;
 use std::ops::ControlFlow;
 
@@ -28,6 +29,7 @@ pub(super) struct Recording<'a, R> {
 impl<'a, R: Readings> Recording<'a, R> {
     pub(super) fn new(
         readings: R,
+        parameters: &Parameters,
         output: &OutputOptions,
         recorder: &'a mut dyn Recorder,
         control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -45,6 +47,7 @@ impl<'a, R: Readings> Recording<'a, R> {
             counted: 0,
             work_perturbation: 0.0,
             report: RunReport {
+                digest: EventDigest::new(parameters),
                 initial_energy,
                 ..RunReport::default()
             },
@@ -181,8 +184,12 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
             after: self.readings.state(t, after.0.mode, after.1),
             internal_force: self.readings.internal_force(before.1),
         };
-        self.report.events.push(event);
-        self.recorder.event(&event)
+        if !self.recorder.stores_events() {
+            self.report.events.push(event);
+        }
+        let cycle = self.report.digest.push(&event);
+        self.recorder.event(&event)?;
+        cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
     }
 
     fn segment(&mut self, report: &SegmentReport<Location>) -> Result<(), ObserverError> {

@@ -86,7 +86,7 @@ pub(super) fn run(
         Contact::Separated
     };
     let readings = AbsoluteReadings { model: &model };
-    let recording = Recording::new(readings, output, recorder, control, &state);
+    let recording = Recording::new(readings, parameters, output, recorder, control, &state);
     let mut kicks: Vec<(f64, f64)> = Vec::new();
     let mut waiting_kicks = Vec::new();
     for Kick {

@@ -1,5 +1,6 @@
 //! What a run hands to whoever records it: samples, events and segments, in SI units.
 
+use super::digest::Cycle;
 use crate::model::Mode;
 
 /// Defines the struct of channels once: field, unit (UDUNITS), description with the paper's symbol.
@@ -176,4 +177,13 @@ pub trait Recorder {
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
     fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
+    /// A cycle of stick-slip, after the event that completes it.
+    fn cycle(&mut self, _cycle: &Cycle) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    /// Whether the events can be read where the recorder puts them; the report of the run then leaves them out, so that
+    /// its memory is bounded.
+    fn stores_events(&self) -> bool {
+        false
+    }
 }

@@ -244,7 +244,7 @@ fn events(events: &[Event], count: usize) -> Events {
 fn cycles(headline: &Headline, events: &[Event]) -> Cycles {
     let sticks = events.iter().filter(|e| e.kind == EventKind::Stick).map(|e| e.time);
     let (mut start, mut stick, mut slip) = (Vec::new(), Vec::new(), Vec::new());
-    for (time, cycle) in sticks.zip(&headline.stick_slip.cycles) {
+    for (time, cycle) in sticks.zip(&headline.cycles) {
         start.push(time);
         stick.push(cycle.stick_duration);
         slip.push(cycle.slip_duration);

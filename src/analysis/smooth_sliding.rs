@@ -1,0 +1,172 @@
+//! Smooth (kick-free) sliding: the motion on the slow manifold, whose one variable is the momentum of rotor and rotor
+//! surface. No solver of the full equations stays on it where it is unstable.
+
+use super::growth::fast_growth_rate;
+use crate::model::axial::AxialMotion;
+use crate::model::slow_manifold::{of_momentum, slow_momentum};
+use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::simulation::State;
+
+/// (time, s; momentum I theta' + J phi_2', N m s).
+pub type Point = (f64, f64);
+
+/// Steps from the start to the stop, if friction goes on as it begins.
+const STEPS: f64 = 300.0;
+
+/// The path is followed for this many times what its first friction torque would take to stop it.
+const FARTHEST: f64 = 10.0;
+
+/// Share of the relative velocity, and of what changes the friction by a factor of e, that one step back takes.
+const BACK_SHARE: (f64, f64) = (0.01, 0.02);
+
+/// Share of the largest force by which the contact force changes in one step.
+const FORCE_SHARE: f64 = 0.05;
+
+/// After so many steps, as where the contact rings undamped for seconds, they are made long enough to come to the end.
+const MOST_STEPS: usize = 20_000;
+
+/// Smooth sliding with one sense.
+#[derive(Debug, Clone, Copy)]
+pub struct SmoothSliding<'a> {
+    /// The torsional equations.
+    pub torsion: &'a TorsionModel,
+    /// The contact force.
+    pub axial: &'a AxialMotion,
+    /// Sign of omega_r.
+    pub sense: f64,
+}
+
+impl SmoothSliding<'_> {
+    /// The point of a state at `time` (s), by its momentum.
+    pub fn point(&self, time: f64, state: &State) -> Point {
+        let mut y = [0.0; DIMENSION];
+        y[ROTOR_TWIST_RATE] = state.rotor_twist_rate;
+        y[ROTOR_SPEED] = state.theta_dot;
+        (time, slow_momentum(self.torsion, &y))
+    }
+
+    fn pressing(&self, t: f64) -> (f64, f64) {
+        let axial = self.axial.at(t);
+        if axial.pressing_force > 0.0 {
+            (axial.pressing_force, axial.pressing_rate)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
+    fn state(&self, (t, momentum): Point) -> [f64; DIMENSION] {
+        of_momentum(self.torsion, self.sense, self.pressing(t), momentum)
+    }
+
+    /// Interface torque, N m.
+    pub fn torque(&self, point: Point) -> f64 {
+        self.torsion
+            .sliding_torque(self.sense, &self.state(point), self.pressing(point.0).0)
+    }
+
+    /// |omega_r|, rad/s; negative beyond the stop.
+    pub fn speed(&self, point: Point) -> f64 {
+        self.sense * self.torsion.relative_velocity(&self.state(point))
+    }
+
+    /// Largest real part of the fast eigenvalues, 1/s.
+    pub fn growth(&self, point: Point) -> f64 {
+        let x = self.speed(point).max(0.0);
+        fast_growth_rate(self.torsion, self.axial, self.sense, point.0, x)
+    }
+
+    /// One step, forward or back, of the classical method of order 4: at a fiftieth of the time scale its error is 1e-9
+    /// of the change.
+    pub fn advanced(&self, (t, momentum): Point, step: f64) -> Point {
+        let fall = |t: f64, momentum: f64| -self.torque((t, momentum));
+        let k1 = fall(t, momentum);
+        let k2 = fall(t + step / 2.0, momentum + step / 2.0 * k1);
+        let k3 = fall(t + step / 2.0, momentum + step / 2.0 * k2);
+        let k4 = fall(t + step, momentum + step * k3);
+        (t + step, momentum + step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0)
+    }
+
+    /// (t, Re lambda) on the way back from `start`, excluded, to the time `until`; the latest first.
+    pub fn rates_before(&self, start: Point, until: f64) -> Vec<(f64, f64)> {
+        let corners: Vec<f64> = self.axial.corners().filter(|c| (until..start.0).contains(c)).collect();
+        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let (of_speed, of_friction) = BACK_SHARE;
+        let mut corners = corners.into_iter().rev().peekable();
+        let (mut point, mut rates) = (start, Vec::new());
+        while point.0 > until {
+            while corners.next_if(|&c| c >= point.0).is_some() {}
+            let target = corners.peek().copied().unwrap_or(until).max(until);
+            let fall = (of_speed * self.speed(point)).max(of_friction / self.torsion.friction.decay);
+            let least = least_step(rates.len(), point.0 - until);
+            point = self.toward(point, target, self.longest_step(point.0, inertia * fall).max(least));
+            rates.push((point.0, self.growth(point)));
+        }
+        rates
+    }
+
+    /// (t, Re lambda) from `start` to the stop, whose time is then that of the last; to `end` at least, if there is none.
+    pub fn rates_to_stop(&self, start: Point, end: f64) -> Vec<(f64, f64)> {
+        let first = self.torque(start).abs();
+        let end = if first > 0.0 {
+            end.max(start.0 + FARTHEST * start.1.abs() / first)
+        } else {
+            end
+        };
+        let fall = start.1.abs() / STEPS;
+        let mut corners = self.axial.corners().filter(|c| *c < end).peekable();
+        let mut point = start;
+        let mut x = self.speed(start);
+        let mut rates = vec![(start.0, self.growth(start))];
+        while point.0 < end && x > 0.0 {
+            while corners.next_if(|&c| c <= point.0).is_some() {}
+            let target = corners.peek().copied().unwrap_or(end);
+            let least = least_step(rates.len(), end - point.0);
+            let step = self.longest_step(point.0, fall).min((end - start.0) / STEPS).max(least);
+            let next = self.toward(point, target, step);
+            if next.0 <= point.0 {
+                break;
+            }
+            let speed = self.speed(next);
+            // The last step ends at the stop.
+            let part = if speed < 0.0 { x / (x - speed) } else { 1.0 };
+            point = (point.0 + part * (next.0 - point.0), next.1);
+            x = speed.max(0.0);
+            let rate = fast_growth_rate(self.torsion, self.axial, self.sense, point.0, x);
+            rates.push((point.0, rate));
+        }
+        rates
+    }
+
+    /// A step of at most `size` that ends at `target` at the latest, and at `target` itself if it comes so far.
+    fn toward(&self, point: Point, target: f64, size: f64) -> Point {
+        let way = target - point.0;
+        if way.abs() <= size * (1.0 + 1e-9) {
+            (target, self.advanced(point, way).1)
+        } else {
+            self.advanced(point, size.copysign(way))
+        }
+    }
+
+    /// The step over which the momentum changes by `fall` (N m s) at most, and the contact force by its share.
+    fn longest_step(&self, t: f64, fall: f64) -> f64 {
+        let change = FORCE_SHARE * self.axial.largest_force();
+        let (force, rate) = self.pressing(t);
+        let (slope, curvature) = (self.axial.at(t).pressing_rate.abs(), self.axial.curvature_bound(t));
+        let still = rate == 0.0 && slope == 0.0 && curvature == 0.0;
+        let by_force = if still {
+            f64::INFINITY
+        } else {
+            // Root of slope tau + curvature tau^2 / 2 = change, without cancellation.
+            2.0 * change / (slope + (slope * slope + 2.0 * curvature * change).sqrt())
+        };
+        let friction = &self.torsion.friction;
+        let most = friction.low_speed.max(friction.high_speed) * self.torsion.contact.radius;
+        let pressing = if still { force } else { force + change };
+        (fall / (most * pressing)).min(by_force)
+    }
+}
+
+/// What a step has to be at least after `taken` others, with `left` (s) to go.
+fn least_step(taken: usize, left: f64) -> f64 {
+    if taken > MOST_STEPS { left / STEPS } else { 0.0 }
+}
