@@ -3,8 +3,9 @@
 mod compare_common;
 
 use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
+use stickslip::analysis::compare::detect::{Detector, Point};
 use stickslip::analysis::compare::word::Fault;
-use stickslip::analysis::compare::{Comparison, Mapping, Reference};
+use stickslip::analysis::compare::{Comparison, Detection, Mapping, Reference};
 use stickslip::results::ResultFile;
 
 /// A copy of the reference in which values of one variable are changed.
@@ -224,4 +225,49 @@ fn property_the_energy_balance_of_a_result_closes_and_a_false_rate_opens_it() {
         of(&series),
         of(&right)
     );
+}
+
+/// Samples that a slip goes on in are passed over; what is found is the same to the bit, wherever blocks end.
+#[test]
+fn property_events_are_found_without_looking_at_every_sample() {
+    let rows = rows_of(paper(), 6.966);
+    let velocities: Vec<f64> = rows.iter().map(|row| row.1[5]).collect();
+    // Separations in slip, in stick, and over one sample.
+    let away = |k: usize| k % 1777 < 5 || k % 901 == 17;
+    let forces: Vec<f64> = (0..rows.len()).map(|k| if away(k) { -1.0 } else { 1.0 }).collect();
+    for (with_force, velocity_tolerance) in [(false, 1e-8), (true, 1e-8), (false, 1.0), (true, 0.0)] {
+        let detection = Detection {
+            velocity_tolerance,
+            hysteresis: 2.0,
+        };
+        let found = |block: usize| {
+            let mut detector = Detector::new(detection);
+            let mut seen = 0;
+            for from in (0..rows.len()).step_by(block) {
+                let to = rows.len().min(from + block);
+                let mut row = from;
+                while row < to {
+                    let of = if with_force { &forces[row..to] } else { &[] };
+                    row += detector.skip(&velocities[row..to], of);
+                    detector.add(Point {
+                        time: rows[row].0,
+                        velocity: velocities[row],
+                        normal_force: if with_force { forces[row] } else { f64::INFINITY },
+                        torques: None,
+                    });
+                    (row, seen) = (row + 1, seen + 1);
+                }
+            }
+            (detector.plateau(), detector.finish(), seen)
+        };
+        // In blocks of one sample nothing can be passed over.
+        let (plateau, events, seen) = found(1);
+        assert_eq!(seen, rows.len());
+        for block in [7, 1000, rows.len()] {
+            let (same_plateau, same, seen) = found(block);
+            assert_eq!((same_plateau, &same), (plateau, &events), "{block}, {with_force}");
+            // A tolerance above all that is left of omega_r makes one stick of it, of which every sample is looked at.
+            assert!(velocity_tolerance > 0.1 || seen < rows.len());
+        }
+    }
 }

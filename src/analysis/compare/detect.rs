@@ -3,8 +3,8 @@
 //! A stick begins where |omega_r| comes within the tolerance and lasts until it exceeds `hysteresis` times the
 //! tolerance; a change of sign between two samples, or over one sample within the tolerance, is a reversal. Times are
 //! better than the sampling: a stop is the zero of the parabola through the last three samples before it, a breakaway is
-//! where omega_r, of which the
-//! first three samples give the square and the cube of the time since, was zero. Neither leaves its pair of samples.
+//! where omega_r, of which the first three samples give the square and the cube of the time since, was zero. Neither
+//! leaves its pair of samples.
 
 use crate::simulation::EventKind;
 
@@ -128,6 +128,28 @@ impl Detector {
     /// How many events were found so far.
     pub fn count(&self) -> usize {
         self.events.len()
+    }
+
+    /// Passes over those of the next samples, given by relative velocity (rad/s) and normal force (N, empty if there is
+    /// none), without which the same is found: in slip, each other than the one before, with three more of the kind after
+    /// them. Returns their number.
+    pub fn skip(&mut self, velocities: &[f64], forces: &[f64]) -> usize {
+        let (Phase::Slip { sense }, Some(last), None) = (self.phase, self.recent[0], &self.leaving) else {
+            return 0;
+        };
+        let mut before = last.velocity;
+        let quiet = velocities.iter().position(|&v| {
+            let still = (v - before).abs() <= STILL * v.abs();
+            before = v;
+            still || v * sense <= self.detection.velocity_tolerance
+        });
+        let quiet = quiet.unwrap_or(velocities.len());
+        let touching = forces.iter().take(quiet).position(|&f| f <= 0.0);
+        let skipped = touching.unwrap_or(quiet).saturating_sub(3);
+        if skipped > 0 {
+            self.still = 0;
+        }
+        skipped
     }
 
     /// Takes the next sample.

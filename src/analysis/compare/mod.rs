@@ -299,14 +299,18 @@ impl Reference {
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
         let c = &block.columns;
         let force = twist == 2;
-        for (row, &time) in block.time.iter().enumerate() {
+        let forces = if force { &c[1][..] } else { &[] };
+        let mut row = 0;
+        while row < block.time.len() {
+            row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
             let torque = |k: usize| self.physics.twist_torque(c[k][row], c[k + 1][row]);
             detector.add(Point {
-                time,
+                time: block.time[row],
                 velocity: c[0][row],
                 normal_force: if force { c[1][row] } else { f64::INFINITY },
                 torques: with_twists.then(|| (torque(twist), torque(twist + 2))),
             });
+            row += 1;
         }
     }
 
