@@ -339,7 +339,7 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
 /// About kicks that a run did not come to, though it came to its end.
 fn kick_warnings(summary: &Summary) -> Vec<String> {
     let (end, waiting) = (summary.end, summary.kicks_without_instability);
-    let late = summary.kicks_never_given - waiting;
+    let late = summary.kicks_never_given.saturating_sub(waiting);
     let mut warnings = Vec::new();
     if late > 0 {
         warnings.push(format!(
