@@ -315,12 +315,18 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
 fn cli_a_kept_trajectory_is_a_result_file_of_each_point() {
     let folder = Folder::new();
     let study = "case = \"paper\"\n[set]\noutput.end_time = 0.01\noutput.interval = 1e-3\noutput.window = []\n\
-                 [[axis]]\nkey = \"friction.decay\"\nvalues = [2, 3]\n[keep]\ntrajectory = true\n";
+                 [[axis]]\nkey = \"friction.decay\"\nvalues = [2, 3]\n[keep]\ntrajectory = true\nevents = true\n";
     folder.write("runs.toml", study);
     output(&mut folder.stickslip(&["sweep", "runs.toml"]), 0);
     for (number, decay) in [(0, 2.0), (1, 3.0)] {
         let run = folder.result(&format!("runs.runs/{number:06}.h5"));
         assert_eq!(run.sample_count().unwrap(), 11);
+        let events = SweepFile::open(&folder.path("runs.h5"))
+            .unwrap()
+            .numbers("events/point")
+            .unwrap();
+        let kept = events.iter().filter(|&&point| point == f64::from(number)).count();
+        assert_eq!(kept, run.events().unwrap().len());
         assert!(run.resolved().unwrap().contains(&format!("decay = {decay:?}")));
     }
 }

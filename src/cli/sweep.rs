@@ -8,7 +8,7 @@ use crate::analysis::Summary;
 use crate::case::{Case, CaseError, Override};
 use crate::hybrid::RunError;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
-use crate::simulation::{Progress, RunReport, simulate};
+use crate::simulation::{Cycle, Event, Progress, Recorder, RecorderError, RunReport, Sample, Segment, simulate};
 use crate::sweep::{
     Boundaries, Branch, Design, IntegrateError, JournalError, Study, StudySource, SweepError, SweepReport,
     journal_path, without_a_file,
@@ -199,6 +199,24 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
     }
 }
 
+/// A result file that leaves the events in memory, too: the sweep file takes them from there.
+struct KeepingEvents<'a>(&'a mut ResultWriter);
+
+impl Recorder for KeepingEvents<'_> {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.0.sample(sample)
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.0.event(event)
+    }
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.0.segment(segment)
+    }
+    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
+        self.0.cycle(cycle)
+    }
+}
+
 /// Integrates a point into a result file of its own, `FOLDER/NUMBER.h5`.
 fn into_a_file(
     folder: &Path,
@@ -222,7 +240,13 @@ fn into_a_file(
     };
     let path = folder.join(format!("{number:06}.h5"));
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &study.files, &header).map_err(storage)?;
-    let result = simulate(&case.parameters, &case.solver, &case.output, &mut writer, control);
+    let result = simulate(
+        &case.parameters,
+        &case.solver,
+        &case.output,
+        &mut KeepingEvents(&mut writer),
+        control,
+    );
     let wall_time = writer.elapsed();
     match result {
         Ok(report) => {
