@@ -4,6 +4,7 @@
 //! draws them, and [`raster`] turns that into pixels with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
+pub mod critical;
 pub mod decimate;
 pub mod error;
 pub mod figure;
