@@ -47,7 +47,7 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Say how many digits of a result are true.
     Certify(CertifyOptions),
-    /// Hold results of any solver against a reference: events, then states, and why they differ.
+    /// Hold results of any solver against a reference.
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
