@@ -9,12 +9,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::compare::{Mapping, Reference};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::results::{ForeignFile, Header, Overwrite, ResultWriter, Status, StickSlipTable};
+use stickslip::results::{ForeignFile, Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
 use stickslip::simulation::{OutputWindow, Recorder, simulate};
 
 const SAMPLES: usize = 4_000_000;
 
-fn write(path: &Path, case: &Case, recorder_to: &mut dyn FnMut(&Path)) {
+fn write(path: &Path, case: &Case) {
     let header = Header {
         title: case.title.clone(),
         source: "benchmark".to_owned(),
@@ -32,7 +32,26 @@ fn write(path: &Path, case: &Case, recorder_to: &mut dyn FnMut(&Path)) {
     writer
         .finish(Status::Complete, &StickSlipTable::default(), 0.0)
         .unwrap();
-    recorder_to(path);
+}
+
+/// Some forty samples on the straight line between two of a result: what they hold does not matter for the speed.
+fn write_candidate(candidate: &Path, dense: &Path) {
+    let file = ResultFile::open(dense).unwrap();
+    let rows = file.sample_count().unwrap();
+    let times = file.column("time", 0..rows).unwrap();
+    let speeds = file.column("relative_velocity", 0..rows).unwrap();
+    let mut points: Vec<(f64, f64)> = times.into_iter().zip(speeds).collect();
+    // Between a sample and an event beside it there may be no room.
+    points.dedup_by(|b, a| b.0 - a.0 < 1e-9);
+    let each = SAMPLES / (points.len() - 1);
+    let line = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
+        let between = |a: f64, b: f64| (0..each).map(move |k| a + (b - a) * k as f64 / each as f64);
+        points.windows(2).flat_map(|p| between(of(&p[0]), of(&p[1]))).collect()
+    };
+    let file = hdf5::File::create(candidate).unwrap();
+    for (name, values) in [("time", line(|p| p.0)), ("relative_velocity", line(|p| p.1))] {
+        file.new_dataset_builder().with_data(&values).create(name).unwrap();
+    }
 }
 
 fn samples(c: &mut Criterion) {
@@ -40,7 +59,7 @@ fn samples(c: &mut Criterion) {
     let source = CaseSource::built_in("paper").unwrap();
     let mut case = Case::parse(&source, &[] as &[Override]).unwrap();
     let reference = folder.path().join("paper.h5");
-    write(&reference, &case, &mut |_| {});
+    write(&reference, &case);
     case.output.windows = vec![OutputWindow {
         from: 6.97,
         to: 6.99,
@@ -48,24 +67,8 @@ fn samples(c: &mut Criterion) {
     }];
     let dense = folder.path().join("dense.h5");
     let candidate = folder.path().join("candidate.h5");
-    write(&dense, &case, &mut |path| {
-        let file = stickslip::results::ResultFile::open(path).unwrap();
-        let rows = file.sample_count().unwrap();
-        let times = file.column("time", 0..rows).unwrap();
-        let speeds = file.column("relative_velocity", 0..rows).unwrap();
-        // Forty samples on the straight line between two: what they hold does not matter for the speed.
-        let each = SAMPLES / (rows - 1);
-        let line = |values: &[f64]| -> Vec<f64> {
-            let points = values.windows(2);
-            points
-                .flat_map(|p| (0..each).map(move |k| p[0] + (p[1] - p[0]) * k as f64 / each as f64))
-                .collect()
-        };
-        let file = hdf5::File::create(&candidate).unwrap();
-        for (name, values) in [("time", line(&times)), ("relative_velocity", line(&speeds))] {
-            file.new_dataset_builder().with_data(&values).create(name).unwrap();
-        }
-    });
+    write(&dense, &case);
+    write_candidate(&candidate, &dense);
     let count = ForeignFile::open(&candidate).unwrap().shape("time").unwrap()[0];
 
     let mut group = c.benchmark_group("samples");

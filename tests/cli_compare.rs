@@ -95,6 +95,40 @@ fn cli_every_format_is_read() {
         agrees(&compared(&folder, &["series.npz"]));
     }
 
+    // As numpy.savetxt has it without further ado, and as programs that align their columns do.
+    let numbers = series().split_once('\n').unwrap().1.to_owned();
+    let header = format!("# time,{}\n", compare_common::NAMES.join(","));
+    folder.write(
+        "savetxt.txt",
+        format!("# a comment\n{header}{}", numbers.replace(',', " ")),
+    );
+    agrees(&compared(&folder, &["savetxt.txt"]));
+    folder.write(
+        "aligned.txt",
+        format!("  {}", series().replace(',', "   ").replace('\n', "\n  ")),
+    );
+    agrees(&compared(&folder, &["aligned.txt"]));
+    let mut latin = b"# Gr\xf6\xdfen\n".to_vec();
+    latin.extend(series().bytes());
+    folder.write("latin.csv", latin);
+    agrees(&compared(&folder, &["latin.csv"]));
+
+    // Events by name in HDF5, as h5py writes a list of texts.
+    let word = word_of(paper());
+    let file = hdf5::File::create(folder.path("named.h5")).unwrap();
+    let times: Vec<f64> = word.iter().map(|event| event.0).collect();
+    let texts = word
+        .iter()
+        .map(|event| event.1.parse::<hdf5::types::VarLenUnicode>().unwrap());
+    let texts: Vec<_> = texts.collect();
+    let group = file.create_group("events").unwrap();
+    group.new_dataset_builder().with_data(&times).create("time").unwrap();
+    group.new_dataset_builder().with_data(&texts).create("kind").unwrap();
+    drop((group, file));
+    let c = compared(&folder, &["named.h5"]);
+    agrees(&c);
+    assert_eq!(c["event_errors"]["max"], 0.0);
+
     let file = hdf5::File::create(folder.path("other.h5")).unwrap();
     let group = file.create_group("run/3").unwrap();
     group.new_dataset_builder().with_data(&time).create("clock").unwrap();
@@ -182,6 +216,53 @@ fn cli_requirements_make_a_gate() {
         let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "series.csv", "--require", wrong]));
         assert!(error.contains(wrong), "{error}");
     }
+}
+
+/// What a candidate does not reach is neither right nor wrong.
+#[test]
+fn cli_requirements_are_not_met_by_what_is_not_covered() {
+    let folder = with_reference();
+    let lines = |from: f64, to: f64| {
+        let line = |k: u32| format!("{},1.0\n", from + (to - from) * f64::from(k) / 50.0);
+        format!("time,relative_velocity\n{}", (0..50).map(line).collect::<String>())
+    };
+    folder.write("before.csv", lines(0.0, 1.0));
+    folder.write("after.csv", lines(50.0, 60.0));
+    for name in ["before.csv", "after.csv"] {
+        let c = compared(&folder, &[name]);
+        assert_eq!((&c["reference_events"], &c["uncovered"]), (&0.into(), &95.into()));
+        assert!(
+            c["verdict"]
+                .as_str()
+                .unwrap()
+                .contains("covers none of the reference's 95 events"),
+            "{c}"
+        );
+        for metric in [
+            "missing<=0",
+            "spurious<=0",
+            "uncovered<=0",
+            "events<1",
+            "onset<1",
+            "sticks<=0",
+            "last_period<1",
+        ] {
+            let arguments = ["compare", "paper.h5", name, "-q", "--require", metric];
+            let (_, stderr) = output(&mut folder.stickslip(&arguments), 1);
+            assert!(stderr.contains(metric), "{stderr}");
+        }
+    }
+    let rows: Vec<_> = rows_of(paper(), 6.966).into_iter().filter(|row| row.0 < 6.98).collect();
+    folder.write("half.csv", csv(&rows));
+    let half = |metric: &str, status: i32| {
+        let arguments = ["compare", "paper.h5", "half.csv", "--require", metric];
+        output(&mut folder.stickslip(&arguments), status).0
+    };
+    let stdout = half("missing<=0", 0);
+    assert!(stdout.contains(" of 95 events)"), "{stdout}");
+    half("onset<1e-6", 0);
+    half("uncovered<=0", 1);
+    half("final_stick<1", 1);
 }
 
 #[test]

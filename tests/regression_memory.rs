@@ -1,6 +1,9 @@
 //! Rows stream: a run holds a bounded amount of memory, however many samples it writes.
 #![cfg(target_os = "linux")]
 
+mod compare_common;
+
+use compare_common::{paper, rows_of};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -15,14 +18,18 @@ fn peak_memory(process: u32) -> Option<u64> {
 
 /// The high-water mark of a run into `target`, KiB.
 fn peak_of_run(target: &Path, arguments: &[&str]) -> u64 {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+    command
         .args(["run", "paper", "--quiet", "--set", "output.window=[]"])
         .args(arguments)
         .arg("--output")
-        .arg(target)
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
+        .arg(target);
+    peak_of(&mut command)
+}
+
+/// The high-water mark of a program that succeeds, KiB.
+fn peak_of(command: &mut Command) -> u64 {
+    let mut child = command.stdout(Stdio::null()).spawn().unwrap();
     let mut peak = 0;
     let status = loop {
         peak = peak_memory(child.id()).unwrap_or(0).max(peak);
@@ -77,4 +84,49 @@ fn regression_events_are_not_kept_in_memory() {
     assert!(kept > 4 * 1024, "{few} and {many} events");
     assert!(high < low + kept / 4, "{low} KiB, {high} KiB, {kept} KiB of events");
     assert!(high < 64 * 1024, "{high} KiB");
+}
+
+/// Ten million samples of time and relative velocity are 160 MB, and ten times as many would be read in the same blocks:
+/// the bound is a quarter of what 10^8 samples may take.
+#[test]
+fn regression_ten_million_samples_are_compared_in_less_than_64_mib() {
+    const SAMPLES: usize = 10_000_000;
+    let folder = tempfile::tempdir().unwrap();
+    let candidate = folder.path().join("long.h5");
+    let rows = rows_of(paper(), 6.966);
+    let mut rows: Vec<_> = rows.into_iter().filter(|row| row.0 < 6.99).collect();
+    // Between a sample and an event beside it there may be no room.
+    rows.dedup_by(|b, a| b.0 - a.0 < 1e-8);
+    // On straight lines between the reference's samples; piece by piece, as this test's memory is bounded too.
+    let file = hdf5::File::create(&candidate).unwrap();
+    let create = |name: &str| file.new_dataset::<f64>().shape(SAMPLES).create(name).unwrap();
+    let (times, speeds) = (create("time"), create("relative_velocity"));
+    let each = SAMPLES / (rows.len() - 1);
+    let last = SAMPLES - each * (rows.len() - 2);
+    let mut from = 0;
+    for (k, pair) in rows.windows(2).enumerate() {
+        let count = if k + 2 == rows.len() { last } else { each };
+        let parts = || (0..count).map(|part| part as f64 / count as f64);
+        let between = |a: f64, b: f64| parts().map(|x| a + (b - a) * x).collect::<Vec<f64>>();
+        let range = from..from + count;
+        times
+            .write_slice(&between(pair[0].0, pair[1].0), range.clone())
+            .unwrap();
+        speeds.write_slice(&between(pair[0].1[5], pair[1].1[5]), range).unwrap();
+        from += count;
+    }
+    drop((times, speeds, file));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+    // The sequence is found in the straight lines as well.
+    let require = [
+        "--require",
+        "missing<=0",
+        "--require",
+        "spurious<=0",
+        "--require",
+        "uncovered<=0",
+    ];
+    let peak = peak_of(command.arg("compare").arg(paper()).arg(&candidate).args(require));
+    println!("{peak} KiB");
+    assert!(peak > 0 && peak < 64 * 1024, "{peak} KiB");
 }

@@ -14,13 +14,19 @@ pub struct ForeignFile {
     path: PathBuf,
     file: hdf5::File,
     names: Vec<String>,
+    texts: Vec<String>,
 }
 
+/// Bytes kept of each variable: a compressed chunk beyond that is unpacked again for every block of rows. A dozen
+/// variables stay below 200 MiB.
+const CHUNK_CACHE: usize = 16 << 20;
+/// HDF5's own choice.
+const CHUNK_SLOTS: usize = 521;
 /// Groups within groups that are looked into.
 const DEPTH: usize = 16;
 
 impl ForeignFile {
-    /// Opens a file and lists its numeric variables of one or two dimensions.
+    /// Opens a file and lists its numeric variables of one or two dimensions, and its columns of texts.
     ///
     /// # Errors
     /// No such file, not HDF5, truncated, damaged, or locked by a program that writes it.
@@ -32,11 +38,21 @@ impl ForeignFile {
         if !target::has_hdf5_signature(&path)? {
             return Err(ResultError::NotHdf5 { path });
         }
-        let file = hdf5::File::open(&path).map_err(|error| ResultError::read(&path, &error))?;
-        let mut names = Vec::new();
-        list(&file, "", DEPTH, &mut names).map_err(|error| ResultError::read(&path, &error))?;
-        names.sort();
-        Ok(ForeignFile { path, file, names })
+        let file = hdf5::File::with_options()
+            .with_fapl(|access| access.chunk_cache(CHUNK_SLOTS, CHUNK_CACHE, 1.0))
+            .open(&path)
+            .map_err(|error| ResultError::read(&path, &error))?;
+        let mut listed = Vec::new();
+        list(&file, "", DEPTH, &mut listed).map_err(|error| ResultError::read(&path, &error))?;
+        listed.sort();
+        let (numbers, texts): (Vec<_>, Vec<_>) = listed.into_iter().partition(|(_, holds)| *holds == Holds::Numbers);
+        let names = |list: Vec<(String, Holds)>| list.into_iter().map(|(name, _)| name).collect();
+        Ok(ForeignFile {
+            path,
+            file,
+            names: names(numbers),
+            texts: names(texts),
+        })
     }
 
     /// The file.
@@ -47,6 +63,11 @@ impl ForeignFile {
     /// Paths of the numeric variables of one or two dimensions, without a leading slash.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    /// Paths of the variables of texts, of one dimension, without a leading slash.
+    pub fn text_names(&self) -> &[String] {
+        &self.texts
     }
 
     /// Number of rows, or of rows and columns; `None` if there is no such variable.
@@ -111,6 +132,11 @@ impl ForeignFile {
     }
 }
 
+fn is_text(kind: &TypeDescriptor) -> bool {
+    use TypeDescriptor::{FixedAscii, FixedUnicode, VarLenAscii, VarLenUnicode};
+    matches!(kind, VarLenUnicode | VarLenAscii | FixedAscii(_) | FixedUnicode(_))
+}
+
 /// A variable of one or two dimensions.
 #[derive(Debug)]
 pub struct ForeignColumn {
@@ -153,16 +179,23 @@ impl ForeignColumn {
     }
 }
 
-fn list(group: &Group, prefix: &str, depth: usize, names: &mut Vec<String>) -> Result<(), hdf5::Error> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Holds {
+    Numbers,
+    Texts,
+}
+
+fn list(group: &Group, prefix: &str, depth: usize, names: &mut Vec<(String, Holds)>) -> Result<(), hdf5::Error> {
     for name in group.member_names()? {
         let path = format!("{prefix}{name}");
         if let Ok(dataset) = group.dataset(&name) {
-            let numeric = dataset
-                .dtype()
-                .and_then(|kind| kind.to_descriptor())
-                .is_ok_and(|kind| is_number(&kind));
-            if numeric && (1..=2).contains(&dataset.ndim()) {
-                names.push(path);
+            let Ok(kind) = dataset.dtype().and_then(|kind| kind.to_descriptor()) else {
+                continue;
+            };
+            match (dataset.ndim(), is_number(&kind)) {
+                (1 | 2, true) => names.push((path, Holds::Numbers)),
+                (1, false) if is_text(&kind) => names.push((path, Holds::Texts)),
+                _ => {}
             }
         } else if depth > 0
             && let Ok(child) = group.group(&name)

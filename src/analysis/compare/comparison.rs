@@ -36,6 +36,8 @@ pub struct Comparison {
     pub interval: Option<f64>,
     /// Events of the reference's word in the candidate's span.
     pub reference_events: usize,
+    /// Events of the reference's word outside the candidate's span, which are neither matched nor missing.
+    pub uncovered: usize,
     /// Events of the candidate's word.
     pub candidate_events: usize,
     /// Events of the reference that the candidate does not have.
@@ -107,6 +109,7 @@ pub(super) struct Parts<'a> {
     pub detection: Option<Detection>,
     pub span: Span,
     pub words: (&'a [WordEvent], &'a [WordEvent]),
+    pub uncovered: usize,
     pub alignment: Alignment,
     pub errors: EventErrors,
     pub states: Option<&'a States>,
@@ -117,24 +120,26 @@ pub(super) struct Parts<'a> {
 pub(super) fn compose(parts: Parts<'_>) -> Comparison {
     let (reference, candidate) = parts.words;
     let channels = parts.states.map_or_else(Vec::new, channel_errors);
+    let verdict = verdict(&parts, &channels);
     let Span { from_start, to_end, .. } = parts.span;
     Comparison {
         reference: parts.reference.display().to_string(),
         candidate: parts.candidate.path().display().to_string(),
         format: parts.candidate.format(),
-        verdict: verdict(&parts.alignment, &parts.errors, &parts.causes, &channels),
+        verdict,
         causes: parts.causes,
         case_differences: parts.case_differences,
         detection: parts.detection,
         span: parts.candidate.has_rows().then_some(parts.span),
         interval: parts.interval,
         reference_events: reference.len(),
+        uncovered: parts.uncovered,
         candidate_events: candidate.len(),
         missing: parts.alignment.missing(),
         spurious: parts.alignment.spurious(),
         sequence: parts.alignment.differences,
         event_errors: parts.errors,
-        statistics: statistics(reference, candidate, from_start, to_end),
+        statistics: statistics(reference, candidate, from_start, to_end, parts.uncovered),
         // All channels have the same samples.
         samples: parts.states.map_or(0, |s| {
             s.tallies
@@ -175,9 +180,12 @@ fn channel_errors(states: &States) -> Vec<ChannelErrors> {
 }
 
 /// One line: whether the sequences agree, else where they part; how far the times agree; and the likely cause.
-fn verdict(alignment: &Alignment, errors: &EventErrors, causes: &[Diagnosis], channels: &[ChannelErrors]) -> String {
-    let mut text = match alignment.differences.first() {
+fn verdict(parts: &Parts<'_>, channels: &[ChannelErrors]) -> String {
+    let (errors, covered, uncovered) = (&parts.errors, parts.words.0.len(), parts.uncovered);
+    let of_all = covered + uncovered;
+    let mut text = match parts.alignment.differences.first() {
         None => match errors.matched {
+            0 if uncovered > 0 => format!("the candidate covers none of the reference's {of_all} events"),
             0 => "neither run has an event".to_owned(),
             _ => "the event sequences agree".to_owned(),
         },
@@ -193,12 +201,15 @@ fn verdict(alignment: &Alignment, errors: &EventErrors, causes: &[Diagnosis], ch
             format!("the event sequences part at event {position}: the {kind} at {time:.9} s {what}")
         }
     };
+    if covered > 0 && uncovered > 0 {
+        text += &format!(" (the candidate covers {covered} of {of_all} events)");
+    }
     if let Some(max) = errors.max {
         text += &format!("; matched events are within {max:.1e} s");
     } else if let Some(digits) = channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp) {
         text += &format!("; states agree to {digits:.1} digits");
     }
-    if let Some(first) = causes.first() {
+    if let Some(first) = parts.causes.first() {
         let label = match first.cause {
             Cause::WrongUnits => "wrong units",
             Cause::AnotherCase => "another case",

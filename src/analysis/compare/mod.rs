@@ -206,6 +206,7 @@ impl Reference {
             detection: (!events_given).then_some(detection),
             span,
             words: (&reference_word, &word),
+            uncovered: self.word.len() - reference_word.len(),
             alignment,
             errors,
             states: states.as_ref(),
@@ -334,7 +335,8 @@ impl Reference {
         }
         Span {
             from,
-            to: to.min(self.end),
+            // A candidate of another time altogether keeps its own.
+            to: if from < self.end { to.min(self.end) } else { to },
             from_start,
             to_end,
         }

@@ -13,7 +13,15 @@ pub struct Requirement {
 }
 
 /// Numbers that are no statistic.
-const METRICS: [&str; 6] = ["events", "events_rms", "missing", "spurious", "scd", "mescd"];
+const METRICS: [&str; 7] = [
+    "events",
+    "events_rms",
+    "missing",
+    "spurious",
+    "uncovered",
+    "scd",
+    "mescd",
+];
 
 impl Requirement {
     /// Reads `METRIC<BOUND`, or with `<=`, `>`, `>=`; the bound is a number, in seconds where the metric is a time.
@@ -75,8 +83,11 @@ impl Requirement {
         match self.metric.as_str() {
             "events" => comparison.event_errors.max,
             "events_rms" => comparison.event_errors.rms,
+            // Nothing is said of the sequence by a candidate that covers none of it.
+            "missing" | "spurious" if comparison.reference_events == 0 && comparison.uncovered > 0 => None,
             "missing" => Some(comparison.missing as f64),
             "spurious" => Some(comparison.spurious as f64),
+            "uncovered" => Some(comparison.uncovered as f64),
             "scd" => fewest(|row| row.scd),
             "mescd" => fewest(|row| row.mescd),
             name => {

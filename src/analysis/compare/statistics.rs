@@ -15,14 +15,17 @@ pub struct Statistic {
     pub reference: Option<f64>,
     /// `None` where the candidate has no such number.
     pub candidate: Option<f64>,
+    /// Whether the candidate's samples reach where the number is decided.
+    pub covered: bool,
 }
 
 impl Statistic {
-    /// Candidate minus reference; 0 if neither run has the number, `None` if one of them has it.
+    /// Candidate minus reference; 0 if neither run has the number; `None` if one of them has it, or if the
+    /// candidate does not cover it.
     pub fn error(&self) -> Option<f64> {
         match (self.reference, self.candidate) {
             (Some(r), Some(c)) => Some(c - r),
-            (None, None) => Some(0.0),
+            (None, None) if self.covered => Some(0.0),
             _ => None,
         }
     }
@@ -52,24 +55,28 @@ pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
 
 /// The statistics of two words. A candidate that does not begin before the first event has no onset and no first
 /// durations, and one that ends before the reference's last event has no final stick, nor has the reference beside it.
+/// One that covers no event of a reference with events has none of the numbers.
 pub(super) fn statistics(
     reference: &[WordEvent],
     candidate: &[WordEvent],
     from_start: bool,
     to_end: bool,
+    uncovered: usize,
 ) -> Vec<Statistic> {
     let of = |word: &[WordEvent]| StickSlip::from_word(word.iter().map(|e| (e.time, e.kind)));
     let (r, c) = (of(reference), of(candidate));
     let covered = |name: &str| {
         let of_start = name == "onset" || name.starts_with("first");
         let of_end = name == "final_stick" || name.starts_with("last");
-        (from_start || !of_start) && (to_end || !of_end)
+        let any = uncovered == 0 || !reference.is_empty();
+        any && (from_start || !of_start) && (to_end || !of_end)
     };
     let statistic = |&(name, unit, quantity): &(&'static str, &'static str, Quantity)| Statistic {
         name,
         unit,
         reference: quantity(&r).filter(|_| covered(name)),
         candidate: quantity(&c).filter(|_| covered(name)),
+        covered: covered(name),
     };
     STATISTICS.iter().map(statistic).collect()
 }

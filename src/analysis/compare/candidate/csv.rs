@@ -10,13 +10,14 @@ use std::path::{Path, PathBuf};
 /// Lines before the header that may be comments.
 const PREAMBLE: usize = 1000;
 
-/// A CSV file with a header, separated by commas, semicolons, tabs or blanks; lines that begin with `#` are comments.
+/// A CSV file with a header, separated by commas, semicolons, tabs or blanks; lines that begin with `#` are comments, of
+/// which the last one before the numbers may be the header.
 #[derive(Debug)]
 pub struct CsvTable {
     path: PathBuf,
     separator: u8,
     headers: Vec<Header>,
-    /// The first line is data, and the columns are called #1, #2, ...
+    /// The first line is data; without a comment that names them, the columns are called #1, #2, ...
     bare: bool,
 }
 
@@ -33,19 +34,24 @@ impl CsvTable {
     /// No such file, an empty one, or one that is no text.
     pub fn open(path: &Path) -> Result<CsvTable, CompareError> {
         let file = File::open(path).map_err(|error| CompareError::io(path, &error))?;
-        let mut lines = BufReader::new(file).lines().take(PREAMBLE);
+        let mut lines = BufReader::new(file).split(b'\n').take(PREAMBLE);
+        let mut comment = String::new();
         let header = loop {
             match lines.next() {
-                Some(Ok(line)) if line.trim().is_empty() || line.starts_with('#') => {}
-                Some(Ok(line)) => break line,
-                Some(Err(_)) => {
-                    return Err(CompareError::content(
-                        path,
-                        "line 1",
-                        "this is no text",
-                        "give a CSV, NPZ or HDF5 file",
-                    ));
+                Some(Ok(line)) if line.contains(&0) => {
+                    let remedy = "give a CSV, NPZ or HDF5 file";
+                    return Err(CompareError::content(path, "", "this is no text", remedy));
                 }
+                // Whatever the encoding: numbers and the known names are the same in all that have no zero bytes.
+                Some(Ok(line)) => {
+                    let line = String::from_utf8_lossy(&line).trim_start_matches('\u{feff}').to_owned();
+                    match line.strip_prefix('#') {
+                        Some(text) => text.trim().clone_into(&mut comment),
+                        None if line.trim().is_empty() => {}
+                        None => break line,
+                    }
+                }
+                Some(Err(error)) => return Err(CompareError::io(path, &error)),
                 None => {
                     return Err(CompareError::content(
                         path,
@@ -56,7 +62,7 @@ impl CsvTable {
                 }
             }
         };
-        let header = header.trim_start_matches('\u{feff}');
+        let header = header.trim();
         let separator = [b',', b';', b'\t', b' ']
             .into_iter()
             .find(|&s| header.as_bytes().contains(&s))
@@ -76,20 +82,23 @@ impl CsvTable {
         reader
             .read_byte_record(&mut record)
             .map_err(|error| CompareError::content(path, "line 1", error.to_string(), "check how it was written"))?;
+        join_blanks(&mut record, separator);
         let fields: Vec<String> = record
             .iter()
             .map(|f| String::from_utf8_lossy(f).trim().to_owned())
             .collect();
         table.bare = fields.iter().all(|field| field.parse::<f64>().is_ok());
-        table.headers = if table.bare {
+        table.headers = if !table.bare {
+            fields.iter().map(|field| Header::parse(field)).collect()
+        } else if let Some(headers) = headers_in(&comment, fields.len()) {
+            headers
+        } else {
             (1..=fields.len())
                 .map(|k| Header {
                     name: format!("#{k}"),
                     unit: None,
                 })
                 .collect()
-        } else {
-            fields.iter().map(|field| Header::parse(field)).collect()
         };
         Ok(table)
     }
@@ -175,6 +184,7 @@ impl Table for CsvTable {
             positions: self.positions(columns)?,
             names: columns.to_vec(),
             fields: self.headers.len(),
+            separator: self.separator,
             reader: self.reader()?,
             record: ByteRecord::new(),
         }))
@@ -184,7 +194,11 @@ impl Table for CsvTable {
         let position = self.positions(&[column.to_owned()])?[0];
         let mut texts = Vec::new();
         for record in self.reader()?.byte_records() {
-            let record = record.map_err(|error| self.failed(&error))?;
+            let mut record = record.map_err(|error| self.failed(&error))?;
+            if is_blank(&record, self.separator) {
+                continue;
+            }
+            join_blanks(&mut record, self.separator);
             let field = record.get(position).unwrap_or_default();
             texts.push(String::from_utf8_lossy(field).into_owned());
         }
@@ -192,11 +206,37 @@ impl Table for CsvTable {
     }
 }
 
+/// A line of nothing but blanks; one of other separators has lost its fields.
+fn is_blank(record: &ByteRecord, separator: u8) -> bool {
+    record.as_slice().is_empty() && (separator == b' ' || record.len() < 2)
+}
+
+/// Several blanks separate two fields like one.
+fn join_blanks(record: &mut ByteRecord, separator: u8) {
+    if separator == b' ' && record.iter().any(<[u8]>::is_empty) {
+        *record = record.iter().filter(|field| !field.is_empty()).collect();
+    }
+}
+
+/// A comment that is a header of so many columns, as `numpy.savetxt` writes one.
+fn headers_in(comment: &str, columns: usize) -> Option<Vec<Header>> {
+    let names = [',', ';', '\t', ' '].into_iter().map(|separator| {
+        let fields = comment.split(separator).map(str::trim);
+        fields.filter(|field| !field.is_empty()).collect::<Vec<_>>()
+    });
+    let is_name = |field: &&str| field.parse::<f64>().is_err();
+    let names = names
+        .into_iter()
+        .find(|names| names.len() == columns && names.iter().all(is_name))?;
+    Some(names.into_iter().map(Header::parse).collect())
+}
+
 struct CsvPass {
     path: PathBuf,
     positions: Vec<usize>,
     names: Vec<String>,
     fields: usize,
+    separator: u8,
     reader: csv::Reader<File>,
     record: ByteRecord,
 }
@@ -210,7 +250,7 @@ impl CsvPass {
 impl Pass for CsvPass {
     fn next(&mut self, columns: &mut [Vec<f64>]) -> Result<(), CompareError> {
         columns.iter_mut().for_each(Vec::clear);
-        for _ in 0..BLOCK {
+        while columns[0].len() < BLOCK {
             let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
                 let line = error.position().map_or(0, csv::Position::line);
                 self.fault(line, error.to_string(), "correct the file")
@@ -219,6 +259,10 @@ impl Pass for CsvPass {
                 break;
             }
             let line = self.record.position().map_or(0, csv::Position::line);
+            if is_blank(&self.record, self.separator) {
+                continue;
+            }
+            join_blanks(&mut self.record, self.separator);
             if self.record.len() != self.fields {
                 let what = format!("has {} fields, where the header has {}", self.record.len(), self.fields);
                 return Err(self.fault(

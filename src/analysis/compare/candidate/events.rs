@@ -54,8 +54,8 @@ pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<
     }
     let named = mapping.event_time.is_some() || mapping.event_kind.is_some();
     // Beside channels, a column "time" is theirs.
-    let grouped = table.has(TIMES[0]) && table.has(KINDS[0]) || table.has(TIMES[1]) && table.has(KINDS[1]);
-    if named || grouped || (alone && KINDS.iter().any(|name| table.has(name))) {
+    let grouped = table.has(TIMES[0]) && table.has_texts(KINDS[0]) || table.has(TIMES[1]) && table.has_texts(KINDS[1]);
+    if named || grouped || (alone && KINDS.iter().any(|name| table.has_texts(name))) {
         read(table, mapping, alone).map(Some)
     } else {
         Ok(None)
@@ -77,11 +77,11 @@ fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
 
 fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>, CompareError> {
     let choices = if alone { 4 } else { 2 };
-    let name = |mapped: Option<&str>, names: &[&str; 4], what: &str| match mapped {
+    let name = |mapped: Option<&str>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| match mapped {
         Some(name) => Ok(name.to_owned()),
         None => names[..choices]
             .iter()
-            .find(|name| table.has(name))
+            .find(|name| has(name))
             .map(|name| (*name).to_owned())
             .ok_or_else(|| {
                 let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
@@ -93,8 +93,18 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>,
                 )
             }),
     };
-    let time = name(mapping.event_time.as_ref().map(|c| c.name.as_str()), &TIMES, "time")?;
-    let kind = name(mapping.event_kind.as_ref().map(|c| c.name.as_str()), &KINDS, "kind")?;
+    let time = name(
+        mapping.event_time.as_ref().map(|c| c.name.as_str()),
+        &TIMES,
+        "time",
+        &|name| table.has(name),
+    )?;
+    let kind = name(
+        mapping.event_kind.as_ref().map(|c| c.name.as_str()),
+        &KINDS,
+        "kind",
+        &|name| table.has_texts(name),
+    )?;
     let mapped = mapping
         .event_time
         .as_ref()

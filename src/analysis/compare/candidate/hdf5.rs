@@ -82,8 +82,11 @@ pub struct ForeignTable {
 impl ForeignTable {
     /// The path of the variable that is meant: as it is, or the only one whose last part is `name`.
     fn resolve<'a>(&'a self, array: &'a str) -> Option<&'a str> {
+        Self::resolve_in(self.file.names(), array)
+    }
+
+    fn resolve_in<'a>(names: &'a [String], array: &str) -> Option<&'a str> {
         let array = array.trim_start_matches('/');
-        let names = self.file.names();
         if let Some(name) = names.iter().find(|name| *name == array) {
             return Some(name);
         }
@@ -110,6 +113,10 @@ impl Table for ForeignTable {
         let slice = Slice::parse(name);
         let shape = self.resolve(slice.array).and_then(|array| self.file.shape(array));
         shape.is_some_and(|shape| slice.elements(&shape).is_some())
+    }
+
+    fn has_texts(&self, name: &str) -> bool {
+        self.has(name) || Self::resolve_in(self.file.text_names(), name).is_some()
     }
 
     fn unit(&self, name: &str) -> Option<String> {
@@ -157,7 +164,8 @@ impl Table for ForeignTable {
     }
 
     fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
-        let array = self.resolve(column).unwrap_or(column);
+        let texts = Self::resolve_in(self.file.text_names(), column);
+        let array = texts.or_else(|| self.resolve(column)).unwrap_or(column);
         Ok(self.file.texts(array)?)
     }
 

@@ -306,6 +306,9 @@ fn absent(table: &dyn Table, name: &str) -> CompareError {
 }
 
 fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        return "no columns of numbers".to_owned();
+    }
     const MOST: usize = 20;
     let more = if names.len() > MOST { ", ..." } else { "" };
     format!("{}{more}", names[..names.len().min(MOST)].join(", "))

@@ -14,6 +14,10 @@ pub trait Table: std::fmt::Debug {
     fn names(&self) -> Vec<String>;
     /// Whether there is a column of this name, which may be a slice.
     fn has(&self, name: &str) -> bool;
+    /// Whether there is a column of this name that can be read as texts.
+    fn has_texts(&self, name: &str) -> bool {
+        self.has(name)
+    }
     /// The unit that the file itself states for a column.
     fn unit(&self, name: &str) -> Option<String>;
     /// Starts reading columns from their first row.
