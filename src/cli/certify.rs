@@ -67,7 +67,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     };
     check_target(&target, overwrite, &input.files).map_err(bad_file)?;
     let stop = interrupt_flag()?;
-    let result = obtain(&input, &target)?;
+    let Some(result) = obtain(&input, &target, &stop)? else {
+        return Ok(End::Interrupted);
+    };
     let outcome = examine(&input, &result.events, options, &stop);
     let written = outcome.and_then(|(certificate, exact)| {
         let tables = certify_report::tables(&certificate, &result.events, exact.as_ref());
@@ -113,8 +115,8 @@ struct Obtained {
     own: bool,
 }
 
-/// The given result file, or a run of the case beside the target.
-fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
+/// The given result file, or a run of the case beside the target; `None` if it was interrupted.
+fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &input.source.origin {
         let file = ResultFile::open(path).map_err(bad_file)?;
         if *file.status() != Status::Complete {
@@ -125,11 +127,11 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
                 path.display()
             )));
         }
-        return Ok(Obtained {
+        return Ok(Some(Obtained {
             path: path.clone(),
             events: file.events().map_err(bad_file)?,
             own: false,
-        });
+        }));
     }
     let stem = target.file_stem().unwrap_or_default().to_string_lossy();
     let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
@@ -146,10 +148,22 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
     )
     .map_err(bad_file)?;
     let clock = Instant::now();
-    let report = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |_| {
-        ControlFlow::Continue(())
-    })
+    let report = simulate(
+        &case.parameters,
+        &case.solver,
+        &case.output,
+        &mut writer,
+        &mut |_| match stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        },
+    )
     .map_err(|failure| failed(failure.to_string()))?;
+    if report.interrupted {
+        drop(writer);
+        let _ = std::fs::remove_file(crate::results::partial_path(&path));
+        return Ok(None);
+    }
     let summary = Summary::of_run(&case.parameters, &report);
     writer
         .finish(
@@ -159,11 +173,11 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
         )
         .map_err(|error| failed(error.to_string()))?;
     let events = ResultFile::open(&path).and_then(|file| file.events());
-    Ok(Obtained {
+    Ok(Some(Obtained {
         events: events.map_err(|error| failed(error.to_string()))?,
         path,
         own: true,
-    })
+    }))
 }
 
 /// The ladder, and the oracle if it is asked for.
