@@ -1,13 +1,17 @@
 //! `stickslip certify`.
 
-use super::arguments::{CertifyOptions, Common};
+use super::arguments::{CertifyOptions, Common, DPI, Format};
+use super::modes::figure_target;
+use super::plot::{bad, save};
 use super::run::{Input, bad_case, bad_file, header, interrupt_flag, read_input, stick_slip_table};
 use super::{CommandError, End, certify_report, print, print_json};
 use crate::analysis::Summary;
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict, certify as certificate_of};
+use crate::analysis::onset::{Onset, onsets};
 use crate::case::{Case, CaseSource, Origin, Override};
 use crate::model::Parameters;
 use crate::oracle::{self, ExactParameters, OracleError, OracleOptions, OracleReport};
+use crate::plot::{onset, style, svg};
 use crate::results::{Overwrite, ResultFile, ResultWriter, Status, check_target, write_certified};
 use crate::simulation::{Event, simulate};
 use std::ops::ControlFlow;
@@ -66,6 +70,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Overwrite::OwnResults
     };
     check_target(&target, overwrite, &input.files).map_err(bad_file)?;
+    let drawing = options
+        .figure
+        .as_deref()
+        .map(|path| figure_target(path, options.force, &input.files))
+        .transpose()?;
     let stop = interrupt_flag()?;
     let Some(result) = obtain(&input, &target, &stop)? else {
         return Ok(End::Interrupted);
@@ -84,6 +93,13 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Err(_) if stop.load(Ordering::Relaxed) => return Ok(End::Interrupted),
         Err(error) => return Err(error),
     };
+    let drawn = match drawing {
+        Some(drawing) => match draw(&input.case, drawing, &stop)? {
+            Some(onsets) => onsets,
+            None => return Ok(End::Interrupted),
+        },
+        None => Vec::new(),
+    };
     let report = certify_report::Report {
         source: input.source.label(),
         title: &input.case.title,
@@ -91,6 +107,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         exact: exact.as_ref(),
         result: &result.events,
         file: target.display().to_string(),
+        figure: drawing.map(|(path, _)| path.display().to_string()),
+        onsets: &drawn,
         seconds: clock.elapsed().as_secs_f64(),
     };
     if common.json {
@@ -105,6 +123,16 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Some(text) => Err(CommandError::Computation(text)),
         None => Ok(End::Done),
     }
+}
+
+/// Draws the first stick against the tolerance; `None` if it was interrupted.
+fn draw(case: &Case, (path, format): (&Path, Format), stop: &AtomicBool) -> Result<Option<Vec<Onset>>, CommandError> {
+    let Some(onsets) = onsets(case, &|| stop.load(Ordering::Relaxed)) else {
+        return Ok(None);
+    };
+    let text = svg::svg(&onset::figure(&case.title, &onsets), style::COLUMN_WIDTH).map_err(bad)?;
+    save(path, &text, format, DPI).map_err(bad)?;
+    Ok(Some(onsets))
 }
 
 /// The result that is certified.
