@@ -134,6 +134,9 @@ pub(super) struct CertifyOptions {
     /// Solve the case by the multiprecision oracle too, and hold the result against it.
     #[arg(long)]
     pub oracle: bool,
+    /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG).
+    #[arg(long, value_name = "FILE")]
+    pub figure: Option<PathBuf>,
     /// Override a key, such as solver.rtol=1e-12; for a case only.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,

@@ -12,6 +12,7 @@ pub mod font;
 pub mod labels;
 mod marks;
 pub mod modes;
+pub mod onset;
 pub mod own;
 pub mod page;
 pub mod portraits;
