@@ -261,6 +261,38 @@ fn runs(criterion: &mut Criterion) {
         b.iter(|| plain_bdf(black_box(&parameters), 1e-12, END))
     });
     group.finish();
+    let input = paper(Method::Auto, END);
+    let plain = || {
+        black_box(plain_bdf(black_box(&parameters), 1e-12, END));
+    };
+    let auto = || {
+        black_box(run(black_box(&input), &mut NoRecorder));
+    };
+    let [plain, auto] = medians_by_turns(&plain, &auto, 1);
+    let ratio = plain.as_secs_f64() / auto.as_secs_f64();
+    println!("plain-bdf-1e-12 {plain:.2?}, auto {auto:.2?} a run: {ratio:.1} times as long");
+}
+
+/// Turns of a comparison.
+const TURNS: usize = 21;
+
+/// Medians of what one run of each takes, in turns, so that what else the machine does meets both alike: Criterion's own
+/// figures of the two are minutes apart. In each turn the second runs `often`.
+fn medians_by_turns(first: &dyn Fn(), second: &dyn Fn(), often: u32) -> [Duration; 2] {
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..TURNS {
+        for ((work, times), runs) in [first, second].iter().zip(&mut times).zip([1, often]) {
+            let start = Instant::now();
+            for _ in 0..runs {
+                work();
+            }
+            times.push(start.elapsed() / runs);
+        }
+    }
+    times.map(|mut times| {
+        times.sort();
+        times[TURNS / 2]
+    })
 }
 
 /// The cost of a run by phase. What comes before the kick is sliding, then comes the stick-slip window, and the last stick
@@ -280,30 +312,16 @@ fn phases(criterion: &mut Criterion) {
     }
 }
 
-/// Turns of the comparison, each with one run by `auto` and some by `series`.
-const TURNS: usize = 21;
-const RUNS: u32 = 10;
-
 /// What is promised of `series` beside `auto`: this many times faster, at a better accuracy.
 const PROMISED: f64 = 10.0;
 
 /// `auto` and `series` in turns, so that both meet the same machine, and the medians' ratio.
 fn ratio(_: &mut Criterion) {
     let inputs = [paper(Method::Auto, END), paper(Method::Series, END)];
-    let mut times = [Vec::new(), Vec::new()];
-    for _ in 0..TURNS {
-        for ((input, times), runs) in inputs.iter().zip(&mut times).zip([1, RUNS]) {
-            let start = Instant::now();
-            for _ in 0..runs {
-                black_box(run(black_box(input), &mut NoRecorder));
-            }
-            times.push(start.elapsed() / runs);
-        }
-    }
-    let [auto, series] = times.map(|mut times| {
-        times.sort();
-        times[TURNS / 2]
-    });
+    let of = |input: &_| {
+        black_box(run(black_box(input), &mut NoRecorder));
+    };
+    let [auto, series] = medians_by_turns(&|| of(&inputs[0]), &|| of(&inputs[1]), 10);
     let ratio = auto.as_secs_f64() / series.as_secs_f64();
     println!("auto {auto:.2?}, series {series:.2?} a run: {ratio:.1} times faster");
     assert!(ratio >= PROMISED);

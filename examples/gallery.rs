@@ -1,12 +1,14 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
 //! One run of the paper's brake, and from it all figures of the catalogue, into docs/figures: those of docs/gallery.md;
+//! the onset of `paper-si` against the tolerance;
 //! and that of the built-in work-precision study, which takes some minutes and whose times are those of the machine.
 
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::Modes;
+use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::{ENTRIES, Story};
@@ -42,6 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
     save(&modes::figure(&case.title, &of_case))?;
+    let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
+    let found = onsets(&kicked, &|| false).ok_or("interrupted")?;
+    save(&plot::onset::figure(&kicked.title, &found))?;
     let study = Study::find("work-precision")?;
     let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
     save(&plot::work_precision::figure(&study.title, &result))

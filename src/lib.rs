@@ -16,6 +16,7 @@
 //! | [`case`] | the TOML case file: units, validation, overrides |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 120 digits |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
+//! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
 //! | [`cli`] | arguments to validated options to a call |
 
@@ -30,3 +31,4 @@ pub mod results;
 pub mod series;
 pub mod simulation;
 pub mod sundials;
+pub mod sweep;

@@ -139,12 +139,12 @@ fn a_wrong_override_is_named_as_such() {
     insta::assert_snapshot!(refused(&["solver.method=euler"]), @r#"--set solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series", "paper", "erk-heun-euler-21", "erk-ralston-euler-21", "erk-midpoint-euler-21", "erk-ark2-21", "erk-shu-osher-32", "erk-bogacki-shampine-32", "erk-ark324l2sa-32", "erk-zonneveld-43", "erk-sofroniou-spaletta-43", "erk-sayfy-aburub-43", "erk-ark436l2sa-43", "erk-ark437l2sa-43", "erk-cash-karp-54", "erk-fehlberg-54", "erk-dormand-prince-54", "erk-ark548l2sa-54", "erk-ark548l2sab-54", "erk-verner-65", "erk-verner-65-9s", "erk-verner-76", "erk-fehlberg-87", "erk-verner-87", "erk-verner-98", but got "euler""#);
     insta::assert_snapshot!(refused(&["perturbation.2.time=1"]), @r#"--set perturbation.2.time: there is no perturbation.2: the next new element is perturbation.1"#);
     insta::assert_snapshot!(refused(&["perturbation.time=1"]), @r#"--set perturbation.time: perturbation is an array: its elements are numbered, as in perturbation.0"#);
-    insta::assert_snapshot!(refused(&["perturbation.1.time=1"]), @r#"--set perturbation.1.time: perturbation.1.relative_velocity: missing: delta, jump of omega_r, half on each surface; write relative_velocity = a number in rad/s or "955 rpm""#);
+    insta::assert_snapshot!(refused(&["perturbation.1.time=1"]), @r#"--set perturbation.1.time: then perturbation.1.relative_velocity is missing: delta, jump of omega_r, half on each surface; write relative_velocity = a number in rad/s or "955 rpm""#);
     insta::assert_snapshot!(refused(&["perturbation=none"]), @r#"--set perturbation: expected an array of tables: write [[perturbation]], or perturbation = []"#);
     insta::assert_snapshot!(refused(&["friction.breakaway=0.5"]), @r#"--set friction.breakaway: must be at least friction.low_speed: 0.5 is below 0.6, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
-    insta::assert_snapshot!(refused(&["friction.low_speed=0.7"]), @r#"--set friction.low_speed: friction.breakaway: must be at least friction.low_speed: 0.6 is below 0.7, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
-    insta::assert_snapshot!(refused(&["output.window.1.from=8"]), @r#"--set output.window.1.from: output.window.1.to: must be after from: 6.992 s is not after 8.0 s"#);
-    insta::assert_snapshot!(refused(&["output.end_time=1e8"]), @r#"--set output.end_time: output.interval: asks for 1.0e10 samples, more than 1e9: raise the interval or end earlier"#);
+    insta::assert_snapshot!(refused(&["friction.low_speed=0.7"]), @r#"--set friction.low_speed: then friction.breakaway must be at least friction.low_speed: 0.6 is below 0.7, and between the two torques neither stick nor slip is consistent; raise breakaway or lower low_speed"#);
+    insta::assert_snapshot!(refused(&["output.window.1.from=8"]), @r#"--set output.window.1.from: then output.window.1.to must be after from: 6.992 s is not after 8.0 s"#);
+    insta::assert_snapshot!(refused(&["output.end_time=1e8"]), @r#"--set output.end_time: then output.interval asks for 1.0e10 samples, more than 1e9: raise the interval or end earlier"#);
     insta::assert_snapshot!(refused(&["axial={mass=1}"]), @r#"
 --set axial: axial.stiffness: missing: k_e, equivalent axial stiffness; write stiffness = a number in N/m or "3.161e5 lbf/in"
 --set axial: axial.damping: missing: c_a, axial damping; write damping = a number in N s/m or "50 lbf s/in"
@@ -156,7 +156,7 @@ fn a_wrong_override_is_named_as_such() {
 fn an_override_that_would_switch_alternatives_says_how_to_do_it() {
     insta::assert_snapshot!(refused(&["contact.outer_diameter=6 in"]), @r#"--set contact.outer_diameter: the radius is given twice, with contact.radius (built-in case paper:31): replace the whole table, contact={outer_diameter=..., inner_diameter=..., wear="uniform-wear"}"#);
     insta::assert_snapshot!(refused(&["contact={outer_diameter=0.2, inner_diameter=0.1, wear=\"uniform-wear\"}", "contact.radius=0.05"]), @r#"--set contact.radius: the radius is given twice, with contact.outer_diameter (--set contact): replace the whole table, contact={radius=...}"#);
-    insta::assert_snapshot!(refused(&["actuation.profile=table"]), @r#"--set actuation.profile: actuation.rise_time: belongs to profile "ramp", but the profile is "table": replace the whole table, actuation={profile="table", time=[...], force=[...]}"#);
+    insta::assert_snapshot!(refused(&["actuation.profile=table"]), @r#"--set actuation.profile: then actuation.rise_time belongs to profile "ramp", but the profile is "table": replace the whole table, actuation={profile="table", time=[...], force=[...]}"#);
     insta::assert_snapshot!(refused(&["actuation.time=[0, 1]"]), @r#"--set actuation.time: belongs to profile "table", but the profile is "ramp": replace the whole table, actuation={profile="table", time=[...], force=[...]}"#);
 }
 

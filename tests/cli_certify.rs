@@ -161,3 +161,34 @@ fn cli_certify_refuses_what_it_cannot_do() {
         folder.names()
     );
 }
+
+#[test]
+fn cli_certify_draws_the_onset_against_the_tolerance() {
+    let folder = Folder::new();
+    let figure = ["--json", "--figure", "onset.svg"];
+    let (document, _) = output(&mut folder.stickslip(&certify("paper-si", &figure)), 0);
+    let document = json(&document);
+    assert_eq!(folder.names(), ["onset.svg", "paper-si.certified.h5"]);
+    assert!(folder.path("onset.svg").metadata().unwrap().len() > 0);
+    let events = document["events"].as_array().unwrap();
+    let certified = events.iter().find(|e| e["kind"] == "stick").unwrap()["time"]
+        .as_f64()
+        .unwrap();
+    let onsets = document["onsets"].as_array().unwrap();
+    let kicked: Vec<_> = onsets.iter().filter(|o| o["kicked"] == true).collect();
+    // As many without the kick, over the same methods and tolerances.
+    assert_eq!(onsets.len(), 2 * kicked.len());
+    for onset in kicked {
+        // What every method alone promises at the default tolerance.
+        if onset["rtol"].as_f64().unwrap() <= 1e-10 {
+            let distance = (onset["first_stick"].as_f64().unwrap() - certified).abs();
+            assert!(distance < 1e-6, "{onset}: {distance:e}");
+        }
+    }
+    // Without it sliding goes on further.
+    for onset in onsets.iter().filter(|o| o["kicked"] == false) {
+        assert!(onset["first_stick"].as_f64().unwrap() > certified, "{onset}");
+    }
+    let refused = refusal(&mut folder.stickslip(&certify("paper-si", &["--figure", "onset.pdf"])));
+    assert!(refused.contains(".svg or .png"), "{refused}");
+}

@@ -54,6 +54,7 @@ fn cli_modes_agree_with_what_run_prints() {
             ("growth exponent G", "growth exponent G"),
             ("onset of stick-slip", "first stick"),
             ("e-folds gained from the kick", "e-folds gained from the kick"),
+            ("kick above rounding, e-folds", "kick above rounding, e-folds"),
         ] {
             assert_eq!(value(&report, in_run), value(&table, in_modes), "{case}: {in_run}");
         }

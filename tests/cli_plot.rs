@@ -218,7 +218,7 @@ fn cli_plot_refuses_with_the_remedy() {
     {
         // Handles hold the file, and with it its lock.
         let sweep = hdf5::File::create(folder.path("sweep.h5")).unwrap();
-        let format: hdf5::types::VarLenUnicode = "stickslip-sweep".parse().unwrap();
+        let format: hdf5::types::VarLenUnicode = "stickslip-study".parse().unwrap();
         let attribute = sweep.new_attr::<hdf5::types::VarLenUnicode>().create("format").unwrap();
         attribute.write_scalar(&format).unwrap();
     }
@@ -243,7 +243,7 @@ fn cli_plot_refuses_with_the_remedy() {
         ),
         (
             &["sweep.h5"],
-            &["sweep.h5", "format is \"stickslip-sweep\"", "stickslip run"],
+            &["sweep.h5", "format is \"stickslip-study\"", "stickslip run"],
         ),
         (
             &["bare.h5"],

@@ -329,6 +329,67 @@ fn cli_run_unperturbed_warns_that_noise_decides() {
     assert_eq!(json(&stdout)["warnings"].as_array().unwrap().len(), 1);
 }
 
+/// Kicks that the run ends before, at a time and at the instability: each with what is to be done, or what is known.
+#[test]
+fn cli_run_says_if_it_ends_before_a_kick() {
+    let folder = Folder::new();
+    let (stdout, _) = output(
+        &mut folder.stickslip(&["run", "--json", "--set", "output.end_time=2"]),
+        0,
+    );
+    let document = json(&stdout);
+    assert_eq!(document["summary"]["kicks_never_given"], 1);
+    let warning = document["warnings"][0].as_str().unwrap();
+    assert!(
+        warning.contains("the run ended at t = 2 s, before its time"),
+        "{warning}"
+    );
+    let kick = "perturbation=[{time=\"instability\",relative_velocity=1e-4}]";
+    let (_, stderr) = output(
+        &mut folder.stickslip(&["run", "--set", "output.end_time=2", "--set", kick]),
+        0,
+    );
+    assert!(
+        stderr.contains("the run ended at t = 2 s, before sliding lost its stability"),
+        "{stderr}"
+    );
+}
+
+/// The paper's numbers stand beside its own parameters, whatever solves them and whatever is sampled.
+#[test]
+fn cli_run_puts_the_paper_beside_its_own_parameters() {
+    let folder = Folder::new();
+    let case = folder.write("mine.toml", include_str!("../data/cases/paper.toml"));
+    let mine = case.to_str().unwrap();
+    for (arguments, beside) in [
+        (&["--set", "solver.rtol=1e-12"][..], true),
+        (&["--method", "erk"], true),
+        (&["--set", "output.end_time=7.5"], true),
+        (&[mine], true),
+        (&["--set", "friction.decay=4.9"], false),
+        (&["paper-si"], false),
+    ] {
+        let mut command = folder.stickslip(&["run"]);
+        let (stdout, _) = output(command.args(arguments), 0);
+        assert_eq!(stdout.contains("6.9896 s"), beside, "{arguments:?}: {stdout}");
+    }
+}
+
+/// A kick that dies out in the stable sliding is called dead, and one of nothing is none.
+#[test]
+fn cli_run_calls_a_dead_kick_dead() {
+    let folder = Folder::new();
+    let line = |row: &str, kick: &str| {
+        let kick = format!("perturbation=[{{{kick}}}]");
+        let (stdout, _) = output(&mut folder.stickslip(&["run", "--set", &kick]), 0);
+        let found = stdout.lines().find(|line| line.starts_with(row));
+        found.unwrap().to_owned()
+    };
+    assert!(line("kick above", "time=1e-3, relative_velocity=1e-4").ends_with(", it has died out"));
+    assert!(line("e-folds", "time=\"instability\", relative_velocity=0").ends_with("none"));
+    assert!(!line("kick above", "time=6.966, relative_velocity=1e-4").contains("died"));
+}
+
 /// Without a falling friction sliding never loses its stability.
 #[test]
 fn cli_run_says_if_a_kick_never_came() {

@@ -99,3 +99,27 @@ fn cli_signals_interrupted_run_can_be_repeated() {
     cli_common::output(again.args(whole), 0);
     assert_eq!(folder.result("whole.h5").status(), &Status::Complete);
 }
+
+/// Also during its first run, whose file is nobody's and goes again.
+#[test]
+fn cli_signals_end_a_certificate_without_a_trace() {
+    let folder = Folder::new();
+    let mut child = folder.start(&[&["certify", "-q"], LONG].concat());
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !folder.names().iter().any(|name| name.contains("uncertified")) {
+        assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    send("INT", &child);
+    let sent = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if sent.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("no end 20 s after INT");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert_eq!(folder.names(), [""; 0]);
+}

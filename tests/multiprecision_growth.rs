@@ -25,7 +25,7 @@ fn multiprecision_smooth_sliding_ends_at_the_exact_stick() {
 
 /// Without a perturbation the run's onset is noise, and the summary says so; with one it is not.
 #[test]
-fn multiprecision_noise_is_called_noise() {
+fn property_noise_is_called_noise() {
     let mut parameters = truth("si-unperturbed").parameters;
     let (_, report) = run(&parameters, &SolverOptions::default(), &output(7.1, 0.1));
     let summary = Summary::of_run(&parameters, &report);
@@ -43,7 +43,7 @@ fn multiprecision_noise_is_called_noise() {
 /// A kick that turns the sliding round, seconds before, takes the margin of stability through zero and back and is damped
 /// out: the instability is the one that lasts, and what grows from it is rounding as without a kick.
 #[test]
-fn multiprecision_a_large_early_kick_leaves_the_onset_to_noise() {
+fn property_a_large_early_kick_leaves_the_onset_to_noise() {
     let mut parameters = truth("si-unperturbed").parameters;
     parameters.perturbations = vec![Kick {
         time: KickTime::At(0.5),
@@ -68,7 +68,7 @@ fn multiprecision_a_large_early_kick_leaves_the_onset_to_noise() {
 
 /// G belongs to the case: it does not depend on where the run ends.
 #[test]
-fn multiprecision_growth_exponent_is_that_of_the_whole_slide() {
+fn property_growth_exponent_is_that_of_the_whole_slide() {
     let parameters = truth("si-unperturbed").parameters;
     let exponent = |end| {
         let (_, report) = run(&parameters, &SolverOptions::default(), &output(end, 0.1));

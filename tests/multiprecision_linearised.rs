@@ -23,7 +23,7 @@ fn setup(name: &str) -> (Case, ExactParameters, Linearised) {
     let exact = Case::exact_parameters(&source, &[]).unwrap();
     let recorder = run(&case);
     let unstable = recorder.events.iter().rfind(|e| e.kind == EventKind::Destabilised);
-    let linearised = linearise(&case, &case.solver, unstable.map(|e| e.time)).unwrap();
+    let linearised = linearise(&case, &case.solver, unstable.map(|e| e.time), &|| false).unwrap();
     (case, exact, linearised)
 }
 

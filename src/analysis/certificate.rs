@@ -187,7 +187,7 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
         ..case.solver.clone()
     };
     let (ladder, linearised) = std::thread::scope(|scope| {
-        let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability)));
+        let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability), stop));
         (climb(case, result, stop), linearised.join())
     });
     if stop() {

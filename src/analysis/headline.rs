@@ -149,9 +149,9 @@ impl Headline {
         let period = |period: Option<f64>| ratio(period, self.natural_period);
         let axial = self.axial_displacement;
         let died = self.kick_above_noise.is_some_and(|above| above < 0.0);
-        let gained = format!(
+        let above = format!(
             "{}{}",
-            number(self.e_folds_gained),
+            number(self.kick_above_noise),
             if died { ", it has died out" } else { "" }
         );
         [
@@ -185,7 +185,8 @@ impl Headline {
             ),
             ("loss of stability", time(self.instability_time), ""),
             ("growth exponent G", number(self.growth_exponent), ""),
-            ("e-folds gained from the kick", gained, ""),
+            ("e-folds gained from the kick", number(self.e_folds_gained), ""),
+            ("kick above rounding, e-folds", above, ""),
             ("energy residual", residual, ""),
         ]
         .map(|(name, value, paper)| HeadlineRow { name, value, paper })

@@ -85,16 +85,29 @@ impl Linearised {
 }
 
 /// Runs the case with the samples that the linearisation needs, and linearises it. `instability` is the loss of stability
-/// from which growth counts (s); `None` if there is none.
+/// from which growth counts (s); `None` if there is none. `stop` is asked now and then: what comes back after it said so
+/// ends where the run did.
 ///
 /// # Errors
 /// Those of the run.
-pub fn linearise(case: &Case, solver: &SolverOptions, instability: Option<f64>) -> Result<Linearised, Box<RunFailure>> {
+pub fn linearise(
+    case: &Case,
+    solver: &SolverOptions,
+    instability: Option<f64>,
+    stop: &dyn Fn() -> bool,
+) -> Result<Linearised, Box<RunFailure>> {
     let run = |output| {
         let mut recorder = MemoryRecorder::default();
-        simulate(&case.parameters, solver, &output, &mut recorder, &mut |_| {
-            ControlFlow::Continue(())
-        })?;
+        simulate(
+            &case.parameters,
+            solver,
+            &output,
+            &mut recorder,
+            &mut |_| match stop() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            },
+        )?;
         Ok::<_, Box<RunFailure>>(recorder)
     };
     let mut plain = case.output.clone();

@@ -8,6 +8,7 @@ pub mod headline;
 pub mod ladder;
 pub mod linearised;
 pub mod modes;
+pub mod onset;
 mod path;
 pub mod smooth_sliding;
 pub mod stability_path;

@@ -3,6 +3,7 @@
 use toml_edit::{Document, Item, Table, TableLike, TomlError, Value as TomlValue};
 
 use super::error::{CaseError, Problem};
+use super::setting::Setting;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -243,6 +244,30 @@ impl Override {
         Override {
             path: path.to_owned(),
             value: Value::Float(value),
+        }
+    }
+
+    /// Sets what a node of another document says.
+    pub(crate) fn of_node(path: &str, node: &Node) -> Override {
+        let mut node = node.clone();
+        re_place(&mut node, &Place::Override(path.to_owned()));
+        Override {
+            path: path.to_owned(),
+            value: node.value,
+        }
+    }
+
+    /// Sets one value of an axis.
+    pub fn setting(path: &str, value: &Setting) -> Override {
+        let value = match value {
+            Setting::Number(number) => Value::Float(*number),
+            Setting::Count(count) => Value::Integer(i64::try_from(*count).unwrap_or(i64::MAX)),
+            Setting::Flag(flag) => Value::Flag(*flag),
+            Setting::Text(text) => Value::Text(text.clone()),
+        };
+        Override {
+            path: path.to_owned(),
+            value,
         }
     }
 

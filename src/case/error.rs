@@ -24,12 +24,19 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !self.place.is_empty() {
-            write!(f, "{}: ", self.place)?;
-        }
-        // An override already names its key.
-        if !self.key.is_empty() && self.place != format!("--set {}", self.key) {
-            write!(f, "{}: ", self.key)?;
+        match self.place.strip_prefix("--set ") {
+            // An override already names its key, or the table that has it.
+            Some(set) if set == self.key || self.key.is_empty() => write!(f, "{}: ", self.place)?,
+            // What is wrong may be another key's value, with which the override does not go together.
+            Some(set) if !self.key.starts_with(set) => {
+                let verb = if self.message.starts_with("missing") { "is " } else { "" };
+                write!(f, "{}: then {} {verb}", self.place, self.key)?;
+            }
+            _ => {
+                for part in [&self.place, &self.key].into_iter().filter(|part| !part.is_empty()) {
+                    write!(f, "{part}: ")?;
+                }
+            }
         }
         f.write_str(&self.message)
     }

@@ -24,11 +24,15 @@ mod exact;
 mod numbers;
 mod reader;
 mod resolved;
+mod setting;
 mod source;
 
 pub use document::Override;
 pub use error::{CaseError, Problem};
 pub(crate) use reader::number_of;
+pub(crate) use setting::read_setting;
+pub use setting::{Setting, key_of};
+pub(crate) use source::words;
 pub use source::{CaseSource, Origin};
 
 use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};

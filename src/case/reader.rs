@@ -378,7 +378,7 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
     Ok(())
 }
 
-fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, String> {
+pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, String> {
     let number = match value {
         Value::Integer(number) => *number as f64,
         Value::Float(number) => *number,
@@ -414,7 +414,7 @@ fn shown(value: &Value, number: f64, dimension: Dimension) -> String {
     }
 }
 
-fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String> {
+pub(super) fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String> {
     let listed = || match names {
         [only] => format!("\"{only}\""),
         _ => format!("one of \"{}\"", names.join("\", \"")),

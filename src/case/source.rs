@@ -92,7 +92,7 @@ impl CaseSource {
 }
 
 /// The operating system's error with what to do about it.
-fn words(error: &std::io::Error) -> String {
+pub(crate) fn words(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::NotFound => "no such file; check the name".to_owned(),

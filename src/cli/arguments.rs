@@ -47,10 +47,12 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Say how many digits of a result are true.
     Certify(CertifyOptions),
-    /// Hold results of any solver against a reference: events, then states, and why they differ.
+    /// Hold results of any solver against a reference.
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
+    /// Run a study: many cases, a map, a critical curve.
+    Sweep(SweepOptions),
     /// Draw figures of result files, or write an interactive page.
     #[command(
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
@@ -132,12 +134,50 @@ pub(super) struct CertifyOptions {
     /// Solve the case by the multiprecision oracle too, and hold the result against it.
     #[arg(long)]
     pub oracle: bool,
+    /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG).
+    #[arg(long, value_name = "FILE")]
+    pub figure: Option<PathBuf>,
     /// Override a key, such as solver.rtol=1e-12; for a case only.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SweepOptions {
+    /// A TOML file, or a built-in study.
+    #[arg(value_name = "STUDY")]
+    pub study: String,
+    /// Sweep file [default: STUDY.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Go on with what an interrupted sweep has left.
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Threads [default: one for each processor].
+    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
+    pub jobs: Option<usize>,
+    /// Integration method, the same as --set solver.method=M.
+    #[arg(long, value_name = "M")]
+    pub method: Option<String>,
+    /// Override a key of the base case.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Replace any file, and start anew.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// More threads than this are a slip of the pen.
+const MOST_JOBS: usize = 4096;
+
+fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(count) if (1..=MOST_JOBS).contains(&count) => Ok(count),
+        _ => Err(format!("give a number of threads from 1 to {MOST_JOBS}")),
+    }
 }
 
 #[derive(Debug, Args)]

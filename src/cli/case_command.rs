@@ -2,7 +2,8 @@
 
 use super::arguments::{CaseOptions, Common};
 use super::{CommandError, End, print, print_json, terminal};
-use crate::case::{Case, CaseError, CaseSource, builtin};
+use crate::case::{Case, CaseError, CaseSource, Origin, builtin};
+use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -11,11 +12,17 @@ struct Listed {
     title: String,
 }
 
-/// Prints a built-in case, or lists them.
+/// Prints a built-in case or study, or lists them.
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
     let input = |error: CaseError| CommandError::Input(error.to_string());
     if let Some(name) = &options.name {
-        let source = CaseSource::built_in(name).map_err(input)?;
+        let source = match STUDIES.iter().find(|study| study.name == name) {
+            Some(study) => CaseSource {
+                text: study.text.to_owned(),
+                origin: Origin::BuiltIn(study.name.to_owned()),
+            },
+            None => CaseSource::built_in(name).map_err(input)?,
+        };
         if common.json {
             print_json(&serde_json::json!({ "name": name, "text": source.text }))?;
         } else {
@@ -29,6 +36,13 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         listed.push(Listed {
             name: built_in.name,
             title: Case::parse(&source, &[]).map_err(input)?.title,
+        });
+    }
+    for study in STUDIES {
+        let source = StudySource::built_in(study.name).map_err(input)?;
+        listed.push(Listed {
+            name: study.name,
+            title: Study::parse(source, &[]).map_err(input)?.title,
         });
     }
     if common.json {

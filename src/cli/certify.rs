@@ -1,13 +1,17 @@
 //! `stickslip certify`.
 
-use super::arguments::{CertifyOptions, Common};
+use super::arguments::{CertifyOptions, Common, DPI, Format};
+use super::modes::figure_target;
+use super::plot::{bad, save};
 use super::run::{Input, bad_case, bad_file, header, interrupt_flag, read_input, stick_slip_table};
 use super::{CommandError, End, certify_report, print, print_json};
 use crate::analysis::Summary;
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict, certify as certificate_of};
+use crate::analysis::onset::{Onset, onsets};
 use crate::case::{Case, CaseSource, Origin, Override};
 use crate::model::Parameters;
 use crate::oracle::{self, ExactParameters, OracleError, OracleOptions, OracleReport};
+use crate::plot::{onset, style, svg};
 use crate::results::{Overwrite, ResultFile, ResultWriter, Status, check_target, write_certified};
 use crate::simulation::{Event, simulate};
 use std::ops::ControlFlow;
@@ -66,8 +70,15 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Overwrite::OwnResults
     };
     check_target(&target, overwrite, &input.files).map_err(bad_file)?;
+    let drawing = options
+        .figure
+        .as_deref()
+        .map(|path| figure_target(path, options.force, &input.files))
+        .transpose()?;
     let stop = interrupt_flag()?;
-    let result = obtain(&input, &target)?;
+    let Some(result) = obtain(&input, &target, &stop)? else {
+        return Ok(End::Interrupted);
+    };
     let outcome = examine(&input, &result.events, options, &stop);
     let written = outcome.and_then(|(certificate, exact)| {
         let tables = certify_report::tables(&certificate, &result.events, exact.as_ref());
@@ -82,6 +93,13 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Err(_) if stop.load(Ordering::Relaxed) => return Ok(End::Interrupted),
         Err(error) => return Err(error),
     };
+    let drawn = match drawing {
+        Some(drawing) => match draw(&input.case, drawing, &stop)? {
+            Some(onsets) => onsets,
+            None => return Ok(End::Interrupted),
+        },
+        None => Vec::new(),
+    };
     let report = certify_report::Report {
         source: input.source.label(),
         title: &input.case.title,
@@ -89,6 +107,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         exact: exact.as_ref(),
         result: &result.events,
         file: target.display().to_string(),
+        figure: drawing.map(|(path, _)| path.display().to_string()),
+        onsets: &drawn,
         seconds: clock.elapsed().as_secs_f64(),
     };
     if common.json {
@@ -105,6 +125,16 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
 }
 
+/// Draws the first stick against the tolerance; `None` if it was interrupted.
+fn draw(case: &Case, (path, format): (&Path, Format), stop: &AtomicBool) -> Result<Option<Vec<Onset>>, CommandError> {
+    let Some(onsets) = onsets(case, &|| stop.load(Ordering::Relaxed)) else {
+        return Ok(None);
+    };
+    let text = svg::svg(&onset::figure(&case.title, &onsets), style::COLUMN_WIDTH).map_err(bad)?;
+    save(path, &text, format, DPI).map_err(bad)?;
+    Ok(Some(onsets))
+}
+
 /// The result that is certified.
 struct Obtained {
     path: PathBuf,
@@ -113,8 +143,8 @@ struct Obtained {
     own: bool,
 }
 
-/// The given result file, or a run of the case beside the target.
-fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
+/// The given result file, or a run of the case beside the target; `None` if it was interrupted.
+fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
     if let Origin::Result(path) = &input.source.origin {
         let file = ResultFile::open(path).map_err(bad_file)?;
         if *file.status() != Status::Complete {
@@ -125,11 +155,11 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
                 path.display()
             )));
         }
-        return Ok(Obtained {
+        return Ok(Some(Obtained {
             path: path.clone(),
             events: file.events().map_err(bad_file)?,
             own: false,
-        });
+        }));
     }
     let stem = target.file_stem().unwrap_or_default().to_string_lossy();
     let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
@@ -146,10 +176,22 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
     )
     .map_err(bad_file)?;
     let clock = Instant::now();
-    let report = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |_| {
-        ControlFlow::Continue(())
-    })
+    let report = simulate(
+        &case.parameters,
+        &case.solver,
+        &case.output,
+        &mut writer,
+        &mut |_| match stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        },
+    )
     .map_err(|failure| failed(failure.to_string()))?;
+    if report.interrupted {
+        drop(writer);
+        let _ = std::fs::remove_file(crate::results::partial_path(&path));
+        return Ok(None);
+    }
     let summary = Summary::of_run(&case.parameters, &report);
     writer
         .finish(
@@ -159,11 +201,11 @@ fn obtain(input: &Input, target: &Path) -> Result<Obtained, CommandError> {
         )
         .map_err(|error| failed(error.to_string()))?;
     let events = ResultFile::open(&path).and_then(|file| file.events());
-    Ok(Obtained {
+    Ok(Some(Obtained {
         events: events.map_err(|error| failed(error.to_string()))?,
         path,
         own: true,
-    })
+    }))
 }
 
 /// The ladder, and the oracle if it is asked for.

@@ -3,6 +3,7 @@
 use super::certify::Exact;
 use super::terminal;
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
+use crate::analysis::onset::Onset;
 use crate::results::CertificateTables;
 use crate::simulation::Event;
 use serde_json::{Value, json};
@@ -18,6 +19,10 @@ pub(super) struct Report<'a> {
     pub exact: Option<&'a Exact>,
     pub result: &'a [Event],
     pub file: String,
+    /// The figure, if one was drawn.
+    pub figure: Option<String>,
+    /// What it shows.
+    pub onsets: &'a [Onset],
     /// s.
     pub seconds: f64,
 }
@@ -98,7 +103,11 @@ impl Report<'_> {
             parts.push(self.oracle(exact));
         }
         parts.push(self.verdict());
-        format!("{}\n\n{}\n", parts.join("\n\n"), self.file)
+        let figure = self
+            .figure
+            .as_ref()
+            .map_or_else(String::new, |path| format!("{path}\n"));
+        format!("{}\n\n{}\n{figure}", parts.join("\n\n"), self.file)
     }
 
     fn events(&self) -> comfy_table::Table {
@@ -220,6 +229,8 @@ impl Report<'_> {
             .collect();
         json!({
             "file": self.file,
+            "figure": self.figure,
+            "onsets": self.onsets,
             "case": self.source,
             "title": self.title,
             "verdict": c.verdict,

@@ -11,6 +11,7 @@ mod plot;
 mod progress;
 mod provenance;
 mod run;
+mod sweep;
 mod terminal;
 mod work_precision;
 
@@ -77,6 +78,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Run(options) => run::run(&options, &common),
         Command::Certify(options) => certify::certify(&options, &common),
         Command::Compare(options) => compare::compare(&options, &common),
+        Command::Sweep(options) => sweep::sweep(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),

@@ -55,7 +55,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
 }
 
 /// The file of the figure, checked before anything is computed.
-fn figure_target<'a>(
+pub(super) fn figure_target<'a>(
     path: &'a Path,
     force: bool,
     inputs: &[std::path::PathBuf],

@@ -4,8 +4,8 @@ use super::arguments::{Common, Format, PlotOptions};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::plot::catalogue::{self, ENTRIES, Entry, Story};
 use crate::plot::target::{self, Product, TargetError};
-use crate::plot::{Figure, PlotError, Run, own, page, raster, svg};
-use crate::results::{ResultFile, Status};
+use crate::plot::{Figure, PlotError, Run, critical, own, page, raster, svg};
+use crate::results::{ResultFile, Status, SweepFile};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -57,6 +57,13 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     if let Some(path) = &options.html {
         return html(options, path, common);
     }
+    if let [file] = &options.files[..]
+        && options.channels.is_empty()
+        && options.phase.is_empty()
+        && SweepFile::is_one(file)
+    {
+        return critical_curve(options, file, common);
+    }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
     let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
     let mut names = std::collections::HashSet::new();
@@ -76,6 +83,23 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
         })?;
     } else if !common.quiet {
         print(&report(&written, &chosen, &options.files))?;
+    }
+    Ok(End::Done)
+}
+
+/// Draws the boundaries of a sweep file.
+fn critical_curve(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
+    let file = SweepFile::open(path).map_err(|error| bad(error.into()))?;
+    let figure = critical::figure(&file).map_err(bad)?;
+    let written = write(options, &[figure])?;
+    if common.json {
+        print_json(&PlotDocument {
+            files: written,
+            not_drawn: Vec::new(),
+            sampling: None,
+        })?;
+    } else if !common.quiet {
+        print(&report(&written, &Chosen::default(), &options.files))?;
     }
     Ok(End::Done)
 }

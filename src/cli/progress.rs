@@ -1,9 +1,12 @@
-//! The progress bar, over simulated time.
+//! Progress bars: of a run over simulated time, of a sweep over its points.
 
 use super::arguments::{Common, ProgressChoice};
 use crate::simulation::Progress;
+use crate::sweep::SweepProgress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+
+const MESSAGE: &str = "{bar:16} {msg}  {elapsed} (left {eta})";
 
 /// Resolution of the bar.
 const TICKS: f64 = 1000.0;
@@ -16,8 +19,10 @@ pub(super) struct RunBar {
 
 impl RunBar {
     pub(super) fn new(common: &Common, end_time: f64) -> Self {
-        let bar = bar(common, TICKS as u64);
-        RunBar { bar, end_time }
+        RunBar {
+            bar: bar(common, TICKS as u64, MESSAGE),
+            end_time,
+        }
     }
 
     pub(super) fn show(&self, progress: Progress) {
@@ -47,7 +52,7 @@ pub(super) struct CountBar {
 
 impl CountBar {
     pub(super) fn new(common: &Common, what: &'static str) -> Self {
-        let bar = bar(common, 0);
+        let bar = bar(common, 0, MESSAGE);
         CountBar { bar, what }
     }
 
@@ -66,25 +71,61 @@ impl CountBar {
     }
 }
 
-/// A bar where one is wanted, else a hidden one.
-fn bar(common: &Common, length: u64) -> ProgressBar {
+/// A bar with the points that are done, how many a second, and the time left.
+pub(super) struct SweepBar {
+    bar: ProgressBar,
+}
+
+impl SweepBar {
+    pub(super) fn new(common: &Common) -> Self {
+        let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {per_sec}  {elapsed} (left {eta})");
+        SweepBar { bar }
+    }
+
+    pub(super) fn show(&self, progress: SweepProgress) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        if self.bar.length() != Some(progress.total) {
+            self.bar.set_length(progress.total);
+        }
+        // What an earlier start has done says nothing about the rate.
+        if self.bar.position() == 0 && progress.done > 0 {
+            self.bar.set_position(progress.done);
+            self.bar.reset_eta();
+        } else {
+            self.bar.set_position(progress.done);
+        }
+        let more = if progress.open { " or more" } else { "" };
+        let failed = match progress.failed {
+            0 => String::new(),
+            failed => format!(", {failed} failed"),
+        };
+        self.bar.set_message(format!("{}{more} points{failed}", progress.total));
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A bar on standard error, hidden where none is wanted.
+fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
     let terminal = std::io::stderr().is_terminal();
     let shown = match common.progress {
         ProgressChoice::Always => true,
         ProgressChoice::Never => false,
         ProgressChoice::Auto => !common.quiet && terminal,
     };
-    if shown {
-        let target = if terminal {
-            ProgressDrawTarget::stderr()
-        } else {
-            // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
-            ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
-        };
-        let style = ProgressStyle::with_template("{bar:16} {msg}  {elapsed} (left {eta})")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        ProgressBar::with_draw_target(Some(length), target).with_style(style)
-    } else {
-        ProgressBar::hidden()
+    if !shown {
+        return ProgressBar::hidden();
     }
+    let target = if terminal {
+        ProgressDrawTarget::stderr()
+    } else {
+        // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
+        ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
+    };
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(Some(length), target).with_style(style)
 }

@@ -81,8 +81,9 @@ pub(super) fn events(case: &Case) -> Vec<(String, MetaValue)> {
         .to_vec()
 }
 
-/// Attributes of /meta that say which program on which machine, and when.
-pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
+/// Attributes of /meta that say which program on which machine: all that a sweep file has, because they are the same in
+/// every sweep of a study.
+pub(super) fn build() -> Vec<(String, MetaValue)> {
     let texts = [
         ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
         ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
@@ -93,13 +94,20 @@ pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
             "platform",
             format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         ),
-        ("command_line", command_line()),
-        ("started", started.to_owned()),
     ];
     texts
         .into_iter()
         .map(|(name, text)| (name.to_owned(), MetaValue::Text(text)))
         .collect()
+}
+
+/// The same, with what was called for and when.
+pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
+    let mut meta = build();
+    for (name, text) in [("command_line", command_line()), ("started", started.to_owned())] {
+        meta.push((name.to_owned(), MetaValue::Text(text)));
+    }
+    meta
 }
 
 /// Attributes of /meta of a run.

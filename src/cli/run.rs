@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
+pub(super) const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
                           Vibration, 2016, article 9275147";
 
 /// What is to be run: where it is from, and what it says.
@@ -236,7 +236,7 @@ pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Re
     })
 }
 
-fn looks_like_a_path(name: &str) -> bool {
+pub(super) fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
 }
 
@@ -339,7 +339,7 @@ fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> 
 /// About kicks that a run did not come to, though it came to its end.
 fn kick_warnings(summary: &Summary) -> Vec<String> {
     let (end, waiting) = (summary.end, summary.kicks_without_instability);
-    let late = summary.kicks_never_given - waiting;
+    let late = summary.kicks_never_given.saturating_sub(waiting);
     let mut warnings = Vec::new();
     if late > 0 {
         warnings.push(format!(

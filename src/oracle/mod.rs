@@ -12,17 +12,20 @@
 //! | `roots` | the first zero of a guard on a step, or the proof that there is none |
 //! | `steps` | order and length of a step from the precision |
 //! | `automaton` | modes, events, kicks and corners |
+//! | `report` | what a run gives |
 
 mod automaton;
 mod number;
 mod parameters;
+mod report;
 mod roots;
 mod series;
 mod steps;
 
-pub use automaton::{OracleEvent, OracleReport, OracleState, run};
+pub use automaton::run;
 pub use number::{Number, decimal, nearest_double, rational};
 pub use parameters::{ExactActuation, ExactKick, ExactParameters};
+pub use report::{OracleEvent, OracleReport, OracleState};
 
 use num_rational::BigRational;
 

@@ -35,8 +35,8 @@ pub enum PlotError {
     #[error("there is no figure \"{name}\"{hint}; there are {known}")]
     UnknownFigure { name: String, hint: String, known: String },
     #[error(
-        "figure {number} of the paper is a critical curve: stick-slip or not over decay rate and damping. It needs the \
-         runs of a sweep, and this program does not compute sweeps yet; of a single run, --list says what can be drawn"
+        "figure {number} of the paper is a critical curve: stick-slip or not over decay rate and damping. It is drawn from \
+         the file of a sweep: `stickslip sweep critical-curve`, then `stickslip plot critical-curve.h5`"
     )]
     CriticalCurve { number: u32 },
     #[error(

@@ -4,6 +4,7 @@
 //! draws them, and [`raster`] turns that into pixels with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
+pub mod critical;
 pub mod decimate;
 pub mod error;
 pub mod figure;
@@ -11,6 +12,7 @@ pub mod font;
 pub mod labels;
 mod marks;
 pub mod modes;
+pub mod onset;
 pub mod own;
 pub mod page;
 pub mod portraits;

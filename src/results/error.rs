@@ -58,6 +58,8 @@ pub enum ResultError {
         super::schema::FORMAT
     )]
     NotAResult { path: PathBuf, found: Option<String> },
+    #[error("{path}: not the file of a sweep; give one written by `stickslip sweep`")]
+    NotASweep { path: PathBuf },
     #[error(
         "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
     )]
@@ -113,7 +115,7 @@ impl ResultError {
     }
 
     /// An error of the operating system at `path`.
-    pub(super) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
+    pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         let (path, folder) = (path.to_owned(), super::target::folder_of(path));
         match source.kind() {
             io::ErrorKind::NotFound if !folder.exists() => ResultError::NoFolder { path, folder },

@@ -11,6 +11,9 @@ mod raw;
 mod reader;
 pub mod schema;
 mod stick_slip;
+mod sweep_columns;
+mod sweep_file;
+mod sweep_writer;
 pub(crate) mod target;
 mod work_precision;
 mod writer;
@@ -22,6 +25,11 @@ pub use reader::{
     AddedColumn, AddedGroup, AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo,
 };
 pub use stick_slip::{Extra, StickSlipTable};
+pub use sweep_file::SweepFile;
+pub use sweep_writer::{
+    Column, ColumnData, SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter,
+};
+pub(crate) use target::folder_of;
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{Header, MetaValue, ResultWriter, SavedRows, Status};

@@ -40,6 +40,59 @@ pub(super) fn attach_scale(dataset: &Dataset, scale: &Dataset, dimension: u32) -
     call(|| unsafe { H5DSattach_scale(dataset.id(), scale.id(), dimension) })
 }
 
+/// Stores `texts` as a column of fixed-length UTF-8 strings, as long as the longest.
+pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::Result<Dataset> {
+    let length = texts.iter().map(String::len).max().unwrap_or(0).max(1);
+    let mut bytes = Vec::with_capacity(length * texts.len());
+    for text in texts {
+        bytes.extend_from_slice(text.as_bytes());
+        bytes.resize(bytes.len() + length - text.len(), 0);
+    }
+    let descriptor = TypeDescriptor::FixedUnicode(length);
+    let dataset = group
+        .new_dataset_builder()
+        .obj_track_times(false)
+        .empty_as(&descriptor)
+        .shape([texts.len()])
+        .create(name)?;
+    let memory = Datatype::from_descriptor(&descriptor)?;
+    // SAFETY: `bytes` holds `length` bytes for each of the elements that the dataset has.
+    call(|| unsafe {
+        H5Dwrite(
+            dataset.id(),
+            memory.id(),
+            H5S_ALL,
+            H5S_ALL,
+            H5P_DEFAULT,
+            bytes.as_ptr().cast(),
+        )
+    })?;
+    Ok(dataset)
+}
+
+/// Reads what [`write_texts`] writes.
+pub(super) fn read_texts(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
+    let descriptor = dataset.dtype()?.to_descriptor()?;
+    let (TypeDescriptor::FixedUnicode(length) | TypeDescriptor::FixedAscii(length)) = descriptor else {
+        return Err("not a column of texts".into());
+    };
+    let mut bytes = vec![0_u8; length * dataset.size()];
+    let memory = Datatype::from_descriptor(&descriptor)?;
+    // SAFETY: `bytes` has room for every element of `memory`'s size.
+    call(|| unsafe {
+        H5Dread(
+            dataset.id(),
+            memory.id(),
+            H5S_ALL,
+            H5S_ALL,
+            H5P_DEFAULT,
+            bytes.as_mut_ptr().cast(),
+        )
+    })?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned();
+    Ok(bytes.chunks(length.max(1)).map(text).collect())
+}
+
 /// Stores `text` as a scalar, fixed-length UTF-8 string: of the forms that hold more than the 64 KiB
 /// of an attribute, the one that every reader shows as a text.
 pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<Dataset> {

@@ -12,7 +12,9 @@ pub const FORMAT: &str = "stickslip-result";
 /// Root attribute `format` of a work-precision study.
 pub const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
 /// Every format that this program writes.
-pub const FORMATS: [&str; 2] = [FORMAT, WORK_PRECISION_FORMAT];
+pub const FORMATS: [&str; 3] = [FORMAT, WORK_PRECISION_FORMAT, SWEEP_FORMAT];
+/// Root attribute `format` of every sweep file.
+pub const SWEEP_FORMAT: &str = "stickslip-sweep";
 /// Root attribute `format_version`. A change that an old reader would misread raises it.
 pub const FORMAT_VERSION: i32 = 1;
 /// Root attribute `Conventions`.

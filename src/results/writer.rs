@@ -15,7 +15,7 @@ use crate::model::Mode;
 use crate::simulation::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 
 /// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
-const DEFLATE_LEVEL: u8 = 1;
+pub(super) const DEFLATE_LEVEL: u8 = 1;
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
 /// takes less than a millisecond and is not atomic: a program that reads at that very moment may
@@ -707,7 +707,7 @@ pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) 
         .write_scalar(&text_value(text)?)
 }
 
-fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
+pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
     // A C string ends at its first NUL.
     text.replace('\0', " ")
         .parse()

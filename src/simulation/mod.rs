@@ -66,6 +66,14 @@ pub struct RunReport {
     pub stopped_smoothly: bool,
 }
 
+impl RunReport {
+    /// Counts the kicks that the run did not come to; `waiting` are those that wait for an instability.
+    fn count_kicks(&mut self, parameters: &Parameters, waiting: usize) {
+        self.kicks_never_given = parameters.perturbations.len().saturating_sub(self.digest.kicks_given);
+        self.kicks_without_instability = waiting;
+    }
+}
+
 /// What one solver did in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolverWork {
@@ -156,8 +164,7 @@ pub fn simulate(
     };
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
     let mut report = recording.into_report();
-    report.kicks_never_given = parameters.perturbations.len().saturating_sub(report.digest.kicks_given);
-    report.kicks_without_instability = rules.kicks_never_given();
+    report.count_kicks(parameters, rules.kicks_never_given());
     report.stopped_smoothly = rules.stopped_smoothly();
     match result {
         Ok(finish) => {

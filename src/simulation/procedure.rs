@@ -124,10 +124,10 @@ pub(super) fn run(
         max_events: solver.max_events,
     };
     let result = run.to(output.end_time);
-    let kicks_never_given = run.waiting_kicks.len();
+    let waiting = run.waiting_kicks.len();
     let end = run.time;
     let mut report = run.recording.into_report();
-    report.kicks_never_given = kicks_never_given;
+    report.count_kicks(parameters, waiting);
     match result {
         Ok(interrupted) => {
             report.end = end;

@@ -1,95 +1,21 @@
 //! Modes, events, kicks and corners.
 
+mod guards;
+
 use super::number::{Number, nearest_double};
 use super::parameters::{ExactParameters, Piece};
-use super::roots::{Crossing, first_zero};
-use super::series::{Expansion, Law, Model, State, component::*, evaluate};
+use super::report::{OracleEvent, OracleReport, OracleState};
+use super::series::{Expansion, Law, Model, State, component::*};
 use super::steps::{self, Scales};
 use super::{DIGITS, OracleError, OracleOptions};
-use crate::model::axial::RINGING_FLOOR;
 use crate::model::{BreakawayTest, Mode};
 use crate::simulation::EventKind;
 use astro_float::Consts;
+use guards::Guard;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
-
-/// The state at an event or a sample; rad and rad/s, m and m/s.
-#[derive(Debug, Clone)]
-pub struct OracleState {
-    /// z, m.
-    pub z: Number,
-    /// z', m/s.
-    pub z_dot: Number,
-    /// theta - phi_2, rad.
-    pub rotor_twist: Number,
-    /// phi_1, rad.
-    pub stator_twist: Number,
-    /// theta, rad.
-    pub theta: Number,
-    /// theta', rad/s.
-    pub theta_dot: Number,
-    /// phi_2', rad/s.
-    pub phi2_dot: Number,
-    /// phi_1', rad/s.
-    pub phi1_dot: Number,
-}
-
-impl OracleState {
-    fn new(y: &State) -> OracleState {
-        OracleState {
-            z: y[Z].clone(),
-            z_dot: y[Z_DOT].clone(),
-            rotor_twist: y[ROTOR_TWIST].clone(),
-            stator_twist: y[STATOR_TWIST].clone(),
-            theta: y[ROTOR_ANGLE].clone(),
-            theta_dot: y[ROTOR_SPEED].clone(),
-            phi2_dot: &y[ROTOR_SPEED] - &y[ROTOR_TWIST_RATE],
-            phi1_dot: y[STATOR_TWIST_RATE].clone(),
-        }
-    }
-
-    /// Name and value of each component.
-    pub fn components(&self) -> [(&'static str, &Number); 8] {
-        [
-            ("z", &self.z),
-            ("z_dot", &self.z_dot),
-            ("rotor_twist", &self.rotor_twist),
-            ("stator_twist", &self.stator_twist),
-            ("theta", &self.theta),
-            ("theta_dot", &self.theta_dot),
-            ("phi2_dot", &self.phi2_dot),
-            ("phi1_dot", &self.phi1_dot),
-        ]
-    }
-}
-
-/// An event, with the state after it.
-#[derive(Debug, Clone)]
-pub struct OracleEvent {
-    /// s.
-    pub time: Number,
-    /// What happened.
-    pub kind: EventKind,
-    /// Mode after the event.
-    pub mode_after: Mode,
-    /// The state after the event.
-    pub state: OracleState,
-}
-
-/// What an oracle run found.
-#[derive(Debug, Clone)]
-pub struct OracleReport {
-    /// All events, in order.
-    pub events: Vec<OracleEvent>,
-    /// The state at each of the times that were asked for, as far as the run reaches.
-    pub samples: Vec<(Number, OracleState)>,
-    /// How many steps it took.
-    pub steps: u64,
-    /// Bits of the mantissa of all numbers.
-    pub bits: usize,
-}
 
 /// Bits between the digits that a run is to compute with and its precision, for the rounding of sums.
 const GUARD_BITS: f64 = 18.0;
@@ -133,16 +59,6 @@ enum Watch {
     Stable,
     Unstable,
     Off,
-}
-
-/// What can end a step before its time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Guard {
-    Stop,
-    Stability,
-    Separation,
-    Contact,
-    Breakaway(i8),
 }
 
 struct Run {
@@ -432,81 +348,6 @@ impl Run {
             Some((after, guard)) => self.transition(guard, after.is_zero()),
             None => Ok(()),
         }
-    }
-
-    /// The guard that ends the step first, with its time from the start of the step.
-    fn first_guard(&mut self, expansion: &Expansion, step: &Number) -> Result<Option<(Number, Guard)>, OracleError> {
-        let negated = |p: &[Number]| p.iter().map(|c| -c).collect::<Vec<_>>();
-        let mut guards: Vec<(Guard, Vec<Number>)> = Vec::with_capacity(3);
-        match self.mode {
-            Mode::Separated => {
-                if !self.stays_open {
-                    guards.push((Guard::Contact, negated(expansion.normal())));
-                }
-            }
-            Mode::Stick => {
-                guards.push((Guard::Separation, expansion.normal().to_vec()));
-                for sense in [1, -1] {
-                    guards.push((Guard::Breakaway(sense), expansion.reserve(&self.model, sense)));
-                }
-            }
-            Mode::SlipForward | Mode::SlipBackward => {
-                guards.push((Guard::Separation, expansion.normal().to_vec()));
-                guards.push((Guard::Stop, expansion.speed().to_vec()));
-                match self.watch {
-                    Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
-                    Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
-                    Watch::Off => {}
-                }
-            }
-        }
-        let mut first: Option<(Number, Guard)> = None;
-        for (guard, polynomial) in guards {
-            let known = self
-                .zeros
-                .iter()
-                .find(|(zero, _)| *zero == guard)
-                .map_or(0, |(_, count)| *count);
-            let crossing = first_zero(&polynomial, known, step);
-            let time = match crossing {
-                Crossing::None => continue,
-                Crossing::At(time) => time,
-                Crossing::Beyond => self.beyond(guard, known)?,
-            };
-            if guard == Guard::Contact && self.rings_below_floor(expansion, &time) {
-                self.stays_open = true;
-                continue;
-            }
-            if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
-                first = Some((time, guard));
-            }
-        }
-        Ok(first)
-    }
-
-    /// A guard that stands beyond its boundary fires at once, if it may: after a kick, or at the start of a run. One that
-    /// has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
-    fn beyond(&self, guard: Guard, known: usize) -> Result<Number, OracleError> {
-        let what = match guard {
-            Guard::Contact | Guard::Stability if known == 0 => return Ok(Number::zero(self.model.bits)),
-            Guard::Contact | Guard::Separation => "the contact force turns at zero",
-            Guard::Stability => "the stability of sliding turns at its limit",
-            Guard::Stop => "a slip starts against its own sense",
-            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
-        };
-        Err(OracleError::Degenerate {
-            time: self.time.to_f64(),
-            what,
-        })
-    }
-
-    /// Whether an open contact without a force rings too little to count as touching.
-    fn rings_below_floor(&self, expansion: &Expansion, time: &Number) -> bool {
-        if self.force.1.iter().any(|force| !force.is_zero()) {
-            return false;
-        }
-        let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), time).to_f64());
-        (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < RINGING_FLOOR
     }
 
     /// What a guard does that has fired, `at_once` if it stood beyond its boundary.

@@ -1,0 +1,131 @@
+//! The onset of stick-slip against the tolerance: by several methods, with a kick and without.
+
+use crate::case::Case;
+use crate::model::{Kick, KickTime};
+use crate::simulation::{
+    Event, EventKind, Method, OutputOptions, Recorder, RecorderError, Sample, Segment, SolverOptions, simulate,
+};
+use serde::Serialize;
+use std::cell::Cell;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The methods, of which the first follows sliding without a kick to its exact stop.
+pub const METHODS: [Method; 5] = [
+    Method::Series,
+    Method::Auto,
+    Method::Erk,
+    Method::CvodeAdams,
+    Method::CvodeBdf,
+];
+
+/// Relative tolerances, from coarse to fine.
+pub const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
+
+/// The kick of a case that has none, rad/s: far above rounding, and far below the speeds of stick-slip.
+pub const KICK: f64 = 1e-4;
+
+/// The first stick of one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Onset {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Whether the run was kicked.
+    pub kicked: bool,
+    /// s; `None` if there was none, or the run failed before it.
+    pub first_stick: Option<f64>,
+}
+
+/// The first stick of the case by every method at every tolerance, without a kick and with those of the case, or with
+/// one of [`KICK`] at the instability where it has none. The runs go over all processors and end at the first stick.
+/// `stop` is asked now and then; `None` if it said so.
+pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset>> {
+    let mut without = case.parameters.clone();
+    without.perturbations.clear();
+    let mut with = case.parameters.clone();
+    if with.perturbations.is_empty() {
+        with.perturbations.push(Kick {
+            time: KickTime::Instability,
+            relative_velocity: KICK,
+        });
+    }
+    let mut jobs = Vec::with_capacity(2 * METHODS.len() * TOLERANCES.len());
+    for (kicked, parameters) in [(false, &without), (true, &with)] {
+        for method in METHODS {
+            jobs.extend(TOLERANCES.map(|rtol| (kicked, parameters, method, rtol)));
+        }
+    }
+    let output = OutputOptions {
+        interval: case.output.end_time,
+        windows: Vec::new(),
+        steps: false,
+        ..case.output.clone()
+    };
+    let next = AtomicUsize::new(0);
+    let found: Mutex<Vec<(usize, Onset)>> = Mutex::new(Vec::with_capacity(jobs.len()));
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads.min(jobs.len()) {
+            scope.spawn(|| {
+                while !stop() {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(&(kicked, parameters, method, rtol)) = jobs.get(index) else {
+                        break;
+                    };
+                    let solver = SolverOptions {
+                        method,
+                        rtol,
+                        fixed_step: None,
+                        ..case.solver.clone()
+                    };
+                    let first = FirstStick::default();
+                    let mut recorder = &first;
+                    // A failure behind the first stick does not matter, and one before it leaves none.
+                    let _ = simulate(parameters, &solver, &output, &mut recorder, &mut |_| {
+                        if stop() || first.0.get().is_some() {
+                            ControlFlow::Break(())
+                        } else {
+                            ControlFlow::Continue(())
+                        }
+                    });
+                    let onset = Onset {
+                        method: method.name(),
+                        rtol,
+                        kicked,
+                        first_stick: first.0.get(),
+                    };
+                    let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    found.push((index, onset));
+                }
+            });
+        }
+    });
+    if stop() {
+        return None;
+    }
+    let mut found = found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    found.sort_by_key(|(index, _)| *index);
+    Some(found.into_iter().map(|(_, onset)| onset).collect())
+}
+
+/// The time of the first stick, s.
+#[derive(Debug, Default)]
+struct FirstStick(Cell<Option<f64>>);
+
+impl Recorder for &FirstStick {
+    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        if event.kind == EventKind::Stick && self.0.get().is_none() {
+            self.0.set(Some(event.time));
+        }
+        Ok(())
+    }
+    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,90 @@
+//! One value for one key, checked by itself: what an axis of a study is made of.
+
+use super::document::Value;
+use super::quantity::Dimension;
+use super::reader::{choice, number};
+use super::schema::{self, Domain, Key, Kind};
+
+/// One value of a key; a number is in the key's SI unit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Setting {
+    Number(f64),
+    Count(usize),
+    Flag(bool),
+    Text(String),
+}
+
+impl Setting {
+    /// The value where it is a number or a count.
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Setting::Number(number) => Some(*number),
+            Setting::Count(count) => Some(*count as f64),
+            Setting::Flag(_) | Setting::Text(_) => None,
+        }
+    }
+
+    /// The value as a word, for messages and codes.
+    pub fn word(&self) -> String {
+        match self {
+            Setting::Number(number) => format!("{number:?}"),
+            Setting::Count(count) => count.to_string(),
+            Setting::Flag(flag) => flag.to_string(),
+            Setting::Text(text) => text.clone(),
+        }
+    }
+}
+
+/// The key at a concrete path: `perturbation.0.time` is `perturbation[].time`, and `actuation.force.3` is an element of
+/// `actuation.force` of a table.
+pub fn key_of(path: &str) -> Option<&'static Key> {
+    let element_of = |key: &Key| {
+        matches!(key.kind, Kind::Series(..))
+            && path
+                .strip_prefix(key.path)
+                .and_then(|rest| rest.strip_prefix('.'))
+                .is_some_and(|index| index.parse::<usize>().is_ok())
+    };
+    let in_array = |key: &Key| {
+        key.path.split_once("[].").is_some_and(|(array, name)| {
+            path.strip_prefix(array)
+                .and_then(|rest| rest.strip_prefix('.'))
+                .and_then(|rest| rest.split_once('.'))
+                .is_some_and(|(index, rest)| rest == name && index.parse::<usize>().is_ok())
+        })
+    };
+    schema::keys()
+        .iter()
+        .find(|key| key.path == path || in_array(key) || element_of(key))
+}
+
+/// Reads one value for `key`, as far as it can be judged without the rest of the case.
+pub(crate) fn read_setting(key: &Key, value: &Value) -> Result<Setting, String> {
+    match &key.kind {
+        Kind::Text(_) => match value {
+            Value::Text(text) => Ok(Setting::Text(text.clone())),
+            other => Err(format!("expected text in quotes, but got {}", other.describe())),
+        },
+        Kind::Flag(_) => match value {
+            Value::Flag(flag) => Ok(Setting::Flag(*flag)),
+            other => Err(format!("expected true or false, but got {}", other.describe())),
+        },
+        Kind::Count(_) => match value {
+            Value::Integer(count) if *count >= 1 => Ok(Setting::Count(usize::try_from(*count).unwrap_or(usize::MAX))),
+            other => Err(format!(
+                "expected a whole number of at least 1, but got {}",
+                other.describe()
+            )),
+        },
+        Kind::Choice(names, _) => choice(value, &names()).map(|name| Setting::Text(name.to_owned())),
+        Kind::SourceChoice(names) => choice(value, names).map(|name| Setting::Text(name.to_owned())),
+        Kind::Number(dimension, domain, _) | Kind::Source(dimension, domain) => {
+            number(value, *dimension, *domain).map(Setting::Number)
+        }
+        Kind::Moment(_) => match value {
+            Value::Text(word) if word == schema::INSTABILITY => Ok(Setting::Text(word.clone())),
+            other => number(other, Dimension::Time, Domain::NotNegative).map(Setting::Number),
+        },
+        Kind::Series(dimension, _) => number(value, *dimension, Domain::Any).map(Setting::Number),
+    }
+}

@@ -1,0 +1,345 @@
+//! `stickslip sweep`.
+
+use super::arguments::{Common, SweepOptions};
+use super::progress::SweepBar;
+use super::run::{REFERENCES, interrupt_flag, looks_like_a_path, stick_slip_table};
+use super::{CommandError, End, complain, print, print_json, provenance};
+use crate::analysis::Summary;
+use crate::case::{Case, CaseError, Override};
+use crate::hybrid::RunError;
+use crate::results::{Header, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
+use crate::simulation::{Cycle, Event, Progress, Recorder, RecorderError, RunReport, Sample, Segment, simulate};
+use crate::sweep::{
+    Boundaries, Branch, Design, IntegrateError, JournalError, Study, StudySource, SweepError, SweepReport,
+    journal_path, without_a_file,
+};
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The JSON document of a sweep.
+#[derive(Serialize)]
+struct SweepDocument<'a> {
+    /// complete or interrupted.
+    status: &'a str,
+    file: String,
+    study: String,
+    title: &'a str,
+    digest: String,
+    /// Points that are done.
+    points: u64,
+    /// Those of them that were run now.
+    run_now: u64,
+    failed: u64,
+    failures: Vec<Failure>,
+    jobs: usize,
+    /// s.
+    wall_time: f64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    curves: Vec<CurveDocument>,
+}
+
+#[derive(Serialize)]
+struct Failure {
+    point: u64,
+    message: String,
+}
+
+/// One connected line of a boundary, in the units of its axes.
+#[derive(Serialize)]
+struct CurveDocument {
+    plane: String,
+    points: usize,
+    x_range: [f64; 2],
+    y_range: [f64; 2],
+    nose: Option<[f64; 2]>,
+}
+
+/// Runs a study into its file and reports it.
+pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, CommandError> {
+    let study = read_study(options).map_err(|error| CommandError::Input(error.to_string()))?;
+    let path = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
+    let jobs = options
+        .jobs
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let digest = study.digest();
+    let header = SweepHeader {
+        title: study.title.clone(),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("stickslip sweep {}", study.source.name),
+        digest: digest.clone(),
+        study_text: study.source.text.clone(),
+        case_text: study.base.text.clone(),
+        meta: provenance::build(),
+    };
+    let stop = interrupt_flag()?;
+    let folder = path.with_extension("runs");
+    let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
+        into_a_file(&folder, &study, number, case, control)
+    };
+    if study.keep.trajectory {
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| CommandError::Input(format!("{}: cannot be created: {error}", folder.display())))?;
+    }
+    let bar = SweepBar::new(common);
+    let clock = Instant::now();
+    let result = crate::sweep::sweep(
+        &study,
+        &crate::sweep::SweepOptions {
+            path: &path,
+            overwrite: if options.force {
+                Overwrite::Force
+            } else {
+                Overwrite::OwnResults
+            },
+            resume: options.resume,
+            workers: jobs,
+            header,
+            integrate: if study.keep.trajectory {
+                &into_files
+            } else {
+                &without_a_file
+            },
+            stop: &stop,
+        },
+        &mut |progress| bar.show(progress),
+    );
+    bar.finish();
+    let wall_time = clock.elapsed().as_secs_f64();
+    let report = result.map_err(|error| command_error(&error, &path))?;
+    let curves = report
+        .boundaries
+        .as_ref()
+        .map_or_else(Vec::new, |found| curve_documents(&study, found));
+    if common.json {
+        print_json(&SweepDocument {
+            status: if report.interrupted { "interrupted" } else { "complete" },
+            file: report.file.display().to_string(),
+            study: study.source.label(),
+            title: &study.title,
+            digest,
+            points: report.points,
+            run_now: report.run_now,
+            failed: report.failed,
+            failures: report
+                .failures
+                .iter()
+                .map(|(point, message)| Failure {
+                    point: *point,
+                    message: message.clone(),
+                })
+                .collect(),
+            jobs,
+            wall_time,
+            curves,
+        })?;
+    } else if !common.quiet {
+        print(&text_report(&study, &report, &curves, wall_time))?;
+    }
+    if report.interrupted {
+        if !common.quiet {
+            complain(&format!(
+                "interrupted; {} points are saved in {}, and --resume goes on from there",
+                report.points,
+                journal_path(&path).display()
+            ));
+        }
+        return Ok(End::Interrupted);
+    }
+    if report.failed > 0 && report.failed == report.points {
+        let (point, message) = &report.failures[0];
+        return Err(CommandError::Computation(format!(
+            "all {} points failed, point {point} with: {message}. The messages are in /failures of {}",
+            report.points,
+            report.file.display()
+        )));
+    }
+    Ok(End::Done)
+}
+
+fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
+    let path = Path::new(&options.study);
+    let source = if path.exists() || looks_like_a_path(&options.study) {
+        StudySource::file(path)?
+    } else {
+        StudySource::built_in(&options.study)?
+    };
+    let mut overrides = Vec::with_capacity(options.set.len() + 1);
+    for setting in &options.set {
+        overrides.push(Override::parse(setting)?);
+    }
+    if let Some(method) = &options.method {
+        overrides.push(Override::parse(&format!("solver.method={method}"))?);
+    }
+    Study::parse(source, &overrides)
+}
+
+fn command_error(error: &SweepError, path: &Path) -> CommandError {
+    let text = error.to_string();
+    match error {
+        // What is asked for before anything is computed.
+        SweepError::OtherStudy { .. } => CommandError::Input(text),
+        SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
+            ResultError::Io { .. } | ResultError::Write { .. } | ResultError::DiskFull { .. } => {
+                let journal = journal_path(path);
+                CommandError::Computation(format!(
+                    "{text}. What was computed is in {}; --resume goes on from there",
+                    journal.display()
+                ))
+            }
+            _ => CommandError::Input(text),
+        },
+        SweepError::Journal(_) => CommandError::Input(text),
+        _ => CommandError::Computation(text),
+    }
+}
+
+/// A result file that leaves the events in memory, too: the sweep file takes them from there.
+struct KeepingEvents<'a>(&'a mut ResultWriter);
+
+impl Recorder for KeepingEvents<'_> {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.0.sample(sample)
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.0.event(event)
+    }
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.0.segment(segment)
+    }
+    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
+        self.0.cycle(cycle)
+    }
+}
+
+/// Integrates a point into a result file of its own, `FOLDER/NUMBER.h5`.
+fn into_a_file(
+    folder: &Path,
+    study: &Study,
+    number: u64,
+    case: &Case,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, IntegrateError> {
+    let storage = |error: ResultError| IntegrateError::Storage(error.to_string());
+    let started = provenance::now();
+    let resolved = case.resolved();
+    let header = Header {
+        title: format!("{}, point {number}", study.title),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("{started} {}", provenance::command_line()),
+        case_text: resolved.clone(),
+        resolved,
+        meta: provenance::meta(case, &started),
+        events: provenance::events(case),
+    };
+    let path = folder.join(format!("{number:06}.h5"));
+    let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &study.files, &header).map_err(storage)?;
+    let result = simulate(
+        &case.parameters,
+        &case.solver,
+        &case.output,
+        &mut KeepingEvents(&mut writer),
+        control,
+    );
+    let wall_time = writer.elapsed();
+    match result {
+        Ok(report) => {
+            let status = if report.interrupted {
+                Status::Interrupted
+            } else {
+                Status::Complete
+            };
+            let table = stick_slip_table(&Summary::of_run(&case.parameters, &report));
+            writer.finish(status, &table, wall_time).map_err(storage)?;
+            Ok(report)
+        }
+        Err(failure) => {
+            if let RunError::Observer(error) = &failure.error {
+                return Err(IntegrateError::Storage(error.to_string()));
+            }
+            let table = stick_slip_table(&Summary::of_run(&case.parameters, &failure.report));
+            writer
+                .finish(Status::Failed(failure.to_string()), &table, wall_time)
+                .map_err(storage)?;
+            Err(IntegrateError::Run(failure))
+        }
+    }
+}
+
+fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument> {
+    let Design::Boundary(spec) = &study.design else {
+        return Vec::new();
+    };
+    let plane = |plane: usize| {
+        let values = study.axes.iter().zip(&boundaries.planes[plane]).enumerate();
+        let outside = values.filter(|(k, _)| !spec.plane.contains(k));
+        let words = outside.map(|(_, (axis, value))| format!("{} = {}", axis.keys[0], value.word()));
+        words.collect::<Vec<_>>().join(", ")
+    };
+    let documents = boundaries.curves.iter().map(|curve| {
+        let range = |k: usize| {
+            let values = curve.points.iter().map(|point| point.middle()[k]);
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+                [low.min(v), high.max(v)]
+            })
+        };
+        CurveDocument {
+            plane: plane(curve.plane),
+            points: curve.points.len(),
+            x_range: range(0),
+            y_range: range(1),
+            nose: curve
+                .points
+                .iter()
+                .find(|point| point.branch == Branch::Nose)
+                .map(|point| point.middle()),
+        }
+    });
+    documents.collect()
+}
+
+fn text_report(study: &Study, report: &SweepReport, curves: &[CurveDocument], wall_time: f64) -> String {
+    let rate = report.run_now as f64 / wall_time;
+    let mut text = format!("{}\n", study.title);
+    text += &match report.run_now {
+        0 => format!("{} points, none of them run now\n", report.points),
+        now if now == report.points => format!("{now} points in {wall_time:.1} s, {rate:.1} a second\n"),
+        now => format!(
+            "{} points, {now} of them now in {wall_time:.1} s, {rate:.1} a second\n",
+            report.points
+        ),
+    };
+    if report.failed > 0 {
+        text += &format!("{} points failed; the first of them:\n", report.failed);
+        for (point, message) in &report.failures {
+            text += &format!("  {point}: {message}\n");
+        }
+    }
+    if !curves.is_empty() {
+        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "nose x", "y"]);
+        for curve in curves {
+            let number = |x: f64| format!("{x:.6}");
+            let nose = curve.nose.map(|nose| nose.map(number));
+            let [nose_x, nose_y] = nose.unwrap_or_default();
+            table.add_row([
+                curve.plane.clone(),
+                curve.points.to_string(),
+                number(curve.x_range[0]),
+                number(curve.x_range[1]),
+                number(curve.y_range[0]),
+                number(curve.y_range[1]),
+                nose_x,
+                nose_y,
+            ]);
+        }
+        super::terminal::align_right(&mut table, 1..8);
+        text += &format!("\n{}", super::terminal::show(&table));
+    }
+    format!("{text}\n{}\n", report.file.display())
+}

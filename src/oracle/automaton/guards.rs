@@ -1,0 +1,100 @@
+//! Guards: which of them ends a step first, and what one says that stands beyond its boundary.
+
+use super::{Run, Watch};
+use crate::model::Mode;
+use crate::model::axial::RINGING_FLOOR;
+use crate::oracle::OracleError;
+use crate::oracle::number::Number;
+use crate::oracle::roots::{Crossing, first_zero};
+use crate::oracle::series::{Expansion, component::*, evaluate};
+
+/// What can end a step before its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Guard {
+    Stop,
+    Stability,
+    Separation,
+    Contact,
+    Breakaway(i8),
+}
+
+impl Run {
+    /// The guard that ends the step first, with its time from the start of the step.
+    pub(super) fn first_guard(
+        &mut self,
+        expansion: &Expansion,
+        step: &Number,
+    ) -> Result<Option<(Number, Guard)>, OracleError> {
+        let negated = |p: &[Number]| p.iter().map(|c| -c).collect::<Vec<_>>();
+        let mut guards: Vec<(Guard, Vec<Number>)> = Vec::with_capacity(3);
+        match self.mode {
+            Mode::Separated => {
+                if !self.stays_open {
+                    guards.push((Guard::Contact, negated(expansion.normal())));
+                }
+            }
+            Mode::Stick => {
+                guards.push((Guard::Separation, expansion.normal().to_vec()));
+                for sense in [1, -1] {
+                    guards.push((Guard::Breakaway(sense), expansion.reserve(&self.model, sense)));
+                }
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                guards.push((Guard::Separation, expansion.normal().to_vec()));
+                guards.push((Guard::Stop, expansion.speed().to_vec()));
+                match self.watch {
+                    Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
+                    Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
+                    Watch::Off => {}
+                }
+            }
+        }
+        let mut first: Option<(Number, Guard)> = None;
+        for (guard, polynomial) in guards {
+            let known = self
+                .zeros
+                .iter()
+                .find(|(zero, _)| *zero == guard)
+                .map_or(0, |(_, count)| *count);
+            let crossing = first_zero(&polynomial, known, step);
+            let time = match crossing {
+                Crossing::None => continue,
+                Crossing::At(time) => time,
+                Crossing::Beyond => self.beyond(guard, known)?,
+            };
+            if guard == Guard::Contact && self.rings_below_floor(expansion, &time) {
+                self.stays_open = true;
+                continue;
+            }
+            if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
+                first = Some((time, guard));
+            }
+        }
+        Ok(first)
+    }
+
+    /// A guard that stands beyond its boundary fires at once, if it may: after a kick, or at the start of a run. One that
+    /// has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
+    fn beyond(&self, guard: Guard, known: usize) -> Result<Number, OracleError> {
+        let what = match guard {
+            Guard::Contact | Guard::Stability if known == 0 => return Ok(Number::zero(self.model.bits)),
+            Guard::Contact | Guard::Separation => "the contact force turns at zero",
+            Guard::Stability => "the stability of sliding turns at its limit",
+            Guard::Stop => "a slip starts against its own sense",
+            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
+        };
+        Err(OracleError::Degenerate {
+            time: self.time.to_f64(),
+            what,
+        })
+    }
+
+    /// Whether an open contact without a force rings too little to count as touching.
+    fn rings_below_floor(&self, expansion: &Expansion, time: &Number) -> bool {
+        if self.force.1.iter().any(|force| !force.is_zero()) {
+            return false;
+        }
+        let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), time).to_f64());
+        (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < RINGING_FLOOR
+    }
+}

@@ -1,0 +1,404 @@
+//! The datasets of a sweep file: the columns of its points, its events, and further tables.
+
+use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
+use ndarray::{ArrayViewD, IxDyn};
+
+use super::raw;
+use super::schema::{self, attribute};
+use super::sweep_writer::{
+    Column, ColumnData, EVENTS, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell, SweepLayout,
+    SweepPlan, SweepRow,
+};
+use super::writer::{DEFLATE_LEVEL, create_group, write_text_attribute};
+
+/// Points that are buffered before they are written, at least; also the size of a chunk.
+const BLOCK: usize = 16_384;
+
+/// The datasets of the points with what is buffered for them.
+pub(super) struct Columns {
+    shape: Vec<usize>,
+    /// Points in a block: whole indices of the first dimension.
+    block: usize,
+    written: usize,
+    status: (Dataset, Vec<i8>),
+    coordinates: Vec<(Dataset, Vec<f64>, bool)>,
+    numbers: Option<(Dataset, Vec<i64>)>,
+    values: Vec<(Dataset, Buffer)>,
+    failures: Vec<(i64, String)>,
+    events: Option<Events>,
+}
+
+enum Buffer {
+    Counts(Vec<i64>, i64),
+    Numbers(Vec<f64>),
+}
+
+/// The events of all points, one after the other.
+struct Events {
+    index: (Dataset, Vec<i64>),
+    point: (Dataset, Vec<i64>),
+    time: (Dataset, Vec<f64>),
+    kind: (Dataset, Vec<i8>),
+    mode_after: (Dataset, Vec<i8>),
+    relative_velocity: (Dataset, Vec<f64>),
+    internal_force: (Dataset, Vec<f64>),
+    written: usize,
+}
+
+impl Columns {
+    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan) -> hdf5::Result<Self> {
+        let &SweepPlan {
+            layout,
+            ref axes,
+            ref variables,
+            points,
+            keep_events,
+        } = plan;
+        let mut scales = Vec::new();
+        let mut numbers = None;
+        let shape = match layout {
+            SweepLayout::Grid => {
+                for axis in axes {
+                    let dataset = create_axis(file, axis, axis.values.len())?;
+                    if axis.words.is_empty() {
+                        dataset.write(&axis.values)?;
+                    } else {
+                        dataset.write(&axis.values.iter().map(|&code| code as i32).collect::<Vec<_>>())?;
+                    }
+                    raw::set_scale(&dataset, &axis.name)?;
+                    scales.push(dataset);
+                }
+                axes.iter().map(|axis| axis.values.len()).collect()
+            }
+            SweepLayout::Table => {
+                let dataset = create::<i64>(file, POINT, &[points], "1", "number of the point")?;
+                raw::set_scale(&dataset, POINT)?;
+                numbers = Some((dataset.clone(), Vec::new()));
+                scales.push(dataset);
+                vec![points]
+            }
+        };
+        let attach = |dataset: &Dataset| {
+            (0..)
+                .zip(&scales)
+                .try_for_each(|(index, scale)| raw::attach_scale(dataset, scale, index))
+        };
+        let mut coordinates = Vec::new();
+        if layout == SweepLayout::Table {
+            for axis in axes {
+                let dataset = create_axis(file, axis, points)?;
+                attach(&dataset)?;
+                coordinates.push((dataset, Vec::new(), !axis.words.is_empty()));
+            }
+        }
+        let status = create::<i8>(file, POINT_STATUS, &shape, "1", "what came of the point")?;
+        write_flags(&status, &POINT_STATUSES)?;
+        attach(&status)?;
+        let mut values = Vec::with_capacity(variables.len());
+        for variable in variables {
+            let (name, units, long_name) = (&variable.name, &variable.units, &variable.long_name);
+            let (dataset, buffer) = match variable.count_fill {
+                Some(fill) => {
+                    let dataset = create::<i64>(file, name, &shape, units, long_name)?;
+                    dataset.new_attr_builder().with_data(&[fill]).create("_FillValue")?;
+                    (dataset, Buffer::Counts(Vec::new(), fill))
+                }
+                None => {
+                    let dataset = create::<f64>(file, name, &shape, units, long_name)?;
+                    (dataset, Buffer::Numbers(Vec::new()))
+                }
+            };
+            attach(&dataset)?;
+            values.push((dataset, buffer));
+        }
+        let inner = shape.iter().skip(1).product::<usize>().max(1);
+        Ok(Columns {
+            block: (BLOCK / inner).max(1) * inner,
+            shape,
+            written: 0,
+            status: (status, Vec::new()),
+            coordinates,
+            numbers,
+            values,
+            failures: Vec::new(),
+            events: if keep_events { Some(Events::create(file)?) } else { None },
+        })
+    }
+
+    pub(super) fn push(&mut self, row: SweepRow) -> hdf5::Result<()> {
+        let number = i64::try_from(row.number).unwrap_or(i64::MAX);
+        self.status.1.push(match (&row.values, &row.failure) {
+            (Some(_), _) => POINT_STATUSES[0].0,
+            (None, Some(_)) => POINT_STATUSES[1].0,
+            (None, None) => POINT_STATUSES[2].0,
+        });
+        if let Some((_, numbers)) = &mut self.numbers {
+            numbers.push(number);
+        }
+        for ((_, column, _), value) in self.coordinates.iter_mut().zip(&row.coordinates) {
+            column.push(*value);
+        }
+        for (k, (_, buffer)) in self.values.iter_mut().enumerate() {
+            let value = row.values.as_ref().map_or(f64::NAN, |values| values[k]);
+            match buffer {
+                Buffer::Counts(counts, fill) => counts.push(if value.is_nan() { *fill } else { value as i64 }),
+                Buffer::Numbers(numbers) => numbers.push(value),
+            }
+        }
+        if let Some(message) = row.failure {
+            self.failures.push((number, message));
+        }
+        if let Some(events) = &mut self.events {
+            events.push(number, &row.events)?;
+        }
+        if self.status.1.len() == self.block {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the points that are buffered: whole indices of the first dimension.
+    pub(super) fn flush(&mut self) -> hdf5::Result<()> {
+        let count = self.status.1.len();
+        if count == 0 {
+            return Ok(());
+        }
+        let (shape, start) = (&self.shape, self.written);
+        write_block(&self.status.0, shape, start, &mut self.status.1)?;
+        if let Some((dataset, numbers)) = &mut self.numbers {
+            write_block(dataset, shape, start, numbers)?;
+        }
+        for (dataset, column, words) in &mut self.coordinates {
+            if *words {
+                let mut codes: Vec<i32> = column.drain(..).map(|code| code as i32).collect();
+                write_block(dataset, shape, start, &mut codes)?;
+            } else {
+                write_block(dataset, shape, start, column)?;
+            }
+        }
+        for (dataset, buffer) in &mut self.values {
+            match buffer {
+                Buffer::Counts(counts, _) => write_block(dataset, shape, start, counts)?,
+                Buffer::Numbers(numbers) => write_block(dataset, shape, start, numbers)?,
+            }
+        }
+        self.written += count;
+        Ok(())
+    }
+
+    pub(super) fn finish(&mut self, file: &hdf5::File) -> hdf5::Result<()> {
+        if let Some(events) = &mut self.events {
+            events.flush()?;
+        }
+        if self.failures.is_empty() {
+            return Ok(());
+        }
+        let (group, dimension) = FAILURES;
+        let group = create_group(file, group)?;
+        let numbers: Vec<i64> = self.failures.iter().map(|failure| failure.0).collect();
+        let index = create::<i64>(&group, dimension, &[numbers.len()], "1", "index of the failure")?;
+        index.write(&(0..numbers.len() as i64).collect::<Vec<_>>())?;
+        raw::set_scale(&index, dimension)?;
+        let point = create::<i64>(&group, POINT, &[numbers.len()], "1", "number of the point")?;
+        point.write(&numbers)?;
+        raw::attach_scale(&point, &index, 0)?;
+        let texts: Vec<String> = self.failures.drain(..).map(|failure| failure.1).collect();
+        let message = raw::write_texts(&group, "message", &texts)?;
+        write_text_attribute(&message, attribute::UNITS, "1")?;
+        write_text_attribute(&message, attribute::LONG_NAME, "why the point failed")?;
+        raw::attach_scale(&message, &index, 0)
+    }
+}
+
+impl Events {
+    fn create(file: &hdf5::File) -> hdf5::Result<Self> {
+        let (group, dimension) = EVENTS;
+        let group = create_group(file, group)?;
+        fn column<T: H5Type>(
+            group: &Group,
+            name: &str,
+            units: &str,
+            long_name: &str,
+        ) -> hdf5::Result<(Dataset, Vec<T>)> {
+            let dataset = group
+                .new_dataset_builder()
+                .obj_track_times(false)
+                .shuffle()
+                .deflate(DEFLATE_LEVEL)
+                .chunk(BLOCK)
+                .empty::<T>()
+                .shape(0..)
+                .create(name)?;
+            write_text_attribute(&dataset, attribute::UNITS, units)?;
+            write_text_attribute(&dataset, attribute::LONG_NAME, long_name)?;
+            Ok((dataset, Vec::new()))
+        }
+        let index = column::<i64>(&group, dimension, "1", "index of the event")?;
+        let point = column::<i64>(&group, POINT, "1", "number of the point that the event belongs to")?;
+        let time = column::<f64>(&group, "time", "s", "time of the event")?;
+        let kind = column::<i8>(&group, "kind", "1", "what happened")?;
+        write_flags(&kind.0, &schema::kind_flags())?;
+        let mode_after = column::<i8>(&group, "mode_after", "1", "mode after the event")?;
+        write_flags(&mode_after.0, &schema::mode_flags())?;
+        let relative_velocity = column::<f64>(
+            &group,
+            "relative_velocity",
+            "rad s-1",
+            "relative velocity omega_r before the event",
+        )?;
+        let internal_force = column::<f64>(&group, "internal_force", "N", "T_f / r just before the event")?;
+        raw::set_scale(&index.0, dimension)?;
+        for dataset in [
+            &point.0,
+            &time.0,
+            &kind.0,
+            &mode_after.0,
+            &relative_velocity.0,
+            &internal_force.0,
+        ] {
+            raw::attach_scale(dataset, &index.0, 0)?;
+        }
+        Ok(Events {
+            index,
+            point,
+            time,
+            kind,
+            mode_after,
+            relative_velocity,
+            internal_force,
+            written: 0,
+        })
+    }
+
+    fn push(&mut self, point: i64, events: &[SweepCell]) -> hdf5::Result<()> {
+        for &(time, kind, mode_after, relative_velocity, internal_force) in events {
+            self.index.1.push((self.written + self.point.1.len()) as i64);
+            self.point.1.push(point);
+            self.time.1.push(time);
+            self.kind.1.push(kind);
+            self.mode_after.1.push(mode_after);
+            self.relative_velocity.1.push(relative_velocity);
+            self.internal_force.1.push(internal_force);
+            if self.point.1.len() == BLOCK {
+                self.flush()?;
+            }
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> hdf5::Result<()> {
+        fn append<T: H5Type>((dataset, rows): &mut (Dataset, Vec<T>), start: usize) -> hdf5::Result<()> {
+            let end = start + rows.len();
+            dataset.resize([end])?;
+            dataset.write_slice(&rows[..], start..end)?;
+            rows.clear();
+            Ok(())
+        }
+        let (start, count) = (self.written, self.point.1.len());
+        if count == 0 {
+            return Ok(());
+        }
+        append(&mut self.index, start)?;
+        append(&mut self.point, start)?;
+        append(&mut self.time, start)?;
+        append(&mut self.kind, start)?;
+        append(&mut self.mode_after, start)?;
+        append(&mut self.relative_velocity, start)?;
+        append(&mut self.internal_force, start)?;
+        self.written += count;
+        Ok(())
+    }
+}
+
+/// Writes `rows` at the points from `start` on, and forgets them.
+fn write_block<T: H5Type>(dataset: &Dataset, shape: &[usize], start: usize, rows: &mut Vec<T>) -> hdf5::Result<()> {
+    let inner = shape.iter().skip(1).product::<usize>().max(1);
+    let (first, count) = (start / inner, rows.len() / inner);
+    let mut block = shape.to_vec();
+    block[0] = count;
+    let view = ArrayViewD::from_shape(IxDyn(&block), &rows[..]).map_err(|error| error.to_string())?;
+    let mut slices = vec![SliceOrIndex::from(first..first + count)];
+    slices.extend(shape.iter().skip(1).map(|&length| SliceOrIndex::from(0..length)));
+    dataset.write_slice(view, Selection::Hyperslab(Hyperslab::from(slices)))?;
+    rows.clear();
+    Ok(())
+}
+
+/// An axis as a coordinate or a column: numbers, or codes of words.
+fn create_axis(file: &hdf5::File, axis: &SweepAxis, length: usize) -> hdf5::Result<Dataset> {
+    let dataset = if axis.words.is_empty() {
+        create::<f64>(file, &axis.name, &[length], &axis.units, &axis.long_name)?
+    } else {
+        let dataset = create::<i32>(file, &axis.name, &[length], "1", &axis.long_name)?;
+        let codes: Vec<i32> = (0..axis.words.len() as i32).collect();
+        dataset
+            .new_attr_builder()
+            .with_data(&codes[..])
+            .create(attribute::FLAG_VALUES)?;
+        let words: Vec<String> = axis
+            .words
+            .iter()
+            .map(|word| word.replace(char::is_whitespace, "_"))
+            .collect();
+        write_text_attribute(&dataset, attribute::FLAG_MEANINGS, &words.join(" "))?;
+        dataset
+    };
+    write_text_attribute(&dataset, "keys", &axis.keys)?;
+    Ok(dataset)
+}
+
+fn create<T: H5Type>(
+    group: &Group,
+    name: &str,
+    shape: &[usize],
+    units: &str,
+    long_name: &str,
+) -> hdf5::Result<Dataset> {
+    let inner = shape.iter().skip(1).product::<usize>().max(1);
+    let mut chunk = shape.to_vec();
+    chunk[0] = (BLOCK / inner).clamp(1, shape[0].max(1));
+    let dataset = group
+        .new_dataset_builder()
+        .obj_track_times(false)
+        .shuffle()
+        .deflate(DEFLATE_LEVEL)
+        .chunk(chunk)
+        .empty::<T>()
+        .shape(shape.to_vec())
+        .create(name)?;
+    write_text_attribute(&dataset, attribute::UNITS, units)?;
+    write_text_attribute(&dataset, attribute::LONG_NAME, long_name)?;
+    Ok(dataset)
+}
+
+fn write_flags(dataset: &Dataset, flags: &[(i8, &'static str)]) -> hdf5::Result<()> {
+    let (values, meanings): (Vec<i8>, Vec<&str>) = flags.iter().copied().unzip();
+    dataset
+        .new_attr_builder()
+        .with_data(&values[..])
+        .create(attribute::FLAG_VALUES)?;
+    write_text_attribute(dataset, attribute::FLAG_MEANINGS, &meanings.join(" "))
+}
+
+pub(super) fn write_column(group: &Group, column: &Column) -> hdf5::Result<Dataset> {
+    let (name, units, long_name) = (&column.name, &column.units, &column.long_name);
+    let dataset = match &column.data {
+        ColumnData::Numbers(rows) => {
+            let dataset = create::<f64>(group, name, &[rows.len()], units, long_name)?;
+            dataset.write(&rows[..])?;
+            dataset
+        }
+        ColumnData::Counts(rows) => {
+            let dataset = create::<i64>(group, name, &[rows.len()], units, long_name)?;
+            dataset.write(&rows[..])?;
+            dataset
+        }
+        ColumnData::Codes(rows, flags) => {
+            let dataset = create::<i8>(group, name, &[rows.len()], units, long_name)?;
+            dataset.write(&rows[..])?;
+            write_flags(&dataset, flags)?;
+            dataset
+        }
+    };
+    Ok(dataset)
+}

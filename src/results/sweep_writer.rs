@@ -1,0 +1,291 @@
+//! Writes the file of a sweep: one row or one cell of a grid for each point, in the order of their numbers.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hdf5::Dataset;
+
+use super::schema;
+use super::sweep_columns::{Columns, write_column};
+use super::target::{self, Overwrite, WriteLock};
+use super::writer::{MetaValue, create_group, write_attributes, write_input, write_text_attribute};
+use super::{ResultError, Status, raw};
+
+/// Name of the variable that says what came of a point.
+pub(super) const POINT_STATUS: &str = "status";
+/// Codes of [`POINT_STATUS`].
+pub(super) const POINT_STATUSES: [(i8, &str); 3] = [(0, "complete"), (1, "failed"), (2, "missing")];
+/// The dimension of a table of points.
+pub(super) const POINT: &str = "point";
+/// Groups of a sweep file, and what they count.
+pub(super) const FAILURES: (&str, &str) = ("failures", "failure");
+pub(super) const EVENTS: (&str, &str) = ("events", "event");
+/// The study as given, in /input.
+pub(super) const INPUT_STUDY: &str = "study";
+/// The base case with what the study sets, in /input.
+pub(super) const INPUT_CASE: &str = "case";
+/// Root attribute with the digest of the study.
+pub(super) const DIGEST: &str = "study_digest";
+
+/// What a sweep file says about its study.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SweepHeader {
+    /// Root attribute `title`.
+    pub title: String,
+    /// The program that computed it, with its version; root attribute `source`.
+    pub source: String,
+    /// Where the model is published; root attribute `references`.
+    pub references: String,
+    /// Root attribute `history`. Without a time, so that the same study gives the same file.
+    pub history: String,
+    /// Identifies the study.
+    pub digest: String,
+    /// The study's TOML text as given.
+    pub study_text: String,
+    /// The text of the base case, as TOML.
+    pub case_text: String,
+    /// Attributes of /meta.
+    pub meta: Vec<(String, MetaValue)>,
+}
+
+/// One axis: a dimension of a grid, or a column of a table of points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepAxis {
+    pub name: String,
+    /// The keys it sets, separated by blanks.
+    pub keys: String,
+    /// UDUNITS.
+    pub units: String,
+    pub long_name: String,
+    /// Where its values are words: each in the place of its code.
+    pub words: Vec<String>,
+    /// The coordinates of a grid (codes where there are words); empty for a column.
+    pub values: Vec<f64>,
+}
+
+/// One variable of every point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepVariable {
+    pub name: String,
+    /// UDUNITS.
+    pub units: String,
+    pub long_name: String,
+    /// Stored as int64, with this value for nothing; else float64 with NaN.
+    pub count_fill: Option<i64>,
+}
+
+/// How the points lie in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SweepLayout {
+    /// Every variable has the axes as dimensions; the last runs fastest.
+    Grid,
+    /// The axes are columns over the dimension `point`.
+    Table,
+}
+
+/// How large a sweep file is and what stands in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepPlan {
+    pub layout: SweepLayout,
+    pub axes: Vec<SweepAxis>,
+    pub variables: Vec<SweepVariable>,
+    /// How many points there are.
+    pub points: usize,
+    pub keep_events: bool,
+}
+
+/// One event of a point: time (s), codes of kind and of the mode after it, relative velocity (rad/s), internal force (N).
+pub type SweepCell = (f64, i8, i8, f64, f64);
+
+/// What a sweep file holds of one point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SweepRow {
+    pub number: u64,
+    /// Values on the axes of a table; empty in a grid.
+    pub coordinates: Vec<f64>,
+    /// One for each variable (NaN for nothing); `None` where the point failed or is missing.
+    pub values: Option<Vec<f64>>,
+    /// Why it failed.
+    pub failure: Option<String>,
+    pub events: Vec<SweepCell>,
+}
+
+/// A column of a further table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    pub name: String,
+    /// UDUNITS.
+    pub units: String,
+    pub long_name: String,
+    pub data: ColumnData,
+}
+
+/// The values of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ColumnData {
+    Numbers(Vec<f64>),
+    Counts(Vec<i64>),
+    /// Codes, and what they mean.
+    Codes(Vec<i8>, Vec<(i8, &'static str)>),
+}
+
+/// Writes one sweep file, beside its name until it is whole.
+pub struct SweepWriter {
+    path: PathBuf,
+    partial: PathBuf,
+    made: PathBuf,
+    overwrite: Overwrite,
+    /// In the order in which they are dropped, and so closed: the datasets before their file.
+    columns: Columns,
+    file: hdf5::File,
+    _lock: WriteLock,
+}
+
+impl std::fmt::Debug for SweepWriter {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("SweepWriter")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SweepWriter {
+    /// Creates the file under a hidden name.
+    ///
+    /// # Errors
+    /// Those of [`super::check_target`]; another program that writes the same file; any failure to create it.
+    pub fn create(
+        path: &Path,
+        overwrite: Overwrite,
+        inputs: &[PathBuf],
+        header: &SweepHeader,
+        plan: &SweepPlan,
+    ) -> Result<Self, ResultError> {
+        target::check_target(path, overwrite, inputs)?;
+        let partial = target::partial_path(path);
+        let lock = WriteLock::take(&partial)?;
+        let made = lock.sibling();
+        let _ = fs::remove_file(&made);
+        let created = (|| {
+            let file = create_file(&made, header)?;
+            let columns = Columns::create(&file, plan)?;
+            Ok((file, columns))
+        })();
+        let (file, columns) = created.map_err(|error| ResultError::write(path, false, &error))?;
+        Ok(SweepWriter {
+            path: path.to_owned(),
+            partial,
+            made,
+            overwrite,
+            columns,
+            file,
+            _lock: lock,
+        })
+    }
+
+    /// Adds the next point; they come in the order of their numbers.
+    ///
+    /// # Errors
+    /// A failure to write.
+    pub fn push(&mut self, row: SweepRow) -> Result<(), ResultError> {
+        self.columns
+            .push(row)
+            .map_err(|error| ResultError::write(&self.path, false, &error))
+    }
+
+    /// Adds a group with a table; the first column is its dimension.
+    ///
+    /// # Errors
+    /// A failure to write.
+    pub fn add_table(
+        &mut self,
+        group: &str,
+        attributes: &[(&str, String)],
+        columns: &[Column],
+    ) -> Result<(), ResultError> {
+        (|| {
+            let group = create_group(&self.file, group)?;
+            for (name, text) in attributes {
+                write_text_attribute(&group, name, text)?;
+            }
+            let mut scale: Option<Dataset> = None;
+            for column in columns {
+                let dataset = write_column(&group, column)?;
+                match &scale {
+                    Some(scale) => raw::attach_scale(&dataset, scale, 0)?,
+                    None => {
+                        raw::set_scale(&dataset, &column.name)?;
+                        scale = Some(dataset);
+                    }
+                }
+            }
+            Ok(())
+        })()
+        .map_err(|error| ResultError::write(&self.path, false, &error))
+    }
+
+    /// Ends the file. Returns where it is: at its own name if the sweep is complete, else at its partial name.
+    ///
+    /// # Errors
+    /// A failure to write; or a file that has come to be at the target and may not be replaced.
+    pub fn finish(self, status: &Status) -> Result<PathBuf, ResultError> {
+        let SweepWriter {
+            path,
+            partial,
+            made,
+            overwrite,
+            mut columns,
+            file,
+            _lock,
+        } = self;
+        let closed = (|| {
+            columns.flush()?;
+            columns.finish(&file)?;
+            write_text_attribute(&file, schema::root::STATUS, status.name())?;
+            drop(columns);
+            file.close()
+        })();
+        closed.map_err(|error| ResultError::write(&path, false, &error))?;
+        let saved = fs::File::open(&made).and_then(|file| file.sync_all());
+        saved.map_err(|error| ResultError::io(&made, "saving the file", error))?;
+        let target = if *status == Status::Complete { &path } else { &partial };
+        target::check_replaceable(target, overwrite)?;
+        fs::rename(&made, target)
+            .map_err(|error| ResultError::io(target, "giving the finished file its name", error))?;
+        if *status == Status::Complete {
+            // Of an interruption before; it may not be there.
+            let _ = fs::remove_file(&partial);
+        }
+        let _ = fs::File::open(target::folder_of(target)).and_then(|folder| folder.sync_all());
+        Ok(target.clone())
+    }
+}
+
+fn create_file(path: &Path, header: &SweepHeader) -> hdf5::Result<hdf5::File> {
+    let file = super::writer::create_file(path)?;
+    for (name, text) in [
+        (schema::root::CONVENTIONS, schema::CONVENTIONS),
+        (schema::root::TITLE, &header.title),
+        (schema::root::SOURCE, &header.source),
+        (schema::root::HISTORY, &header.history),
+        (schema::root::REFERENCES, &header.references),
+        (schema::root::FORMAT, schema::SWEEP_FORMAT),
+        (DIGEST, &header.digest),
+    ] {
+        write_text_attribute(&file, name, text)?;
+    }
+    file.new_attr::<i32>()
+        .create(schema::root::FORMAT_VERSION)?
+        .write_scalar(&schema::FORMAT_VERSION)?;
+    let input = create_group(&file, schema::group::INPUT)?;
+    for (name, text, long_name) in [
+        (INPUT_STUDY, &header.study_text, "the study as it was given (TOML)"),
+        (INPUT_CASE, &header.case_text, "the base case (TOML)"),
+    ] {
+        write_input(&input, name, text, long_name)?;
+    }
+    let meta = create_group(&file, schema::group::META)?;
+    write_attributes(&meta, &header.meta)?;
+    Ok(file)
+}

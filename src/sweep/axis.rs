@@ -1,0 +1,288 @@
+//! The axes of a study: a key, or several that move together, and the values they take.
+
+use super::reading::{Reader, keys_of, whole_number};
+use crate::case::document::{Node, Value};
+use crate::case::schema::Key;
+use crate::case::{Setting, key_of, read_setting};
+
+/// How the values of a range are spread, and on which scale a boundary is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    Linear,
+    /// Even in the logarithm; both ends have one sign.
+    Log,
+}
+
+/// A stretch of values, in the key's SI unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    pub from: f64,
+    pub to: f64,
+    pub spacing: Spacing,
+}
+
+impl Range {
+    /// The value at a share of the range, 0 at `from` and 1 at `to`; exact at both.
+    pub fn at(&self, share: f64) -> f64 {
+        let Range { from, to, spacing } = *self;
+        if share <= 0.0 {
+            from
+        } else if share >= 1.0 {
+            to
+        } else {
+            match spacing {
+                Spacing::Linear => from + (to - from) * share,
+                Spacing::Log => from * (share * (to / from).ln()).exp(),
+            }
+        }
+    }
+
+    /// `count` values from end to end; the lower end alone if it is 1.
+    fn values(&self, count: usize) -> Vec<f64> {
+        let last = (count.max(2) - 1) as f64;
+        (0..count).map(|k| self.at(k as f64 / last)).collect()
+    }
+}
+
+/// One axis of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// The dotted paths of the keys that take its value; the first gives name, unit and description.
+    pub keys: Vec<String>,
+    /// The name of its variable in the result: the first key with `_` for the dots.
+    pub name: String,
+    /// SI unit, `1` for a plain number; `None` for words and switches.
+    pub unit: Option<&'static str>,
+    /// What the first key means.
+    pub description: &'static str,
+    /// Where it was given as a range.
+    pub range: Option<Range>,
+    /// The values of a grid, or those that a sample chooses from; empty for a range that is sampled.
+    pub levels: Vec<Setting>,
+}
+
+impl Axis {
+    /// The value at a share of the axis, in [0, 1): of the range, or one of the list.
+    pub(super) fn at(&self, share: f64) -> Setting {
+        match self.range {
+            Some(range) => Setting::Number(range.at(share)),
+            None => {
+                let last = self.levels.len() - 1;
+                self.levels[((share * self.levels.len() as f64) as usize).min(last)].clone()
+            }
+        }
+    }
+
+    pub(super) fn of_keys(keys: Vec<String>, key: &Key) -> Axis {
+        Axis {
+            name: keys[0].replace('.', "_"),
+            keys,
+            unit: key.dimension().map(|_| key.unit().unwrap_or("1")),
+            description: key.description,
+            range: None,
+            levels: Vec::new(),
+        }
+    }
+
+    /// Whether its values are numbers.
+    pub fn is_number(&self) -> bool {
+        self.levels.iter().all(|level| level.as_number().is_some())
+    }
+}
+
+/// More values on one axis are a slip of the pen.
+const MOST_LEVELS: u64 = 10_000_000;
+
+const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
+
+/// Reads one `[[axis]]`; `sampled` says that a range has no count, because a sample is drawn from it.
+pub(super) fn read(reader: &mut Reader, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
+    let Value::Table(entries) = &node.value else {
+        reader.report(
+            node,
+            path,
+            format!("expected a table, but got {}", node.value.describe()),
+        );
+        return None;
+    };
+    reader.check_keys(node, path, AXIS_KEYS);
+    let given = |name: &str| entries.iter().find(|(key, _)| key == name).map(|(_, node)| node);
+    let Some(key_node) = given("key") else {
+        reader.report(
+            node,
+            &format!("{path}.key"),
+            "missing: write key = \"friction.decay\", or any other key of a case",
+        );
+        return None;
+    };
+    let paths = keys_of(reader, key_node, &format!("{path}.key"))?;
+    let mut keys = Vec::with_capacity(paths.len());
+    for name in &paths {
+        match key_of(name) {
+            Some(key) => keys.push(key),
+            None => {
+                let hint = reader.unknown_case_key(name);
+                reader.report(key_node, &format!("{path}.key"), hint);
+            }
+        }
+    }
+    let (Some(&first), true) = (keys.first(), keys.len() == paths.len()) else {
+        return None;
+    };
+    if keys.iter().any(|key| key.dimension() != first.dimension()) {
+        let message = format!(
+            "\"{}\" differ in what they measure: keys that move together take one value",
+            paths.join("\" and \"")
+        );
+        reader.report(key_node, &format!("{path}.key"), message);
+        return None;
+    }
+    let mut axis = Axis::of_keys(paths, first);
+    let is_range = ["from", "to", "count", "spacing"]
+        .iter()
+        .find(|name| given(name).is_some());
+    match (given("values"), is_range) {
+        (Some(_), Some(name)) => {
+            let at = given(name).unwrap_or(node);
+            reader.report(
+                at,
+                &format!("{path}.{name}"),
+                "an axis has either values, or from, to and count",
+            );
+            None
+        }
+        (None, None) => {
+            reader.report(
+                node,
+                path,
+                "an axis without values: write values = [...], or from = ..., to = ..., count = ...",
+            );
+            None
+        }
+        (Some(values), None) => {
+            axis.levels = read_values(reader, values, &keys, &format!("{path}.values"))?;
+            Some(axis)
+        }
+        (None, Some(_)) => {
+            let (range, count) = read_range(reader, node, &keys, path, sampled)?;
+            axis.range = Some(range);
+            axis.levels = range.values(count).into_iter().map(Setting::Number).collect();
+            Some(axis)
+        }
+    }
+}
+
+fn read_values(reader: &mut Reader, values: &Node, keys: &[&Key], path: &str) -> Option<Vec<Setting>> {
+    let Value::Array(elements) = &values.value else {
+        let message = format!(
+            "expected a list, as in values = [1, 2, 3], but got {}",
+            values.value.describe()
+        );
+        reader.report(values, path, message);
+        return None;
+    };
+    if elements.is_empty() {
+        reader.report(values, path, "an axis without values; give at least one");
+        return None;
+    }
+    let mut levels: Vec<Setting> = Vec::with_capacity(elements.len());
+    let mut whole = true;
+    for (index, element) in elements.iter().enumerate() {
+        let path = format!("{path}.{index}");
+        match one_for_all(keys, &element.value) {
+            Ok(level) if levels.contains(&level) => {
+                reader.report(
+                    element,
+                    &path,
+                    format!("{} stands twice on this axis; remove one", level.word()),
+                );
+                whole = false;
+            }
+            Ok(level) => levels.push(level),
+            Err(message) => {
+                reader.report(element, &path, message);
+                whole = false;
+            }
+        }
+    }
+    whole.then_some(levels)
+}
+
+/// The value, if it fits every one of the keys.
+pub(super) fn one_for_all(keys: &[&Key], value: &Value) -> Result<Setting, String> {
+    let mut setting = None;
+    for key in keys {
+        setting = Some(read_setting(key, value)?);
+    }
+    setting.ok_or_else(|| "an axis without a key".to_owned())
+}
+
+fn read_range(reader: &mut Reader, node: &Node, keys: &[&Key], path: &str, sampled: bool) -> Option<(Range, usize)> {
+    let mut end = |name: &str| {
+        let path = format!("{path}.{name}");
+        let Some(given) = node.at(name) else {
+            reader.report(node, &path, "missing: a range has from and to");
+            return None;
+        };
+        match one_for_all(keys, &given.value) {
+            Ok(Setting::Number(number)) => Some(number),
+            Ok(_) => {
+                reader.report(
+                    given,
+                    &path,
+                    "this key takes words or whole numbers: list them as values = [...]",
+                );
+                None
+            }
+            Err(message) => {
+                reader.report(given, &path, message);
+                None
+            }
+        }
+    };
+    let (from, to) = (end("from"), end("to"));
+    let spacing = match node.at("spacing") {
+        None => Some(Spacing::Linear),
+        Some(given) => match &given.value {
+            Value::Text(word) if word == "linear" => Some(Spacing::Linear),
+            Value::Text(word) if word == "log" => Some(Spacing::Log),
+            other => {
+                let message = format!("expected \"linear\" or \"log\", but got {}", other.describe());
+                reader.report(given, &format!("{path}.spacing"), message);
+                None
+            }
+        },
+    };
+    let count_path = format!("{path}.count");
+    let count = match (node.at("count"), sampled) {
+        (None, true) => Some(0),
+        (None, false) => {
+            reader.report(node, &count_path, "missing: how many values there are from end to end");
+            None
+        }
+        (Some(given), true) => {
+            reader.report(
+                given,
+                &count_path,
+                "how many points there are is the count of [sample]; remove it here",
+            );
+            None
+        }
+        (Some(given), false) => whole_number(reader, given, &count_path, 1, MOST_LEVELS).map(|count| count as usize),
+    };
+    let (from, to, spacing, count) = (from?, to?, spacing?, count?);
+    if from == to && (sampled || count > 1) {
+        reader.report(
+            node,
+            path,
+            format!("from and to are both {from:?}: give a list of one value instead"),
+        );
+        return None;
+    }
+    if spacing == Spacing::Log && from * to <= 0.0 {
+        let message = format!("a log axis needs both ends on one side of 0, but they are {from:?} and {to:?}");
+        reader.report(node, path, message);
+        return None;
+    }
+    Some((Range { from, to, spacing }, count))
+}

@@ -1,0 +1,470 @@
+//! The journal of a sweep: every outcome as soon as it is there, in the order of completion.
+//!
+//! Records are appended and synced to the disk in groups, each with its length and checksum: after a kill or a power cut
+//! the journal is good up to the first record that is torn, and the points from there on are run again. The sweep file is
+//! made from it in the order of the points, so that it does not depend on who finished when.
+
+use super::quantities::{EventRow, Outcome, QUANTITIES, Values};
+use crate::results::ResultError;
+use crate::simulation::EventKind;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+const MAGIC: &[u8; 8] = b"SSJRNL1\n";
+
+/// Length and checksum before each record.
+const FRAME: usize = 8;
+
+/// A longer record is damage: a run of 100,000 events takes 3 MB.
+const LONGEST_RECORD: u32 = 1 << 30;
+
+/// Marks a point of which there is no record.
+const NOWHERE: u64 = u64::MAX;
+
+/// `map.h5` has its journal in `map.journal`, next to it.
+pub fn journal_path(path: &Path) -> PathBuf {
+    path.with_extension("journal")
+}
+
+/// What can go wrong with a journal.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum JournalError {
+    #[error(
+        "{path}: holds {points} points of an interrupted sweep; --resume goes on with it, --force throws it away and starts anew"
+    )]
+    Unfinished { path: PathBuf, points: u64 },
+    #[error(
+        "{path}: belongs to another study, or to this one before it was changed (digest {found} instead of {expected}); resume with the study as it was, choose another name with -o, or start anew with --force"
+    )]
+    OtherStudy {
+        path: PathBuf,
+        found: String,
+        expected: String,
+    },
+    #[error("{path}: not the journal of a sweep; choose another name with -o, or replace it with --force")]
+    Foreign { path: PathBuf },
+    #[error("{path}: another sweep is writing there; wait for its end, or choose another name with -o")]
+    InUse { path: PathBuf },
+    #[error(transparent)]
+    File(#[from] ResultError),
+}
+
+/// What to do with a journal that is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Refuse it if it holds a point.
+    Refuse,
+    /// Go on with it if it is of the same study.
+    Resume,
+    /// Throw it away.
+    Discard,
+}
+
+/// The journal of one sweep, open and locked.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    /// Where the next record goes.
+    end: u64,
+    /// Where the record of each point is.
+    offsets: Vec<u64>,
+    points: u64,
+    /// The bytes of a group under way.
+    buffer: Vec<u8>,
+}
+
+impl Journal {
+    /// Opens or creates the journal of a study with this digest.
+    ///
+    /// # Errors
+    /// A journal of another study, one that is in use, one that `existing` refuses, or a failure of the disk.
+    pub fn open(path: &Path, digest: &str, existing: Existing) -> Result<Journal, JournalError> {
+        let failed = |action, error| JournalError::File(ResultError::io(path, action, error));
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(|error| failed("opening the journal", error))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(JournalError::InUse { path: path.to_owned() }),
+            // Some network file systems have no locks: there, two sweeps into one file go unnoticed.
+            Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),
+        }
+        let mut journal = Journal {
+            path: path.to_owned(),
+            end: 0,
+            offsets: Vec::new(),
+            points: 0,
+            buffer: Vec::new(),
+            file: file.try_clone().map_err(|error| failed("opening the journal", error))?,
+        };
+        let length = file
+            .metadata()
+            .map_err(|error| failed("looking at the journal", error))?
+            .len();
+        let header = header(digest);
+        let mut found = Vec::new();
+        Read::by_ref(&mut file)
+            .take(header.len() as u64)
+            .read_to_end(&mut found)
+            .map_err(|error| failed("reading the journal", error))?;
+        let own = found.len() == header.len() && found.starts_with(MAGIC);
+        // A kill may have come before the header was whole.
+        let torn = header.starts_with(&found)
+            || (found.len() < header.len() && MAGIC.starts_with(&found[..found.len().min(8)]));
+        match existing {
+            _ if length == 0 => journal.begin(&header),
+            Existing::Discard => journal.begin(&header),
+            _ if own && found == header => {
+                journal.end = header.len() as u64;
+                journal.scan(length)?;
+                if existing == Existing::Refuse && journal.points > 0 {
+                    let (path, points) = (path.to_owned(), journal.points);
+                    return Err(JournalError::Unfinished { path, points });
+                }
+                let end = journal.end;
+                journal.file.set_len(end)
+            }
+            _ if own => {
+                let text = |bytes: &[u8]| String::from_utf8_lossy(&bytes[8..16]).into_owned();
+                return Err(JournalError::OtherStudy {
+                    path: path.to_owned(),
+                    found: text(&found),
+                    expected: text(&header),
+                });
+            }
+            _ if torn => journal.begin(&header),
+            _ => return Err(JournalError::Foreign { path: path.to_owned() }),
+        }
+        .map_err(|error| failed("preparing the journal", error))?;
+        Ok(journal)
+    }
+
+    /// How many points it holds.
+    pub fn points(&self) -> u64 {
+        self.points
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether it holds the point of this number.
+    pub fn holds(&self, number: u64) -> bool {
+        self.offset(number).is_some()
+    }
+
+    /// Adds outcomes and returns when they are on the disk.
+    ///
+    /// # Errors
+    /// A full disk, or another failure of it; what was there before stays good.
+    pub fn append(&mut self, outcomes: &[Outcome]) -> Result<(), JournalError> {
+        self.buffer.clear();
+        let mut starts = Vec::with_capacity(outcomes.len());
+        for outcome in outcomes {
+            starts.push((outcome.number, self.end + self.buffer.len() as u64));
+            encode(outcome, &mut self.buffer);
+        }
+        let end = self.end;
+        let written = self
+            .file
+            .seek(SeekFrom::Start(end))
+            .and_then(|_| self.file.write_all(&self.buffer))
+            .and_then(|()| self.file.sync_data());
+        written.map_err(|error| self.failed("writing the journal", error))?;
+        self.end += self.buffer.len() as u64;
+        for (number, offset) in starts {
+            self.note(number, offset);
+        }
+        Ok(())
+    }
+
+    /// The outcome of a point; `None` where there is no record.
+    ///
+    /// # Errors
+    /// A failure to read, or a record that has changed since it was written.
+    pub fn read(&mut self, number: u64) -> Result<Option<Outcome>, JournalError> {
+        let Some(offset) = self.offset(number) else {
+            return Ok(None);
+        };
+        let mut frame = [0u8; FRAME];
+        let mut record = Vec::new();
+        let read = self.file.seek(SeekFrom::Start(offset)).and_then(|_| {
+            self.file.read_exact(&mut frame)?;
+            let length = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]);
+            record.resize(length.min(LONGEST_RECORD) as usize, 0);
+            self.file.read_exact(&mut record)
+        });
+        read.map_err(|error| self.failed("reading the journal", error))?;
+        match checked(&frame, &record).and_then(decode) {
+            Some(outcome) => Ok(Some(outcome)),
+            None => {
+                let damage = io::Error::new(io::ErrorKind::InvalidData, "a record has changed since it was written");
+                Err(self.failed("reading the journal", damage))
+            }
+        }
+    }
+
+    /// Removes the journal: the sweep file is whole.
+    ///
+    /// # Errors
+    /// If it cannot be removed.
+    pub fn remove(self) -> Result<(), JournalError> {
+        std::fs::remove_file(&self.path).map_err(|error| self.failed("removing the journal", error))
+    }
+
+    fn failed(&self, action: &'static str, error: io::Error) -> JournalError {
+        JournalError::File(ResultError::io(&self.path, action, error))
+    }
+
+    fn begin(&mut self, header: &[u8]) -> io::Result<()> {
+        self.file.set_len(0)?;
+        self.file.seek(SeekFrom::Start(0))?;
+        self.file.write_all(header)?;
+        self.file.sync_all()?;
+        self.end = header.len() as u64;
+        // The folder's entry too; not every system can.
+        let _ = File::open(crate::results::folder_of(&self.path)).and_then(|folder| folder.sync_all());
+        Ok(())
+    }
+
+    /// Notes where the records are, up to the first that is torn.
+    fn scan(&mut self, length: u64) -> Result<(), JournalError> {
+        let result = (|| {
+            let mut reader = BufReader::with_capacity(1 << 16, self.file.try_clone()?);
+            reader.seek(SeekFrom::Start(self.end))?;
+            let mut offset = self.end;
+            let mut found = Vec::new();
+            let mut record = Vec::new();
+            let mut frame = [0u8; FRAME];
+            while offset + FRAME as u64 <= length {
+                reader.read_exact(&mut frame)?;
+                let size = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]);
+                if size > LONGEST_RECORD || offset + FRAME as u64 + u64::from(size) > length {
+                    break;
+                }
+                record.resize(size as usize, 0);
+                reader.read_exact(&mut record)?;
+                let Some(outcome) = checked(&frame, &record).and_then(decode) else {
+                    break;
+                };
+                found.push((outcome.number, offset));
+                offset += FRAME as u64 + u64::from(size);
+            }
+            Ok((found, offset))
+        })();
+        let (found, end) = result.map_err(|error| self.failed("reading the journal", error))?;
+        for (number, offset) in found {
+            self.note(number, offset);
+        }
+        self.end = end;
+        Ok(())
+    }
+
+    fn offset(&self, number: u64) -> Option<u64> {
+        let offset = *self.offsets.get(usize::try_from(number).ok()?)?;
+        (offset != NOWHERE).then_some(offset)
+    }
+
+    fn note(&mut self, number: u64, offset: u64) {
+        let Ok(index) = usize::try_from(number) else {
+            return;
+        };
+        if index >= self.offsets.len() {
+            self.offsets.resize(index + 1, NOWHERE);
+        }
+        self.points += u64::from(self.offsets[index] == NOWHERE);
+        self.offsets[index] = offset;
+    }
+}
+
+fn header(digest: &str) -> Vec<u8> {
+    [MAGIC.as_slice(), digest.as_bytes(), b"\n"].concat()
+}
+
+fn checked<'a>(frame: &[u8; FRAME], record: &'a [u8]) -> Option<&'a [u8]> {
+    let sum = u32::from_le_bytes([frame[4], frame[5], frame[6], frame[7]]);
+    (crc32fast::hash(record) == sum).then_some(record)
+}
+
+/// A record: the number; the values, or the length and text of an error; the events.
+fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
+    let start = bytes.len();
+    bytes.extend_from_slice(&[0; FRAME]);
+    bytes.extend_from_slice(&outcome.number.to_le_bytes());
+    match &outcome.result {
+        Ok(values) => {
+            bytes.push(0);
+            for value in values {
+                bytes.extend_from_slice(&value.to_le_bytes());
+            }
+        }
+        Err(message) => {
+            bytes.push(1);
+            bytes.extend_from_slice(&(message.len() as u64).to_le_bytes());
+            bytes.extend_from_slice(message.as_bytes());
+        }
+    }
+    bytes.extend_from_slice(&(outcome.events.len() as u64).to_le_bytes());
+    for event in &outcome.events {
+        bytes.extend_from_slice(&event.time.to_le_bytes());
+        bytes.push(event.kind.code() as u8);
+        bytes.push(event.mode_after as u8);
+        bytes.extend_from_slice(&event.relative_velocity.to_le_bytes());
+        bytes.extend_from_slice(&event.internal_force.to_le_bytes());
+    }
+    let (frame, record) = bytes[start..].split_at_mut(FRAME);
+    frame[..4].copy_from_slice(&(record.len() as u32).to_le_bytes());
+    frame[4..].copy_from_slice(&crc32fast::hash(record).to_le_bytes());
+}
+
+/// Takes a record apart from its front.
+struct Cursor<'a>(&'a [u8]);
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (head, rest) = self.0.split_at_checked(count)?;
+        self.0 = rest;
+        Some(head)
+    }
+
+    fn byte(&mut self) -> Option<u8> {
+        self.take(1).map(|bytes| bytes[0])
+    }
+
+    fn whole(&mut self) -> Option<u64> {
+        Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
+    }
+
+    fn float(&mut self) -> Option<f64> {
+        self.whole().map(f64::from_bits)
+    }
+}
+
+fn decode(record: &[u8]) -> Option<Outcome> {
+    let mut cursor = Cursor(record);
+    let number = cursor.whole()?;
+    let result = match cursor.byte()? {
+        0 => {
+            let mut values: Values = [f64::NAN; QUANTITIES.len()];
+            for value in &mut values {
+                *value = cursor.float()?;
+            }
+            Ok(values)
+        }
+        _ => {
+            let length = usize::try_from(cursor.whole()?).ok()?;
+            Err(String::from_utf8(cursor.take(length)?.to_vec()).ok()?)
+        }
+    };
+    let count = cursor.whole()?;
+    let mut events = Vec::new();
+    for _ in 0..count {
+        let time = cursor.float()?;
+        let kind = cursor.byte()? as i8;
+        events.push(EventRow {
+            time,
+            kind: EventKind::ALL.into_iter().find(|known| known.code() == kind)?,
+            mode_after: cursor.byte()? as i8,
+            relative_velocity: cursor.float()?,
+            internal_force: cursor.float()?,
+        });
+    }
+    cursor.0.is_empty().then_some(Outcome { number, result, events })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn outcome(number: u64) -> Outcome {
+        let result = if number % 3 == 1 {
+            Err(format!("point {number} failed: ä"))
+        } else {
+            Ok(std::array::from_fn(|k| number as f64 + k as f64 / 7.0))
+        };
+        let events = (0..number % 4)
+            .map(|k| EventRow {
+                time: k as f64,
+                kind: EventKind::Stick,
+                mode_after: 1,
+                relative_velocity: -0.5,
+                internal_force: 2.0,
+            })
+            .collect();
+        Outcome { number, result, events }
+    }
+
+    const DIGEST: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Cut anywhere, or with any byte changed, a journal gives the records before the damage and no other.
+        #[test]
+        fn property_a_damaged_journal_is_good_up_to_the_damage(cut in 0.0..1.0f64, flip in any::<bool>()) {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("x.journal");
+            let mut journal = Journal::open(&path, DIGEST, Existing::Refuse).unwrap();
+            let mut ends = vec![journal.end];
+            for number in 0..12 {
+                journal.append(&[outcome(11 - number)]).unwrap();
+                ends.push(journal.end);
+            }
+            drop(journal);
+            let mut bytes = std::fs::read(&path).unwrap();
+            let first = ends[0] as usize;
+            let at = first + (cut * (bytes.len() - first) as f64) as usize;
+            if flip { bytes[at] ^= 0x10 } else { bytes.truncate(at) }
+            std::fs::write(&path, &bytes).unwrap();
+            let whole = ends.iter().filter(|&&end| end <= at as u64).count() as u64 - 1;
+            let mut journal = Journal::open(&path, DIGEST, Existing::Resume).unwrap();
+            prop_assert_eq!(journal.points(), whole);
+            for number in 0..12 {
+                let found = journal.read(number).unwrap();
+                prop_assert_eq!(found, (11 - number < whole).then(|| outcome(number)));
+            }
+        }
+    }
+
+    #[test]
+    fn property_a_journal_of_another_study_or_in_use_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.journal");
+        let mut journal = Journal::open(&path, DIGEST, Existing::Refuse).unwrap();
+        journal.append(&[outcome(3)]).unwrap();
+        let open = |digest: &str, existing| Journal::open(&path, digest, existing);
+        assert!(matches!(
+            open(DIGEST, Existing::Resume),
+            Err(JournalError::InUse { .. })
+        ));
+        drop(journal);
+        let other = DIGEST.replace('0', "f");
+        assert!(matches!(
+            open(&other, Existing::Resume),
+            Err(JournalError::OtherStudy { .. })
+        ));
+        assert!(matches!(
+            open(DIGEST, Existing::Refuse),
+            Err(JournalError::Unfinished { points: 1, .. })
+        ));
+        assert_eq!(open(&other, Existing::Discard).unwrap().points(), 0);
+        std::fs::write(
+            &path,
+            "something else that is long enough to be somebody's text, and is not ours at all.",
+        )
+        .unwrap();
+        assert!(matches!(
+            open(DIGEST, Existing::Resume),
+            Err(JournalError::Foreign { .. })
+        ));
+    }
+}

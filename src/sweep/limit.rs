@@ -1,0 +1,51 @@
+//! The linear limit: where steady sliding loses its stability only in the limit of standstill.
+
+use super::axis::Range;
+use super::boundary::place_in_plane;
+use super::criterion::BoundarySpec;
+use super::study::Study;
+use crate::case::{Case, Setting};
+use crate::model::axial::AxialMotion;
+use crate::model::torsion::TorsionModel;
+
+/// Values of y at which the linear limit is given.
+const LIMIT_POINTS: usize = 61;
+
+/// Halvings of the range of x: to the rounding of a double.
+const LIMIT_HALVINGS: usize = 50;
+
+/// Where the margin of steady sliding at standstill under the largest force is zero, for even values of y.
+pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
+    let margin = |x: f64, y: f64| {
+        let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
+        Some(standstill_margin(&case))
+    };
+    let mut points = Vec::new();
+    for k in 0..LIMIT_POINTS {
+        let y = k as f64 / (LIMIT_POINTS - 1) as f64;
+        let (mut low, mut high) = (0.0, 1.0);
+        let (Some(at_low), Some(at_high)) = (margin(low, y), margin(high, y)) else {
+            continue;
+        };
+        if (at_low > 0.0) == (at_high > 0.0) {
+            continue;
+        }
+        for _ in 0..LIMIT_HALVINGS {
+            let middle = 0.5 * (low + high);
+            match margin(middle, y) {
+                Some(value) if (value > 0.0) == (at_low > 0.0) => low = middle,
+                Some(_) => high = middle,
+                None => break,
+            }
+        }
+        points.push([ranges[0].at(0.5 * (low + high)), ranges[1].at(y)]);
+    }
+    points
+}
+
+/// c_t - 2 r F alpha (mu_s - mu_d), N m s/rad, F the largest force.
+fn standstill_margin(case: &Case) -> f64 {
+    let parameters = &case.parameters;
+    let force = AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
+    TorsionModel::new(parameters).stability_margin(1.0, 0.0, force)
+}

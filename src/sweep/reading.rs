@@ -1,0 +1,178 @@
+//! Reading the tables of a study, with every problem on the way by file, line and key.
+
+use crate::case::document::{Node, Value};
+use crate::case::{CaseError, Problem, schema, suggest};
+
+/// Collects what is wrong with a study.
+pub(super) struct Reader {
+    pub(super) label: String,
+    /// Each with the rank of its place.
+    problems: Vec<(usize, Problem)>,
+}
+
+impl Reader {
+    pub(super) fn new(label: String) -> Self {
+        Reader {
+            label,
+            problems: Vec::new(),
+        }
+    }
+
+    /// Reports a problem at the place of `node`.
+    pub(super) fn report(&mut self, node: &Node, key: &str, message: impl Into<String>) {
+        self.problems.push((
+            node.place.rank(),
+            Problem {
+                place: node.place.show(&self.label),
+                key: key.to_owned(),
+                message: message.into(),
+            },
+        ));
+    }
+
+    pub(super) fn is_clean(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// What was found, in the order of the file.
+    pub(super) fn into_error(mut self) -> CaseError {
+        self.problems.sort_by_key(|&(rank, _)| rank);
+        CaseError {
+            problems: self.problems.into_iter().map(|(_, problem)| problem).collect(),
+        }
+    }
+
+    /// Reports every key of the table that is not among `known`.
+    pub(super) fn check_keys(&mut self, node: &Node, path: &str, known: &[&str]) {
+        let Value::Table(entries) = &node.value else {
+            return;
+        };
+        for (name, child) in entries {
+            if !known.contains(&name.as_str()) {
+                let message = match suggest(name, known.iter().copied()) {
+                    Some(close) => format!("unknown key; did you mean {close}?"),
+                    None => format!("unknown key; there are {}", known.join(", ")),
+                };
+                self.report(child, &join(path, name), message);
+            }
+        }
+    }
+
+    /// What to say about a path that is no key of a case.
+    pub(super) fn unknown_case_key(&self, path: &str) -> String {
+        let known = schema::keys().iter().map(|key| key.path);
+        match suggest(path, known) {
+            Some(close) => format!(
+                "a case has no key \"{path}\"; did you mean {}?",
+                close.replace("[]", ".0")
+            ),
+            None => format!(
+                "a case has no key \"{path}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
+                 perturbation.0.relative_velocity"
+            ),
+        }
+    }
+
+    /// A text, or nothing with a report.
+    pub(super) fn text(&mut self, node: &Node, path: &str) -> Option<String> {
+        match &node.value {
+            Value::Text(text) => Some(text.clone()),
+            other => {
+                self.report(
+                    node,
+                    path,
+                    format!("expected text in quotes, but got {}", other.describe()),
+                );
+                None
+            }
+        }
+    }
+
+    /// A switch, `default` where it is not given.
+    pub(super) fn flag(&mut self, parent: &Node, table: &str, name: &str, default: bool) -> bool {
+        match parent.at(name) {
+            None => default,
+            Some(Node {
+                value: Value::Flag(flag),
+                ..
+            }) => *flag,
+            Some(node) => {
+                let message = format!("expected true or false, but got {}", node.value.describe());
+                self.report(node, &join(table, name), message);
+                default
+            }
+        }
+    }
+
+    /// A plain number that fits `fits`, or nothing with a report of what was `expected`.
+    pub(super) fn number(
+        &mut self,
+        node: &Node,
+        path: &str,
+        expected: &str,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let number = match node.value {
+            Value::Integer(number) => Some(number as f64),
+            Value::Float(number) => Some(number),
+            _ => None,
+        };
+        let number = number.filter(|&number| number.is_finite() && fits(number));
+        if number.is_none() {
+            self.report(
+                node,
+                path,
+                format!("expected {expected}, but got {}", node.value.describe()),
+            );
+        }
+        number
+    }
+}
+
+/// A whole number between two bounds, or nothing with a report.
+pub(super) fn whole_number(reader: &mut Reader, node: &Node, path: &str, least: u64, most: u64) -> Option<u64> {
+    let number = match node.value {
+        Value::Integer(number) => u64::try_from(number).ok(),
+        _ => None,
+    };
+    let number = number.filter(|number| (least..=most).contains(number));
+    if number.is_none() {
+        let message = format!(
+            "expected a whole number from {least} to {most}, but got {}",
+            node.value.describe()
+        );
+        reader.report(node, path, message);
+    }
+    number
+}
+
+/// A key, or a list of keys, as dotted paths with `[0]` written as `.0`.
+pub(super) fn keys_of(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>> {
+    let plain = |text: &str| text.trim().replace('[', ".").replace(']', "");
+    match &node.value {
+        Value::Text(text) => Some(vec![plain(text)]),
+        Value::Array(elements) if !elements.is_empty() => {
+            let mut keys = Vec::with_capacity(elements.len());
+            for element in elements {
+                keys.push(plain(&reader.text(element, path)?));
+            }
+            Some(keys)
+        }
+        other => {
+            let message = format!(
+                "expected a key in quotes, or a list of them, but got {}",
+                other.describe()
+            );
+            reader.report(node, path, message);
+            None
+        }
+    }
+}
+
+pub(super) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
+    }
+}

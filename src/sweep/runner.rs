@@ -1,0 +1,175 @@
+//! Runs points on a pool of threads, and hands the outcomes to one place.
+
+use super::quantities::{EventRow, Outcome, values_of};
+use super::study::{Point, Study};
+use crate::case::{Case, CaseError};
+use crate::simulation::{NoRecorder, Progress, RunFailure, RunReport, simulate};
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError, mpsc};
+
+/// Integrates one case for a sweep: into nothing, or into a file of its own.
+pub type Integrate<'a> =
+    dyn Fn(u64, &Case, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<RunReport, IntegrateError> + Sync + 'a;
+
+/// Why a case of a sweep has no report.
+#[derive(Debug, thiserror::Error)]
+pub enum IntegrateError {
+    /// The run failed: the point is recorded as failed, and the sweep goes on.
+    #[error(transparent)]
+    Run(Box<RunFailure>),
+    /// What it was to be written to failed: the sweep ends.
+    #[error("{0}")]
+    Storage(String),
+}
+
+/// Integrates a case and keeps its events alone.
+///
+/// # Errors
+/// Those of [`simulate`].
+pub fn without_a_file(
+    _number: u64,
+    case: &Case,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, IntegrateError> {
+    simulate(&case.parameters, &case.solver, &case.output, &mut NoRecorder, control).map_err(IntegrateError::Run)
+}
+
+/// Why a pool stopped before the points were done.
+#[derive(Debug)]
+pub enum Stopped<E> {
+    /// The flag was set.
+    Interrupted,
+    /// The receiver of the outcomes failed.
+    Delivery(E),
+    /// The storage of a run failed.
+    Storage(String),
+}
+
+/// Outcomes that may wait for the one who writes them.
+const WAITING: usize = 256;
+
+/// Runs `points` on `workers` threads and hands their outcomes, in groups and in the order of completion, to `deliver`.
+///
+/// What a point comes to depends on the study and its coordinates alone. Points under way when `stop` is set, or after
+/// an error, are abandoned.
+///
+/// # Errors
+/// Why not all points were run.
+pub fn run_points<E>(
+    study: &Study,
+    points: impl Iterator<Item = Point> + Send,
+    workers: usize,
+    stop: &AtomicBool,
+    integrate: &Integrate,
+    mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
+) -> Result<(), Stopped<E>> {
+    let points = Mutex::new(points);
+    let given_up = AtomicBool::new(false);
+    let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
+    let (sender, receiver) = mpsc::sync_channel::<Result<Outcome, String>>(WAITING);
+    let mut error = None;
+    std::thread::scope(|scope| {
+        for _ in 0..workers.max(1) {
+            let (sender, points, halted) = (sender.clone(), &points, &halted);
+            scope.spawn(move || {
+                while !halted() {
+                    let next = points.lock().unwrap_or_else(PoisonError::into_inner).next();
+                    let Some(point) = next else { break };
+                    let result = match run_point(study, &point, integrate, &halted) {
+                        Ok(Some(outcome)) => Ok(outcome),
+                        Ok(None) => break,
+                        Err(message) => Err(message),
+                    };
+                    if sender.send(result).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        while let Ok(first) = receiver.recv() {
+            let mut group = Vec::new();
+            for result in std::iter::once(first).chain(receiver.try_iter()) {
+                match result {
+                    Ok(outcome) => group.push(outcome),
+                    Err(message) => error = error.take().or(Some(Stopped::Storage(message))),
+                }
+            }
+            // After an error the channel is emptied, so that no worker waits for ever.
+            if error.is_none()
+                && let Err(failure) = deliver(group)
+            {
+                error = Some(Stopped::Delivery(failure));
+            }
+            if error.is_some() {
+                given_up.store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    match error {
+        Some(error) => Err(error),
+        None if stop.load(Ordering::Relaxed) => Err(Stopped::Interrupted),
+        None => Ok(()),
+    }
+}
+
+/// Runs one point; `None` if it was abandoned.
+///
+/// # Errors
+/// The storage of the run failed. A run that fails is an outcome.
+pub fn run_point(
+    study: &Study,
+    point: &Point,
+    integrate: &Integrate,
+    halted: &dyn Fn() -> bool,
+) -> Result<Option<Outcome>, String> {
+    let outcome = |result, events| {
+        Ok(Some(Outcome {
+            number: point.number,
+            result,
+            events,
+        }))
+    };
+    let case = match study.case_at(&point.coordinates) {
+        Ok(case) => case,
+        Err(error) => return outcome(Err(in_words(&error)), Vec::new()),
+    };
+    let mut control = |_: Progress| {
+        if halted() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    // A defect in one run must not take the others along.
+    let result = catch_unwind(AssertUnwindSafe(|| {
+        let report = integrate(point.number, &case, &mut control)?;
+        let values = (!report.interrupted).then(|| values_of(&case.parameters, &report));
+        Ok((report, values))
+    }));
+    match result {
+        Ok(Ok((_, None))) => Ok(None),
+        Ok(Ok((report, Some(values)))) => {
+            let events = if study.keep.events {
+                report.events.iter().map(EventRow::from).collect()
+            } else {
+                Vec::new()
+            };
+            outcome(Ok(values), events)
+        }
+        Ok(Err(IntegrateError::Run(failure))) => outcome(Err(failure.to_string()), Vec::new()),
+        Ok(Err(IntegrateError::Storage(message))) => Err(message),
+        Err(_) => outcome(Err("internal error: the run panicked".to_owned()), Vec::new()),
+    }
+}
+
+/// The problems of a point in one line. Where they were found says nothing: the study put them there.
+fn in_words(error: &CaseError) -> String {
+    let problems = error
+        .problems
+        .iter()
+        .map(|problem| format!("{}: {}", problem.key, problem.message));
+    problems.collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,137 @@
+//! Points that fill a space of many axes: Latin hypercubes, Sobol sequences, and tables of points.
+
+use super::axis::{Axis, one_for_all};
+use crate::case::document::Value;
+use crate::case::{Setting, key_of};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::path::Path;
+
+/// How a sample is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SampleMethod {
+    /// One point in each of `count` layers of every axis, at random within it, the layers paired at random.
+    LatinHypercube,
+    /// The Sobol sequence with Owen's scrambling.
+    Sobol,
+}
+
+/// The generator of Sobol points has no more points, and no more axes, than these.
+pub(super) const MOST_SOBOL_POINTS: u64 = 1 << 16;
+/// See [`MOST_SOBOL_POINTS`].
+pub(super) const MOST_SOBOL_AXES: usize = 256;
+
+/// A sample of the axes: `count` rows with one value for each axis, the same for the same seed everywhere.
+pub(super) fn draw(axes: &[Axis], method: SampleMethod, count: usize, seed: u32) -> Vec<Vec<Setting>> {
+    let shares = match method {
+        SampleMethod::LatinHypercube => latin_hypercube(axes.len(), count, seed),
+        SampleMethod::Sobol => (0..count)
+            .map(|point| {
+                (0..axes.len())
+                    .map(|axis| f64::from(sobol_burley::sample(point as u32, axis as u32, seed)))
+                    .collect()
+            })
+            .collect(),
+    };
+    shares
+        .into_iter()
+        .map(|row: Vec<f64>| axes.iter().zip(row).map(|(axis, share)| axis.at(share)).collect())
+        .collect()
+}
+
+fn latin_hypercube(axes: usize, count: usize, seed: u32) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(u64::from(seed));
+    let mut rows = vec![vec![0.0; axes]; count];
+    for axis in 0..axes {
+        let mut layers: Vec<usize> = (0..count).collect();
+        for last in (1..count).rev() {
+            layers.swap(last, below(&mut random, last as u64 + 1) as usize);
+        }
+        for (row, layer) in rows.iter_mut().zip(layers) {
+            row[axis] = (layer as f64 + unit(&mut random)) / count as f64;
+        }
+    }
+    rows
+}
+
+/// A whole number below `bound`, by the high half of a product: its bias, bound/2^64, is far below one in any sample.
+fn below(random: &mut impl Rng, bound: u64) -> u64 {
+    ((u128::from(random.next_u64()) * u128::from(bound)) >> 64) as u64
+}
+
+/// A number in [0, 1).
+fn unit(random: &mut impl Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+}
+
+/// Axes and rows of a CSV file whose first line has the keys.
+///
+/// # Errors
+/// A text that says what is wrong with the file, and in which line.
+pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), String> {
+    let file = path.display();
+    let mut table = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_path(path)
+        .map_err(|error| match error.kind() {
+            csv::ErrorKind::Io(io) => format!("{file}: the table of points cannot be read: {}", crate::case::words(io)),
+            _ => format!("{file}: the table of points cannot be read: {error}"),
+        })?;
+    let bad = |error: csv::Error| match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            pos, expected_len, len, ..
+        } => format!(
+            "{file}:{}: {len} values for {expected_len} keys; give each row one value for each key",
+            pos.as_ref().map_or(0, csv::Position::line)
+        ),
+        _ => format!("{file}: not a table of points (CSV): {error}"),
+    };
+    let mut axes = Vec::new();
+    let mut keys = Vec::new();
+    for name in table.headers().map_err(bad)? {
+        let name = name.trim_start_matches('\u{feff}').replace('[', ".").replace(']', "");
+        let Some(key) = key_of(&name) else {
+            return Err(format!(
+                "{file}:1: a case has no key \"{name}\"; the first line names the keys, such as friction.decay,torsion.damping"
+            ));
+        };
+        if axes.iter().any(|axis: &Axis| axis.keys[0] == name) {
+            return Err(format!("{file}:1: {name} has two columns; keep one"));
+        }
+        axes.push(Axis::of_keys(vec![name], key));
+        keys.push(key);
+    }
+    let mut rows = Vec::new();
+    for record in table.records() {
+        let record = record.map_err(bad)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row: Result<Vec<Setting>, String> = record
+            .iter()
+            .zip(&keys)
+            .map(|(cell, key)| {
+                one_for_all(&[key], &cell_value(cell))
+                    .map_err(|message| format!("{file}:{line}: {}: {message}", key.path))
+            })
+            .collect();
+        rows.push(row?);
+    }
+    if rows.is_empty() {
+        return Err(format!(
+            "{file}: a table of points without a point; give it at least one row below the keys"
+        ));
+    }
+    Ok((axes, rows))
+}
+
+fn cell_value(cell: &str) -> Value {
+    if let Ok(number) = cell.parse::<i64>() {
+        return Value::Integer(number);
+    }
+    match (cell.parse::<f64>(), cell) {
+        (Ok(number), _) => Value::Float(number),
+        (_, "true") => Value::Flag(true),
+        (_, "false") => Value::Flag(false),
+        _ => Value::Text(cell.to_owned()),
+    }
+}

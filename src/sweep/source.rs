@@ -1,0 +1,87 @@
+//! The text of a study and where it is from.
+
+use crate::case::{CaseError, suggest, words};
+use std::path::{Path, PathBuf};
+
+/// A study that comes with the program: the files of `data/studies`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuiltInStudy {
+    pub name: &'static str,
+    pub text: &'static str,
+}
+
+/// Every built-in study.
+pub const STUDIES: &[BuiltInStudy] = &[BuiltInStudy {
+    name: "critical-curve",
+    text: include_str!("../../data/studies/critical-curve.toml"),
+}];
+
+/// The text of a study, and where it is from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StudySource {
+    pub text: String,
+    /// The file; `None` for a built-in study.
+    pub path: Option<PathBuf>,
+    /// After which results are named.
+    pub name: String,
+}
+
+impl StudySource {
+    /// Reads a study file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not UTF-8 text.
+    pub fn file(path: &Path) -> Result<StudySource, CaseError> {
+        let label = path.display().to_string();
+        let bytes = std::fs::read(path)
+            .map_err(|error| CaseError::one(&label, "", format!("the study file cannot be read: {}", words(&error))))?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| CaseError::one(&label, "", "not a study file: expected TOML, which is UTF-8 text"))?;
+        let name = path
+            .file_stem()
+            .map_or_else(|| "study".into(), |stem| stem.to_string_lossy());
+        Ok(StudySource {
+            text,
+            name: name.into_owned(),
+            path: Some(path.to_owned()),
+        })
+    }
+
+    /// A built-in study.
+    ///
+    /// # Errors
+    /// If there is none of that name; the text lists those there are.
+    pub fn built_in(name: &str) -> Result<StudySource, CaseError> {
+        match STUDIES.iter().find(|study| study.name == name) {
+            Some(study) => Ok(StudySource {
+                text: study.text.to_owned(),
+                path: None,
+                name: name.to_owned(),
+            }),
+            None => {
+                let names: Vec<&str> = STUDIES.iter().map(|study| study.name).collect();
+                let hint = suggest(name, names.iter().copied())
+                    .map(|close| format!(" (did you mean {close}?)"))
+                    .unwrap_or_default();
+                let message = format!(
+                    "there is no built-in study \"{name}\"{hint}; there is {}, and any TOML file by its path",
+                    names.join(", ")
+                );
+                Err(CaseError::one("", "", message))
+            }
+        }
+    }
+
+    /// How messages refer to it.
+    pub fn label(&self) -> String {
+        match &self.path {
+            Some(path) => path.display().to_string(),
+            None => format!("built-in study {}", self.name),
+        }
+    }
+
+    pub(super) fn folder(&self) -> PathBuf {
+        let folder = self.path.as_ref().and_then(|path| path.parent());
+        folder.map_or_else(PathBuf::new, Path::to_owned)
+    }
+}

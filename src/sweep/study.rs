@@ -1,0 +1,449 @@
+//! The study file: a base case, axes over its keys, and what is wanted of the runs.
+
+use super::axis::{self, Axis};
+use super::criterion::{BoundarySpec, read_boundary};
+use super::reading::{Reader, join, whole_number};
+use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
+use super::source::StudySource;
+use crate::case::document::{self, Node, Value};
+use crate::case::{Case, CaseError, CaseSource, Override, Problem, Setting, key_of};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// Which points a study has.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Design {
+    /// Every combination of the levels of the axes; the last axis runs fastest.
+    Grid,
+    /// The rows of a sample or of a table, one value for each axis.
+    Rows(Vec<Vec<Setting>>),
+    /// The points that tracing a boundary asks for, one after the other.
+    Boundary(BoundarySpec),
+}
+
+/// What is kept of every run beside its summary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Keep {
+    pub events: bool,
+    /// A whole result file of each run.
+    pub trajectory: bool,
+}
+
+/// A study, valid as far as that can be known before its points are run.
+#[derive(Debug, Clone)]
+pub struct Study {
+    pub title: String,
+    pub source: StudySource,
+    /// The base case, as text.
+    pub base: CaseSource,
+    /// What the study sets in it.
+    pub settings: Vec<Override>,
+    pub axes: Vec<Axis>,
+    pub design: Design,
+    pub keep: Keep,
+    /// Files that the study was read from: they must not be overwritten.
+    pub files: Vec<PathBuf>,
+    /// The base case with the settings, in SI: quicker to read again for every point. None where the axes take part in
+    /// what it has already resolved.
+    resolved: Option<CaseSource>,
+}
+
+/// A point: its number in the study and its value on every axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    pub number: u64,
+    pub coordinates: Vec<Setting>,
+}
+
+/// More points than this are a slip of the pen: years of computing.
+const MOST_POINTS: u64 = 1_000_000_000;
+
+const STUDY_KEYS: &[&str] = &["title", "case", "set", "axis", "sample", "points", "keep", "boundary"];
+
+/// So many points, evenly spread, are built before the first run: if none is valid, the study is at fault.
+const PROBES: u64 = 16;
+
+impl Study {
+    /// Reads a study. `overrides` are set in the base case after the study's own.
+    ///
+    /// # Errors
+    /// All problems that were found, each with its place, its key and what to do.
+    pub fn parse(source: StudySource, overrides: &[Override]) -> Result<Study, CaseError> {
+        let label = source.label();
+        let root = document::read(&source.text, &label)?;
+        let mut reader = Reader::new(label);
+        reader.check_keys(&root, "", STUDY_KEYS);
+        let title = root.at("title").and_then(|node| reader.text(node, "title"));
+        let mut files: Vec<PathBuf> = source.path.iter().cloned().collect();
+        let base = read_base(&mut reader, &root, &source, &mut files);
+        let mut settings = Vec::new();
+        if let Some(set) = root.at("set") {
+            read_settings(&mut reader, set, "", &mut settings);
+        }
+        settings.extend(overrides.iter().cloned());
+        let sampled = root.at("sample").is_some();
+        let mut axes = Vec::new();
+        match root.at("axis").map(|node| (node, &node.value)) {
+            None => {}
+            Some((_, Value::Array(elements))) => {
+                for (index, element) in elements.iter().enumerate() {
+                    let axis = axis::read(&mut reader, element, &format!("axis.{index}"), sampled);
+                    if let Some(axis) = axis {
+                        check_keys_once(&mut reader, element, &format!("axis.{index}"), &axes, &axis);
+                        axes.push(axis);
+                    }
+                }
+            }
+            Some((node, other)) => {
+                reader.report(
+                    node,
+                    "axis",
+                    format!("expected tables: write [[axis]], not {}", other.describe()),
+                );
+            }
+        }
+        let design = read_design(&mut reader, &root, &source, &mut axes, &mut files);
+        let keep = match root.at("keep") {
+            None => Keep::default(),
+            Some(node) => {
+                reader.check_keys(node, "keep", &["events", "trajectory"]);
+                Keep {
+                    events: reader.flag(node, "keep", "events", false),
+                    trajectory: reader.flag(node, "keep", "trajectory", false),
+                }
+            }
+        };
+        let (Some(base), Some(design), true) = (base, design, reader.is_clean()) else {
+            return Err(reader.into_error());
+        };
+        let resolved = resolve(&base, &settings, &axes);
+        let study = Study {
+            resolved,
+            title: title.unwrap_or_else(|| source.name.clone()),
+            source,
+            base,
+            settings,
+            axes,
+            design,
+            keep,
+            files,
+        };
+        study.check()?;
+        Ok(study)
+    }
+
+    /// How many points it has; `None` if that shows only on the way.
+    pub fn point_count(&self) -> Option<u64> {
+        match &self.design {
+            Design::Grid => self
+                .axes
+                .iter()
+                .try_fold(1u64, |n, axis| n.checked_mul(axis.levels.len() as u64)),
+            Design::Rows(rows) => Some(rows.len() as u64),
+            Design::Boundary(_) => None,
+        }
+    }
+
+    /// The point of a number below [`Self::point_count`]; `None` beyond, and in a study of a boundary.
+    pub fn point(&self, number: u64) -> Option<Point> {
+        if number >= self.point_count()? {
+            return None;
+        }
+        let coordinates = match &self.design {
+            Design::Grid => {
+                let mut rest = number;
+                let mut coordinates: Vec<Setting> = Vec::with_capacity(self.axes.len());
+                for axis in self.axes.iter().rev() {
+                    let count = axis.levels.len() as u64;
+                    coordinates.push(axis.levels[(rest % count) as usize].clone());
+                    rest /= count;
+                }
+                coordinates.reverse();
+                coordinates
+            }
+            Design::Rows(rows) => rows[usize::try_from(number).ok()?].clone(),
+            Design::Boundary(_) => return None,
+        };
+        Some(Point { number, coordinates })
+    }
+
+    /// The case at one value for each axis.
+    ///
+    /// # Errors
+    /// If these values do not make a valid case.
+    pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
+        let (base, mut overrides) = match &self.resolved {
+            Some(resolved) => (resolved, Vec::with_capacity(self.axes.len())),
+            None => (&self.base, self.settings.clone()),
+        };
+        for (axis, value) in self.axes.iter().zip(coordinates) {
+            overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
+        }
+        let mut case = Case::parse(base, &overrides)?;
+        if !self.keep.trajectory {
+            // A sweep keeps no samples, so none are made.
+            case.output.interval = case.output.end_time;
+            case.output.windows.clear();
+            case.output.steps = false;
+        }
+        Ok(case)
+    }
+
+    /// The same study with further keys set in its base case.
+    pub fn with(&self, overrides: &[Override]) -> Study {
+        let mut study = self.clone();
+        study.settings.extend(overrides.iter().cloned());
+        study.resolved = resolve(&study.base, &study.settings, &study.axes);
+        study
+    }
+
+    /// What identifies the study, as 64 hexadecimal digits: everything that decides its numbers, and the version of the
+    /// program; not its title, nor how its file is laid out.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        let mut add = |part: &str| {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part.as_bytes());
+        };
+        add("stickslip sweep 1");
+        add(env!("CARGO_PKG_VERSION"));
+        add(&self.base.text);
+        add(&format!("{:?}", self.settings));
+        for axis in &self.axes {
+            add(&format!("{:?} {:?} {:?}", axis.keys, axis.range, axis.levels));
+        }
+        add(&format!("{:?}", self.design));
+        add(&format!("{:?}", self.keep));
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Looks for what is wrong with every point alike, so that it is said once and before anything is computed.
+    fn check(&self) -> Result<(), CaseError> {
+        let label = self.source.label();
+        let mut first = None;
+        let count = match &self.design {
+            Design::Boundary(spec) => {
+                let corner = spec.corner(self);
+                return self
+                    .case_at(&corner)
+                    .map(drop)
+                    .map_err(|error| relabelled(error, &label));
+            }
+            _ => self
+                .point_count()
+                .filter(|&count| count <= MOST_POINTS)
+                .ok_or_else(|| {
+                    let message = format!("more than {MOST_POINTS:e} points; give the axes fewer values");
+                    CaseError::one(&label, "axis", message)
+                })?,
+        };
+        let probes = count.min(PROBES);
+        for k in 0..probes {
+            let number = if probes == 1 { 0 } else { k * (count - 1) / (probes - 1) };
+            let Some(point) = self.point(number) else { continue };
+            match self.case_at(&point.coordinates) {
+                Ok(_) => return Ok(()),
+                Err(error) => first = first.or(Some(error)),
+            }
+        }
+        first.map_or(Ok(()), |error| Err(relabelled(error, &label)))
+    }
+}
+
+/// Keys whose meaning hangs on others that a resolved case no longer has, or that others hang on.
+const ENTANGLED: [&str; 3] = ["contact.", "actuation.profile", "output."];
+
+fn resolve(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
+    let mut keys = axes.iter().flat_map(|axis| &axis.keys);
+    if keys.any(|key| ENTANGLED.iter().any(|start| key.starts_with(start))) {
+        return None;
+    }
+    let case = Case::parse(base, settings).ok()?;
+    Some(CaseSource {
+        text: case.resolved(),
+        origin: base.origin.clone(),
+    })
+}
+
+/// The problems of a point, in the words of the study.
+fn relabelled(error: CaseError, label: &str) -> CaseError {
+    let problems = error.problems.into_iter().map(|problem| Problem {
+        place: if problem.place.starts_with("--set ") {
+            label.to_owned()
+        } else {
+            problem.place
+        },
+        message: format!("no point of the study is a valid case: {}", problem.message),
+        ..problem
+    });
+    CaseError {
+        problems: problems.collect(),
+    }
+}
+
+fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut Vec<PathBuf>) -> Option<CaseSource> {
+    let Some(node) = root.at("case") else {
+        reader.report(
+            root,
+            "case",
+            "missing: the base case, as in case = \"paper\" or case = \"mine.toml\"",
+        );
+        return None;
+    };
+    let name = reader.text(node, "case")?;
+    let path = source.folder().join(&name);
+    let found = if path.is_file() || Path::new(&name).extension().is_some() {
+        files.push(path.clone());
+        CaseSource::file(&path)
+    } else {
+        CaseSource::built_in(&name)
+    };
+    match found {
+        Ok(base) => Some(base),
+        Err(error) => {
+            for problem in &error.problems {
+                reader.report(node, "case", problem.to_string());
+            }
+            None
+        }
+    }
+}
+
+/// The leaves of `[set]`, whether written as tables, as dotted keys or as quoted paths.
+fn read_settings(reader: &mut Reader, node: &Node, path: &str, settings: &mut Vec<Override>) {
+    match &node.value {
+        Value::Table(entries) => {
+            for (name, child) in entries {
+                let inner = join(path, &name.replace('[', ".").replace(']', ""));
+                read_settings(reader, child, &inner, settings);
+            }
+        }
+        _ if path.is_empty() => {
+            let message = format!("expected a table of keys and values, but got {}", node.value.describe());
+            reader.report(node, "set", message);
+        }
+        _ => {
+            let whole_array = matches!(node.value, Value::Array(_));
+            if key_of(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
+                let hint = reader.unknown_case_key(path);
+                reader.report(node, &format!("set.{path}"), hint);
+            }
+            settings.push(Override::of_node(path, node));
+        }
+    }
+}
+
+fn check_keys_once(reader: &mut Reader, node: &Node, path: &str, axes: &[Axis], axis: &Axis) {
+    for key in &axis.keys {
+        let before = axes
+            .iter()
+            .flat_map(|other| &other.keys)
+            .filter(|other| *other == key)
+            .count();
+        if before > 0 || axis.keys.iter().filter(|other| *other == key).count() > 1 {
+            reader.report(
+                node,
+                &format!("{path}.key"),
+                format!("{key} stands on two axes; keep one"),
+            );
+        }
+    }
+}
+
+fn read_design(
+    reader: &mut Reader,
+    root: &Node,
+    source: &StudySource,
+    axes: &mut Vec<Axis>,
+    files: &mut Vec<PathBuf>,
+) -> Option<Design> {
+    let given: Vec<&str> = ["sample", "points", "boundary"]
+        .into_iter()
+        .filter(|name| root.at(name).is_some())
+        .collect();
+    if let [first, second, ..] = given[..] {
+        let node = root.at(second).unwrap_or(root);
+        reader.report(
+            node,
+            second,
+            format!("a study has one set of points, and {first} gives one already; remove one of them"),
+        );
+        return None;
+    }
+    match given.first() {
+        Some(&"points") => {
+            let node = root.at("points")?;
+            if let Some(axis) = root.at("axis") {
+                reader.report(
+                    axis,
+                    "axis",
+                    "the first line of the table of points names the keys; remove the axes",
+                );
+                return None;
+            }
+            let path = source.folder().join(reader.text(node, "points")?);
+            match sampling::read_table(&path) {
+                Ok((columns, rows)) => {
+                    files.push(path);
+                    *axes = columns;
+                    Some(Design::Rows(rows))
+                }
+                Err(message) => {
+                    reader.report(node, "points", message);
+                    None
+                }
+            }
+        }
+        _ if axes.is_empty() => {
+            // Axes that could not be read have been reported.
+            if root
+                .at("axis")
+                .is_none_or(|node| matches!(&node.value, Value::Array(list) if list.is_empty()))
+            {
+                reader.report(root, "axis", "missing: a study varies something; write [[axis]] with a key and its values, or points = \"FILE.csv\"");
+            }
+            None
+        }
+        Some(&"sample") => read_sample(reader, root.at("sample")?, axes).map(Design::Rows),
+        Some(_) => read_boundary(reader, root.at("boundary")?, axes).map(Design::Boundary),
+        None => Some(Design::Grid),
+    }
+}
+
+fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Vec<Setting>>> {
+    reader.check_keys(node, "sample", &["method", "count", "seed"]);
+    let method = match node.at("method").map(|node| (node, &node.value)) {
+        Some((_, Value::Text(name))) if name == "latin-hypercube" => Some(SampleMethod::LatinHypercube),
+        Some((_, Value::Text(name))) if name == "sobol" => Some(SampleMethod::Sobol),
+        other => {
+            let message = "expected \"latin-hypercube\" or \"sobol\"";
+            reader.report(other.map_or(node, |(node, _)| node), "sample.method", message);
+            None
+        }
+    };
+    let most = match method {
+        Some(SampleMethod::Sobol) => MOST_SOBOL_POINTS,
+        _ => 100_000_000,
+    };
+    let count = match node.at("count") {
+        Some(given) => whole_number(reader, given, "sample.count", 1, most),
+        None => {
+            reader.report(node, "sample.count", "missing: how many points are drawn");
+            None
+        }
+    };
+    let seed = match node.at("seed") {
+        Some(given) => whole_number(reader, given, "sample.seed", 0, u64::from(u32::MAX)),
+        None => Some(0),
+    };
+    let (method, count, seed) = (method?, count?, seed?);
+    if method == SampleMethod::Sobol && axes.len() > MOST_SOBOL_AXES {
+        let message = format!(
+            "{} axes are more than the {MOST_SOBOL_AXES} of a Sobol sequence; use latin-hypercube",
+            axes.len()
+        );
+        reader.report(node, "sample.method", message);
+        return None;
+    }
+    Some(sampling::draw(axes, method, count as usize, seed as u32))
+}

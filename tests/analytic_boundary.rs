@@ -1,0 +1,136 @@
+//! The boundary tracer against lines that are known: the loss of stability at standstill, and single runs.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use stickslip::case::Override;
+use stickslip::model::axial::AxialMotion;
+use stickslip::results::{Overwrite, SweepFile, SweepHeader};
+use stickslip::sweep::{
+    Branch, Design, Study, StudySource, SweepOptions, SweepReport, run_point, sweep, without_a_file,
+};
+
+fn study(text: &str) -> Study {
+    let source = StudySource {
+        text: text.to_owned(),
+        path: None,
+        name: "boundary".to_owned(),
+    };
+    Study::parse(source, &[]).unwrap()
+}
+
+fn run(study: &Study, path: &Path) -> SweepReport {
+    let options = SweepOptions {
+        path,
+        overwrite: Overwrite::OwnResults,
+        resume: false,
+        workers: 2,
+        header: SweepHeader {
+            digest: study.digest(),
+            ..SweepHeader::default()
+        },
+        integrate: &without_a_file,
+        stop: &AtomicBool::new(false),
+    };
+    sweep(study, &options, &mut |_| {}).unwrap()
+}
+
+/// A light rotor that stops within milliseconds, so that runs are cheap; the rest is the paper's.
+const LIGHT: &str = r#"
+case = "paper"
+[set]
+perturbation = []
+axial.damping = "20000 lbf s/in"
+actuation.rise_time = 0
+torsion.rotor_inertia = 0.002
+initial.speed = 10
+output.end_time = 0.01
+"#;
+
+/// The margin of steady sliding is a function of alpha, c_t and omega_r alone: where the friction force is constant it is
+/// lost before the stop exactly if it is negative at standstill, which is the linear limit in closed form.
+#[test]
+fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "{LIGHT}\n[[axis]]\nkey = \"friction.decay\"\nfrom = 0.05\nto = 0.8\ncount = 5\nspacing = \"log\"\n\
+         [[axis]]\nkey = \"torsion.damping\"\nfrom = 5\nto = 40\ncount = 4\n\
+         [boundary]\ncriterion = \"instability_time > 0\"\nrefinements = 1\nwidth = 1e-6\n"
+    );
+    let study = study(&text);
+    let report = run(&study, &folder.path().join("b.h5"));
+    assert_eq!(report.failed, 0, "{:?}", report.failures);
+    let found = report.boundaries.unwrap();
+    assert_eq!(found.curves.len(), 1);
+    let points = &found.curves[0].points;
+    assert!(points.len() > 8, "{}", points.len());
+    let case = study.case_at(&study_corner(&study)).unwrap();
+    let p = &case.parameters;
+    let force = AxialMotion::new(&p.axial, &p.actuation).largest_force();
+    let slope = 2.0 * p.contact.radius * force * (p.friction.low_speed - p.friction.high_speed);
+    for point in points {
+        assert_eq!(point.branch, Branch::Lower);
+        // A millisecond before the stop the speed is 1 rad/s or so, but the last instants count: the run sees the margin
+        // change if it does so above the first oscillation of omega_r about its mean, some 0.1 rad/s.
+        let [decay, damping] = point.middle();
+        let ratio = damping / (slope * decay);
+        assert!((ratio - 1.0).abs() < 0.05, "alpha {decay}, c_t {damping}: {ratio}");
+    }
+    // The line beside it is the closed form to the rounding of the bisection.
+    let limit = &found.linear_limit[0].points;
+    assert!(limit.len() > 40);
+    for [decay, damping] in limit {
+        assert!((damping / (slope * decay) - 1.0).abs() < 1e-12, "{decay} {damping}");
+    }
+    let file = SweepFile::open(&folder.path().join("b.h5")).unwrap();
+    assert_eq!(file.numbers("boundary/friction_decay").unwrap().len(), points.len());
+}
+
+fn study_corner(study: &Study) -> Vec<stickslip::case::Setting> {
+    study.axes.iter().map(|axis| axis.levels[0].clone()).collect()
+}
+
+/// Both ends of every bracket of a coarse critical curve, run alone and a hundred times more accurately, stand on their
+/// side of it; and the file is the same however many threads traced it.
+#[test]
+fn regression_boundary_points_hold_for_single_runs_at_a_tighter_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+case = "paper"
+[set]
+perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
+[[axis]]
+key = "friction.decay"
+from = 1
+to = 300
+count = 4
+spacing = "log"
+[[axis]]
+key = "torsion.damping"
+from = 10
+to = 60
+count = 3
+[boundary]
+refinements = 0
+width = 1e-3
+"#;
+    let study = study(text);
+    let report = run(&study, &folder.path().join("c.h5"));
+    let found = report.boundaries.unwrap();
+    let Design::Boundary(spec) = &study.design else {
+        panic!("a boundary")
+    };
+    let tight = study.with(&[Override::parse("solver.rtol=1e-12").unwrap()]);
+    let mut checked = 0;
+    for curve in &found.curves {
+        for point in &curve.points {
+            for (place, met) in [(point.met, true), (point.unmet, false)] {
+                let coordinates = place.map(stickslip::case::Setting::Number).to_vec();
+                let point = stickslip::sweep::Point { number: 0, coordinates };
+                let outcome = run_point(&tight, &point, &without_a_file, &|| false).unwrap().unwrap();
+                assert_eq!(spec.criterion.is_met(&outcome), met, "{place:?}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked >= 10, "{checked}");
+}
