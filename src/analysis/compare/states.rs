@@ -2,7 +2,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{Curve, Physics, Walk};
+use super::reference::{Curve, Physics, Walk, horner};
 use super::windows::{Phase, Window};
 use crate::model::torsion::TorsionModel;
 use crate::results::ResultError;
@@ -222,17 +222,26 @@ impl<'a> StatePass<'a> {
         if !sound {
             self.too_sparse += rows.clone().filter(|&i| !usable(part(block.time[i]))).count() as u64;
         }
+        let times = &block.time[rows.clone()];
         for (k, curve) in self.curves.iter().enumerate() {
             let (tally, scale) = (&mut self.tallies[phase][k], self.scales[phase][k]);
-            let column = &block.columns[k];
-            for i in rows.clone() {
-                let t = block.time[i];
-                let s = part(t);
-                if usable(s) {
-                    let reference = curve.at(s, &self.model);
-                    tally.add(t, column[i], reference, scale);
+            let samples = times.iter().zip(&block.columns[k][rows.clone()]);
+            // Added up in a copy, which the processor keeps in registers.
+            let mut sum = *tally;
+            if sound {
+                // In a product, as a division takes longer than the rest.
+                let (from, per_width) = (left + window.shift, 1.0 / width);
+                let part = |t: f64| (t - from) * per_width;
+                match curve {
+                    Curve::Polynomial(c) => samples.for_each(|(&t, &v)| sum.add(t, v, horner(c, part(t)), scale)),
+                    _ => samples.for_each(|(&t, &v)| sum.add(t, v, curve.at(part(t), &self.model), scale)),
+                }
+            } else {
+                for (&t, &value) in samples.filter(|&(&t, _)| usable(part(t))) {
+                    sum.add(t, value, curve.at(part(t), &self.model), scale);
                 }
             }
+            *tally = sum;
         }
         if window.phase == Phase::Sliding && sound {
             self.probe(block, rows.clone(), &part);

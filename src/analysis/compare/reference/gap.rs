@@ -119,7 +119,7 @@ pub enum Curve {
 }
 
 #[inline]
-fn horner(c: &[f64; 6], s: f64) -> f64 {
+pub(in super::super) fn horner(c: &[f64; 6], s: f64) -> f64 {
     c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
 }
 

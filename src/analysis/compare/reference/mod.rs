@@ -10,6 +10,7 @@ mod physics;
 mod rerun;
 mod walk;
 
+pub(super) use gap::horner;
 pub use gap::{Curve, Gap, Node};
 pub use physics::Physics;
 pub use rerun::Rerun;
