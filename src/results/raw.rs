@@ -55,8 +55,15 @@ pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::
         .empty_as(&descriptor)
         .shape([texts.len()])
         .create(name)?;
-    let memory = Datatype::from_descriptor(&descriptor)?;
-    // SAFETY: `bytes` holds `length` bytes for each of the elements that the dataset has.
+    write_all(&dataset, &descriptor, &bytes)?;
+    Ok(dataset)
+}
+
+/// Writes every element of `dataset`, whose type is that of `descriptor`.
+fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hdf5::Result<()> {
+    assert_eq!(bytes.len(), descriptor.size() * dataset.size());
+    let memory = Datatype::from_descriptor(descriptor)?;
+    // SAFETY: `bytes` holds as many elements of `memory`'s size as the dataset takes.
     call(|| unsafe {
         H5Dwrite(
             dataset.id(),
@@ -67,7 +74,7 @@ pub(super) fn write_texts(group: &Group, name: &str, texts: &[String]) -> hdf5::
             bytes.as_ptr().cast(),
         )
     })?;
-    Ok(dataset)
+    Ok(())
 }
 
 /// Reads what [`write_texts`] writes.
@@ -101,18 +108,7 @@ pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<
     bytes.resize(bytes.len().max(1), 0);
     let descriptor = TypeDescriptor::FixedUnicode(bytes.len());
     let dataset = group.new_dataset_builder().empty_as(&descriptor).create(name)?;
-    let memory = Datatype::from_descriptor(&descriptor)?;
-    // SAFETY: `bytes` holds the one element of `memory`'s size that the scalar dataset takes.
-    call(|| unsafe {
-        H5Dwrite(
-            dataset.id(),
-            memory.id(),
-            H5S_ALL,
-            H5S_ALL,
-            H5P_DEFAULT,
-            bytes.as_ptr().cast(),
-        )
-    })?;
+    write_all(&dataset, &descriptor, &bytes)?;
     Ok(dataset)
 }
 

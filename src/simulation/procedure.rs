@@ -19,7 +19,7 @@ use super::runge_kutta::EmbeddedPair;
 use super::{Progress, RunFailure, RunReport};
 use crate::hybrid::{Observer, ObserverError, RunError};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, Contact, DIMENSION, UNKNOWNS};
-use crate::model::{Kick, KickTime, Mode, Parameters};
+use crate::model::{Mode, Parameters};
 use crate::sundials::{Counters, ErkTable};
 use std::ops::ControlFlow;
 
@@ -87,19 +87,7 @@ pub(super) fn run(
     };
     let readings = AbsoluteReadings { model: &model };
     let recording = Recording::new(readings, parameters, output, recorder, control, &state);
-    let mut kicks: Vec<(f64, f64)> = Vec::new();
-    let mut waiting_kicks = Vec::new();
-    for Kick {
-        time,
-        relative_velocity,
-    } in &parameters.perturbations
-    {
-        match time {
-            KickTime::At(t) => kicks.push((*t, *relative_velocity)),
-            KickTime::Instability => waiting_kicks.push(*relative_velocity),
-        }
-    }
-    kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (kicks, waiting_kicks) = parameters.kicks();
     let watch = if contact == Contact::Stick {
         Watch::Off
     } else {

@@ -7,7 +7,7 @@ use crate::hybrid::{ChosenSolver, Rules, Transition};
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::stability::{Forecast, QuietStretch};
 use crate::model::torsion::{DIMENSION, TorsionState};
-use crate::model::{Kick, KickTime, Mode, Parameters};
+use crate::model::{Mode, Parameters};
 use std::sync::Arc;
 
 /// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
@@ -71,19 +71,7 @@ type Happening = Transition<EventKind, Location>;
 
 impl BrakeRules {
     pub fn new(brake: Arc<Brake>, parameters: &Parameters, plan: Plan, end_time: f64) -> Self {
-        let mut kicks = Vec::new();
-        let mut waiting_kicks = Vec::new();
-        for Kick {
-            time,
-            relative_velocity,
-        } in &parameters.perturbations
-        {
-            match time {
-                KickTime::At(t) => kicks.push((*t, *relative_velocity)),
-                KickTime::Instability => waiting_kicks.push(*relative_velocity),
-            }
-        }
-        kicks.sort_by(|a: &(f64, f64), b| a.0.total_cmp(&b.0));
+        let (kicks, waiting_kicks) = parameters.kicks();
         BrakeRules {
             brake,
             plan,

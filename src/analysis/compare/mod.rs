@@ -85,20 +85,7 @@ impl Reference {
         let file = ResultFile::open(path)?;
         let case = case_of(path, &file)?;
         let events = file.events()?;
-        let mut last = f64::NEG_INFINITY;
-        for (row, event) in events.iter().enumerate() {
-            if !event.time.is_finite() || event.time < last {
-                let what = format!("the time {:?} s comes after {last:?} s", event.time);
-                let remedy = "the file was changed since it was written: repeat the run";
-                return Err(CompareError::content(
-                    path,
-                    format!("row {row} of /events/time"),
-                    what,
-                    remedy,
-                ));
-            }
-            last = event.time;
-        }
+        let last = candidate::events::last_in_order(path, &events)?;
         let rows = file.sample_count()?;
         let end = if rows > 0 {
             file.column("time", rows - 1..rows)?[0]

@@ -17,10 +17,12 @@ use std::path::Path;
 const TIMES: [&str; 4] = ["events/time", "event_time", "time", "t"];
 const KINDS: [&str; 4] = ["events/kind", "event_kind", "kind", "event"];
 
-/// Events of one of this program's results.
-pub(super) fn own(path: &Path, events: &[Event], physics: &Physics) -> Result<Vec<Found>, CompareError> {
+/// Time of the last event of one of this program's results (s), negative infinity if it has none.
+///
+/// # Errors
+/// A time that is not finite, or before the one in front of it.
+pub(in super::super) fn last_in_order(path: &Path, events: &[Event]) -> Result<f64, CompareError> {
     let mut last = f64::NEG_INFINITY;
-    let mut found = Vec::new();
     for (row, event) in events.iter().enumerate() {
         if !event.time.is_finite() || event.time < last {
             let what = format!("the time {:?} s comes after {last:?} s", event.time);
@@ -33,6 +35,15 @@ pub(super) fn own(path: &Path, events: &[Event], physics: &Physics) -> Result<Ve
             ));
         }
         last = event.time;
+    }
+    Ok(last)
+}
+
+/// Events of one of this program's results.
+pub(super) fn own(path: &Path, events: &[Event], physics: &Physics) -> Result<Vec<Found>, CompareError> {
+    last_in_order(path, events)?;
+    let mut found = Vec::new();
+    for event in events {
         if event.kind.in_mode_word() {
             let s = &event.before;
             let torque = |twist: f64, rate: f64| physics.twist_torque(twist, rate);

@@ -1,7 +1,7 @@
 //! Results of other solvers, whatever they are written in.
 
 mod csv;
-mod events;
+pub(super) mod events;
 mod hdf5;
 mod mapping;
 mod npz;
