@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use hdf5::Group;
 
+use super::attributes::{write_number_attribute, write_text_attribute};
 use super::schema::{self, attribute};
+use super::table::create_group;
 use super::target::{self, Overwrite};
-use super::writer::{create_group, write_number_attribute, write_text_attribute};
 use super::{ResultError, raw};
 
 /// What is added, in the form in which it is stored: tables of equal columns.

@@ -1,6 +1,7 @@
 //! HDF5 files of other programs: any layout, columns of numbers by their path.
 
-use super::reader::{is_number, text_attribute};
+use super::attributes::text_attribute;
+use super::contents::is_number;
 use super::schema::attribute;
 use super::{ResultError, target};
 use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenAscii, VarLenUnicode};

@@ -4,7 +4,9 @@
 //! flushed block by block; [`ResultWriter::finish`] gives a complete run its own name.
 //! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
 
+mod attributes;
 mod certificate;
+mod contents;
 mod error;
 mod foreign;
 mod raw;
@@ -14,16 +16,17 @@ mod stick_slip;
 mod sweep_columns;
 mod sweep_file;
 mod sweep_writer;
+mod table;
 pub(crate) mod target;
 mod work_precision;
 mod writer;
 
+pub use attributes::{AttributeValue, MetaValue};
 pub use certificate::{CertificateTables, write_certified};
+pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use reader::{
-    AddedColumn, AddedGroup, AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo,
-};
+pub use reader::ResultFile;
 pub use stick_slip::{Extra, StickSlipTable};
 pub use sweep_file::SweepFile;
 pub use sweep_writer::{
@@ -32,4 +35,4 @@ pub use sweep_writer::{
 pub(crate) use target::folder_of;
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
-pub use writer::{Header, MetaValue, ResultWriter, SavedRows, Status};
+pub use writer::{Header, ResultWriter, SavedRows, Status};

@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
-use hdf5::{Attribute, Dataset, Group, IndexType, IterationOrder, Location};
-use serde::Serialize;
+use hdf5::{Dataset, Group, IndexType, IterationOrder, Location};
 
+use super::attributes::{AttributeValue, attribute_value, text_attribute};
+use super::contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo, is_number, type_name};
 use super::schema::{self, attribute, group, root};
 use super::{Extra, ResultError, Status, StickSlipTable, raw, target};
 use crate::model::Mode;
@@ -486,152 +486,9 @@ impl ResultFile {
     }
 }
 
-/// What a result file holds, for a listing.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Contents {
-    /// Attributes of the root and of the groups.
-    pub attributes: Vec<AttributeInfo>,
-    pub variables: Vec<VariableInfo>,
-}
-
-/// An attribute of a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AttributeInfo {
-    /// "/", "/meta", ...
-    pub group: String,
-    pub name: String,
-    pub value: AttributeValue,
-}
-
-/// A variable of a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct VariableInfo {
-    /// "/trajectory", ...
-    pub group: String,
-    pub name: String,
-    /// "float64", "int8", "string", ...
-    #[serde(rename = "type")]
-    pub kind: String,
-    /// Empty for a scalar.
-    pub shape: Vec<usize>,
-    pub units: Option<String>,
-    pub long_name: Option<String>,
-    /// What its codes mean; empty where it is no code.
-    pub flags: Vec<FlagInfo>,
-    /// Least value that is not NaN; `None` where there is none.
-    pub min: Option<f64>,
-    pub max: Option<f64>,
-}
-
-/// A group of which this version of the program knows the name only.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AddedGroup {
-    /// In alphabetical order.
-    pub attributes: Vec<(String, AttributeValue)>,
-    /// In the order of the file.
-    pub columns: Vec<AddedColumn>,
-}
-
-/// A variable of such a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AddedColumn {
-    /// As in the file.
-    pub name: String,
-    /// UDUNITS.
-    pub units: Option<String>,
-    /// What it is.
-    pub long_name: Option<String>,
-    /// Rows in the file, of which `values` are the first.
-    pub rows: usize,
-    pub values: Vec<f64>,
-}
-
-/// The meaning of a code.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct FlagInfo {
-    pub value: i64,
-    pub meaning: String,
-}
-
-/// The value of an attribute.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum AttributeValue {
-    Text(String),
-    Integer(i64),
-    Number(f64),
-    Integers(Vec<i64>),
-    Numbers(Vec<f64>),
-}
-
 /// The ranges that cover `0..rows`, [`BLOCK`] by block.
 fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
     (0..rows)
         .step_by(BLOCK)
         .map(move |start| start..rows.min(start + BLOCK))
-}
-
-pub(super) fn text_attribute(location: &Location, name: &str) -> Option<String> {
-    match attribute_value(&location.attr(name).ok()?)? {
-        AttributeValue::Text(text) => Some(text),
-        _ => None,
-    }
-}
-
-/// The value of an attribute; `None` for what is HDF5's own (references of dimension scales).
-fn attribute_value(attribute: &Attribute) -> Option<AttributeValue> {
-    let scalar = attribute.is_scalar();
-    match attribute.dtype().ok()?.to_descriptor().ok()? {
-        TypeDescriptor::VarLenUnicode if scalar => {
-            let text = attribute.read_scalar::<VarLenUnicode>().ok()?;
-            Some(AttributeValue::Text(text.as_str().to_owned()))
-        }
-        TypeDescriptor::VarLenAscii if scalar => {
-            let text = attribute.read_scalar::<VarLenAscii>().ok()?;
-            Some(AttributeValue::Text(text.as_str().to_owned()))
-        }
-        TypeDescriptor::FixedUnicode(_) | TypeDescriptor::FixedAscii(_) => {
-            raw::read_text(attribute).ok()?.map(AttributeValue::Text)
-        }
-        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => {
-            let values = attribute.read_raw::<i64>().ok()?;
-            Some(if scalar {
-                AttributeValue::Integer(values[0])
-            } else {
-                AttributeValue::Integers(values)
-            })
-        }
-        TypeDescriptor::Float(_) => {
-            let values = attribute.read_raw::<f64>().ok()?;
-            Some(if scalar {
-                AttributeValue::Number(values[0])
-            } else {
-                AttributeValue::Numbers(values)
-            })
-        }
-        _ => None,
-    }
-}
-
-pub(super) fn is_number(descriptor: &TypeDescriptor) -> bool {
-    matches!(
-        descriptor,
-        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) | TypeDescriptor::Float(_)
-    )
-}
-
-/// The name that NumPy has for a type.
-fn type_name(descriptor: &TypeDescriptor) -> String {
-    let bits = |size: &IntSize| 8 * *size as usize;
-    match descriptor {
-        TypeDescriptor::Integer(size) => format!("int{}", bits(size)),
-        TypeDescriptor::Unsigned(size) => format!("uint{}", bits(size)),
-        TypeDescriptor::Float(FloatSize::U4) => "float32".to_owned(),
-        TypeDescriptor::Float(_) => "float64".to_owned(),
-        TypeDescriptor::FixedAscii(_)
-        | TypeDescriptor::FixedUnicode(_)
-        | TypeDescriptor::VarLenAscii
-        | TypeDescriptor::VarLenUnicode => "string".to_owned(),
-        other => format!("{other:?}").to_lowercase(),
-    }
 }

@@ -3,13 +3,14 @@
 use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayViewD, IxDyn};
 
+use super::attributes::write_text_attribute;
 use super::raw;
 use super::schema::{self, attribute};
 use super::sweep_writer::{
     Column, ColumnData, EVENTS, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell, SweepLayout,
     SweepPlan, SweepRow,
 };
-use super::writer::{DEFLATE_LEVEL, create_group, write_text_attribute};
+use super::table::{DEFLATE_LEVEL, create_group};
 
 /// Points that are buffered before they are written, at least; also the size of a chunk.
 const BLOCK: usize = 16_384;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::reader::text_attribute;
+use super::attributes::text_attribute;
 use super::schema;
 use super::sweep_writer::{DIGEST, FAILURES, POINT};
 use super::{ResultError, raw, target};

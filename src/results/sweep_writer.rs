@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use hdf5::Dataset;
 
+use super::attributes::{MetaValue, write_attributes, write_input, write_text_attribute};
 use super::schema;
 use super::sweep_columns::{Columns, write_column};
+use super::table::{self, create_group};
 use super::target::{self, Overwrite, WriteLock};
-use super::writer::{MetaValue, create_group, write_attributes, write_input, write_text_attribute};
 use super::{ResultError, Status, raw};
 
 /// Name of the variable that says what came of a point.
@@ -263,7 +264,7 @@ impl SweepWriter {
 }
 
 fn create_file(path: &Path, header: &SweepHeader) -> hdf5::Result<hdf5::File> {
-    let file = super::writer::create_file(path)?;
+    let file = table::create_file(path)?;
     for (name, text) in [
         (schema::root::CONVENTIONS, schema::CONVENTIONS),
         (schema::root::TITLE, &header.title),

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::ResultError;
-use super::reader::text_attribute;
+use super::attributes::text_attribute;
 use super::schema;
 
 /// What a run may replace.

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::attributes::{self, write_attributes, write_text_attribute};
+use super::table::{self, Cell, TableWriter};
 use super::target::{self, Overwrite, WriteLock};
-use super::writer::{self, Cell, TableWriter, write_attributes, write_text_attribute};
 use super::{MetaValue, ResultError, Status, schema};
 
 /// A row of /runs; NaN where there is no value.
@@ -112,7 +113,7 @@ impl WorkPrecisionFile {
     }
 
     fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
-        let file = writer::create_file(path)?;
+        let file = table::create_file(path)?;
         for (name, text) in [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &self.title),
@@ -141,14 +142,14 @@ impl WorkPrecisionFile {
         let reference = file.group(schema::group::REFERENCE)?;
         write_text_attribute(&reference, "description", &self.reference)?;
         for ((name, units, long_name), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(self.uncertainties) {
-            writer::write_number_attribute(&reference, name, value)?;
-            writer::write_companions(&reference, name, units, long_name)?;
+            attributes::write_number_attribute(&reference, name, value)?;
+            attributes::write_companions(&reference, name, units, long_name)?;
         }
-        let input = writer::create_group(&file, schema::group::INPUT)?;
-        writer::write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
+        let input = table::create_group(&file, schema::group::INPUT)?;
+        attributes::write_input(&input, "study", &self.study, "the study as it was given (TOML)")?;
         let resolved = "every parameter of the first run in SI units (TOML)";
-        writer::write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
-        write_attributes(&writer::create_group(&file, schema::group::META)?, &self.meta)?;
+        attributes::write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
+        write_attributes(&table::create_group(&file, schema::group::META)?, &self.meta)?;
         file.flush()
     }
 }

@@ -4,18 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
-use hdf5::types::VarLenUnicode;
-use hdf5::{Dataset, Group, Location};
-
-use super::schema::{self, Kind, Table, Variable};
+use super::attributes::{
+    MetaValue, text_value, write_attributes, write_companions, write_input, write_number_attribute,
+    write_text_attribute,
+};
+use super::schema;
+use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, WriteLock};
-use super::{ResultError, StickSlipTable, raw};
+use super::{ResultError, StickSlipTable};
 use crate::model::Mode;
 use crate::simulation::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
-
-/// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
-pub(super) const DEFLATE_LEVEL: u8 = 1;
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
 /// takes less than a millisecond and is not atomic: a program that reads at that very moment may
@@ -47,13 +45,6 @@ pub struct Header {
     pub meta: Vec<(String, MetaValue)>,
     /// Attributes of /events: how its times were found.
     pub events: Vec<(String, MetaValue)>,
-}
-
-/// The value of an attribute of /meta or /events.
-#[derive(Debug, Clone, PartialEq)]
-pub enum MetaValue {
-    Text(String),
-    Number(f64),
 }
 
 /// How a run ended.
@@ -423,7 +414,7 @@ impl Open {
         } else {
             self.tables[table].append()?;
         }
-        let samples = self.tables[TRAJECTORY].written;
+        let samples = self.tables[TRAJECTORY].written();
         let new = samples - self.saved.samples;
         let much = new > 0 && new as f64 >= FLUSH_SHARE * self.saved.samples as f64;
         if much || self.flushed.is_none_or(|flushed| flushed.elapsed() >= FLUSH_INTERVAL) {
@@ -436,9 +427,9 @@ impl Open {
         self.file.flush()?;
         self.flushed = Some(Instant::now());
         self.saved = SavedRows {
-            samples: self.tables[TRAJECTORY].written,
-            events: self.tables[EVENTS].written,
-            cycles: self.tables[STICK_SLIP].written,
+            samples: self.tables[TRAJECTORY].written(),
+            events: self.tables[EVENTS].written(),
+            cycles: self.tables[STICK_SLIP].written(),
         };
         Ok(())
     }
@@ -503,213 +494,4 @@ impl Open {
         drop(self.tables);
         self.file.close()
     }
-}
-
-/// One value of a row.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Cell {
-    I8(i8),
-    I32(i32),
-    I64(i64),
-    F64(f64),
-}
-
-/// The rows of a column that are not yet in the file.
-enum Buffer {
-    I8(Vec<i8>),
-    I32(Vec<i32>),
-    I64(Vec<i64>),
-    F64(Vec<f64>),
-}
-
-impl Buffer {
-    fn new(kind: Kind, capacity: usize) -> Self {
-        match kind {
-            Kind::Int8 => Buffer::I8(Vec::with_capacity(capacity)),
-            Kind::Int32 => Buffer::I32(Vec::with_capacity(capacity)),
-            Kind::Int64 => Buffer::I64(Vec::with_capacity(capacity)),
-            Kind::Float64 => Buffer::F64(Vec::with_capacity(capacity)),
-        }
-    }
-
-    fn push(&mut self, cell: Cell) {
-        match (self, cell) {
-            (Buffer::I8(buffer), Cell::I8(value)) => buffer.push(value),
-            (Buffer::I32(buffer), Cell::I32(value)) => buffer.push(value),
-            (Buffer::I64(buffer), Cell::I64(value)) => buffer.push(value),
-            (Buffer::F64(buffer), Cell::F64(value)) => buffer.push(value),
-            (_, cell) => unreachable!("{cell:?} is not what the schema has in this column"),
-        }
-    }
-
-    /// Writes the rows to `dataset` from row `start` on, and forgets them.
-    fn append(&mut self, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
-        fn append<T: hdf5::H5Type>(rows: &mut Vec<T>, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
-            let end = start + rows.len();
-            dataset.resize([end])?;
-            dataset.write_slice(&rows[..], start..end)?;
-            rows.clear();
-            Ok(())
-        }
-        match self {
-            Buffer::I8(rows) => append(rows, dataset, start),
-            Buffer::I32(rows) => append(rows, dataset, start),
-            Buffer::I64(rows) => append(rows, dataset, start),
-            Buffer::F64(rows) => append(rows, dataset, start),
-        }
-    }
-}
-
-/// A group of columns that grow together.
-pub(super) struct TableWriter {
-    columns: Vec<(Dataset, Buffer)>,
-    chunk: usize,
-    written: usize,
-    buffered: usize,
-}
-
-impl TableWriter {
-    pub(super) fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
-        let group = create_group(file, table.group)?;
-        let mut columns: Vec<(Dataset, Buffer)> = Vec::with_capacity(table.variables.len());
-        for variable in &table.variables {
-            let dataset = create_variable(&group, variable, table.chunk)?;
-            match columns.first() {
-                None => raw::set_scale(&dataset, &variable.name)?,
-                Some((scale, _)) => raw::attach_scale(&dataset, scale, 0)?,
-            }
-            columns.push((dataset, Buffer::new(variable.kind, table.chunk)));
-        }
-        Ok(TableWriter {
-            columns,
-            chunk: table.chunk,
-            written: 0,
-            buffered: 0,
-        })
-    }
-
-    pub(super) fn next_index(&self) -> i32 {
-        i32::try_from(self.written + self.buffered).unwrap_or(i32::MAX)
-    }
-
-    /// Buffers a row; true if it is the last of a chunk.
-    pub(super) fn push(&mut self, cells: impl IntoIterator<Item = Cell>) -> bool {
-        let mut cells = cells.into_iter();
-        for ((_, buffer), cell) in self.columns.iter_mut().zip(&mut cells) {
-            buffer.push(cell);
-        }
-        self.buffered += 1;
-        (self.written + self.buffered).is_multiple_of(self.chunk)
-    }
-
-    /// Writes what is buffered.
-    pub(super) fn append(&mut self) -> hdf5::Result<()> {
-        if self.buffered > 0 {
-            for (dataset, buffer) in &mut self.columns {
-                buffer.append(dataset, self.written)?;
-            }
-            self.written += self.buffered;
-            self.buffered = 0;
-        }
-        Ok(())
-    }
-}
-
-/// A new file with variables in their own order, not the alphabet's.
-pub(super) fn create_file(path: &Path) -> hdf5::Result<hdf5::File> {
-    hdf5::File::with_options()
-        // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
-        .with_fapl(|access| access.file_locking(false))
-        .with_fcpl(|create| {
-            create
-                .link_creation_order(LinkCreationOrder::Indexed)
-                .obj_track_times(false)
-                // Freed space is not used again: until the next flush, what is on disk refers to it.
-                .file_space_strategy(FileSpaceStrategy::None)
-        })
-        .create_excl(path)
-}
-
-/// A text of /input.
-pub(super) fn write_input(group: &Group, name: &str, text: &str, long_name: &str) -> hdf5::Result<()> {
-    let dataset = raw::write_text(group, name, text)?;
-    write_text_attribute(&dataset, schema::attribute::UNITS, "1")?;
-    write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)
-}
-
-pub(super) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
-    parent
-        .create_group_builder()
-        .with_gcpl(|create| {
-            create
-                .link_creation_order(LinkCreationOrder::Indexed)
-                .obj_track_times(false)
-        })
-        .create(name)
-}
-
-fn create_variable(group: &Group, variable: &Variable, chunk: usize) -> hdf5::Result<Dataset> {
-    let builder = group
-        .new_dataset_builder()
-        .obj_track_times(false)
-        .shuffle()
-        .deflate(DEFLATE_LEVEL)
-        .fletcher32()
-        .chunk(chunk)
-        // No cache: a block goes to new space at the end of the file at once, which no metadata on
-        // disk refers to yet, and the flush that follows has only metadata to write.
-        .chunk_cache(1, 0, 0.0);
-    let dataset = match variable.kind {
-        Kind::Int8 => builder.empty::<i8>(),
-        Kind::Int32 => builder.empty::<i32>(),
-        Kind::Int64 => builder.empty::<i64>(),
-        Kind::Float64 => builder.empty::<f64>(),
-    }
-    .shape(0..)
-    .create(variable.name.as_str())?;
-    write_text_attribute(&dataset, schema::attribute::UNITS, variable.units)?;
-    write_text_attribute(&dataset, schema::attribute::LONG_NAME, &variable.long_name)?;
-    if !variable.flags.is_empty() {
-        let (values, meanings): (Vec<i8>, Vec<&str>) = variable.flags.iter().copied().unzip();
-        dataset
-            .new_attr_builder()
-            .with_data(&values[..])
-            .create(schema::attribute::FLAG_VALUES)?;
-        write_text_attribute(&dataset, schema::attribute::FLAG_MEANINGS, &meanings.join(" "))?;
-    }
-    Ok(dataset)
-}
-
-pub(super) fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
-    write_text_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
-    write_text_attribute(
-        location,
-        &format!("{name}{}", schema::attribute::LONG_NAME_SUFFIX),
-        long_name,
-    )
-}
-
-pub(super) fn write_attributes(group: &Group, attributes: &[(String, MetaValue)]) -> hdf5::Result<()> {
-    attributes.iter().try_for_each(|(name, value)| match value {
-        MetaValue::Text(text) => write_text_attribute(group, name, text),
-        MetaValue::Number(number) => write_number_attribute(group, name, *number),
-    })
-}
-
-pub(super) fn write_number_attribute(location: &Location, name: &str, value: f64) -> hdf5::Result<()> {
-    location.new_attr::<f64>().create(name)?.write_scalar(&value)
-}
-
-pub(super) fn write_text_attribute(location: &Location, name: &str, text: &str) -> hdf5::Result<()> {
-    location
-        .new_attr::<VarLenUnicode>()
-        .create(name)?
-        .write_scalar(&text_value(text)?)
-}
-
-pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
-    // A C string ends at its first NUL.
-    text.replace('\0', " ")
-        .parse()
-        .map_err(|error| format!("not a text for HDF5: {error:?}").into())
 }
