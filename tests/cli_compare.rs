@@ -160,6 +160,21 @@ fn ndarray_of(values: &[f64], shape: (usize, usize)) -> ndarray::Array2<f64> {
     ndarray::Array2::from_shape_vec(shape, values.to_vec()).unwrap()
 }
 
+/// The bar names the candidate on standard error, if asked for; the last that it shows is the pass over the states.
+#[test]
+fn cli_compare_has_a_progress_bar() {
+    let folder = with_reference();
+    std::fs::copy(paper(), folder.path("mine.h5")).unwrap();
+    for (choice, shown) in [("always", true), ("auto", false), ("never", false)] {
+        let (stdout, stderr) = output(
+            &mut folder.stickslip(&["compare", "paper.h5", "mine.h5", "--progress", choice]),
+            0,
+        );
+        assert_eq!(stderr.contains("mine.h5: states, t = "), shown, "{choice}: {stderr}");
+        assert!(!stdout.contains("states, t = "), "{choice}");
+    }
+}
+
 #[test]
 fn cli_names_and_units_come_from_a_mapping_or_from_headers() {
     let folder = with_reference();

@@ -1,10 +1,12 @@
-//! Progress bars: of a run over simulated time, of a sweep over its points.
+//! Progress bars: of a run and of a comparison over simulated time, of studies over their runs.
 
 use super::arguments::{Common, ProgressChoice};
+use crate::analysis::compare::CompareProgress;
 use crate::simulation::Progress;
 use crate::sweep::SweepProgress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::path::Path;
 
 const MESSAGE: &str = "{bar:16} {msg}  {elapsed} (left {eta})";
 
@@ -37,6 +39,36 @@ impl RunBar {
             progress.mode.name(),
             progress.events
         ));
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A bar with the share of a comparison that is done.
+pub(super) struct CompareBar {
+    bar: ProgressBar,
+    /// Of the candidate.
+    file: String,
+}
+
+impl CompareBar {
+    pub(super) fn new(common: &Common, file: &Path) -> Self {
+        CompareBar {
+            bar: bar(common, TICKS as u64, MESSAGE),
+            file: file.display().to_string(),
+        }
+    }
+
+    pub(super) fn show(&self, progress: CompareProgress) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        self.bar.set_position((TICKS * progress.done) as u64);
+        let task = if progress.pass == 1 { "events" } else { "states" };
+        self.bar
+            .set_message(format!("{}: {task}, t = {:.6} s", self.file, progress.time));
     }
 
     pub(super) fn finish(&self) {

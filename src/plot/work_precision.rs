@@ -4,6 +4,7 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{GREY, PALETTE};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, StudyResult};
 use crate::simulation::Method;
+use plotters::style::RGBColor;
 
 /// An error of nothing has no logarithm: it is drawn here, s, which is below any uncertainty of seconds in doubles.
 const LEAST: f64 = 1e-16;
@@ -37,7 +38,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
             if points.is_empty() {
                 continue;
             }
-            let color = PALETTE[s.color % PALETTE.len()];
+            let color = color(s.color);
             let style = if s.fixed { CurveStyle::Dashed } else { CurveStyle::Solid };
             let (told, untold): (Vec<_>, Vec<_>) = points.iter().partition(|point| point.1 > uncertainty);
             curves.push(Curve::line(&s.label, color, points).styled(style));
@@ -66,6 +67,14 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
             panel(Axis::new("time", "s"), |m| m.wall_time, "largest error", |e| e.largest),
         ],
     }
+}
+
+/// Colour of the n-th method. Beyond the palette its colours come again in a darker shade; thirteen are different.
+fn color(number: usize) -> RGBColor {
+    let RGBColor(r, g, b) = PALETTE[number % PALETTE.len()];
+    let shades = i32::try_from(number / PALETTE.len()).unwrap_or(i32::MAX);
+    let darker = |part: u8| (f64::from(part) * 0.55f64.powi(shades)).round() as u8;
+    RGBColor(darker(r), darker(g), darker(b))
 }
 
 fn span(curves: &[Curve], coordinate: fn((f64, f64)) -> f64) -> (f64, f64) {
@@ -97,4 +106,15 @@ fn series(measurements: &[Measurement]) -> Vec<Series<'_>> {
         }
     }
     series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::color;
+
+    #[test]
+    fn methods_have_colours_of_their_own() {
+        let colors: std::collections::HashSet<_> = (0..13).map(color).map(|c| (c.0, c.1, c.2)).collect();
+        assert_eq!(colors.len(), 13);
+    }
 }

@@ -63,9 +63,25 @@ pub struct Reference {
     rerun: Rerun,
     events: Vec<Event>,
     word: Vec<WordEvent>,
+    /// Its first sample, s.
+    start: f64,
     /// Its last sample, s.
     end: f64,
 }
+
+/// How far a comparison is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompareProgress {
+    /// Share of the passes over the candidate's samples that is done, 0 to 1, by the simulated time.
+    pub done: f64,
+    /// Simulated time of the pass under way, s.
+    pub time: f64,
+    /// The first pass finds the events, the second compares the states.
+    pub pass: u8,
+}
+
+/// Passes over a candidate's samples.
+const PASSES: u8 = 2;
 
 /// What one pass over a candidate's samples gives beside its events.
 #[derive(Debug, Default)]
@@ -87,10 +103,10 @@ impl Reference {
         let events = file.events()?;
         let last = candidate::events::last_in_order(path, &events)?;
         let rows = file.sample_count()?;
-        let end = if rows > 0 {
-            file.column("time", rows - 1..rows)?[0]
+        let (start, end) = if rows > 0 {
+            (file.column("time", 0..1)?[0], file.column("time", rows - 1..rows)?[0])
         } else {
-            last.max(0.0)
+            (0.0, last.max(0.0))
         };
         let in_word = events.iter().filter(|e| e.kind.in_mode_word());
         let physics = Physics::new(&case.parameters);
@@ -106,6 +122,7 @@ impl Reference {
             case,
             file,
             events,
+            start,
             end,
         })
     }
@@ -120,12 +137,30 @@ impl Reference {
     /// # Errors
     /// If the candidate cannot be read, or holds times or values that cannot be compared.
     pub fn compare(&self, path: &Path, mapping: &Mapping) -> Result<Comparison, CompareError> {
+        self.compare_watched(path, mapping, &mut |_| {})
+    }
+
+    /// Does what [`Self::compare`] does, and says after each block of samples how far it is.
+    ///
+    /// # Errors
+    /// Those of [`Self::compare`].
+    pub fn compare_watched(
+        &self,
+        path: &Path,
+        mapping: &Mapping,
+        watch: &mut dyn FnMut(CompareProgress),
+    ) -> Result<Comparison, CompareError> {
         let candidate = Candidate::open(path, mapping, &self.physics)?;
+        let mut watch = |pass: u8, time: f64| {
+            let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
+            let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
+            watch(CompareProgress { done, time, pass });
+        };
         let detection = Detection {
             velocity_tolerance: mapping.velocity_tolerance.unwrap_or(DEFAULT_TOLERANCE),
             hysteresis: mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
         };
-        let (survey, found) = self.survey(&candidate, detection)?;
+        let (survey, found) = self.survey(&candidate, detection, &mut watch)?;
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
@@ -152,7 +187,7 @@ impl Reference {
             if !events_given {
                 windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
             }
-            Some(self.states(&candidate, windows, detection, onset)?)
+            Some(self.states(&candidate, windows, (detection, onset), &mut watch)?)
         } else {
             None
         };
@@ -204,7 +239,12 @@ impl Reference {
 
     /// Goes through the times, through the relative velocity if events have to be found by it, and through the twists for
     /// the torques at breakaways. The events are those of the candidate, or those found.
-    fn survey(&self, candidate: &Candidate, detection: Detection) -> Result<(Survey, Vec<Found>), CompareError> {
+    fn survey(
+        &self,
+        candidate: &Candidate,
+        detection: Detection,
+        watch_progress: &mut dyn FnMut(u8, f64),
+    ) -> Result<(Survey, Vec<Found>), CompareError> {
         let mut survey = Survey::default();
         if !candidate.has_rows() {
             return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
@@ -240,6 +280,7 @@ impl Reference {
                 from = block.time[0];
             }
             to = block.time[block.time.len() - 1];
+            watch_progress(1, to);
             let first = block.time.partition_point(|t| *t < stretch.0);
             let last = block.time.partition_point(|t| *t <= stretch.1);
             if first < last {
@@ -365,8 +406,8 @@ impl Reference {
         &self,
         candidate: &Candidate,
         windows: Vec<windows::Window>,
-        detection: Detection,
-        onset: f64,
+        (detection, onset): (Detection, f64),
+        watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States, CompareError> {
         let channels = candidate.channels();
         let period = self.physics.natural_period;
@@ -391,6 +432,7 @@ impl Reference {
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
+            watch_progress(PASSES, block.time[block.time.len() - 1]);
             if let Some(columns) = &energy_columns {
                 energy.add(&block, columns);
             }

@@ -5,6 +5,7 @@ mod render;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
+use super::progress::CompareBar;
 use super::{CommandError, End, print, print_json};
 use crate::analysis::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
@@ -31,10 +32,12 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     let input = |error: CompareError| CommandError::Input(error.to_string());
     let mapping = mapping(options).map_err(input)?;
     let reference = Reference::open(&options.reference).map_err(input)?;
-    let comparisons = options
-        .candidates
-        .iter()
-        .map(|path| reference.compare(path, &mapping).map_err(input));
+    let comparisons = options.candidates.iter().map(|path| {
+        let bar = CompareBar::new(common, path);
+        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.show(progress));
+        bar.finish();
+        comparison.map_err(input)
+    });
     let comparisons = comparisons.collect::<Result<Vec<_>, _>>()?;
     let shortfalls: Vec<String> = comparisons
         .iter()
