@@ -1,61 +1,12 @@
 //! Certified uncertainties against true errors, by the oracle.
 
+mod common;
+
+use common::random_brakes::{difference, exact_events, random_brake};
 use std::ops::ControlFlow;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::oracle::{self, Number, OracleOptions, nearest_double, rational};
 use stickslip::simulation::{Event, MemoryRecorder, simulate};
-
-/// Numbers in [0, 1) that are the same in every run (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
-
-/// A brake around that of the paper, from a lower speed so that the run is short. Every fifth has no kick.
-fn overrides(index: u64) -> Vec<Override> {
-    let mut random = Random(index);
-    let speed = random.within(6.0, 15.0);
-    let force = random.within(1500.0, 3000.0);
-    let high = random.within(0.2, 0.4);
-    let rise = random.within(0.01, 0.1);
-    // Twice what the least friction takes to stop the rotor.
-    let end = rise + 2.0 * 2.262 * speed / (high * 0.052388 * force);
-    let kick = 10f64.powf(random.within(-6.0, -2.0));
-    let kicks = match index % 5 {
-        4 => "[]".to_owned(),
-        _ => format!("[{{time=\"instability\", relative_velocity={kick:.6e}}}]"),
-    };
-    [
-        format!("initial.speed={speed:.6}"),
-        format!("actuation.force={force:.4}"),
-        format!("actuation.rise_time={rise:.6}"),
-        format!("friction.high_speed={high:.6}"),
-        format!("friction.low_speed={:.6}", random.within(0.5, 0.6)),
-        format!("friction.decay={:.6}", random.within(2.5, 6.0)),
-        format!("torsion.damping={:.6}", random.within(18.0, 28.0)),
-        format!("torsion.stiffness={:.3}", random.within(5e6, 1e7)),
-        format!("torsion.surface_inertia={:.8}", random.within(0.008, 0.015)),
-        format!("perturbation={kicks}"),
-        format!("output.end_time={end:.4}"),
-        "output.interval=0.01".to_owned(),
-        "output.window=[]".to_owned(),
-    ]
-    .iter()
-    .map(|text| Override::parse(text).unwrap())
-    .collect()
-}
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
     let case = Case::parse(source, overrides).unwrap();
@@ -71,16 +22,9 @@ fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, 
 /// Holds every certified event against the oracle and returns uncertainty over true error of each event of the mode word.
 fn check(name: &str, source: &CaseSource, overrides: &[Override], digits: u32) -> Vec<f64> {
     let (case, events, certificate) = certified(source, overrides);
-    let exact = Case::exact_parameters(source, overrides).unwrap();
-    let options = OracleOptions {
-        digits,
-        end_time: rational(&format!("{}", case.output.end_time)).unwrap(),
-        sample_times: Vec::new(),
-        max_events: 10_000,
-    };
-    let truth = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let truth = exact_events(source, overrides, case.output.end_time, digits);
     let mut ratios = Vec::new();
-    let expected: Vec<_> = truth.events.iter().filter(|e| e.kind.in_mode_word()).collect();
+    let expected: Vec<_> = truth.iter().filter(|e| e.kind.in_mode_word()).collect();
     let word = || {
         events
             .iter()
@@ -95,8 +39,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], digits: u32) -
             .get(index)
             .unwrap_or_else(|| panic!("{name}: no event {index}"));
         assert_eq!(exact.kind, event.kind, "{name}: event {index}");
-        let own = Number::from_f64(event.time, 64).to_rational().unwrap();
-        let error = nearest_double(&(own - exact.time.to_rational().unwrap())).abs();
+        let error = difference(event.time, &exact.time).abs();
         assert!(
             error <= certified.uncertainty,
             "{name}: {} at {} is off by {error:e}, certified to {:e}",
@@ -134,7 +77,7 @@ fn random_sets(indices: impl Iterator<Item = u64>) {
     let source = CaseSource::built_in("paper-si").unwrap();
     let mut ratios = Vec::new();
     for index in indices {
-        let overrides = overrides(index);
+        let overrides = random_brake(index);
         let name = format!("set {index}");
         let (case, events, certificate) = certified(&source, &overrides);
         let word = events.iter().filter(|e| e.kind.in_mode_word()).count();
@@ -174,6 +117,19 @@ fn multiprecision_unperturbed_is_called_noise() {
     let (_, _, certificate) = certified(&source, &[]);
     assert_eq!(certificate.verdict, Verdict::NoiseDetermined);
     assert_eq!(certificate.least_digits(), Some(0));
+    // `series` alone is free of rounding, and comes to the exact stop of the 120-digit run; it changes no verdict.
+    for rung in &certificate.ladder {
+        assert_eq!(rung.smooth_stop, rung.method == "series", "{rung:?}");
+        if rung.smooth_stop {
+            assert_eq!(rung.events, 1);
+            assert!((rung.onset.unwrap() - 6.987986682084469).abs() < 1e-12);
+        }
+    }
+    // Nor does it where the result is its own: it is no witness of itself.
+    let series = Override::parse("solver.method=series").unwrap();
+    let (_, events, own) = certified(&source, &[series]);
+    assert_eq!(events.iter().filter(|e| e.kind.in_mode_word()).count(), 1);
+    assert_eq!(own.verdict, Verdict::NoiseDetermined);
     // The loss of stability itself is not noise.
     let lost = certificate
         .events

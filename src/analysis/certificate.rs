@@ -5,7 +5,7 @@
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
 //! What the rounding at the loss of stability can grow to comes on top.
 
-use super::ladder::{Finished, Rung, climb, finest, matched, run};
+use super::ladder::{Finished, Rung, climb, finest_auto, matched, run, witnesses};
 use super::linearised::{Linearised, linearise};
 use super::{Growth, Summary};
 use crate::case::Case;
@@ -184,6 +184,7 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
     let fine = SolverOptions {
         method: Method::Auto,
         rtol: 1e-12,
+        fixed_step: None,
         ..case.solver.clone()
     };
     let (ladder, linearised) = std::thread::scope(|scope| {
@@ -198,7 +199,9 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
         Ok(Err(failure)) => return Err(CertifyError::Run(failure.to_string())),
         Err(panic) => std::panic::resume_unwind(panic),
     };
-    let noise = summary.noise_determined;
+    // A run of `series` can be free of the noise that the onset of every other method belongs to: `auto` decides as well.
+    let noise = summary.noise_determined
+        || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(&case.parameters, &auto.report).noise_determined);
     let events = judge(case, result, &ladder, &linearised, noise);
     let worst = |verdict: Verdict| events.iter().any(|event| event.verdict == verdict);
     let verdict = match (worst(Verdict::NoiseDetermined), worst(Verdict::SequenceDiffers)) {
@@ -206,7 +209,7 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
         (_, true) => Verdict::SequenceDiffers,
         _ => Verdict::Converged,
     };
-    let channels = bands(&own.recorder.samples, &ladder, &events);
+    let channels = bands(&own.recorder.samples, &witnesses(&ladder, case.solver.method), &events);
     Ok(Certificate {
         channels,
         ladder: ladder.into_iter().map(|finished| finished.rung).collect(),
@@ -248,12 +251,9 @@ fn judge(
             })
             .collect()
     };
-    let distances: Vec<Vec<f64>> = finest(ladder, false).into_iter().map(single).collect();
-    let witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
-    let itself: Vec<Vec<f64>> = finest(ladder, true)
-        .into_iter()
-        .map(|run| around(&single(run)))
-        .collect();
+    let distances: Vec<Vec<f64>> = witnesses(ladder, case.solver.method).into_iter().map(single).collect();
+    let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
+    let auto: Option<Vec<f64>> = finest_auto(ladder).map(|run| around(&single(run)));
     let mut lost: Option<Verdict> = None;
     result
         .iter()
@@ -264,9 +264,13 @@ fn judge(
                 Some(_) => linearised.rounding(index),
                 None => f64::INFINITY,
             };
-            let seen: Vec<f64> = witnesses.iter().map(|d| d[index]).filter(|d| !d.is_nan()).collect();
+            let seen: Vec<f64> = around_witnesses
+                .iter()
+                .map(|d| d[index])
+                .filter(|d| !d.is_nan())
+                .collect();
             let nearest = seen.iter().copied().fold(f64::INFINITY, f64::min);
-            let own = itself.first().map_or(0.0, |d| d[index]);
+            let own = auto.as_ref().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
             let uncertainty = 2.0 * nearest + own + rounding;
             let timed =
@@ -300,7 +304,7 @@ fn judge(
 
 /// Twice the largest distance to the nearest witness over the samples that are further from any event than its
 /// uncertainty and come before what is not converged.
-fn bands(samples: &[Sample], ladder: &[Finished], events: &[CertifiedEvent]) -> Vec<ChannelBand> {
+fn bands(samples: &[Sample], witnesses: &[&Finished], events: &[CertifiedEvent]) -> Vec<ChannelBand> {
     let until = events
         .iter()
         .find(|event| event.verdict != Verdict::Converged)
@@ -321,7 +325,7 @@ fn bands(samples: &[Sample], ladder: &[Finished], events: &[CertifiedEvent]) -> 
     let names = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS).map(|d| d.0);
     let count = State::COUNT + Channels::COUNT;
     let mut band = vec![f64::INFINITY; count];
-    for witness in finest(ladder, false) {
+    for witness in witnesses {
         let mut largest = vec![0.0_f64; count];
         for (own, other) in samples.iter().zip(&witness.recorder.samples) {
             if own.time >= until || own.time != other.time || own.mode != other.mode || close(own) {

@@ -8,8 +8,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// Methods and relative tolerances of the ladder. Of each method the last is the finest.
-pub const RUNGS: [(Method, f64); 9] = [
+/// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
+/// milliseconds fill what the others leave of the processors' time.
+pub const RUNGS: [(Method, f64); 11] = [
     (Method::Auto, 1e-9),
     (Method::Auto, 1e-12),
     (Method::Erk, 1e-9),
@@ -19,6 +20,8 @@ pub const RUNGS: [(Method, f64); 9] = [
     (Method::CvodeBdf, 1e-9),
     (Method::CvodeBdf, 1e-11),
     (Method::CvodeBdf, 1e-13),
+    (Method::Series, 1e-9),
+    (Method::Series, 1e-12),
 ];
 
 /// One run of the ladder.
@@ -36,6 +39,8 @@ pub struct Rung {
     pub distance: Option<f64>,
     /// First stick, s.
     pub onset: Option<f64>,
+    /// The run followed smooth sliding itself, free of rounding, through the instability to its stop: only `series` can.
+    pub smooth_stop: bool,
     /// Wall time, s.
     pub seconds: f64,
     /// Why the run failed, if it did.
@@ -78,6 +83,7 @@ pub(super) fn run(case: &Case, solver: &SolverOptions, stop: &(dyn Fn() -> bool 
                 .iter()
                 .find(|e| e.kind == EventKind::Stick)
                 .map(|e| e.time),
+            smooth_stop: report.stopped_smoothly,
             seconds: clock.elapsed().as_secs_f64(),
             failure,
         },
@@ -106,6 +112,7 @@ pub(super) fn climb(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sy
                     let solver = SolverOptions {
                         method,
                         rtol,
+                        fixed_step: None,
                         ..case.solver.clone()
                     };
                     let mut run = run(case, &solver, stop);
@@ -140,14 +147,29 @@ fn compare(run: &mut Finished, result: &[Event]) {
 }
 
 /// The finest run of each method, if it did not fail.
-pub(super) fn finest(ladder: &[Finished], own: bool) -> Vec<&Finished> {
+fn finest(ladder: &[Finished]) -> Vec<&Finished> {
     let mut finest: Vec<&Finished> = Vec::new();
     for run in ladder {
         finest.retain(|other| other.method != run.method);
         finest.push(run);
     }
-    finest.retain(|run| run.rung.failure.is_none() && (run.method == Method::Auto) == own);
+    finest.retain(|run| run.rung.failure.is_none());
     finest
+}
+
+/// The finest run of each method but `auto` and that of the result itself, which would repeat the result's own error.
+pub(super) fn witnesses(ladder: &[Finished], of: Method) -> Vec<&Finished> {
+    let same = |method: Method| {
+        method == of || (of.explicit_table().is_some() && method.explicit_table() == of.explicit_table())
+    };
+    let mut witnesses = finest(ladder);
+    witnesses.retain(|run| run.method != Method::Auto && !same(run.method));
+    witnesses
+}
+
+/// The finest run of `auto`.
+pub(super) fn finest_auto(ladder: &[Finished]) -> Option<&Finished> {
+    finest(ladder).into_iter().find(|run| run.method == Method::Auto)
 }
 
 /// Times of the events that match those of the result, kind by kind: NaN where there is no counterpart.

@@ -88,14 +88,17 @@ impl Report<'_> {
                     (None, Some(d)) => format!("{d:.1e} s"),
                     (None, None) => "none".to_owned(),
                 },
-                rung.onset.map_or_else(|| "none".to_owned(), |t| format!("{t:.12}")),
+                rung.onset.map_or_else(
+                    || "none".to_owned(),
+                    |t| format!("{t:.12}{}", if rung.smooth_stop { " (smooth)" } else { "" }),
+                ),
                 format!("{:.2} s", rung.seconds),
             ]);
         }
         terminal::align_right(&mut ladder, 1..7);
         let mut parts = vec![
             format!("{}\n{}", self.title, self.source),
-            terminal::show(&ladder).trim_end().to_owned(),
+            format!("{}{}", terminal::show(&ladder).trim_end(), self.smooth_stop()),
             terminal::show(&self.events()).trim_end().to_owned(),
             self.conditioning(),
         ];
@@ -108,6 +111,15 @@ impl Report<'_> {
             .as_ref()
             .map_or_else(String::new, |path| format!("{path}\n"));
         format!("{}\n\n{}\n{figure}", parts.join("\n\n"), self.file)
+    }
+
+    /// What "(smooth)" in the ladder means, where it stands.
+    fn smooth_stop(&self) -> &'static str {
+        if !self.certificate.ladder.iter().any(|rung| rung.smooth_stop) {
+            return "";
+        }
+        "\n(smooth): series alone follows smooth sliding itself, free of rounding, to its exact stop. Where the onset of the \
+         other methods is noise, that is the model without any deviation, and no witness for a run that has one."
     }
 
     fn events(&self) -> comfy_table::Table {

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod linear_brake;
+pub mod random_brakes;
 pub mod rigid_growth;
 
 use std::ops::ControlFlow;

@@ -1,0 +1,81 @@
+//! Brakes around that of the paper, and their exact events by the oracle.
+
+use std::ops::ControlFlow;
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::oracle::{self, Number, OracleOptions, nearest_double, rational};
+
+/// Numbers in [0, 1) that are the same in every run (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// A brake around that of the paper, from a lower speed so that the run is short. Every fifth has no kick.
+pub fn random_brake(index: u64) -> Vec<Override> {
+    let mut random = Random(index);
+    let speed = random.within(6.0, 15.0);
+    let force = random.within(1500.0, 3000.0);
+    let high = random.within(0.2, 0.4);
+    let rise = random.within(0.01, 0.1);
+    // Twice what the least friction takes to stop the rotor.
+    let end = rise + 2.0 * 2.262 * speed / (high * 0.052388 * force);
+    let kick = 10f64.powf(random.within(-6.0, -2.0));
+    let kicks = match index % 5 {
+        4 => "[]".to_owned(),
+        _ => format!("[{{time=\"instability\", relative_velocity={kick:.6e}}}]"),
+    };
+    [
+        format!("initial.speed={speed:.6}"),
+        format!("actuation.force={force:.4}"),
+        format!("actuation.rise_time={rise:.6}"),
+        format!("friction.high_speed={high:.6}"),
+        format!("friction.low_speed={:.6}", random.within(0.5, 0.6)),
+        format!("friction.decay={:.6}", random.within(2.5, 6.0)),
+        format!("torsion.damping={:.6}", random.within(18.0, 28.0)),
+        format!("torsion.stiffness={:.3}", random.within(5e6, 1e7)),
+        format!("torsion.surface_inertia={:.8}", random.within(0.008, 0.015)),
+        format!("perturbation={kicks}"),
+        format!("output.end_time={end:.4}"),
+        "output.interval=0.01".to_owned(),
+        "output.window=[]".to_owned(),
+    ]
+    .iter()
+    .map(|text| Override::parse(text).unwrap())
+    .collect()
+}
+
+/// The events of a case by the oracle.
+pub fn exact_events(
+    source: &CaseSource,
+    overrides: &[Override],
+    end_time: f64,
+    digits: u32,
+) -> Vec<oracle::OracleEvent> {
+    let exact = Case::exact_parameters(source, overrides).unwrap();
+    let options = OracleOptions {
+        digits,
+        end_time: rational(&format!("{end_time}")).unwrap(),
+        sample_times: Vec::new(),
+        max_events: 10_000,
+    };
+    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(()))
+        .unwrap()
+        .events
+}
+
+/// `own` - `exact`, without the rounding of `exact` to double.
+pub fn difference(own: f64, exact: &Number) -> f64 {
+    let own = Number::from_f64(own, 64).to_rational().unwrap();
+    nearest_double(&(own - exact.to_rational().unwrap()))
+}
