@@ -69,7 +69,8 @@ pub struct CertifiedEvent {
     /// How far from the exact solution of the stated model it can be, s; infinite unless it is converged.
     #[serde(serialize_with = "finite_or_null")]
     pub uncertainty: f64,
-    /// What double precision can hold: the rounding at the loss of stability, amplified, and that of the time itself, s.
+    /// What double precision can hold: the rounding at the loss of stability, amplified, that of the case's numbers, and
+    /// that of the time itself, s.
     pub rounding: f64,
     /// e-folds by which a deviation has grown from the loss of stability to just behind the event.
     pub growth: Option<f64>,

@@ -72,7 +72,8 @@ pub struct Linearised {
 
 impl Linearised {
     /// How far rounding to double precision moves event `index`, s: that of omega_r at the loss of stability, or at the kick
-    /// that is added to smooth sliding, amplified; and that of the time itself.
+    /// that is added to smooth sliding, amplified; that of each number of the case, half a unit in its last place; and that
+    /// of the time itself. No method in double precision can be held to less: all share the rounded numbers.
     pub fn rounding(&self, index: usize) -> f64 {
         let event = &self.events[index];
         let rounding = f64::EPSILON / 2.0;
@@ -80,7 +81,14 @@ impl Linearised {
             (Some(factor), Some(speed)) => factor * rounding * speed,
             _ => 0.0,
         };
-        amplified + rounding * event.time
+        let of_input: f64 = self
+            .parameters
+            .iter()
+            .zip(&event.by_parameter)
+            .map(|(parameter, derivative)| (derivative * parameter.value).abs() * rounding)
+            .filter(|moved| moved.is_finite())
+            .sum();
+        amplified + of_input + rounding * event.time
     }
 }
 
