@@ -36,7 +36,7 @@ fn hold(index: u64) -> (bool, f64) {
     })
     .unwrap();
     let instability = Growth::of_run(&case.parameters, &recorder.events, end).map(|growth| growth.instability);
-    let linearised = linearise(&case, &case.solver, instability).unwrap();
+    let linearised = linearise(&case, &case.solver, instability, &|| false).unwrap();
     let kinds: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
     assert_eq!(
         kinds,
