@@ -50,23 +50,20 @@ impl ClosedForm {
         let omega = 2f64.powi(model.natural_angular_frequency().log2().round() as i32);
         let k = k_t / omega;
         let half = 1.0 / (2.0 * j);
-        // x = (omega u, u', omega v, v'), equation (4) with phi_2' = phi_1'
+        // x = (omega u, theta', omega v, v'), equation (4) with phi_2' = phi_1' and so u' = theta' - v'. The rotor's speed
+        // is a coordinate: as the sum u' + v' its slow change, J/I of theirs, would get the rounding of their fast one,
+        // the same in every stick.
         #[rustfmt::skip]
         let stick = Matrix4::new(
-            0.0, omega, 0.0, 0.0,
-            -k / i - k * half, -c_t / i - c_t * half, k * half, c_t * half,
+            0.0, omega, 0.0, -omega,
+            -k / i, -c_t / i, 0.0, c_t / i,
             0.0, 0.0, 0.0, omega,
-            k * half, c_t * half, -k * half, -c_t * half,
+            k * half, c_t * half, -k * half, -c_t / j,
         );
         let elastic = k_t / (omega * omega);
-        // I (u' + v')^2 + 2 J v'^2 + k_t (u^2 + v^2)
-        #[rustfmt::skip]
-        let stick_energy = Matrix4::new(
-            elastic, 0.0, 0.0, 0.0,
-            0.0, i, 0.0, i,
-            0.0, 0.0, elastic, 0.0,
-            0.0, i, 0.0, i + 2.0 * j,
-        );
+        // I theta'^2 + 2 J v'^2 + k_t (u^2 + v^2)
+        let stick_energy = Matrix4::from_diagonal(&Vector4::new(elastic, i, elastic, 2.0 * j));
+        // x = (omega u, u', omega v, v')
         #[rustfmt::skip]
         let separated = Matrix4::new(
             0.0, omega, 0.0, 0.0,
@@ -82,7 +79,12 @@ impl ClosedForm {
             BreakawayTest::Stator => (0.0, 1.0),
             BreakawayTest::Rotor => (1.0, 0.0),
         };
-        let tested = stick.functional(RowVector4::new(rotor * k, rotor * c_t, stator * k, stator * c_t));
+        let tested = stick.functional(RowVector4::new(
+            rotor * k,
+            rotor * c_t,
+            stator * k,
+            (stator - rotor) * c_t,
+        ));
         ClosedForm {
             model: *model,
             omega,
@@ -92,30 +94,35 @@ impl ClosedForm {
         }
     }
 
-    fn reduced(&self, y: &TorsionState) -> Vector4<f64> {
-        Vector4::new(
-            self.omega * y[ROTOR_TWIST],
-            y[ROTOR_TWIST_RATE],
-            self.omega * y[STATOR_TWIST],
-            y[STATOR_TWIST_RATE],
-        )
+    /// The state without its quadratures, in the coordinates of a stick.
+    fn stuck(&self, y: &TorsionState) -> Vector4<f64> {
+        let [u, v] = [ROTOR_TWIST, STATOR_TWIST].map(|twist| self.omega * y[twist]);
+        Vector4::new(u, y[ROTOR_SPEED], v, y[STATOR_TWIST_RATE])
     }
 
-    /// The state a time `tau >= 0` (s) into a stick that began with `y`.
+    /// The same in those of a separation.
+    fn free(&self, y: &TorsionState) -> Vector4<f64> {
+        let [u, v] = [ROTOR_TWIST, STATOR_TWIST].map(|twist| self.omega * y[twist]);
+        Vector4::new(u, y[ROTOR_TWIST_RATE], v, y[STATOR_TWIST_RATE])
+    }
+
+    /// The state a time `tau >= 0` (s) into a stick that began with `y`, in which both surfaces have one speed.
     pub fn stick(&self, y: &TorsionState, tau: f64) -> TorsionState {
-        let start = self.reduced(y);
+        let start = self.stuck(y);
         let x = self.stick.advance(&start, tau);
         let mut state = self.expanded(y, &x);
-        state[ROTOR_SPEED] = state[ROTOR_TWIST_RATE] + state[STATOR_TWIST_RATE];
+        state[ROTOR_SPEED] = x[1];
+        state[ROTOR_TWIST_RATE] = x[1] - x[3];
         state[DAMPING_LOSS] += self.energy_loss(&self.stick, &start, &x);
         state
     }
 
     /// The state a time `tau >= 0` (s) into a separation that began with `y`.
     pub fn separated(&self, y: &TorsionState, tau: f64) -> TorsionState {
-        let start = self.reduced(y);
+        let start = self.free(y);
         let x = self.separated.advance(&start, tau);
         let mut state = self.expanded(y, &x);
+        state[ROTOR_TWIST_RATE] = x[1];
         // Rotor and rotor surface keep I theta' + J phi_2' = (I + J) theta' - J u'.
         let Torsion {
             rotor_inertia: i,
@@ -131,10 +138,10 @@ impl ClosedForm {
         state
     }
 
+    /// What both have in common.
     fn expanded(&self, y: &TorsionState, x: &Vector4<f64>) -> TorsionState {
         let mut state = *y;
         state[ROTOR_TWIST] = x[0] / self.omega;
-        state[ROTOR_TWIST_RATE] = x[1];
         state[STATOR_TWIST] = x[2] / self.omega;
         state[STATOR_TWIST_RATE] = x[3];
         state
@@ -150,7 +157,7 @@ impl ClosedForm {
     /// exclude a root, and so passes over none.
     pub fn next_breakaway(&self, axial: &AxialMotion, t: f64, y: &TorsionState, within: f64) -> Breakaway {
         let capacity = self.model.friction.breakaway * self.model.contact.radius;
-        let start = self.reduced(y);
+        let start = self.stuck(y);
         let mut tau = 0.0;
         for round in 0..MOST_ROUNDS {
             let x = self.stick.advance(&start, tau);
