@@ -50,7 +50,10 @@ fn hold(index: u64) -> (bool, f64) {
         .filter(|(_, event)| event.kind.in_mode_word())
         .collect();
     let period = TorsionModel::new(&case.parameters).natural_period();
-    let hardest = word.iter().map(|(k, _)| linearised.rounding(*k)).fold(0.0, f64::max);
+    let hardest = word
+        .iter()
+        .map(|(k, _)| linearised.events[*k].rounding)
+        .fold(0.0, f64::max);
     if ALLOWED * hardest > ILL_CONDITIONED * period {
         println!(
             "set {index}: {} events, ill-conditioned: rounding moves them by {hardest:.1e} s",
@@ -67,7 +70,7 @@ fn hold(index: u64) -> (bool, f64) {
     for ((k, event), exact) in word.iter().zip(&truth) {
         let error = difference(event.time, &exact.time).abs();
         worst = worst.max(error);
-        ratio = ratio.max(error / linearised.rounding(*k));
+        ratio = ratio.max(error / linearised.events[*k].rounding);
     }
     println!(
         "set {index}: {} events within {worst:.1e} s, {ratio:.1} times what rounding allows",

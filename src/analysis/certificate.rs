@@ -262,7 +262,7 @@ fn judge(
         .map(|(index, event)| {
             let linear = linearised.events.get(index).filter(|linear| linear.kind == event.kind);
             let rounding = match linear {
-                Some(_) => linearised.rounding(index),
+                Some(linear) => linear.rounding,
                 None => f64::INFINITY,
             };
             let seen: Vec<f64> = around_witnesses

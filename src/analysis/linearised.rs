@@ -5,11 +5,15 @@
 //! Y+ = R (Y- + f- t*) - f+ t*, where R is the derivative of the reset. The columns of Y are five unit deviations at the
 //! loss of stability, and one for each parameter from t = 0 on.
 
+pub use super::influence::ParameterName;
+use super::influence::{Influence, STEP, influences, is_corner};
 use super::path::{Node, nodes_before, resolving_output};
+use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
 use crate::model::axial::AxialMotion;
+use crate::model::slow_manifold::slow_momentum;
 use crate::model::torsion::{TorsionModel, index::*};
-use crate::model::{Actuation, KickTime, Mode, Parameters};
+use crate::model::{KickTime, Mode, Parameters};
 use crate::simulation::{Event, EventKind, MemoryRecorder, RunFailure, SolverOptions, simulate};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::ControlFlow;
@@ -20,26 +24,12 @@ pub(super) const DYNAMIC: usize = 5;
 /// The dynamic part of a state.
 pub(super) type Dynamic = SVector<f64, DYNAMIC>;
 
-/// Columns before those of the parameters: unit deviations from the loss of stability on, and from where rounding counts.
+/// Columns before those of the parameters: unit deviations from the loss of stability on, and from the last event on.
 const HEAD: usize = 2 * DYNAMIC;
 
 /// A run with a kick of less than this many times the noise that it meets keeps that noise; else the kick is added to smooth
 /// sliding itself, which is free of it (docs/methods.md, Perturbations).
 const KICK_ABOVE_NOISE: f64 = 1e3;
-
-/// Relative step of differences by a parameter. The equations are smooth in all of them: the error is its square.
-const STEP: f64 = 1e-6;
-
-/// A parameter of the case.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ParameterName {
-    /// Dotted path, such as `torsion.damping`.
-    pub path: String,
-    /// SI, in the notation of the case file.
-    pub unit: &'static str,
-    /// In that unit.
-    pub value: f64,
-}
 
 /// An event, as far as small changes move it.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,9 +44,10 @@ pub struct LinearisedEvent {
     /// By how many e-folds the deviation that grows most has grown from the loss of stability to just behind the event;
     /// `None` before it, or if stability is never lost. Twists count times the natural angular frequency.
     pub growth: Option<f64>,
-    /// How far a deviation of 1 rad/s, in the worst direction, at the loss of stability or at the kick after it that left no
-    /// rounding from before, would move the event, s.
+    /// How far a deviation of 1 rad/s at the loss of stability, in the worst direction, would move the event, s.
     pub per_deviation: Option<f64>,
+    /// How far rounding to double precision moves the event, s. No method in double precision can be held to less.
+    pub rounding: f64,
 }
 
 /// A run with its linearisation.
@@ -66,30 +57,6 @@ pub struct Linearised {
     pub parameters: Vec<ParameterName>,
     /// All events of the run, in order.
     pub events: Vec<LinearisedEvent>,
-    /// |omega_r| at the loss of stability, rad/s.
-    pub speed_at_instability: Option<f64>,
-}
-
-impl Linearised {
-    /// How far rounding to double precision moves event `index`, s: that of omega_r at the loss of stability, or at the kick
-    /// that is added to smooth sliding, amplified; that of each number of the case, half a unit in its last place; and that
-    /// of the time itself. No method in double precision can be held to less: all share the rounded numbers.
-    pub fn rounding(&self, index: usize) -> f64 {
-        let event = &self.events[index];
-        let rounding = f64::EPSILON / 2.0;
-        let amplified = match (event.per_deviation, self.speed_at_instability) {
-            (Some(factor), Some(speed)) => factor * rounding * speed,
-            _ => 0.0,
-        };
-        let of_input: f64 = self
-            .parameters
-            .iter()
-            .zip(&event.by_parameter)
-            .map(|(parameter, derivative)| (derivative * parameter.value).abs() * rounding)
-            .filter(|moved| moved.is_finite())
-            .sum();
-        amplified + of_input + rounding * event.time
-    }
 }
 
 /// Runs the case with the samples that the linearisation needs, and linearises it. `instability` is the loss of stability
@@ -169,6 +136,16 @@ impl Equations {
         jacobian.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
     }
 
+    /// The gradient of I theta' + J phi_2', which in slip is the one slow variable.
+    fn momentum(&self) -> Dynamic {
+        let mut unit = [0.0; DYNAMIC];
+        Dynamic::from_fn(|row, _| {
+            unit.fill(0.0);
+            unit[row] = 1.0;
+            slow_momentum(&self.torsion, &unit)
+        })
+    }
+
     /// The guard whose zero an event is, in the mode before it; `None` if the event is set by time.
     fn guard(&self, kind: EventKind, before: Mode, after: Mode, t: f64, y: &Dynamic) -> Option<f64> {
         let full = extended(y);
@@ -196,65 +173,14 @@ fn extended(y: &Dynamic) -> [f64; crate::model::torsion::DIMENSION] {
     full
 }
 
-/// What a parameter does.
-enum Influence {
-    /// On the equations: at p + d and p - d, and 2 d.
-    Equations(Box<Equations>, Box<Equations>, f64),
-    /// omega_0.
-    Speed,
-    /// The time of a kick, s.
-    KickTime(f64),
-    /// The size of the kick of that time.
-    KickSize(KickTime),
-    /// None that can be differentiated.
-    Undefined,
-}
-
-/// The parameters of the case with what each does.
-fn influences(case: &Case) -> Vec<(ParameterName, Influence)> {
-    let physical = |path: &str| !path.starts_with("solver.") && !path.starts_with("output.");
-    case.number_paths()
-        .into_iter()
-        .filter(|(path, _)| physical(path))
-        .filter_map(|(path, key)| {
-            let value = case.number(&path).ok()?;
-            let unit = key.dimension().map_or("1", |dimension| dimension.unit());
-            let influence = influence(case, &path, value);
-            Some((ParameterName { path, unit, value }, influence))
-        })
-        .collect()
-}
-
-fn influence(case: &Case, path: &str, value: f64) -> Influence {
-    let kick = path
-        .strip_prefix("perturbation.")
-        .and_then(|rest| rest.split_once('.'))
-        .and_then(|(index, name)| Some((index.parse::<usize>().ok()?, name)));
-    match kick {
-        Some((_, "time")) => return Influence::KickTime(value),
-        Some((index, _)) => return Influence::KickSize(case.parameters.perturbations[index].time),
-        None => {}
-    }
-    if path == "initial.speed" {
-        return Influence::Speed;
-    }
-    // A step at t = 0 is another profile than any ramp.
-    if path == "actuation.rise_time" && value == 0.0 {
-        return Influence::Undefined;
-    }
-    let step = if value == 0.0 { STEP } else { STEP * value.abs() };
-    let at = |value: f64| Box::new(Equations::new(&case.parameters_with(path, value)));
-    Influence::Equations(at(value + step), at(value - step), 2.0 * step)
-}
-
 /// The linearisation of a recorded run.
 fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> Linearised {
     let influences = influences(case);
-    let columns = HEAD + influences.len();
+    let numbers = influences.len();
     let mut propagation = Propagation {
         equations: Equations::new(&case.parameters),
         influences: &influences,
-        deviations: DMatrix::zeros(DYNAMIC, columns),
+        deviations: DMatrix::zeros(DYNAMIC, HEAD + 2 * numbers),
         frequency: TorsionModel::new(&case.parameters).natural_angular_frequency(),
     };
     for (column, (_, influence)) in influences.iter().enumerate() {
@@ -262,10 +188,12 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
             propagation.deviations[(ROTOR_SPEED, HEAD + column)] = 1.0;
         }
     }
-    let mut events = Vec::with_capacity(recorder.events.len());
+    let mut rounding = Rounding::default();
+    propagation.restart();
+    let mut events: Vec<LinearisedEvent> = Vec::with_capacity(recorder.events.len());
     let mut speed_at_instability = None;
     let mut kicked = false;
-    let mut moved: Option<(f64, DVector<f64>)> = None;
+    let mut moved: Option<DVector<f64>> = None;
     let mut start: Option<Node> = None;
     let mut samples = recorder.samples.iter().peekable();
     let mut mode = recorder.samples.first().map_or(Mode::SlipForward, |first| first.mode);
@@ -281,48 +209,75 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
         for pair in nodes.windows(2) {
             propagation.step(mode, &pair[0], &pair[1]);
         }
-        let inherited = moved
-            .as_ref()
-            .filter(|(time, _)| *time == event.time)
-            .map(|(_, row)| row);
-        let row = match inherited {
+        // Of events at one instant the first says how far all of them move.
+        let inherited = moved.take();
+        let row = match &inherited {
             Some(row) => row.clone(),
-            None => propagation.shift(case, event, mode),
+            None => {
+                let before = Node::before(event);
+                rounding.state(&propagation.since_last(), &before.state);
+                propagation.restart();
+                if propagation.is_set(event, mode) {
+                    rounding.set_clock(&propagation.equations.rates(mode, event.time, &before.state));
+                } else {
+                    rounding.read_clock(event.time);
+                }
+                propagation.shift(case, event, mode)
+            }
         };
+        let kick = (event.after.relative_velocity - event.before.relative_velocity).abs();
+        let noise = f64::EPSILON * speed_at_instability.unwrap_or(f64::INFINITY) * propagation.growth().exp();
+        if event.kind == EventKind::Kick && !kicked && kick > KICK_ABOVE_NOISE * noise {
+            propagation.to_slow_manifold(event, mode);
+        }
+        kicked |= event.kind == EventKind::Kick && speed_at_instability.is_some();
         propagation.pass(event, mode, &row, inherited.is_some());
         if Some(index) == unstable {
             speed_at_instability = Some(event.before.relative_velocity.abs());
             propagation.start_growth();
         }
-        let noise = f64::EPSILON * speed_at_instability.unwrap_or(f64::INFINITY) * propagation.growth().exp();
-        let kick = (event.after.relative_velocity - event.before.relative_velocity).abs();
-        if event.kind == EventKind::Kick && !kicked && kick > KICK_ABOVE_NOISE * noise {
-            propagation.start_rounding();
-        }
-        kicked |= event.kind == EventKind::Kick && speed_at_instability.is_some();
-        let grown = speed_at_instability.map(|_| propagation.growth());
+        let by = |first: usize| row.iter().skip(first).take(numbers).copied();
+        let constants =
+            influences
+                .iter()
+                .zip(by(HEAD).zip(by(HEAD + numbers)))
+                .map(|((name, _), (everywhere, in_stick))| Rounded {
+                    value: name.value,
+                    everywhere,
+                    in_stick,
+                });
         events.push(LinearisedEvent {
             time: event.time,
             kind: event.kind,
-            by_parameter: row.iter().skip(HEAD).copied().collect(),
-            growth: grown,
+            by_parameter: by(HEAD).collect(),
+            growth: speed_at_instability.map(|_| propagation.growth()),
             per_deviation: speed_at_instability.map(|_| propagation.worst_direction(&row)),
+            rounding: rounding.of_event(&row.fixed_rows::<DYNAMIC>(DYNAMIC).into_owned(), constants),
         });
         mode = event.mode_after;
-        start = Some(Node::after(event));
-        moved = Some((event.time, row));
+        let after = Node::after(event);
+        if recorder
+            .events
+            .get(index + 1)
+            .is_some_and(|next| next.time == event.time)
+        {
+            moved = Some(row);
+        } else {
+            rounding.state(&propagation.since_last(), &after.state);
+            propagation.restart();
+        }
+        start = Some(after);
     }
     Linearised {
         parameters: influences.into_iter().map(|(name, _)| name).collect(),
         events,
-        speed_at_instability,
     }
 }
 
 struct Propagation<'a> {
     equations: Equations,
     influences: &'a [(ParameterName, Influence)],
-    /// A column for each unit deviation, then one for each parameter.
+    /// A column for each unit deviation, then one for each parameter, and one for what it does in sticks.
     deviations: DMatrix<f64>,
     /// sqrt(k_t/J), rad/s: what a twist is multiplied by to compare with a rate.
     frequency: f64,
@@ -358,6 +313,10 @@ impl Propagation<'_> {
             if let Influence::Equations(above, below, width) = influence {
                 let slope = (above.rates(mode, t, y) - below.rates(mode, t, y)) / *width;
                 forcing.fixed_columns_mut::<1>(HEAD + column).copy_from(&slope);
+                if mode == Mode::Stick {
+                    let in_stick = HEAD + self.influences.len() + column;
+                    forcing.fixed_columns_mut::<1>(in_stick).copy_from(&slope);
+                }
             }
         }
         forcing
@@ -480,15 +439,42 @@ impl Propagation<'_> {
         }
     }
 
-    /// Unit deviations from here on.
+    /// Unit deviations from here on, of which the growth is told.
     fn start_growth(&mut self) {
         self.deviations.columns_mut(0, DYNAMIC).fill_with_identity();
-        self.start_rounding();
     }
 
-    /// Rounding from here on.
-    fn start_rounding(&mut self) {
+    /// Unit deviations from here on, up to the next event.
+    fn restart(&mut self) {
         self.deviations.columns_mut(DYNAMIC, DYNAMIC).fill_with_identity();
+    }
+
+    /// What unit deviations at the last event have become.
+    fn since_last(&self) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+        self.deviations.fixed_view::<DYNAMIC, DYNAMIC>(0, DYNAMIC).into_owned()
+    }
+
+    /// Before a kick that is added to the slow manifold: of a deviation since the last event only the momentum is left, which
+    /// says where on the manifold the state is; the manifold goes along the flow.
+    fn to_slow_manifold(&mut self, event: &Event, before: Mode) {
+        let flow = self.equations.rates(before, event.time, &Node::before(event).state);
+        let momentum = self.equations.momentum();
+        let rate = momentum.dot(&flow);
+        if rate != 0.0 {
+            let left = flow * (momentum.transpose() * self.since_last()) / rate;
+            self.deviations
+                .fixed_view_mut::<DYNAMIC, DYNAMIC>(0, DYNAMIC)
+                .copy_from(&left);
+        }
+    }
+
+    /// Whether the time of an event is one of the case.
+    fn is_set(&self, event: &Event, before: Mode) -> bool {
+        let y = Node::before(event).state;
+        let guard = self
+            .equations
+            .guard(event.kind, before, event.mode_after, event.time, &y);
+        guard.is_none()
     }
 
     /// What a component is multiplied by to compare with a rate.
@@ -511,22 +497,11 @@ impl Propagation<'_> {
         scaled.singular_values().max().ln()
     }
 
-    /// The largest shift of an event by a deviation of 1 rad/s from where rounding counts, s.
+    /// The largest shift of an event by a deviation of 1 rad/s at the loss of stability, s.
     fn worst_direction(&self, row: &DVector<f64>) -> f64 {
         (0..DYNAMIC)
-            .map(|j| (row[DYNAMIC + j] / self.weight(j)).powi(2))
+            .map(|j| (row[j] / self.weight(j)).powi(2))
             .sum::<f64>()
             .sqrt()
-    }
-}
-
-/// Whether the corner of F(t) at `time` is the number at `path`.
-fn is_corner(actuation: &Actuation, path: &str, time: f64) -> bool {
-    match actuation {
-        Actuation::Ramp { rise_time, .. } => path == "actuation.rise_time" && *rise_time == time,
-        Actuation::Table { time: times, .. } => path
-            .strip_prefix("actuation.time.")
-            .and_then(|index| index.parse::<usize>().ok())
-            .is_some_and(|index| times.get(index) == Some(&time)),
     }
 }
