@@ -31,6 +31,9 @@ const HEAD: usize = 2 * DYNAMIC;
 /// sliding itself, which is free of it (docs/methods.md, Perturbations).
 const KICK_ABOVE_NOISE: f64 = 1e3;
 
+/// `stop` is asked after so many steps: some ten times a millisecond.
+const STEPS_BETWEEN_QUESTIONS: usize = 16;
+
 /// An event, as far as small changes move it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearisedEvent {
@@ -90,7 +93,7 @@ pub fn linearise(
     plain.interval = plain.end_time;
     let first = run(plain)?;
     let recorder = run(resolving_output(case, &first))?;
-    Ok(of_run(case, &recorder, instability))
+    Ok(of_run(case, &recorder, instability, stop))
 }
 
 /// The equations at a value of the parameters.
@@ -173,8 +176,13 @@ fn extended(y: &Dynamic) -> [f64; crate::model::torsion::DIMENSION] {
     full
 }
 
-/// The linearisation of a recorded run.
-fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> Linearised {
+/// The linearisation of a recorded run, up to where `stop` says so.
+fn of_run(
+    case: &Case,
+    recorder: &MemoryRecorder,
+    instability: Option<f64>,
+    stop: &dyn Fn() -> bool,
+) -> Linearised {
     let influences = influences(case);
     let numbers = influences.len();
     let mut propagation = Propagation {
@@ -204,9 +212,12 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>) -> L
             .filter(|index| recorder.events[*index].kind == EventKind::Destabilised)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     });
-    for (index, event) in recorder.events.iter().enumerate() {
+    'run: for (index, event) in recorder.events.iter().enumerate() {
         let nodes = nodes_before(event, mode, start.take(), &mut samples);
-        for pair in nodes.windows(2) {
+        for (count, pair) in nodes.windows(2).enumerate() {
+            if count % STEPS_BETWEEN_QUESTIONS == 0 && stop() {
+                break 'run;
+            }
             propagation.step(mode, &pair[0], &pair[1]);
         }
         // Of events at one instant the first says how far all of them move.
