@@ -15,7 +15,7 @@ fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, 
         ControlFlow::Continue(())
     })
     .unwrap();
-    let certificate = certify(&case, &recorder.events, &|| false).unwrap();
+    let certificate = certify(&case, &recorder, &|| false).unwrap();
     (case, recorder.events, certificate)
 }
 

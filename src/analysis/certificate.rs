@@ -5,26 +5,23 @@
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
 //! What the rounding at the loss of stability can grow to comes on top.
 
+use super::bands::{Bands, bands, compared_output};
 use super::ladder::{Finished, Rung, climb, finest_auto, matched, run, witnesses};
 use super::linearised::{Linearised, linearise};
 use super::{Growth, Summary};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{Channels, Event, EventKind, Method, Sample, SolverOptions, State};
+use crate::simulation::{Event, EventKind, MemoryRecorder, Method, SolverOptions};
 use serde::Serialize;
 
 /// Independent witnesses that must see the result's sequence of events.
-const LEAST_WITNESSES: usize = 2;
+pub(super) const LEAST_WITNESSES: usize = 2;
 
 /// Two errors may cross within one event or a few; over so many on each side they do not.
 const NEIGHBOURS: usize = 4;
 
 /// An event that is not known to this share of the natural period is not known at all: its place in the oscillation is open.
 const LARGEST_SHARE: f64 = 0.02;
-
-/// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
-/// no two runs differ, and this is all that its band says.
-const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
 
 /// What can be said of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -101,17 +98,6 @@ fn significant(value: f64, error: f64) -> u32 {
     if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }
 }
 
-/// How far a channel of the trajectory can be off.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ChannelBand {
-    /// Of the channel.
-    pub name: &'static str,
-    /// In the channel's unit.
-    pub band: f64,
-    /// Largest magnitude of the channel in the run, same unit.
-    pub largest: f64,
-}
-
 /// What the ladder says of a result.
 #[derive(Debug, Clone, Serialize)]
 pub struct Certificate {
@@ -119,9 +105,10 @@ pub struct Certificate {
     pub events: Vec<CertifiedEvent>,
     /// Every run.
     pub ladder: Vec<Rung>,
-    /// Error band of each channel, away from events, over the samples before the first event that is not converged.
-    pub channels: Vec<ChannelBand>,
-    /// Of the whole sequence: the worst of its events.
+    /// How far the rows of the trajectory can be off, up to the first event that is not converged.
+    #[serde(skip)]
+    pub bands: Bands,
+    /// Of the whole sequence: the worst of its events, or that others go on where the result has no more.
     pub verdict: Verdict,
     /// G, e-folds.
     pub growth_exponent: Option<f64>,
@@ -166,14 +153,20 @@ pub enum CertifyError {
     Interrupted,
 }
 
-/// Certifies the events of a result of this case, which its own settings would give again.
+/// Certifies a result of this case, which its own settings would give again: its events, and those of its rows that
+/// [`compared_output`](super::bands::compared_output) picks.
 ///
 /// The runs go over as many threads as there are processors. `stop` is asked now and then.
 ///
 /// # Errors
 /// If the case with its own settings fails, or `stop` says so.
-pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) -> Result<Certificate, CertifyError> {
-    let own = run(case, &case.solver, stop);
+pub fn certify(
+    case: &Case,
+    result: &MemoryRecorder,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Certificate, CertifyError> {
+    let output = compared_output(&case.output);
+    let own = run(case, &case.solver, &output, stop);
     if stop() {
         return Err(CertifyError::Interrupted);
     }
@@ -190,7 +183,7 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
     };
     let (ladder, linearised) = std::thread::scope(|scope| {
         let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability), stop));
-        (climb(case, result, stop), linearised.join())
+        (climb(case, &result.events, &output, stop), linearised.join())
     });
     if stop() {
         return Err(CertifyError::Interrupted);
@@ -203,16 +196,20 @@ pub fn certify(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) 
     // A run of `series` can be free of the noise that the onset of every other method belongs to: `auto` decides as well.
     let noise = summary.noise_determined
         || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(&case.parameters, &auto.report).noise_determined);
-    let events = judge(case, result, &ladder, &linearised, noise);
+    let events = judge(case, &result.events, &ladder, &linearised, noise);
+    let witnesses = witnesses(&ladder, case.solver.method);
+    // Where the others go on, the result lacks an event that grazes.
+    let ends_alike = witnesses.iter().filter(|run| run.rung.events == run.rung.agreeing).count();
     let worst = |verdict: Verdict| events.iter().any(|event| event.verdict == verdict);
-    let verdict = match (worst(Verdict::NoiseDetermined), worst(Verdict::SequenceDiffers)) {
+    let differs = worst(Verdict::SequenceDiffers) || ends_alike < LEAST_WITNESSES;
+    let verdict = match (worst(Verdict::NoiseDetermined), differs) {
         (true, _) => Verdict::NoiseDetermined,
         (_, true) => Verdict::SequenceDiffers,
         _ => Verdict::Converged,
     };
-    let channels = bands(&own.recorder.samples, &witnesses(&ladder, case.solver.method), &events);
+    let bands = bands(case, result, &witnesses, finest_auto(&ladder), &events);
     Ok(Certificate {
-        channels,
+        bands,
         ladder: ladder.into_iter().map(|finished| finished.rung).collect(),
         verdict,
         growth_exponent: summary.growth_exponent,
@@ -299,59 +296,6 @@ fn judge(
                 rounding,
                 growth: linear.and_then(|linear| linear.growth),
             }
-        })
-        .collect()
-}
-
-/// Twice the largest distance to the nearest witness over the samples that are further from any event than its
-/// uncertainty and come before what is not converged.
-fn bands(samples: &[Sample], witnesses: &[&Finished], events: &[CertifiedEvent]) -> Vec<ChannelBand> {
-    let until = events
-        .iter()
-        .find(|event| event.verdict != Verdict::Converged)
-        .map_or(f64::INFINITY, |event| event.time);
-    let close = |sample: &Sample| {
-        events
-            .iter()
-            .any(|e| e.uncertainty.is_finite() && (sample.time - e.time).abs() <= e.uncertainty)
-    };
-    let values = |sample: &Sample| -> Vec<f64> {
-        sample
-            .state
-            .values()
-            .into_iter()
-            .chain(sample.channels.values())
-            .collect()
-    };
-    let names = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS).map(|d| d.0);
-    let count = State::COUNT + Channels::COUNT;
-    let mut band = vec![f64::INFINITY; count];
-    for witness in witnesses {
-        let mut largest = vec![0.0_f64; count];
-        for (own, other) in samples.iter().zip(&witness.recorder.samples) {
-            if own.time >= until || own.time != other.time || own.mode != other.mode || close(own) {
-                continue;
-            }
-            for (worst, (a, b)) in largest.iter_mut().zip(values(own).into_iter().zip(values(other))) {
-                *worst = worst.max((a - b).abs());
-            }
-        }
-        for (band, largest) in band.iter_mut().zip(largest) {
-            *band = band.min(2.0 * largest);
-        }
-    }
-    let mut sizes = vec![0.0_f64; count];
-    for sample in samples {
-        for (size, value) in sizes.iter_mut().zip(values(sample)) {
-            *size = size.max(value.abs());
-        }
-    }
-    names
-        .zip(band.into_iter().zip(sizes))
-        .map(|(name, (band, largest))| ChannelBand {
-            name,
-            band: band.max(LEAST_BAND * largest),
-            largest,
         })
         .collect()
 }

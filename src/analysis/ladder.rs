@@ -1,7 +1,7 @@
 //! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
 
 use crate::case::Case;
-use crate::simulation::{Event, EventKind, MemoryRecorder, Method, RunReport, SolverOptions, simulate};
+use crate::simulation::{Event, EventKind, MemoryRecorder, Method, OutputOptions, RunReport, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -56,15 +56,20 @@ pub(super) struct Finished {
     pub report: RunReport,
 }
 
-/// One run, in memory; a failure is in its rung.
-pub(super) fn run(case: &Case, solver: &SolverOptions, stop: &(dyn Fn() -> bool + Sync)) -> Finished {
+/// One run, in memory, with the rows of `output`; a failure is in its rung.
+pub(super) fn run(
+    case: &Case,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Finished {
     let clock = Instant::now();
     let mut recorder = MemoryRecorder::default();
     let control = &mut |_| match stop() {
         true => ControlFlow::Break(()),
         false => ControlFlow::Continue(()),
     };
-    let (report, failure) = match simulate(&case.parameters, solver, &case.output, &mut recorder, control) {
+    let (report, failure) = match simulate(&case.parameters, solver, output, &mut recorder, control) {
         Ok(report) => (report, None),
         Err(failure) => {
             let text = failure.to_string();
@@ -94,7 +99,12 @@ pub(super) fn run(case: &Case, solver: &SolverOptions, stop: &(dyn Fn() -> bool 
 }
 
 /// Every rung, over all processors; in the order of [`RUNGS`].
-pub(super) fn climb(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sync)) -> Vec<Finished> {
+pub(super) fn climb(
+    case: &Case,
+    result: &[Event],
+    output: &OutputOptions,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<Finished> {
     let next = AtomicUsize::new(0);
     let finished: Mutex<Vec<(usize, Finished)>> = Mutex::new(Vec::new());
     let threads = std::thread::available_parallelism()
@@ -115,8 +125,12 @@ pub(super) fn climb(case: &Case, result: &[Event], stop: &(dyn Fn() -> bool + Sy
                         fixed_step: None,
                         ..case.solver.clone()
                     };
-                    let mut run = run(case, &solver, stop);
+                    let mut run = run(case, &solver, output, stop);
                     compare(&mut run, result);
+                    // Rows are compared with those of the finest run of each method.
+                    if RUNGS[index + 1..].iter().any(|rung| rung.0 == method) {
+                        run.recorder.samples = Vec::new();
+                    }
                     let mut list = finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                     list.push((index, run));
                 }
@@ -174,28 +188,24 @@ pub(super) fn finest_auto(ladder: &[Finished]) -> Option<&Finished> {
 
 /// Times of the events that match those of the result, kind by kind: NaN where there is no counterpart.
 pub(super) fn matched(result: &[Event], run: &Finished) -> Vec<f64> {
-    let mut agreeing = run.rung.agreeing;
-    let mut word = word(&run.recorder.events).into_iter();
+    let time = |event: Option<&Event>| event.map_or(f64::NAN, |event| event.time);
+    counterparts(result, run).into_iter().map(time).collect()
+}
+
+/// The events that match those of the result, kind by kind.
+pub(super) fn counterparts<'a>(result: &[Event], run: &'a Finished) -> Vec<Option<&'a Event>> {
+    let mut word = word(&run.recorder.events).into_iter().take(run.rung.agreeing);
     // Events outside the word are matched by their count among their kind.
     let other = |index: usize| {
         let kind = result[index].kind;
         let number = result[..index].iter().filter(|event| event.kind == kind).count();
-        run.recorder
-            .events
-            .iter()
-            .filter(|event| event.kind == kind)
-            .nth(number)
+        let mut same = run.recorder.events.iter().filter(|event| event.kind == kind);
+        same.nth(number)
     };
     (0..result.len())
-        .map(|index| {
-            if !result[index].kind.in_mode_word() {
-                return other(index).map_or(f64::NAN, |event| event.time);
-            }
-            if agreeing == 0 {
-                return f64::NAN;
-            }
-            agreeing -= 1;
-            word.next().map_or(f64::NAN, |event| event.time)
+        .map(|index| match result[index].kind.in_mode_word() {
+            true => word.next(),
+            false => other(index),
         })
         .collect()
 }

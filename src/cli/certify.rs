@@ -6,14 +6,15 @@ use super::plot::{bad, save};
 use super::run::{Input, bad_case, bad_file, header, interrupt_flag, read_input, stick_slip_table};
 use super::{CommandError, End, certify_report, print, print_json};
 use crate::analysis::Summary;
+use crate::analysis::bands::{Compared, compared_output};
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict, certify as certificate_of};
 use crate::analysis::onset::{Onset, onsets};
 use crate::case::{Case, CaseSource, Origin, Override};
 use crate::model::Parameters;
 use crate::oracle::{self, ExactParameters, OracleError, OracleOptions, OracleReport};
 use crate::plot::{onset, style, svg};
-use crate::results::{Overwrite, ResultFile, ResultWriter, Status, check_target, write_certified};
-use crate::simulation::{Event, simulate};
+use crate::results::{Overwrite, ResultError, ResultFile, ResultWriter, Status, check_target, write_certified};
+use crate::simulation::{MemoryRecorder, simulate};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +26,9 @@ const ORACLE_DIGITS: u32 = 25;
 
 /// More digits are not in a double.
 const DIGITS_OF_DOUBLE: u32 = 16;
+
+/// Rows of a file that are read together.
+const ROWS_AT_A_TIME: usize = 65_536;
 
 /// The exact solution, with the number of digits that are true of its event times.
 pub(super) struct Exact {
@@ -79,9 +83,9 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let Some(result) = obtain(&input, &target, &stop)? else {
         return Ok(End::Interrupted);
     };
-    let outcome = examine(&input, &result.events, options, &stop);
+    let outcome = examine(&input, &result.record, options, &stop);
     let written = outcome.and_then(|(certificate, exact)| {
-        let tables = certify_report::tables(&certificate, &result.events, exact.as_ref());
+        let tables = certify_report::tables(&certificate, &result.record.events, exact.as_ref());
         write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
         Ok((certificate, exact))
     });
@@ -105,7 +109,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         title: &input.case.title,
         certificate: &certificate,
         exact: exact.as_ref(),
-        result: &result.events,
+        result: &result.record.events,
         file: target.display().to_string(),
         figure: drawing.map(|(path, _)| path.display().to_string()),
         onsets: &drawn,
@@ -138,7 +142,8 @@ fn draw(case: &Case, (path, format): (&Path, Format), stop: &AtomicBool) -> Resu
 /// The result that is certified.
 struct Obtained {
     path: PathBuf,
-    events: Vec<Event>,
+    /// Its events, and its rows as far as they are compared.
+    record: MemoryRecorder,
     /// Whether the file was made here, and goes again.
     own: bool,
 }
@@ -157,7 +162,7 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
         }
         return Ok(Some(Obtained {
             path: path.clone(),
-            events: file.events().map_err(bad_file)?,
+            record: read_back(&file, &input.case).map_err(bad_file)?,
             own: false,
         }));
     }
@@ -200,23 +205,38 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
             clock.elapsed().as_secs_f64(),
         )
         .map_err(|error| failed(error.to_string()))?;
-    let events = ResultFile::open(&path).and_then(|file| file.events());
+    let record = ResultFile::open(&path).and_then(|file| read_back(&file, case));
     Ok(Some(Obtained {
-        events: events.map_err(|error| failed(error.to_string()))?,
+        record: record.map_err(|error| failed(error.to_string()))?,
         path,
         own: true,
     }))
 }
 
+/// What is certified of a file.
+fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
+    let mut compared = Compared::new(&compared_output(&case.output));
+    let (mut samples, count) = (Vec::new(), file.sample_count()?);
+    for from in (0..count).step_by(ROWS_AT_A_TIME) {
+        let rows = file.samples(from..count.min(from + ROWS_AT_A_TIME))?;
+        samples.extend(rows.into_iter().filter(|row| compared.takes(row.time)));
+    }
+    Ok(MemoryRecorder {
+        samples,
+        events: file.events()?,
+        segments: Vec::new(),
+    })
+}
+
 /// The ladder, and the oracle if it is asked for.
 fn examine(
     input: &Input,
-    events: &[Event],
+    record: &MemoryRecorder,
     options: &CertifyOptions,
     stop: &Arc<AtomicBool>,
 ) -> Result<(Certificate, Option<Exact>), CommandError> {
     let stopped = || stop.load(Ordering::Relaxed);
-    let certificate = certificate_of(&input.case, events, &stopped).map_err(|error| match error {
+    let certificate = certificate_of(&input.case, record, &stopped).map_err(|error| match error {
         CertifyError::Run(text) => CommandError::Computation(text),
         CertifyError::Interrupted => CommandError::Computation("interrupted".to_owned()),
     })?;

@@ -2,10 +2,12 @@
 
 use super::certify::Exact;
 use super::terminal;
+use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::onset::Onset;
-use crate::results::CertificateTables;
+use crate::results::{BandColumns, CertificateTables};
 use crate::simulation::Event;
+use crate::simulation::nearby::columns;
 use serde_json::{Value, json};
 
 /// Rows of the table of events on a terminal: beyond, only the first and last of them.
@@ -100,6 +102,7 @@ impl Report<'_> {
             format!("{}\n{}", self.title, self.source),
             format!("{}{}", terminal::show(&ladder).trim_end(), self.smooth_stop()),
             terminal::show(&self.events()).trim_end().to_owned(),
+            self.channels(),
             self.conditioning(),
         ];
         if let Some(exact) = self.exact {
@@ -153,6 +156,22 @@ impl Report<'_> {
         }
         terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7]);
         table
+    }
+
+    fn channels(&self) -> String {
+        let mut table = terminal::table(&["channel", "unit", "largest", "band", "at a fixed time"]);
+        let known = |x: f64| if x.is_finite() { format!("{x:.1e}") } else { "unknown".to_owned() };
+        for channel in &self.certificate.bands.channels {
+            table.add_row([
+                channel.name.to_owned(),
+                channel.unit.to_owned(),
+                format!("{:.3e}", channel.largest),
+                known(channel.band),
+                known(channel.at_fixed_time),
+            ]);
+        }
+        terminal::align_right(&mut table, 2..5);
+        terminal::show(&table).trim_end().to_owned()
     }
 
     fn conditioning(&self) -> String {
@@ -254,12 +273,39 @@ impl Report<'_> {
             "kick_above_noise": c.kick_above_noise,
             "ladder": c.ladder,
             "events": c.events,
-            "channels": c.channels,
+            "channels": c.bands.channels.iter().map(channel).collect::<Vec<Value>>(),
+            "stretches": c.bands.stretches.iter().map(stretch).collect::<Vec<Value>>(),
             "sensitivity": sensitivity,
             "oracle": oracle,
             "seconds": self.seconds,
         })
     }
+}
+
+fn channel(channel: &ChannelBand) -> Value {
+    json!({
+        "name": channel.name,
+        "unit": channel.unit,
+        "band": channel.band,
+        "at_fixed_time": channel.at_fixed_time,
+        "largest": channel.largest,
+    })
+}
+
+fn stretch(stretch: &Stretch) -> Value {
+    let each = |numbers: &[f64]| -> serde_json::Map<String, Value> {
+        let pairs = columns().zip(numbers);
+        pairs.map(|((name, _, _), x)| ((*name).to_owned(), json!(x))).collect()
+    };
+    json!({
+        "start": stretch.start,
+        "end": stretch.end,
+        "mode": stretch.mode.name(),
+        "converged": stretch.converged,
+        "time_uncertainty": stretch.time_uncertainty,
+        "bands": each(&stretch.bands),
+        "rates": each(&stretch.rates),
+    })
 }
 
 fn row(event: &CertifiedEvent) -> Vec<String> {
@@ -304,7 +350,21 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
             ("growth_to_onset", missing(c.growth_to_onset)),
             ("kick_above_noise", missing(c.kick_above_noise)),
         ],
-        bands: c.channels.iter().map(|b| (b.name, finite(b.band))).collect(),
+        stretches: c
+            .bands
+            .stretches
+            .iter()
+            .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
+            .collect(),
+        bands: columns()
+            .enumerate()
+            .map(|(column, (name, unit, _))| BandColumns {
+                name,
+                unit,
+                band: c.bands.stretches.iter().map(|s| s.bands[column]).collect(),
+                rate: c.bands.stretches.iter().map(|s| s.rates[column]).collect(),
+            })
+            .collect(),
         oracle: exact.map(csv).unwrap_or_default(),
         parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
         sensitivity: (0..result.len())

@@ -30,14 +30,39 @@ pub struct CertificateTables {
     pub texts: Vec<(&'static str, String)>,
     /// Numbers that are attributes of /certificate.
     pub numbers: Vec<(&'static str, f64)>,
-    /// (channel, band) of the trajectory.
-    pub bands: Vec<(&'static str, f64)>,
+    /// One for each stretch between events: start and end (s), code of the mode, uncertainty of the times at its ends (s;
+    /// NaN where it is not converged).
+    pub stretches: Vec<(f64, f64, i8, f64)>,
+    /// Of each channel of the trajectory.
+    pub bands: Vec<BandColumns>,
     /// Exact event times, as decimal texts, by the oracle; empty without one.
     pub oracle: String,
     /// (path, unit) of each parameter.
     pub parameters: Vec<(String, String)>,
     /// d(event time)/d(parameter), s per unit: a row of all parameters for each event.
     pub sensitivity: Vec<Vec<f64>>,
+}
+
+/// The error bands of a channel of the trajectory: one for each stretch, NaN where nothing can be said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BandColumns {
+    /// Of the channel.
+    pub name: &'static str,
+    /// UDUNITS.
+    pub unit: &'static str,
+    /// In that unit, at equal phase.
+    pub band: Vec<f64>,
+    /// Largest rate of change, in that unit per second.
+    pub rate: Vec<f64>,
+}
+
+impl BandColumns {
+    fn rate_unit(&self) -> String {
+        match self.unit.strip_suffix("s-1") {
+            Some(rest) => format!("{rest}s-2"),
+            None => format!("{} s-1", self.unit),
+        }
+    }
 }
 
 /// Copies a complete result file to `to`, with the certificate in it. `to` appears when it is whole.
@@ -95,9 +120,6 @@ fn certificate(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
     }
     for (name, number) in &tables.numbers {
         write_number_attribute(group, name, *number)?;
-    }
-    for (channel, band) in &tables.bands {
-        write_number_attribute(group, &format!("band_{channel}"), *band)?;
     }
     let event = dimension(group, "event", tables.verdict.len(), "index of the event")?;
     let verdict = column(
@@ -157,12 +179,56 @@ fn certificate(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         "largest distance to the result over the agreeing events",
         &rung,
     )?;
+    bands(group, tables)?;
     if !tables.oracle.is_empty() {
         let oracle = raw::write_text(group, "oracle", &tables.oracle)?;
         describe(
             &oracle,
             "1",
             "exact events by the multiprecision oracle: time (s), kind, states (CSV)",
+        )?;
+    }
+    Ok(())
+}
+
+fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
+    let stretch = dimension(
+        group,
+        "stretch",
+        tables.stretches.len(),
+        "index of the stretch: before the event of the same index, the last before the end of the run",
+    )?;
+    let list = |f: fn(&(f64, f64, i8, f64)) -> f64| tables.stretches.iter().map(f).collect::<Vec<f64>>();
+    column(group, "stretch_start", &list(|row| row.0), "s", "where it starts", &stretch)?;
+    column(group, "stretch_end", &list(|row| row.1), "s", "where it ends", &stretch)?;
+    let modes: Vec<i8> = tables.stretches.iter().map(|row| row.2).collect();
+    let mode = column(group, "stretch_mode", &modes, "1", "what the contact does in it", &stretch)?;
+    flags(&mode, &schema::mode_flags())?;
+    column(
+        group,
+        "stretch_time_uncertainty",
+        &list(|row| row.3),
+        "s",
+        "larger uncertainty of the events at its ends; NaN: not converged",
+        &stretch,
+    )?;
+    for channel in &tables.bands {
+        let name = channel.name;
+        column(
+            group,
+            &format!("band_{name}"),
+            &channel.band,
+            channel.unit,
+            &format!("how far {name} can be from the exact solution at the same share of its own way between the events"),
+            &stretch,
+        )?;
+        column(
+            group,
+            &format!("rate_{name}"),
+            &channel.rate,
+            &channel.rate_unit(),
+            &format!("largest |d({name})/dt|; times stretch_time_uncertainty, what to add to the band at a fixed time"),
+            &stretch,
         )?;
     }
     Ok(())

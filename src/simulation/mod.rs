@@ -3,6 +3,7 @@
 pub mod brake;
 pub mod digest;
 pub mod fixed_step;
+pub mod nearby;
 pub mod options;
 pub mod plan;
 pub mod procedure;
