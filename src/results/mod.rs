@@ -7,12 +7,16 @@
 mod certificate;
 mod error;
 mod foreign;
+mod partition;
 mod raw;
 mod reader;
 pub mod schema;
 mod stick_slip;
 mod sweep_columns;
 mod sweep_file;
+mod sweep_merge;
+mod sweep_shard;
+mod sweep_virtual;
 mod sweep_writer;
 pub(crate) mod target;
 mod work_precision;
@@ -21,11 +25,14 @@ mod writer;
 pub use certificate::{CertificateTables, write_certified};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
+pub use partition::{Partition, Patch, Stride};
 pub use reader::{
     AddedColumn, AddedGroup, AttributeInfo, AttributeValue, Contents, FlagInfo, ResultFile, VariableInfo,
 };
 pub use stick_slip::{Extra, StickSlipTable};
 pub use sweep_file::SweepFile;
+pub use sweep_merge::{MergeError, MergeOptions, MergeReport, merge};
+pub use sweep_shard::{ShardFile, ShardPlan};
 pub use sweep_writer::{
     Column, ColumnData, SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter,
 };
