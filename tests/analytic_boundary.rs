@@ -23,6 +23,7 @@ fn run(study: &Study, path: &Path) -> SweepReport {
         path,
         overwrite: Overwrite::OwnResults,
         resume: false,
+        shard: None,
         workers: 2,
         header: SweepHeader {
             digest: study.digest(),

@@ -54,7 +54,12 @@ fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
 
 /// The other columns, from the states; the works of F and the dissipations, which the oracle does not have, together: what
 /// has been dissipated less the work done is the energy that has gone.
-fn channels(p: &Parameters, mode: Mode, time: f64, states: &[(&'static str, BigRational)]) -> Vec<(&'static str, BigRational)> {
+fn channels(
+    p: &Parameters,
+    mode: Mode,
+    time: f64,
+    states: &[(&'static str, BigRational)],
+) -> Vec<(&'static str, BigRational)> {
     let x = |name: &str| &states.iter().find(|s| s.0 == name).expect("a state").1;
     let q = exact;
     let half = q(0.5);
@@ -111,10 +116,17 @@ fn value(row: &Sample, name: &str) -> f64 {
 }
 
 fn column(name: &str) -> usize {
-    columns().position(|c| c.0 == name).unwrap_or_else(|| panic!("no column {name}"))
+    columns()
+        .position(|c| c.0 == name)
+        .unwrap_or_else(|| panic!("no column {name}"))
 }
 
-const GONE: [&str; 4] = ["dissipated_friction", "dissipated_damping", "work_applied", "work_perturbation"];
+const GONE: [&str; 4] = [
+    "dissipated_friction",
+    "dissipated_damping",
+    "work_applied",
+    "work_perturbation",
+];
 
 fn band(stretch: &Stretch, name: &str, of: fn(&Stretch, usize) -> f64) -> f64 {
     match name {
@@ -154,7 +166,9 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
         let at = |time: f64| recorder.samples.partition_point(|row| row.time <= time);
         let rows = &recorder.samples[at(stretch.start)..at(stretch.end).max(at(stretch.start))];
         let rows: Vec<&Sample> = rows.iter().filter(|row| row.time < stretch.end).collect();
-        let from = index.checked_sub(1).map_or_else(BigRational::zero, |k| times[k].clone());
+        let from = index
+            .checked_sub(1)
+            .map_or_else(BigRational::zero, |k| times[k].clone());
         let to = times.get(index).cloned().unwrap_or_else(|| exact(end));
         for k in 0..rows.len().min(ROWS) {
             let row = rows[k * (rows.len() - 1) / (rows.len().min(ROWS) - 1).max(1)];
@@ -171,24 +185,28 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
     assert_eq!(report.samples.len(), due.len());
     let at = |time: &BigRational| &report.samples[due.binary_search(time).expect("asked for")].1;
     let p = &case.parameters;
-    let mut hold = |index: usize, row: &Sample, truth: &OracleState, of: fn(&Stretch, usize) -> f64, what: &str| -> f64 {
-        let stretch = &certificate.bands.stretches[index];
-        let mut exact_states = states(truth);
-        exact_states.extend(channels(p, row.mode, row.time, &exact_states));
-        let mut largest = 0.0_f64;
-        for (column, value_of) in &exact_states {
-            let error = nearest_double(&(exact(value(row, column)) - value_of)).abs();
-            let band = band(stretch, column, of);
-            found.held += 1;
-            largest = largest.max(error / band);
-            if error > band || band.is_nan() {
-                let t = row.time;
-                let text = format!("{name}: {column} in {} at {t} {what}: {error:.2e} of {band:.2e}", row.mode.name());
-                found.uncovered.push(text);
+    let mut hold =
+        |index: usize, row: &Sample, truth: &OracleState, of: fn(&Stretch, usize) -> f64, what: &str| -> f64 {
+            let stretch = &certificate.bands.stretches[index];
+            let mut exact_states = states(truth);
+            exact_states.extend(channels(p, row.mode, row.time, &exact_states));
+            let mut largest = 0.0_f64;
+            for (column, value_of) in &exact_states {
+                let error = nearest_double(&(exact(value(row, column)) - value_of)).abs();
+                let band = band(stretch, column, of);
+                found.held += 1;
+                largest = largest.max(error / band);
+                if error > band || band.is_nan() {
+                    let t = row.time;
+                    let text = format!(
+                        "{name}: {column} in {} at {t} {what}: {error:.2e} of {band:.2e}",
+                        row.mode.name()
+                    );
+                    found.uncovered.push(text);
+                }
             }
-        }
-        largest
-    };
+            largest
+        };
     let mut excess: Vec<(usize, f64)> = Vec::new();
     for (index, row, time) in &chosen {
         let stretch = &certificate.bands.stretches[*index];
@@ -256,7 +274,11 @@ fn report(found: &Found) {
         found.uncovered.len(),
         median(found.excess.clone())
     );
-    assert!(found.uncovered.is_empty(), "{:#?}", &found.uncovered[..found.uncovered.len().min(20)]);
+    assert!(
+        found.uncovered.is_empty(),
+        "{:#?}",
+        &found.uncovered[..found.uncovered.len().min(20)]
+    );
 }
 
 #[test]

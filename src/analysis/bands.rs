@@ -200,7 +200,11 @@ fn difference(nearby: &Nearby, own: (&Span, &[Sample]), other: (&Span, &[Sample]
     };
     let mut add = |column: usize, distance: f64| {
         let largest = &mut difference.largest[column];
-        *largest = if distance.is_nan() { distance } else { largest.max(distance) };
+        *largest = if distance.is_nan() {
+            distance
+        } else {
+            largest.max(distance)
+        };
     };
     let (span, theirs) = (own.0, other.0);
     let mut ends = |a: Option<&State>, b: Option<&State>| {
@@ -220,10 +224,7 @@ fn difference(nearby: &Nearby, own: (&Span, &[Sample]), other: (&Span, &[Sample]
         {}
         // Their row of this time can lie beyond their event: then the states at the event itself stand for it.
         let inside = |near: &&&Sample| {
-            near.mode == row.mode
-                && same_row(near.time, row.time)
-                && near.time > theirs.start
-                && near.time < theirs.end
+            near.mode == row.mode && same_row(near.time, row.time) && near.time > theirs.start && near.time < theirs.end
         };
         let Some(near) = rest.peek().filter(inside) else {
             continue;
@@ -296,7 +297,11 @@ pub(super) fn bands(
             }
             let against = |other: &Other| -> Option<Difference> {
                 let theirs = other.spans[index].as_ref()?;
-                Some(difference(&nearby, (&span, rows), (theirs, inside(other.samples, theirs))))
+                Some(difference(
+                    &nearby,
+                    (&span, rows),
+                    (theirs, inside(other.samples, theirs)),
+                ))
             };
             let seen: Vec<Difference> = witnesses.iter().filter_map(against).collect();
             let finer = auto.as_ref().and_then(against);
@@ -312,7 +317,10 @@ pub(super) fn bands(
                 let mut distances: Vec<f64> = seen.iter().filter(compared).map(|d| d.largest[column]).collect();
                 distances.sort_by(f64::total_cmp);
                 let [nearest, second] = [0, 1].map(|k| distances.get(k).copied().unwrap_or(f64::NAN));
-                let finer = finer.iter().find(|d| compared(d)).map_or(f64::NAN, |d| d.largest[column]);
+                let finer = finer
+                    .iter()
+                    .find(|d| compared(d))
+                    .map_or(f64::NAN, |d| d.largest[column]);
                 let rounding = stretch.rates[column] * rounding + LEAST_BAND * largest[column];
                 stretch.bands[column] = nearest + second + finer + rounding;
             }
@@ -320,7 +328,11 @@ pub(super) fn bands(
         })
         .collect();
     let over = |value: &dyn Fn(&Stretch) -> f64| {
-        let known = stretches.iter().filter(|s| s.converged).map(value).filter(|x| x.is_finite());
+        let known = stretches
+            .iter()
+            .filter(|s| s.converged)
+            .map(value)
+            .filter(|x| x.is_finite());
         known.reduce(f64::max).unwrap_or(f64::INFINITY)
     };
     let channels = columns().enumerate().map(|(column, (name, unit, _))| ChannelBand {
@@ -355,8 +367,12 @@ fn rates(nearby: &Nearby, span: &Span, mode: Mode, rows: &[Sample], tick: f64) -
         channels: Channels::default(),
     };
     rows.iter().for_each(|row| add(row, tick));
-    span.first.iter().for_each(|event| add(&at_event(event, event.after), tick));
+    span.first
+        .iter()
+        .for_each(|event| add(&at_event(event, event.after), tick));
     // Backward, into the stretch.
-    span.last.iter().for_each(|event| add(&at_event(event, event.before), -tick));
+    span.last
+        .iter()
+        .for_each(|event| add(&at_event(event, event.before), -tick));
     rates
 }

@@ -199,7 +199,10 @@ pub fn certify(
     let events = judge(case, &result.events, &ladder, &linearised, noise);
     let witnesses = witnesses(&ladder, case.solver.method);
     // Where the others go on, the result lacks an event that grazes.
-    let ends_alike = witnesses.iter().filter(|run| run.rung.events == run.rung.agreeing).count();
+    let ends_alike = witnesses
+        .iter()
+        .filter(|run| run.rung.events == run.rung.agreeing)
+        .count();
     let worst = |verdict: Verdict| events.iter().any(|event| event.verdict == verdict);
     let differs = worst(Verdict::SequenceDiffers) || ends_alike < LEAST_WITNESSES;
     let verdict = match (worst(Verdict::NoiseDetermined), differs) {

@@ -177,12 +177,7 @@ fn extended(y: &Dynamic) -> [f64; crate::model::torsion::DIMENSION] {
 }
 
 /// The linearisation of a recorded run, up to where `stop` says so.
-fn of_run(
-    case: &Case,
-    recorder: &MemoryRecorder,
-    instability: Option<f64>,
-    stop: &dyn Fn() -> bool,
-) -> Linearised {
+fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop: &dyn Fn() -> bool) -> Linearised {
     let influences = influences(case);
     let numbers = influences.len();
     let mut propagation = Propagation {

@@ -2,6 +2,7 @@
 
 use super::provenance;
 use crate::simulation::Method;
+use crate::sweep::Shard;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,6 +54,8 @@ pub(super) enum Command {
     Inspect(InspectOptions),
     /// Run a study: many cases, a map, a critical curve.
     Sweep(SweepOptions),
+    /// Put the shards of a sweep together.
+    Merge(MergeOptions),
     /// Draw figures of result files, or write an interactive page.
     #[command(
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
@@ -150,13 +153,19 @@ pub(super) struct SweepOptions {
     /// A TOML file, or a built-in study.
     #[arg(value_name = "STUDY")]
     pub study: String,
-    /// Sweep file [default: STUDY.h5].
+    /// Sweep file [default: STUDY.h5, or STUDY.shard-K-of-N.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Sweep the Kth of N parts of the study; slurm: the one of this task of a job array.
+    #[arg(long, value_name = "K/N|slurm", value_parser = shard)]
+    pub shard: Option<Shard>,
     /// Go on with what an interrupted sweep has left.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Threads [default: one for each processor].
+    /// Share the points among the ranks of an MPI job [default: if a launcher has started several].
+    #[arg(long)]
+    pub mpi: bool,
+    /// Threads [default: one for each processor; one for each rank].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
     /// Integration method, the same as --set solver.method=M.
@@ -168,6 +177,26 @@ pub(super) struct SweepOptions {
     /// Replace any file, and start anew.
     #[arg(long)]
     pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct MergeOptions {
+    /// The files of all shards, in any order.
+    #[arg(value_name = "SHARD", required = true)]
+    pub shards: Vec<PathBuf>,
+    /// Sweep file.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Leave the points in the shards: HDF5 virtual datasets over them.
+    #[arg(long = "virtual")]
+    pub by_reference: bool,
+    /// Replace a file that exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    Shard::parse(text, &|name| std::env::var(name).ok())
 }
 
 /// More threads than this are a slip of the pen.

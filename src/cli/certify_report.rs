@@ -160,7 +160,13 @@ impl Report<'_> {
 
     fn channels(&self) -> String {
         let mut table = terminal::table(&["channel", "unit", "largest", "band", "at a fixed time"]);
-        let known = |x: f64| if x.is_finite() { format!("{x:.1e}") } else { "unknown".to_owned() };
+        let known = |x: f64| {
+            if x.is_finite() {
+                format!("{x:.1e}")
+            } else {
+                "unknown".to_owned()
+            }
+        };
         for channel in &self.certificate.bands.channels {
             table.add_row([
                 channel.name.to_owned(),

@@ -6,10 +6,12 @@ mod certify;
 mod certify_report;
 mod compare;
 mod inspect;
+mod merge;
 mod modes;
 mod plot;
 mod progress;
 mod provenance;
+mod ranks;
 mod run;
 mod sweep;
 mod terminal;
@@ -79,6 +81,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Certify(options) => certify::certify(&options, &common),
         Command::Compare(options) => compare::compare(&options, &common),
         Command::Sweep(options) => sweep::sweep(&options, &common),
+        Command::Merge(options) => merge::merge(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),

@@ -2,6 +2,7 @@
 
 use super::arguments::{Common, SweepOptions};
 use super::progress::SweepBar;
+use super::ranks::Ranks;
 use super::run::{REFERENCES, interrupt_flag, looks_like_a_path, stick_slip_table};
 use super::{CommandError, End, complain, print, print_json, provenance};
 use crate::analysis::Summary;
@@ -10,8 +11,8 @@ use crate::hybrid::RunError;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
 use crate::simulation::{Cycle, Event, Progress, Recorder, RecorderError, RunReport, Sample, Segment, simulate};
 use crate::sweep::{
-    Boundaries, Branch, Design, IntegrateError, JournalError, Study, StudySource, SweepError, SweepReport,
-    journal_path, without_a_file,
+    Boundaries, Branch, Design, Integrate, IntegrateError, JournalError, Shard, Study, StudySource, SweepError,
+    SweepReport, Work, journal_path, without_a_file,
 };
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -27,6 +28,8 @@ struct SweepDocument<'a> {
     study: String,
     title: &'a str,
     digest: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shard: Option<ShardDocument>,
     /// Points that are done.
     points: u64,
     /// Those of them that were run now.
@@ -34,10 +37,20 @@ struct SweepDocument<'a> {
     failed: u64,
     failures: Vec<Failure>,
     jobs: usize,
+    /// Processes of an MPI job.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ranks: Option<usize>,
     /// s.
     wall_time: f64,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     curves: Vec<CurveDocument>,
+}
+
+/// Which part of the study, from 1.
+#[derive(Serialize)]
+struct ShardDocument {
+    index: usize,
+    count: usize,
 }
 
 #[derive(Serialize)]
@@ -58,14 +71,15 @@ struct CurveDocument {
 
 /// Runs a study into its file and reports it.
 pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, CommandError> {
-    let study = read_study(options).map_err(|error| CommandError::Input(error.to_string()))?;
+    let ranks = Ranks::start(options)?;
+    let Some(study) = ranks.agree(read_study(options))? else {
+        return Ok(End::Done);
+    };
     let path = options
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.source.name)));
-    let jobs = options
-        .jobs
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+        .unwrap_or_else(|| default_path(&study, options.shard));
+    let jobs = options.jobs.unwrap_or_else(|| ranks.default_jobs());
     let digest = study.digest();
     let header = SweepHeader {
         title: study.title.clone(),
@@ -82,13 +96,28 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
     let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
         into_a_file(&folder, &study, number, case, control)
     };
+    let integrate: &Integrate = if study.keep.trajectory {
+        &into_files
+    } else {
+        &without_a_file
+    };
+    let work = Work {
+        study: &study,
+        workers: jobs,
+        integrate,
+        stop: &stop,
+    };
+    if ranks.served(&work, &path) {
+        return Ok(End::Done);
+    }
+    let mut crew = ranks.crew();
     if study.keep.trajectory {
         std::fs::create_dir_all(&folder)
             .map_err(|error| CommandError::Input(format!("{}: cannot be created: {error}", folder.display())))?;
     }
     let bar = SweepBar::new(common);
     let clock = Instant::now();
-    let result = crate::sweep::sweep(
+    let result = crate::sweep::sweep_with(
         &study,
         &crate::sweep::SweepOptions {
             path: &path,
@@ -98,20 +127,23 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
                 Overwrite::OwnResults
             },
             resume: options.resume,
+            shard: options.shard,
             workers: jobs,
             header,
-            integrate: if study.keep.trajectory {
-                &into_files
-            } else {
-                &without_a_file
-            },
+            integrate,
             stop: &stop,
         },
+        &mut *crew,
         &mut |progress| bar.show(progress),
     );
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
-    let report = result.map_err(|error| command_error(&error, &path))?;
+    drop(crew);
+    let report = match result {
+        Ok(report) => report,
+        Err(error @ SweepError::Lost { .. }) => return Err(ranks.give_up(command_error(&error, &path))),
+        Err(error) => return Err(command_error(&error, &path)),
+    };
     let curves = report
         .boundaries
         .as_ref()
@@ -123,6 +155,10 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             study: study.source.label(),
             title: &study.title,
             digest,
+            shard: options.shard.map(|shard| ShardDocument {
+                index: shard.index(),
+                count: shard.count(),
+            }),
             points: report.points,
             run_now: report.run_now,
             failed: report.failed,
@@ -135,11 +171,12 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
                 })
                 .collect(),
             jobs,
+            ranks: ranks.count(),
             wall_time,
             curves,
         })?;
     } else if !common.quiet {
-        print(&text_report(&study, &report, &curves, wall_time))?;
+        print(&text_report(&study, options.shard, &report, &curves, wall_time))?;
     }
     if report.interrupted {
         if !common.quiet {
@@ -151,7 +188,8 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         }
         return Ok(End::Interrupted);
     }
-    if report.failed > 0 && report.failed == report.points {
+    // Of a shard the others may have points that did not fail: merge says.
+    if options.shard.is_none() && report.failed > 0 && report.failed == report.points {
         let (point, message) = &report.failures[0];
         return Err(CommandError::Computation(format!(
             "all {} points failed, point {point} with: {message}. The messages are in /failures of {}",
@@ -160,6 +198,14 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         )));
     }
     Ok(End::Done)
+}
+
+fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {
+    let name = &study.source.name;
+    PathBuf::from(match shard {
+        Some(shard) => format!("{name}.shard-{}-of-{}.h5", shard.index(), shard.count()),
+        None => format!("{name}.h5"),
+    })
 }
 
 fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
@@ -183,7 +229,10 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
     let text = error.to_string();
     match error {
         // What is asked for before anything is computed.
-        SweepError::OtherStudy { .. } => CommandError::Input(text),
+        SweepError::OtherStudy { .. }
+        | SweepError::OtherShard { .. }
+        | SweepError::TooManyShards { .. }
+        | SweepError::BoundaryInShards => CommandError::Input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
             ResultError::Io { .. } | ResultError::Write { .. } | ResultError::DiskFull { .. } => {
                 let journal = journal_path(path);
@@ -304,9 +353,18 @@ fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument>
     documents.collect()
 }
 
-fn text_report(study: &Study, report: &SweepReport, curves: &[CurveDocument], wall_time: f64) -> String {
+fn text_report(
+    study: &Study,
+    shard: Option<Shard>,
+    report: &SweepReport,
+    curves: &[CurveDocument],
+    wall_time: f64,
+) -> String {
     let rate = report.run_now as f64 / wall_time;
-    let mut text = format!("{}\n", study.title);
+    let mut text = match shard {
+        Some(shard) => format!("{}, shard {shard}\n", study.title),
+        None => format!("{}\n", study.title),
+    };
     text += &match report.run_now {
         0 => format!("{} points, none of them run now\n", report.points),
         now if now == report.points => format!("{now} points in {wall_time:.1} s, {rate:.1} a second\n"),

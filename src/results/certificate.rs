@@ -199,10 +199,24 @@ fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         "index of the stretch: before the event of the same index, the last before the end of the run",
     )?;
     let list = |f: fn(&(f64, f64, i8, f64)) -> f64| tables.stretches.iter().map(f).collect::<Vec<f64>>();
-    column(group, "stretch_start", &list(|row| row.0), "s", "where it starts", &stretch)?;
+    column(
+        group,
+        "stretch_start",
+        &list(|row| row.0),
+        "s",
+        "where it starts",
+        &stretch,
+    )?;
     column(group, "stretch_end", &list(|row| row.1), "s", "where it ends", &stretch)?;
     let modes: Vec<i8> = tables.stretches.iter().map(|row| row.2).collect();
-    let mode = column(group, "stretch_mode", &modes, "1", "what the contact does in it", &stretch)?;
+    let mode = column(
+        group,
+        "stretch_mode",
+        &modes,
+        "1",
+        "what the contact does in it",
+        &stretch,
+    )?;
     flags(&mode, &schema::mode_flags())?;
     column(
         group,
@@ -219,7 +233,9 @@ fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
             &format!("band_{name}"),
             &channel.band,
             channel.unit,
-            &format!("how far {name} can be from the exact solution at the same share of its own way between the events"),
+            &format!(
+                "how far {name} can be from the exact solution at the same share of its own way between the events"
+            ),
             &stretch,
         )?;
         column(

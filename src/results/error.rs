@@ -60,6 +60,10 @@ pub enum ResultError {
     NotAResult { path: PathBuf, found: Option<String> },
     #[error("{path}: not the file of a sweep; give one written by `stickslip sweep`")]
     NotASweep { path: PathBuf },
+    #[error("{path}: holds one shard of a sweep, not the whole; put its shards together with `stickslip merge`")]
+    OnlyAShard { path: PathBuf },
+    #[error("{path}: not the file of a shard; give those written by `stickslip sweep --shard`")]
+    NotAShard { path: PathBuf },
     #[error(
         "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
     )]

@@ -12,9 +12,11 @@ pub const FORMAT: &str = "stickslip-result";
 /// Root attribute `format` of a work-precision study.
 pub const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
 /// Every format that this program writes.
-pub const FORMATS: [&str; 3] = [FORMAT, WORK_PRECISION_FORMAT, SWEEP_FORMAT];
+pub const FORMATS: [&str; 4] = [FORMAT, WORK_PRECISION_FORMAT, SWEEP_FORMAT, SWEEP_SHARD_FORMAT];
 /// Root attribute `format` of every sweep file.
 pub const SWEEP_FORMAT: &str = "stickslip-sweep";
+/// Root attribute `format` of the file of a shard of a sweep.
+pub const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";
 /// Root attribute `format_version`. A change that an old reader would misread raises it.
 pub const FORMAT_VERSION: i32 = 1;
 /// Root attribute `Conventions`.

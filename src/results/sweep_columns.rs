@@ -6,6 +6,7 @@ use ndarray::{ArrayViewD, IxDyn};
 use super::attributes::write_text_attribute;
 use super::raw;
 use super::schema::{self, attribute};
+use super::sweep_virtual::{Rows, Storage, Stored};
 use super::sweep_writer::{
     Column, ColumnData, EVENTS, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell, SweepLayout,
     SweepPlan, SweepRow,
@@ -47,34 +48,32 @@ struct Events {
 }
 
 impl Columns {
-    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan) -> hdf5::Result<Self> {
+    pub(super) fn create(file: &hdf5::File, plan: &SweepPlan, storage: Storage) -> hdf5::Result<Self> {
         let &SweepPlan {
             layout,
             ref axes,
             ref variables,
             points,
             keep_events,
+            shard: _,
         } = plan;
         let mut scales = Vec::new();
         let mut numbers = None;
         let shape = match layout {
             SweepLayout::Grid => {
                 for axis in axes {
-                    let dataset = create_axis(file, axis, axis.values.len())?;
-                    if axis.words.is_empty() {
-                        dataset.write(&axis.values)?;
-                    } else {
-                        dataset.write(&axis.values.iter().map(|&code| code as i32).collect::<Vec<_>>())?;
-                    }
-                    raw::set_scale(&dataset, &axis.name)?;
-                    scales.push(dataset);
+                    scales.push(write_axis(file, axis)?);
                 }
                 axes.iter().map(|axis| axis.values.len()).collect()
             }
             SweepLayout::Table => {
-                let dataset = create::<i64>(file, POINT, &[points], "1", "number of the point")?;
+                let dataset = create::<i64>(file, POINT, &[points], "1", "number of the point", Storage::Own)?;
                 raw::set_scale(&dataset, POINT)?;
-                numbers = Some((dataset.clone(), Vec::new()));
+                if storage.is_own() {
+                    numbers = Some((dataset.clone(), Vec::new()));
+                } else {
+                    dataset.write(&(0..points as i64).collect::<Vec<_>>())?;
+                }
                 scales.push(dataset);
                 vec![points]
             }
@@ -87,12 +86,12 @@ impl Columns {
         let mut coordinates = Vec::new();
         if layout == SweepLayout::Table {
             for axis in axes {
-                let dataset = create_axis(file, axis, points)?;
+                let dataset = create_axis(file, axis, points, storage)?;
                 attach(&dataset)?;
                 coordinates.push((dataset, Vec::new(), !axis.words.is_empty()));
             }
         }
-        let status = create::<i8>(file, POINT_STATUS, &shape, "1", "what came of the point")?;
+        let status = create::<i8>(file, POINT_STATUS, &shape, "1", "what came of the point", storage)?;
         write_flags(&status, &POINT_STATUSES)?;
         attach(&status)?;
         let mut values = Vec::with_capacity(variables.len());
@@ -100,12 +99,12 @@ impl Columns {
             let (name, units, long_name) = (&variable.name, &variable.units, &variable.long_name);
             let (dataset, buffer) = match variable.count_fill {
                 Some(fill) => {
-                    let dataset = create::<i64>(file, name, &shape, units, long_name)?;
+                    let dataset = create::<i64>(file, name, &shape, units, long_name, storage)?;
                     dataset.new_attr_builder().with_data(&[fill]).create("_FillValue")?;
                     (dataset, Buffer::Counts(Vec::new(), fill))
                 }
                 None => {
-                    let dataset = create::<f64>(file, name, &shape, units, long_name)?;
+                    let dataset = create::<f64>(file, name, &shape, units, long_name, storage)?;
                     (dataset, Buffer::Numbers(Vec::new()))
                 }
             };
@@ -122,7 +121,14 @@ impl Columns {
             numbers,
             values,
             failures: Vec::new(),
-            events: if keep_events { Some(Events::create(file)?) } else { None },
+            events: match (keep_events, storage) {
+                (false, _) => None,
+                (true, Storage::Own) => Some(Events::create(file)?),
+                (true, Storage::Shards(_)) => {
+                    Events::create_virtual(file, storage)?;
+                    None
+                }
+            },
         })
     }
 
@@ -156,6 +162,11 @@ impl Columns {
             self.flush()?;
         }
         Ok(())
+    }
+
+    /// Adds a point that failed to the table of failures alone.
+    pub(super) fn push_failure(&mut self, number: i64, message: String) {
+        self.failures.push((number, message));
     }
 
     /// Writes the points that are buffered: whole indices of the first dimension.
@@ -197,10 +208,18 @@ impl Columns {
         let (group, dimension) = FAILURES;
         let group = create_group(file, group)?;
         let numbers: Vec<i64> = self.failures.iter().map(|failure| failure.0).collect();
-        let index = create::<i64>(&group, dimension, &[numbers.len()], "1", "index of the failure")?;
+        let index = create::<i64>(
+            &group,
+            dimension,
+            &[numbers.len()],
+            "1",
+            "index of the failure",
+            Storage::Own,
+        )?;
         index.write(&(0..numbers.len() as i64).collect::<Vec<_>>())?;
         raw::set_scale(&index, dimension)?;
-        let point = create::<i64>(&group, POINT, &[numbers.len()], "1", "number of the point")?;
+        let length = [numbers.len()];
+        let point = create::<i64>(&group, POINT, &length, "1", "number of the point", Storage::Own)?;
         point.write(&numbers)?;
         raw::attach_scale(&point, &index, 0)?;
         let texts: Vec<String> = self.failures.drain(..).map(|failure| failure.1).collect();
@@ -211,16 +230,23 @@ impl Columns {
     }
 }
 
+/// Name, unit and description of the float64 columns of the events; between them stand the codes.
+const EVENT_TIME: [&str; 3] = ["time", "s", "time of the event"];
+const EVENT_VELOCITY: [&str; 3] = [
+    "relative_velocity",
+    "rad s-1",
+    "relative velocity omega_r before the event",
+];
+const EVENT_FORCE: [&str; 3] = ["internal_force", "N", "T_f / r just before the event"];
+const EVENT_POINT: [&str; 3] = [POINT, "1", "number of the point that the event belongs to"];
+const EVENT_KIND: [&str; 3] = ["kind", "1", "what happened"];
+const EVENT_MODE: [&str; 3] = ["mode_after", "1", "mode after the event"];
+
 impl Events {
     fn create(file: &hdf5::File) -> hdf5::Result<Self> {
         let (group, dimension) = EVENTS;
         let group = create_group(file, group)?;
-        fn column<T: H5Type>(
-            group: &Group,
-            name: &str,
-            units: &str,
-            long_name: &str,
-        ) -> hdf5::Result<(Dataset, Vec<T>)> {
+        fn column<T: H5Type>(group: &Group, [name, units, long_name]: [&str; 3]) -> hdf5::Result<(Dataset, Vec<T>)> {
             let dataset = group
                 .new_dataset_builder()
                 .obj_track_times(false)
@@ -234,20 +260,15 @@ impl Events {
             write_text_attribute(&dataset, attribute::LONG_NAME, long_name)?;
             Ok((dataset, Vec::new()))
         }
-        let index = column::<i64>(&group, dimension, "1", "index of the event")?;
-        let point = column::<i64>(&group, POINT, "1", "number of the point that the event belongs to")?;
-        let time = column::<f64>(&group, "time", "s", "time of the event")?;
-        let kind = column::<i8>(&group, "kind", "1", "what happened")?;
+        let index = column::<i64>(&group, [dimension, "1", "index of the event"])?;
+        let point = column::<i64>(&group, EVENT_POINT)?;
+        let time = column::<f64>(&group, EVENT_TIME)?;
+        let kind = column::<i8>(&group, EVENT_KIND)?;
         write_flags(&kind.0, &schema::kind_flags())?;
-        let mode_after = column::<i8>(&group, "mode_after", "1", "mode after the event")?;
+        let mode_after = column::<i8>(&group, EVENT_MODE)?;
         write_flags(&mode_after.0, &schema::mode_flags())?;
-        let relative_velocity = column::<f64>(
-            &group,
-            "relative_velocity",
-            "rad s-1",
-            "relative velocity omega_r before the event",
-        )?;
-        let internal_force = column::<f64>(&group, "internal_force", "N", "T_f / r just before the event")?;
+        let relative_velocity = column::<f64>(&group, EVENT_VELOCITY)?;
+        let internal_force = column::<f64>(&group, EVENT_FORCE)?;
         raw::set_scale(&index.0, dimension)?;
         for dataset in [
             &point.0,
@@ -269,6 +290,37 @@ impl Events {
             internal_force,
             written: 0,
         })
+    }
+
+    /// The same columns over those of the shards, one shard after the other.
+    fn create_virtual(file: &hdf5::File, storage: Storage) -> hdf5::Result<()> {
+        let (group, dimension) = EVENTS;
+        let length = [storage.events()];
+        let storage = storage.of(Rows::Events);
+        let group = create_group(file, group)?;
+        let index = create::<i64>(&group, dimension, &length, "1", "index of the event", Storage::Own)?;
+        index.write(&(0..length[0] as i64).collect::<Vec<_>>())?;
+        raw::set_scale(&index, dimension)?;
+        fn column<T: Stored>(
+            group: &Group,
+            [name, units, long_name]: [&str; 3],
+            length: [usize; 1],
+            storage: Storage,
+            index: &Dataset,
+        ) -> hdf5::Result<Dataset> {
+            let dataset = create::<T>(group, name, &length, units, long_name, storage)?;
+            raw::attach_scale(&dataset, index, 0)?;
+            Ok(dataset)
+        }
+        column::<i64>(&group, EVENT_POINT, length, storage, &index)?;
+        column::<f64>(&group, EVENT_TIME, length, storage, &index)?;
+        let kind = column::<i8>(&group, EVENT_KIND, length, storage, &index)?;
+        write_flags(&kind, &schema::kind_flags())?;
+        let mode_after = column::<i8>(&group, EVENT_MODE, length, storage, &index)?;
+        write_flags(&mode_after, &schema::mode_flags())?;
+        column::<f64>(&group, EVENT_VELOCITY, length, storage, &index)?;
+        column::<f64>(&group, EVENT_FORCE, length, storage, &index)?;
+        Ok(())
     }
 
     fn push(&mut self, point: i64, events: &[SweepCell]) -> hdf5::Result<()> {
@@ -325,12 +377,24 @@ fn write_block<T: H5Type>(dataset: &Dataset, shape: &[usize], start: usize, rows
     Ok(())
 }
 
-/// An axis as a coordinate or a column: numbers, or codes of words.
-fn create_axis(file: &hdf5::File, axis: &SweepAxis, length: usize) -> hdf5::Result<Dataset> {
-    let dataset = if axis.words.is_empty() {
-        create::<f64>(file, &axis.name, &[length], &axis.units, &axis.long_name)?
+/// An axis of a grid with its values: a dimension scale.
+pub(super) fn write_axis(group: &Group, axis: &SweepAxis) -> hdf5::Result<Dataset> {
+    let dataset = create_axis(group, axis, axis.values.len(), Storage::Own)?;
+    if axis.words.is_empty() {
+        dataset.write(&axis.values)?;
     } else {
-        let dataset = create::<i32>(file, &axis.name, &[length], "1", &axis.long_name)?;
+        dataset.write(&axis.values.iter().map(|&code| code as i32).collect::<Vec<_>>())?;
+    }
+    raw::set_scale(&dataset, &axis.name)?;
+    Ok(dataset)
+}
+
+/// An axis as a coordinate or a column: numbers, or codes of words.
+fn create_axis(group: &Group, axis: &SweepAxis, length: usize, storage: Storage) -> hdf5::Result<Dataset> {
+    let dataset = if axis.words.is_empty() {
+        create::<f64>(group, &axis.name, &[length], &axis.units, &axis.long_name, storage)?
+    } else {
+        let dataset = create::<i32>(group, &axis.name, &[length], "1", &axis.long_name, storage)?;
         let codes: Vec<i32> = (0..axis.words.len() as i32).collect();
         dataset
             .new_attr_builder()
@@ -348,25 +412,29 @@ fn create_axis(file: &hdf5::File, axis: &SweepAxis, length: usize) -> hdf5::Resu
     Ok(dataset)
 }
 
-fn create<T: H5Type>(
+fn create<T: Stored>(
     group: &Group,
     name: &str,
     shape: &[usize],
     units: &str,
     long_name: &str,
+    storage: Storage,
 ) -> hdf5::Result<Dataset> {
     let inner = shape.iter().skip(1).product::<usize>().max(1);
     let mut chunk = shape.to_vec();
     chunk[0] = (BLOCK / inner).clamp(1, shape[0].max(1));
-    let dataset = group
-        .new_dataset_builder()
-        .obj_track_times(false)
-        .shuffle()
-        .deflate(DEFLATE_LEVEL)
-        .chunk(chunk)
-        .empty::<T>()
-        .shape(shape.to_vec())
-        .create(name)?;
+    let dataset = match storage {
+        Storage::Own => group
+            .new_dataset_builder()
+            .obj_track_times(false)
+            .shuffle()
+            .deflate(DEFLATE_LEVEL)
+            .chunk(chunk)
+            .empty::<T>()
+            .shape(shape.to_vec())
+            .create(name)?,
+        Storage::Shards(shards) => shards.create::<T>(group, name, shape)?,
+    };
     write_text_attribute(&dataset, attribute::UNITS, units)?;
     write_text_attribute(&dataset, attribute::LONG_NAME, long_name)?;
     Ok(dataset)
@@ -385,17 +453,17 @@ pub(super) fn write_column(group: &Group, column: &Column) -> hdf5::Result<Datas
     let (name, units, long_name) = (&column.name, &column.units, &column.long_name);
     let dataset = match &column.data {
         ColumnData::Numbers(rows) => {
-            let dataset = create::<f64>(group, name, &[rows.len()], units, long_name)?;
+            let dataset = create::<f64>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
             dataset.write(&rows[..])?;
             dataset
         }
         ColumnData::Counts(rows) => {
-            let dataset = create::<i64>(group, name, &[rows.len()], units, long_name)?;
+            let dataset = create::<i64>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
             dataset.write(&rows[..])?;
             dataset
         }
         ColumnData::Codes(rows, flags) => {
-            let dataset = create::<i8>(group, name, &[rows.len()], units, long_name)?;
+            let dataset = create::<i8>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
             dataset.write(&rows[..])?;
             write_flags(&dataset, flags)?;
             dataset

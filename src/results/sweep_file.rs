@@ -11,7 +11,38 @@ use super::{ResultError, raw, target};
 #[derive(Debug)]
 pub struct SweepFile {
     path: PathBuf,
-    file: hdf5::File,
+    pub(super) file: hdf5::File,
+}
+
+/// Opens an HDF5 file of this or an earlier version of the program, whatever its format.
+pub(super) fn open_checked(path: &Path) -> Result<SweepFile, ResultError> {
+    if !path.exists() {
+        return Err(ResultError::NotFound { path: path.to_owned() });
+    }
+    if path.is_dir() {
+        return Err(ResultError::FolderIsNoResult { path: path.to_owned() });
+    }
+    if !target::has_hdf5_signature(path)? {
+        return Err(ResultError::NotHdf5 { path: path.to_owned() });
+    }
+    let file = hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .open(path)
+        .map_err(|error| ResultError::read(path, &error))?;
+    let version = file
+        .attr(schema::root::FORMAT_VERSION)
+        .and_then(|attribute| attribute.read_scalar::<i64>());
+    match version {
+        Ok(found) if found > i64::from(schema::FORMAT_VERSION) => Err(ResultError::Newer {
+            path: path.to_owned(),
+            found,
+            known: i64::from(schema::FORMAT_VERSION),
+        }),
+        _ => Ok(SweepFile {
+            path: path.to_owned(),
+            file,
+        }),
+    }
 }
 
 impl SweepFile {
@@ -20,35 +51,11 @@ impl SweepFile {
     /// # Errors
     /// A file that is not there, is no sweep file, is damaged, or is of a newer version of the program.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
-        if !path.exists() {
-            return Err(ResultError::NotFound { path: path.to_owned() });
-        }
-        if path.is_dir() {
-            return Err(ResultError::FolderIsNoResult { path: path.to_owned() });
-        }
-        if !target::has_hdf5_signature(path)? {
-            return Err(ResultError::NotHdf5 { path: path.to_owned() });
-        }
-        let file = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
-            .open(path)
-            .map_err(|error| ResultError::read(path, &error))?;
-        if text_attribute(&file, schema::root::FORMAT).as_deref() != Some(schema::SWEEP_FORMAT) {
-            return Err(ResultError::NotASweep { path: path.to_owned() });
-        }
-        let version = file
-            .attr(schema::root::FORMAT_VERSION)
-            .and_then(|attribute| attribute.read_scalar::<i64>());
-        match version {
-            Ok(found) if found > i64::from(schema::FORMAT_VERSION) => Err(ResultError::Newer {
-                path: path.to_owned(),
-                found,
-                known: i64::from(schema::FORMAT_VERSION),
-            }),
-            _ => Ok(SweepFile {
-                path: path.to_owned(),
-                file,
-            }),
+        let file = open_checked(path)?;
+        match file.text(schema::root::FORMAT).as_deref() {
+            Some(schema::SWEEP_FORMAT) => Ok(file),
+            Some(schema::SWEEP_SHARD_FORMAT) => Err(ResultError::OnlyAShard { path: path.to_owned() }),
+            _ => Err(ResultError::NotASweep { path: path.to_owned() }),
         }
     }
 
@@ -133,7 +140,7 @@ impl SweepFile {
         Ok(numbers.into_iter().map(|number| number as u64).zip(texts).collect())
     }
 
-    fn missing(&self, what: &str) -> ResultError {
+    pub(super) fn missing(&self, what: &str) -> ResultError {
         ResultError::Missing {
             path: self.path.clone(),
             what: format!("variable {what}"),

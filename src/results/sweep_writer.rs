@@ -8,6 +8,8 @@ use hdf5::Dataset;
 use super::attributes::{MetaValue, write_attributes, write_input, write_text_attribute};
 use super::schema;
 use super::sweep_columns::{Columns, write_column};
+use super::sweep_shard::{self, ShardPlan};
+use super::sweep_virtual::Storage;
 use super::table::{self, create_group};
 use super::target::{self, Overwrite, WriteLock};
 use super::{ResultError, Status, raw};
@@ -93,6 +95,8 @@ pub struct SweepPlan {
     /// How many points there are.
     pub points: usize,
     pub keep_events: bool,
+    /// Where the file holds a shard of the study and not the whole: which. Its points lie in a table.
+    pub shard: Option<ShardPlan>,
 }
 
 /// One event of a point: time (s), codes of kind and of the mode after it, relative velocity (rad/s), internal force (N).
@@ -163,14 +167,33 @@ impl SweepWriter {
         header: &SweepHeader,
         plan: &SweepPlan,
     ) -> Result<Self, ResultError> {
+        Self::create_with(path, overwrite, inputs, header, plan, Storage::Own)
+    }
+
+    /// The same with the points stored elsewhere.
+    pub(super) fn create_with(
+        path: &Path,
+        overwrite: Overwrite,
+        inputs: &[PathBuf],
+        header: &SweepHeader,
+        plan: &SweepPlan,
+        storage: Storage,
+    ) -> Result<Self, ResultError> {
         target::check_target(path, overwrite, inputs)?;
         let partial = target::partial_path(path);
         let lock = WriteLock::take(&partial)?;
         let made = lock.sibling();
         let _ = fs::remove_file(&made);
         let created = (|| {
-            let file = create_file(&made, header)?;
-            let columns = Columns::create(&file, plan)?;
+            let format = match plan.shard {
+                Some(_) => schema::SWEEP_SHARD_FORMAT,
+                None => schema::SWEEP_FORMAT,
+            };
+            let file = create_file(&made, header, format)?;
+            if let Some(shard) = &plan.shard {
+                sweep_shard::describe(&file, shard, plan)?;
+            }
+            let columns = Columns::create(&file, plan, storage)?;
             Ok((file, columns))
         })();
         let (file, columns) = created.map_err(|error| ResultError::write(path, false, &error))?;
@@ -193,6 +216,11 @@ impl SweepWriter {
         self.columns
             .push(row)
             .map_err(|error| ResultError::write(&self.path, false, &error))
+    }
+
+    /// Adds a point that failed to the table of failures, where the points themselves are stored elsewhere.
+    pub(super) fn push_failure(&mut self, number: i64, message: String) {
+        self.columns.push_failure(number, message);
     }
 
     /// Adds a group with a table; the first column is its dimension.
@@ -263,7 +291,7 @@ impl SweepWriter {
     }
 }
 
-fn create_file(path: &Path, header: &SweepHeader) -> hdf5::Result<hdf5::File> {
+fn create_file(path: &Path, header: &SweepHeader, format: &str) -> hdf5::Result<hdf5::File> {
     let file = table::create_file(path)?;
     for (name, text) in [
         (schema::root::CONVENTIONS, schema::CONVENTIONS),
@@ -271,7 +299,7 @@ fn create_file(path: &Path, header: &SweepHeader) -> hdf5::Result<hdf5::File> {
         (schema::root::SOURCE, &header.source),
         (schema::root::HISTORY, &header.history),
         (schema::root::REFERENCES, &header.references),
-        (schema::root::FORMAT, schema::SWEEP_FORMAT),
+        (schema::root::FORMAT, format),
         (DIGEST, &header.digest),
     ] {
         write_text_attribute(&file, name, text)?;

@@ -144,11 +144,7 @@ mod tests {
                     // 1e-10 for the run, a step's 1e-8 of a change of some 0.06 of the size: together below 1e-9. The
                     // residual is rounding itself, of energies.
                     let scale = if *name == "energy_residual" { 1e-3 } else { largest[k] };
-                    assert!(
-                        error <= 1e-9 * scale,
-                        "{name} at {}: {error:e} of {scale:e}",
-                        from.time
-                    );
+                    assert!(error <= 1e-9 * scale, "{name} at {}: {error:e} of {scale:e}", from.time);
                 }
             }
             if !modes.contains(&a.mode) {

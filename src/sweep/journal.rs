@@ -27,6 +27,28 @@ pub fn journal_path(path: &Path) -> PathBuf {
     path.with_extension("journal")
 }
 
+/// The journal that a rank of an MPI job keeps of the points it ran for the sweep into `map.h5`: `map.rank-3.journal`.
+pub fn rank_journal_path(path: &Path, rank: usize) -> PathBuf {
+    path.with_extension(format!("rank-{rank}.journal"))
+}
+
+/// The journals of ranks beside `map.h5`: while an MPI job runs, or after one that was killed.
+pub(super) fn rank_journals(path: &Path) -> io::Result<Vec<PathBuf>> {
+    let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let start = name(&path.with_extension("rank-")).unwrap_or_default();
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(crate::results::folder_of(path))? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let rank = name.strip_prefix(&start).and_then(|rest| rest.strip_suffix(".journal"));
+        if rank.is_some_and(|rank| rank.parse::<usize>().is_ok()) {
+            found.push(path.with_file_name(entry.file_name()));
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
 /// What can go wrong with a journal.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -212,6 +234,27 @@ impl Journal {
         }
     }
 
+    /// Takes over the points of another journal of the study that this one does not hold.
+    ///
+    /// # Errors
+    /// A failure of the disk.
+    pub fn absorb(&mut self, other: &mut Journal) -> Result<(), JournalError> {
+        const GROUP: usize = 256;
+        let mut group = Vec::new();
+        for number in 0..other.offsets.len() as u64 {
+            if !self.holds(number)
+                && let Some(outcome) = other.read(number)?
+            {
+                group.push(outcome);
+            }
+            if group.len() == GROUP {
+                self.append(&group)?;
+                group.clear();
+            }
+        }
+        if group.is_empty() { Ok(()) } else { self.append(&group) }
+    }
+
     /// Removes the journal: the sweep file is whole.
     ///
     /// # Errors
@@ -325,25 +368,47 @@ fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
     frame[4..].copy_from_slice(&crc32fast::hash(record).to_le_bytes());
 }
 
+/// Outcomes as the bytes of a message between members of a crew: the records of a journal.
+#[cfg(feature = "mpi")]
+pub(super) fn to_message(outcomes: &[Outcome]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    outcomes.iter().for_each(|outcome| encode(outcome, &mut bytes));
+    bytes
+}
+
+/// What [`to_message`] made; `None` for anything else.
+#[cfg(feature = "mpi")]
+pub(super) fn from_message(bytes: &[u8]) -> Option<Vec<Outcome>> {
+    let mut cursor = Cursor(bytes);
+    let mut outcomes = Vec::new();
+    while !cursor.0.is_empty() {
+        let frame: &[u8; FRAME] = cursor.take(FRAME)?.try_into().ok()?;
+        let length = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]);
+        let record = cursor.take(length as usize)?;
+        outcomes.push(checked(frame, record).and_then(decode)?);
+    }
+    Some(outcomes)
+}
+
 /// Takes a record apart from its front.
-struct Cursor<'a>(&'a [u8]);
+pub(super) struct Cursor<'a>(pub(super) &'a [u8]);
 
 impl<'a> Cursor<'a> {
-    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+    pub(super) fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (head, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
         Some(head)
     }
 
-    fn byte(&mut self) -> Option<u8> {
+    pub(super) fn byte(&mut self) -> Option<u8> {
         self.take(1).map(|bytes| bytes[0])
     }
 
-    fn whole(&mut self) -> Option<u64> {
+    pub(super) fn whole(&mut self) -> Option<u64> {
         Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
     }
 
-    fn float(&mut self) -> Option<f64> {
+    pub(super) fn float(&mut self) -> Option<f64> {
         self.whole().map(f64::from_bits)
     }
 }

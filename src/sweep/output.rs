@@ -1,15 +1,18 @@
 //! From a study to its file: what is left to run is run, and the journal becomes the sweep file.
 
 use super::boundary::{Boundaries, trace};
-use super::journal::{Existing, Journal, JournalError, journal_path};
+use super::crew::{Crew, Delivery, Threads, Work};
+use super::journal::{Existing, Journal, JournalError, journal_path, rank_journals};
 use super::quantities::{NO_COUNT, Outcome, QUANTITIES};
-use super::runner::{Integrate, Stopped, run_points};
+use super::runner::{Integrate, Stopped};
+use super::shard::Shard;
 use super::study::{Design, Point, Study};
 use crate::case::Setting;
 use crate::results::{
-    Overwrite, ResultError, Status, SweepAxis, SweepFile, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
-    SweepWriter, check_target,
+    Overwrite, Partition, ResultError, ShardFile, ShardPlan, Status, SweepAxis, SweepFile, SweepHeader, SweepLayout,
+    SweepPlan, SweepRow, SweepVariable, SweepWriter, check_target,
 };
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -20,6 +23,8 @@ pub struct SweepOptions<'a> {
     pub overwrite: Overwrite,
     /// Go on with what an interrupted sweep of the same study has left.
     pub resume: bool,
+    /// Only this part of the points, into the file of a shard.
+    pub shard: Option<Shard>,
     /// Threads.
     pub workers: usize,
     pub header: SweepHeader,
@@ -71,6 +76,30 @@ pub enum SweepError {
         "{path}: is the file of another study, or of this one before it was changed, so there is nothing to resume; choose another name with -o, or start anew without --resume"
     )]
     OtherStudy { path: PathBuf },
+    #[error(
+        "{path}: holds another shard ({found}, not {expected}), so there is nothing to resume; choose another name with -o, or start anew without --resume"
+    )]
+    OtherShard {
+        path: PathBuf,
+        found: String,
+        expected: Shard,
+    },
+    #[error("the study has {points} points, too few for {count} shards; use at most {points}")]
+    TooManyShards { points: u64, count: usize },
+    #[error(
+        "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split into shards; sweep it as one job on many threads (-j), or on many machines under MPI"
+    )]
+    BoundaryInShards,
+    #[error("{} no longer answers; what was computed is in the journals, and --resume goes on from there", ranks(.silent))]
+    Lost { silent: Vec<usize> },
+}
+
+fn ranks(silent: &[usize]) -> String {
+    let numbers: Vec<String> = silent.iter().map(usize::to_string).collect();
+    match &numbers[..] {
+        [one] => format!("rank {one}"),
+        _ => format!("each of the ranks {}", numbers.join(", ")),
+    }
 }
 
 impl From<Stopped<JournalError>> for SweepEnd {
@@ -111,45 +140,83 @@ pub fn sweep(
     options: &SweepOptions,
     progress: &mut dyn FnMut(SweepProgress),
 ) -> Result<SweepReport, SweepError> {
+    sweep_with(study, options, &mut Threads, progress)
+}
+
+/// The same with the points run by `crew`.
+///
+/// # Errors
+/// Those of [`sweep`], and members of the crew that were lost.
+pub fn sweep_with(
+    study: &Study,
+    options: &SweepOptions,
+    crew: &mut dyn Crew,
+    progress: &mut dyn FnMut(SweepProgress),
+) -> Result<SweepReport, SweepError> {
     let path = options.path;
     let digest = study.digest();
+    let part = options.shard.map(|shard| Part::of(study, shard)).transpose()?;
     check_target(path, options.overwrite, &study.files)?;
     let journal_file = journal_path(path);
     if study.files.contains(&journal_file) {
         return Err(ResultError::IsInput { path: journal_file }.into());
     }
-    if options.resume && !journal_file.exists() && path.exists() {
-        return already_there(path, &digest);
+    let nothing_left = || Ok::<_, SweepError>(!journal_file.exists() && ranks_left(path)?.is_empty());
+    if options.resume && path.exists() && nothing_left()? {
+        return already_there(path, &digest, options.shard);
     }
     let existing = match (options.resume, options.overwrite) {
         (true, _) => Existing::Resume,
         (false, Overwrite::Force) => Existing::Discard,
         (false, _) => Existing::Refuse,
     };
-    let journal = Journal::open(&journal_file, &digest, existing)?;
+    let mut journal = Journal::open(&journal_file, &digest, existing)?;
+    gather(&mut journal, path, &digest, existing)?;
     let before = journal.points();
+    crew.begin();
     let mut state = Running {
         study,
         options,
         journal,
+        crew,
         progress,
         failed: 0,
+        stored: 0,
+        outcomes: HashMap::new(),
     };
     let mut points = Points::of(study);
     let mut boundaries = None;
     let ended = match &study.design {
         Design::Boundary(spec) => trace(spec, &mut state, &mut points).map(|found| boundaries = Some(found)),
-        _ => state.run_numbers(study.point_count().unwrap_or(0)),
+        _ => state.run_numbers(study.point_count().unwrap_or(0), part.as_ref()),
     };
+    let silent = state.crew.dismiss();
     let interrupted = match ended {
         Ok(()) => false,
         Err(SweepEnd::Interrupted) => true,
         Err(SweepEnd::Error(error)) => return Err(error),
     };
-    let run_now = state.journal.points() - before;
     let Running { mut journal, .. } = state;
-    let (file, failed, failures) = write(study, options, &mut journal, &points, boundaries.as_ref(), interrupted)?;
-    let done = journal.points();
+    if !silent.is_empty() {
+        return Err(SweepError::Lost { silent });
+    }
+    gather(&mut journal, path, &digest, Existing::Resume)?;
+    let run_now = journal.points() - before;
+    let written = write(
+        study,
+        options,
+        &mut journal,
+        &points,
+        part.as_ref(),
+        boundaries.as_ref(),
+        interrupted,
+    )?;
+    let Written {
+        file,
+        done,
+        failed,
+        failures,
+    } = written;
     if !interrupted {
         journal.remove()?;
     }
@@ -164,14 +231,48 @@ pub fn sweep(
     })
 }
 
-/// The report of a sweep that had been complete before it was resumed.
-fn already_there(path: &Path, digest: &str) -> Result<SweepReport, SweepError> {
-    let file = SweepFile::open(path)?;
-    if file.digest().as_deref() != Some(digest) {
-        return Err(SweepError::OtherStudy { path: path.to_owned() });
+fn ranks_left(path: &Path) -> Result<Vec<PathBuf>, SweepError> {
+    rank_journals(path).map_err(|error| ResultError::io(path, "looking for the journals of ranks", error).into())
+}
+
+/// Brings what ranks have left in journals of their own into the journal of the sweep, or does with them what is to be
+/// done with that one.
+fn gather(journal: &mut Journal, path: &Path, digest: &str, existing: Existing) -> Result<(), SweepError> {
+    for file in ranks_left(path)? {
+        let mut other = Journal::open(&file, digest, existing)?;
+        journal.absorb(&mut other)?;
+        other.remove()?;
     }
-    let points = file.numbers("status")?.len() as u64;
-    let mut failures = file.failures()?;
+    Ok(())
+}
+
+/// The report of a sweep that had been complete before it was resumed.
+fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> Result<SweepReport, SweepError> {
+    let other = || SweepError::OtherStudy { path: path.to_owned() };
+    let (points, mut failures) = match shard {
+        None => {
+            let file = SweepFile::open(path)?;
+            if file.digest().as_deref() != Some(digest) {
+                return Err(other());
+            }
+            (file.numbers("status")?.len() as u64, file.failures()?)
+        }
+        Some(expected) => {
+            let file = ShardFile::open(path)?;
+            if file.digest().as_deref() != Some(digest) {
+                return Err(other());
+            }
+            let (found, count) = (file.shard() + 1, file.partition().shards());
+            if (found, count) != (expected.index(), expected.count()) {
+                return Err(SweepError::OtherShard {
+                    path: path.to_owned(),
+                    found: format!("{found} of {count}"),
+                    expected,
+                });
+            }
+            (file.done()? as u64, file.failures()?)
+        }
+    };
     let failed = failures.len() as u64;
     failures.truncate(NAMED_FAILURES);
     Ok(SweepReport {
@@ -183,6 +284,37 @@ fn already_there(path: &Path, digest: &str) -> Result<SweepReport, SweepError> {
         failed,
         boundaries: None,
     })
+}
+
+/// The points of one shard.
+struct Part {
+    /// Counted from 0.
+    shard: usize,
+    partition: Partition,
+    shape: Vec<usize>,
+}
+
+impl Part {
+    fn of(study: &Study, shard: Shard) -> Result<Self, SweepError> {
+        let points = study.point_count().ok_or(SweepError::BoundaryInShards)?;
+        if points < shard.count() as u64 {
+            let count = shard.count();
+            return Err(SweepError::TooManyShards { points, count });
+        }
+        let shape = match study.design {
+            Design::Grid => study.axes.iter().map(|axis| axis.levels.len()).collect(),
+            _ => vec![points as usize],
+        };
+        Ok(Part {
+            shard: shard.index() - 1,
+            partition: Partition::new(&shape, shard.count()),
+            shape,
+        })
+    }
+
+    fn holds(&self, number: u64) -> bool {
+        self.partition.owner(number as usize) == self.shard
+    }
 }
 
 /// The points of a study by their numbers.
@@ -221,20 +353,28 @@ pub(super) struct Running<'a> {
     pub(super) study: &'a Study,
     options: &'a SweepOptions<'a>,
     journal: Journal,
+    crew: &'a mut dyn Crew,
     progress: &'a mut dyn FnMut(SweepProgress),
     failed: u64,
+    /// Points that others have stored, and what they came to where a boundary is traced.
+    stored: u64,
+    outcomes: HashMap<u64, Outcome>,
 }
 
 impl Running<'_> {
-    /// Runs the points below `count` that the journal does not hold.
-    fn run_numbers(&mut self, count: u64) -> Result<(), SweepEnd> {
+    /// Runs the points below `count`, of a shard if there is one, that the journal does not hold.
+    fn run_numbers(&mut self, count: u64, part: Option<&Part>) -> Result<(), SweepEnd> {
         let study = self.study;
         // Asked before the journal is lent to the writer of outcomes; a bit for each point.
-        let held: Vec<bool> = (0..count).map(|number| self.journal.holds(number)).collect();
+        let wanted = |number: u64| part.is_none_or(|part| part.holds(number));
+        let left: Vec<bool> = (0..count)
+            .map(|number| wanted(number) && !self.journal.holds(number))
+            .collect();
+        let total = part.map_or(count, |part| part.partition.size(part.shard) as u64);
         let points = (0..count)
-            .filter(|&number| !held[number as usize])
+            .filter(|&number| left[number as usize])
             .filter_map(|number| study.point(number));
-        self.run(points, count, false)
+        self.run(points, total, false)
     }
 
     /// Runs a round of points that come after the first `start`, and returns the outcomes of all of them in their order.
@@ -254,48 +394,68 @@ impl Running<'_> {
         self.run(points, start + coordinates.len() as u64, true)?;
         let mut outcomes = Vec::with_capacity(coordinates.len());
         for k in 0..coordinates.len() {
-            let outcome = self.journal.read(numbered(k))?;
+            let outcome = match self.outcomes.remove(&numbered(k)) {
+                Some(outcome) => Some(outcome),
+                None => self.journal.read(numbered(k))?,
+            };
             outcomes.push(outcome.ok_or(SweepEnd::Interrupted)?);
         }
         Ok(outcomes)
     }
 
-    fn run(&mut self, points: impl Iterator<Item = Point> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
+    fn run(&mut self, mut points: impl Iterator<Item = Point> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
         let Running {
             study,
             options,
             journal,
+            crew,
             progress,
             failed,
+            stored,
+            outcomes,
         } = self;
-        let mut show = |journal: &Journal, failed: u64| {
+        let mut show = |done: u64, failed: u64| {
             progress(SweepProgress {
-                done: journal.points(),
+                done,
                 total,
                 open,
                 failed,
             });
         };
-        show(journal, *failed);
-        run_points(
+        show(journal.points() + *stored, *failed);
+        let work = Work {
             study,
-            points,
-            options.workers,
-            options.stop,
-            options.integrate,
-            |group| {
-                journal.append(&group)?;
-                *failed += group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
-                show(journal, *failed);
-                Ok(())
-            },
-        )
-        .map_err(SweepEnd::from)
+            workers: options.workers,
+            integrate: options.integrate,
+            stop: options.stop,
+        };
+        let mut deliver = |delivery: Delivery| {
+            let (Delivery::Unstored(group) | Delivery::Stored(group)) = &delivery;
+            let failures = group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
+            match delivery {
+                Delivery::Unstored(group) => journal.append(&group)?,
+                Delivery::Stored(group) => {
+                    *stored += group.len() as u64;
+                    if open {
+                        outcomes.extend(group.into_iter().map(|outcome| (outcome.number, outcome)));
+                    }
+                }
+            }
+            *failed += failures;
+            show(journal.points() + *stored, *failed);
+            Ok(())
+        };
+        crew.run(&work, &mut points, &mut deliver).map_err(SweepEnd::from)
     }
 }
 
-/// A sweep file, how many of its points failed, and the first of them.
-type Written = (PathBuf, u64, Vec<(u64, String)>);
+/// A sweep file, how many of its points are done and how many of them failed, and the first of those.
+struct Written {
+    file: PathBuf,
+    done: u64,
+    failed: u64,
+    failures: Vec<(u64, String)>,
+}
 
 /// Makes the sweep file from the journal, in the order of the points.
 fn write(
@@ -303,6 +463,7 @@ fn write(
     options: &SweepOptions,
     journal: &mut Journal,
     points: &Points,
+    part: Option<&Part>,
     boundaries: Option<&Boundaries>,
     interrupted: bool,
 ) -> Result<Written, SweepError> {
@@ -332,17 +493,26 @@ fn write(
         long_name: quantity.description.to_owned(),
         count_fill: quantity.count.then_some(NO_COUNT),
     });
+    let whole = layout;
+    // The points of a shard are no grid.
+    let layout = part.map_or(whole, |_| SweepLayout::Table);
     let plan = SweepPlan {
         layout,
         axes: axes.collect(),
         variables: variables.collect(),
-        points: count as usize,
+        points: part.map_or(count as usize, |part| part.partition.size(part.shard)),
         keep_events: study.keep.events,
+        shard: part.map(|part| ShardPlan {
+            shard: part.shard,
+            partition: part.partition.clone(),
+            layout: whole,
+            shape: part.shape.clone(),
+        }),
     };
     let mut writer = SweepWriter::create(options.path, options.overwrite, &study.files, &options.header, &plan)?;
-    let mut failed = 0;
+    let (mut done, mut failed) = (0, 0);
     let mut failures = Vec::new();
-    for number in 0..count {
+    for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
         let coordinates = match layout {
             SweepLayout::Grid => Vec::new(),
             SweepLayout::Table => {
@@ -360,6 +530,7 @@ fn write(
             ..SweepRow::default()
         };
         if let Some(outcome) = journal.read(number)? {
+            done += 1;
             row.events = outcome
                 .events
                 .iter()
@@ -394,7 +565,12 @@ fn write(
     } else {
         Status::Complete
     };
-    Ok((writer.finish(&status)?, failed, failures))
+    Ok(Written {
+        file: writer.finish(&status)?,
+        done,
+        failed,
+        failures,
+    })
 }
 
 /// The words on an axis, each once, in the order of their first point; none where all values are numbers.

@@ -1,0 +1,96 @@
+#!/usr/bin/env bash
+# One machine, a Slurm job array of four and the ranks of an MPI job give identical files:
+#
+#   .ci/slurm.sh .ci/cluster.sh PROGRAM MPI_PROGRAM FOLDER
+#
+# by the scripts of examples/cluster, with a task and an MPI job that are taken off their node on the way and started
+# again. MPI_PROGRAM is the program built with MPI. FOLDER is made; the files one.h5 and virtual.h5 are left in it.
+set -euo pipefail
+program=$1
+mpi_program=$2
+folder=$3
+examples=$(cd "$(dirname "$0")/../examples/cluster" && pwd)
+rm -rf "$folder"
+mkdir -p "$folder"
+cd "$folder"
+# mpirun asks for it where jobs run as root.
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+
+# A map of which a part is no valid case; some seconds on one thread.
+cat >map.toml <<'STUDY'
+title = "sticks over damping and decay"
+case = "paper"
+[set]
+solver.method = "series"
+perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
+[[axis]]
+key = "friction.low_speed"
+values = [0.5, 0.6, 0.7]
+[[axis]]
+key = "torsion.damping"
+from = 10
+to = 60
+count = 20
+[[axis]]
+key = "friction.decay"
+from = 2
+to = 150
+count = 16
+spacing = "log"
+[keep]
+events = true
+STUDY
+
+complain() {
+  echo "$0: $1" >&2
+  squeue >&2 || true
+  tail -n 20 ./*.shards/log/*.log ./*.log >&2 2>/dev/null || true
+  exit 1
+}
+
+# wait_for WHAT COMMAND...: until the command succeeds, for three minutes at most.
+wait_for() {
+  local what=$1
+  shift
+  for _ in {1..1800}; do
+    "$@" >/dev/null 2>&1 && return
+    sleep 0.1
+  done
+  complain "$what"
+}
+is_gone() { [[ -z $(squeue --noheader --jobs="$1" 2>/dev/null) ]]; }
+has_points() { [[ $(stat --format=%s "$1" 2>/dev/null || echo 0) -gt 20000 ]]; }
+restarted() { [[ $(scontrol show job "$1" | sed -n 's/.*Restarts=\([0-9]*\).*/\1/p' | head -n 1) -ge 1 ]]; }
+
+"$program" sweep map.toml --quiet --output one.h5
+
+submitted=$(STICKSLIP=$program "$examples/submit.sh" map.toml array.h5 4)
+echo "$submitted"
+array=$(sed -E 's/array ([0-9]+),.*/\1/' <<<"$submitted")
+merger=$(sed -E 's/.*merger ([0-9]+),.*/\1/' <<<"$submitted")
+wait_for "no task of the array began" has_points array.shards/1.journal
+scontrol requeue "${array}_1"
+wait_for "the task was not started again" restarted "${array}_1"
+wait_for "the array and its merger do not end" is_gone "$merger"
+[[ -f array.h5 ]] || complain "the merger left no file"
+grep -q "of them now" array.shards/log/1.log || complain "the task that was started again did not go on"
+cmp one.h5 array.h5
+echo "a job array of four: the bytes of one machine, a task of it having been queued again"
+
+# The same command once more finds everything done, and is told that the result exists.
+submitted=$(STICKSLIP=$program "$examples/submit.sh" map.toml array.h5 4)
+wait_for "the second array does not end" is_gone "$(sed -E 's/.*merger ([0-9]+),.*/\1/' <<<"$submitted")"
+[[ $(cat array.shards/log/?.log | grep -c "none of them run now") == 4 ]] || complain "a shard was run again"
+grep -q "array.h5: exists" array.shards/log/merge.log || complain "the result was replaced"
+
+job=$(STICKSLIP=$mpi_program sbatch --parsable --ntasks=2 --output=mpi.log "$examples/mpi.sbatch" map.toml mpi.h5)
+wait_for "the MPI job does not begin" has_points mpi.rank-1.journal
+scontrol requeue "$job"
+wait_for "the MPI job was not started again" restarted "$job"
+wait_for "the MPI job does not end" is_gone "$job"
+grep -q "of them now" mpi.log || complain "the MPI job that was started again did not go on"
+[[ -f mpi.h5 ]] || complain "the MPI job left no file"
+cmp one.h5 mpi.h5
+echo "two ranks of an MPI job: the bytes of one machine, the job having been queued again"
+
+"$program" merge array.shards/?.h5 --virtual --output virtual.h5 --quiet

@@ -1,0 +1,73 @@
+//! `stickslip merge`.
+
+use super::arguments::{Common, MergeOptions};
+use super::{CommandError, End, print, print_json, provenance};
+use crate::results::{MergeError, ResultError};
+use serde::Serialize;
+
+/// The JSON document of a merger.
+#[derive(Serialize)]
+struct MergeDocument {
+    file: String,
+    digest: String,
+    shards: usize,
+    points: usize,
+    failed: usize,
+    /// Whether the points stay in the shards.
+    r#virtual: bool,
+}
+
+/// Puts the shards of a study together and reports it.
+pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, CommandError> {
+    let meta: Vec<String> = provenance::build().into_iter().map(|(name, _)| name).collect();
+    let report = crate::results::merge(&crate::results::MergeOptions {
+        shards: &options.shards,
+        output: &options.output,
+        replace: options.force,
+        by_reference: options.by_reference,
+        meta: &meta,
+    })
+    .map_err(|error| command_error(&error))?;
+    if common.json {
+        print_json(&MergeDocument {
+            file: report.file.display().to_string(),
+            digest: report.digest,
+            shards: report.shards,
+            points: report.points,
+            failed: report.failed,
+            r#virtual: options.by_reference,
+        })?;
+    } else if !common.quiet {
+        let where_they_are = if options.by_reference {
+            ", which stay in the shards"
+        } else {
+            ""
+        };
+        let failed = match report.failed {
+            0 => String::new(),
+            failed => format!(" ({failed} failed)"),
+        };
+        let (points, shards) = (report.points, report.shards);
+        let file = report.file.display();
+        print(&format!(
+            "{points} points{failed} of {shards} shards{where_they_are}\n{file}\n"
+        ))?;
+    }
+    if report.failed == report.points {
+        return Err(CommandError::Computation(format!(
+            "all {} points failed. The messages are in /failures of {}",
+            report.points,
+            report.file.display()
+        )));
+    }
+    Ok(End::Done)
+}
+
+fn command_error(error: &MergeError) -> CommandError {
+    match error {
+        MergeError::File(ResultError::Io { .. } | ResultError::Write { .. } | ResultError::DiskFull { .. }) => {
+            CommandError::Computation(error.to_string())
+        }
+        _ => CommandError::Input(error.to_string()),
+    }
+}

@@ -1,0 +1,131 @@
+//! One of several parts into which a study is split, for machines that share nothing but the study.
+
+use std::fmt;
+
+/// Shard `index` (from 1) of `count`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    index: usize,
+    count: usize,
+}
+
+/// More shards than this are a slip of the pen: Slurm's arrays end at 4,000,001.
+const MOST_SHARDS: usize = 10_000_000;
+
+impl Shard {
+    /// Shard `index` of `count`; `None` unless 1 <= `index` <= `count` <= 10,000,000.
+    pub fn new(index: usize, count: usize) -> Option<Self> {
+        ((1..=count).contains(&index) && count <= MOST_SHARDS).then_some(Shard { index, count })
+    }
+
+    /// Reads `K/N`, or `slurm`, with which the task of a job array takes K and N from the variables that Slurm sets:
+    /// K is the place of the task's number in the array, so that arrays from 0 and from 1 both do.
+    ///
+    /// # Errors
+    /// What is wrong and what is expected.
+    pub fn parse(text: &str, variable: &dyn Fn(&str) -> Option<String>) -> Result<Self, String> {
+        if text == "slurm" {
+            return Self::of_slurm(variable);
+        }
+        let pair = text
+            .split_once('/')
+            .and_then(|(index, count)| Some((index.trim().parse().ok()?, count.trim().parse().ok()?)));
+        match pair {
+            Some((index, count)) => Shard::new(index, count)
+                .ok_or_else(|| format!("\"{text}\" is no shard: K/N with K from 1 to N, N at most {MOST_SHARDS}")),
+            None => Err(format!(
+                "\"{text}\" is no shard: write K/N, such as 3/8 for the third of eight, or slurm in the task of a job array"
+            )),
+        }
+    }
+
+    fn of_slurm(variable: &dyn Fn(&str) -> Option<String>) -> Result<Self, String> {
+        let number = |name: &str| -> Result<Option<usize>, String> {
+            match variable(name) {
+                None => Ok(None),
+                Some(text) => match text.trim().parse() {
+                    Ok(number) => Ok(Some(number)),
+                    Err(_) => Err(format!(
+                        "slurm: {name} is \"{text}\", not a whole number; give the shard as K/N"
+                    )),
+                },
+            }
+        };
+        let needed = |name: &str| {
+            number(name)?.ok_or_else(|| {
+                format!("slurm: {name} is not set, so this is no task of a Slurm job array; submit with sbatch --array, or give the shard as K/N")
+            })
+        };
+        let task = needed("SLURM_ARRAY_TASK_ID")?;
+        let (first, last) = (needed("SLURM_ARRAY_TASK_MIN")?, needed("SLURM_ARRAY_TASK_MAX")?);
+        let count = needed("SLURM_ARRAY_TASK_COUNT")?;
+        let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
+        // An array of chosen numbers, such as the tasks of another that failed, does not say what their shards were.
+        let even = last.checked_sub(first).is_some_and(|range| range / step + 1 == count);
+        let place = task.checked_sub(first).filter(|place| even && place % step == 0);
+        place
+            .and_then(|place| Shard::new(place / step + 1, count))
+            .ok_or_else(|| {
+                format!("slurm: the {count} tasks of this array are not {first} to {last} in even steps, so the shard of task {task} is not clear; submit an array such as 1-{count}, or give the shard as K/N")
+            })
+    }
+
+    /// Which, counted from 1.
+    pub fn index(self) -> usize {
+        self.index
+    }
+
+    /// Of how many.
+    pub fn count(self) -> usize {
+        self.count
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} of {}", self.index, self.count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str, variables: &[(&str, &str)]) -> Result<Shard, String> {
+        let of = |name: &str| {
+            let found = variables
+                .iter()
+                .find(|(key, _)| key.strip_prefix("SLURM_ARRAY_TASK_").unwrap_or(key) == &name[17..]);
+            found.map(|(_, value)| (*value).to_owned())
+        };
+        Shard::parse(text, &of)
+    }
+
+    #[test]
+    fn analytic_a_shard_is_given_or_the_place_in_a_job_array() {
+        let shard = |index, count| Ok(Shard { index, count });
+        assert_eq!(parsed("3/8", &[]), shard(3, 8));
+        for (id, min, max, step, count, index) in [
+            ("4", "1", "4", "1", "4", 4),
+            ("0", "0", "3", "1", "4", 1),
+            ("3", "0", "3", "1", "4", 4),
+            ("9", "5", "9", "2", "3", 3),
+        ] {
+            let variables = [("ID", id), ("MIN", min), ("MAX", max), ("STEP", step), ("COUNT", count)];
+            assert_eq!(parsed("slurm", &variables), shard(index, count.parse().unwrap()));
+        }
+        for text in ["0/4", "5/4", "1/0", "1/20000000", "a/b", "3", "", "-1/4", "1/4/2"] {
+            assert!(parsed(text, &[]).unwrap_err().contains("is no shard"), "{text}");
+        }
+        assert!(
+            parsed("slurm", &[])
+                .unwrap_err()
+                .contains("SLURM_ARRAY_TASK_ID is not set")
+        );
+        // An array of chosen numbers, such as 1,4,6.
+        let listed = [("ID", "1"), ("MIN", "1"), ("MAX", "6"), ("COUNT", "3")];
+        assert!(parsed("slurm", &listed).unwrap_err().contains("is not clear"));
+        let odd = [("ID", "one"), ("MIN", "1"), ("MAX", "3"), ("COUNT", "3")];
+        assert!(parsed("slurm", &odd).unwrap_err().contains("not a whole number"));
+    }
+}
