@@ -21,13 +21,17 @@ mod sampling;
 mod source;
 mod study;
 
+pub(crate) use axis::read as read_axis;
 pub use axis::{Axis, Range, Spacing};
 pub use boundary::{Boundaries, BoundaryPoint, Branch, Curve, Line};
 pub use criterion::{BoundarySpec, Comparison, Criterion};
 pub use journal::{Existing, Journal, JournalError, journal_path};
+pub(crate) use output::sweep_variables;
 pub use output::{SweepError, SweepOptions, SweepProgress, SweepReport, sweep};
 pub use quantities::{EventRow, NO_COUNT, Outcome, QUANTITIES, Quantity, Values, quantity_index};
+pub(crate) use reading::{Reader, whole_number};
 pub use runner::{Integrate, IntegrateError, Stopped, run_point, run_points, without_a_file};
 pub use sampling::SampleMethod;
 pub use source::{BuiltInStudy, STUDIES, StudySource};
 pub use study::{Design, Keep, Point, Study};
+pub(crate) use study::{read_base, read_settings};

@@ -326,16 +326,10 @@ fn write(
         words: words[k].clone(),
         values: axis.levels.iter().map(|level| code(k, level)).collect(),
     });
-    let variables = QUANTITIES.iter().map(|quantity| SweepVariable {
-        name: quantity.name.to_owned(),
-        units: quantity.unit.to_owned(),
-        long_name: quantity.description.to_owned(),
-        count_fill: quantity.count.then_some(NO_COUNT),
-    });
     let plan = SweepPlan {
         layout,
         axes: axes.collect(),
-        variables: variables.collect(),
+        variables: sweep_variables(),
         points: count as usize,
         keep_events: study.keep.events,
     };
@@ -395,6 +389,17 @@ fn write(
         Status::Complete
     };
     Ok((writer.finish(&status)?, failed, failures))
+}
+
+/// The variables of a sweep file: one for each of [`QUANTITIES`].
+pub(crate) fn sweep_variables() -> Vec<SweepVariable> {
+    let variables = QUANTITIES.iter().map(|quantity| SweepVariable {
+        name: quantity.name.to_owned(),
+        units: quantity.unit.to_owned(),
+        long_name: quantity.description.to_owned(),
+        count_fill: quantity.count.then_some(NO_COUNT),
+    });
+    variables.collect()
 }
 
 /// The words on an axis, each once, in the order of their first point; none where all values are numbers.
