@@ -93,6 +93,7 @@ fn sweeping(study: &Study, workers: usize) -> f64 {
     let folder = tempfile::tempdir().expect("a folder");
     let clock = Instant::now();
     let options = SweepOptions {
+        shard: None,
         path: &folder.path().join("bench.h5"),
         overwrite: Overwrite::OwnResults,
         resume: false,

@@ -17,10 +17,12 @@
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 120 digits |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
+//! | [`calibrate`] | parameters that reproduce measured numbers |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
 //! | [`cli`] | arguments to validated options to a call |
 
 pub mod analysis;
+pub mod calibrate;
 pub mod case;
 pub mod cli;
 pub mod hybrid;

@@ -203,6 +203,32 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     Ok(number * unit.value)
 }
 
+/// A number as it was printed, and half a unit of its last digit, both in the SI unit of `dimension`: `6.975 s` stands
+/// for what lies within 0.0005 s of it. A plain number, such as `48`, may stand in quotes here.
+///
+/// # Errors
+/// As those of [`parse`].
+pub(crate) fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
+    let plain = dimension == Dimension::Number;
+    let number = split_number(text).filter(|(_, unit)| !plain || unit.is_empty());
+    let (number, unit) = number.ok_or_else(|| format!("\"{text}\" is not {}", expectation(dimension)))?;
+    let value = if plain {
+        decimal(number)?
+    } else {
+        exact(text, dimension)?
+    };
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let places = mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+    // The exponent has been read as a number above.
+    let last = exponent.parse::<i32>().unwrap_or(0) - places as i32;
+    let half = decimal("0.5")? * power_of_ten(last);
+    let half = if plain { half } else { half * expand(unit)?.value };
+    match (value.to_f64(), half.to_f64()) {
+        (Some(value), Some(half)) if value.is_finite() && half.is_finite() => Ok((value, half)),
+        _ => Err(format!("\"{text}\" is too large for double precision")),
+    }
+}
+
 /// How many of the SI unit of `dimension` one `unit` is: 0.10471... for `rpm` as an angular velocity.
 ///
 /// # Errors

@@ -56,6 +56,8 @@ pub(super) enum Command {
     Sweep(SweepOptions),
     /// Put the shards of a sweep together.
     Merge(MergeOptions),
+    /// Find the parameters that reproduce measured numbers.
+    Calibrate(CalibrateOptions),
     /// Draw figures of result files, or write an interactive page.
     #[command(
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
@@ -191,6 +193,31 @@ pub(super) struct MergeOptions {
     #[arg(long = "virtual")]
     pub by_reference: bool,
     /// Replace a file that exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CalibrateOptions {
+    /// A TOML file, or a built-in study.
+    #[arg(value_name = "STUDY", default_value = crate::calibrate::CALIBRATIONS[0].name)]
+    pub study: String,
+    /// Result file, with every run [default: STUDY.h5].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Write the case with the calibrated parameters, ready to run (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub case: Option<PathBuf>,
+    /// Threads [default: one for each processor].
+    #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
+    pub jobs: Option<usize>,
+    /// Integration method, the same as --set solver.method=M [default: series].
+    #[arg(long, value_name = "M")]
+    pub method: Option<String>,
+    /// Override a key of the base case.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
 }

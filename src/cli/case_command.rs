@@ -2,6 +2,7 @@
 
 use super::arguments::{CaseOptions, Common};
 use super::{CommandError, End, print, print_json, terminal};
+use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
 use crate::case::{Case, CaseError, CaseSource, Origin, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
@@ -16,7 +17,7 @@ struct Listed {
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
     let input = |error: CaseError| CommandError::Input(error.to_string());
     if let Some(name) = &options.name {
-        let source = match STUDIES.iter().find(|study| study.name == name) {
+        let source = match STUDIES.iter().chain(CALIBRATIONS).find(|study| study.name == name) {
             Some(study) => CaseSource {
                 text: study.text.to_owned(),
                 origin: Origin::BuiltIn(study.name.to_owned()),
@@ -43,6 +44,13 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         listed.push(Listed {
             name: study.name,
             title: Study::parse(source, &[]).map_err(input)?.title,
+        });
+    }
+    for study in CALIBRATIONS {
+        let source = CalibrationStudy::built_in(study.name).map_err(input)?;
+        listed.push(Listed {
+            name: study.name,
+            title: CalibrationStudy::parse(source, &[]).map_err(input)?.runs.title,
         });
     }
     if common.json {

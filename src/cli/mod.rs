@@ -1,6 +1,7 @@
 //! The command line: arguments to validated options to a call.
 
 mod arguments;
+mod calibrate;
 mod case_command;
 mod certify;
 mod certify_report;
@@ -82,6 +83,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Compare(options) => compare::compare(&options, &common),
         Command::Sweep(options) => sweep::sweep(&options, &common),
         Command::Merge(options) => merge::merge(&options, &common),
+        Command::Calibrate(options) => calibrate::calibrate(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),

@@ -440,7 +440,7 @@ fn create<T: Stored>(
     Ok(dataset)
 }
 
-fn write_flags(dataset: &Dataset, flags: &[(i8, &'static str)]) -> hdf5::Result<()> {
+fn write_flags(dataset: &Dataset, flags: &[(i8, &str)]) -> hdf5::Result<()> {
     let (values, meanings): (Vec<i8>, Vec<&str>) = flags.iter().copied().unzip();
     dataset
         .new_attr_builder()
@@ -465,7 +465,8 @@ pub(super) fn write_column(group: &Group, column: &Column) -> hdf5::Result<Datas
         ColumnData::Codes(rows, flags) => {
             let dataset = create::<i8>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
             dataset.write(&rows[..])?;
-            write_flags(&dataset, flags)?;
+            let flags: Vec<(i8, &str)> = flags.iter().map(|(code, word)| (*code, word.as_str())).collect();
+            write_flags(&dataset, &flags)?;
             dataset
         }
     };

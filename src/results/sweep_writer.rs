@@ -131,7 +131,7 @@ pub enum ColumnData {
     Numbers(Vec<f64>),
     Counts(Vec<i64>),
     /// Codes, and what they mean.
-    Codes(Vec<i8>, Vec<(i8, &'static str)>),
+    Codes(Vec<i8>, Vec<(i8, String)>),
 }
 
 /// Writes one sweep file, beside its name until it is whole.

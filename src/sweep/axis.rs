@@ -63,7 +63,7 @@ pub struct Axis {
 
 impl Axis {
     /// The value at a share of the axis, in [0, 1): of the range, or one of the list.
-    pub(super) fn at(&self, share: f64) -> Setting {
+    pub(crate) fn at(&self, share: f64) -> Setting {
         match self.range {
             Some(range) => Setting::Number(range.at(share)),
             None => {
@@ -96,7 +96,7 @@ const MOST_LEVELS: u64 = 10_000_000;
 const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
 
 /// Reads one `[[axis]]`; `sampled` says that a range has no count, because a sample is drawn from it.
-pub(super) fn read(reader: &mut Reader, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
+pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
     let Value::Table(entries) = &node.value else {
         reader.report(
             node,

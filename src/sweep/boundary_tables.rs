@@ -86,7 +86,8 @@ impl Boundaries {
                 numbers(&|p| p.unmet[k]),
             ));
         }
-        let branches = vec![(0, "lower"), (1, "upper"), (2, "nose")];
+        let branches = [(0, "lower"), (1, "upper"), (2, "nose")];
+        let branches = branches.map(|(code, word)| (code, word.to_owned())).to_vec();
         let codes = rows.iter().map(|row| row.2.branch as i8).collect();
         columns.push(column(
             "branch",

@@ -487,19 +487,13 @@ fn write(
         words: words[k].clone(),
         values: axis.levels.iter().map(|level| code(k, level)).collect(),
     });
-    let variables = QUANTITIES.iter().map(|quantity| SweepVariable {
-        name: quantity.name.to_owned(),
-        units: quantity.unit.to_owned(),
-        long_name: quantity.description.to_owned(),
-        count_fill: quantity.count.then_some(NO_COUNT),
-    });
     let whole = layout;
     // The points of a shard are no grid.
     let layout = part.map_or(whole, |_| SweepLayout::Table);
     let plan = SweepPlan {
         layout,
         axes: axes.collect(),
-        variables: variables.collect(),
+        variables: sweep_variables(),
         points: part.map_or(count as usize, |part| part.partition.size(part.shard)),
         keep_events: study.keep.events,
         shard: part.map(|part| ShardPlan {
@@ -571,6 +565,17 @@ fn write(
         failed,
         failures,
     })
+}
+
+/// The variables of a sweep file: one for each of [`QUANTITIES`].
+pub(crate) fn sweep_variables() -> Vec<SweepVariable> {
+    let variables = QUANTITIES.iter().map(|quantity| SweepVariable {
+        name: quantity.name.to_owned(),
+        units: quantity.unit.to_owned(),
+        long_name: quantity.description.to_owned(),
+        count_fill: quantity.count.then_some(NO_COUNT),
+    });
+    variables.collect()
 }
 
 /// The words on an axis, each once, in the order of their first point; none where all values are numbers.

@@ -4,14 +4,14 @@ use crate::case::document::{Node, Value};
 use crate::case::{CaseError, Problem, schema, suggest};
 
 /// Collects what is wrong with a study.
-pub(super) struct Reader {
-    pub(super) label: String,
+pub(crate) struct Reader {
+    pub(crate) label: String,
     /// Each with the rank of its place.
     problems: Vec<(usize, Problem)>,
 }
 
 impl Reader {
-    pub(super) fn new(label: String) -> Self {
+    pub(crate) fn new(label: String) -> Self {
         Reader {
             label,
             problems: Vec::new(),
@@ -19,7 +19,7 @@ impl Reader {
     }
 
     /// Reports a problem at the place of `node`.
-    pub(super) fn report(&mut self, node: &Node, key: &str, message: impl Into<String>) {
+    pub(crate) fn report(&mut self, node: &Node, key: &str, message: impl Into<String>) {
         self.problems.push((
             node.place.rank(),
             Problem {
@@ -30,12 +30,12 @@ impl Reader {
         ));
     }
 
-    pub(super) fn is_clean(&self) -> bool {
+    pub(crate) fn is_clean(&self) -> bool {
         self.problems.is_empty()
     }
 
     /// What was found, in the order of the file.
-    pub(super) fn into_error(mut self) -> CaseError {
+    pub(crate) fn into_error(mut self) -> CaseError {
         self.problems.sort_by_key(|&(rank, _)| rank);
         CaseError {
             problems: self.problems.into_iter().map(|(_, problem)| problem).collect(),
@@ -43,7 +43,7 @@ impl Reader {
     }
 
     /// Reports every key of the table that is not among `known`.
-    pub(super) fn check_keys(&mut self, node: &Node, path: &str, known: &[&str]) {
+    pub(crate) fn check_keys(&mut self, node: &Node, path: &str, known: &[&str]) {
         let Value::Table(entries) = &node.value else {
             return;
         };
@@ -59,7 +59,7 @@ impl Reader {
     }
 
     /// What to say about a path that is no key of a case.
-    pub(super) fn unknown_case_key(&self, path: &str) -> String {
+    pub(crate) fn unknown_case_key(&self, path: &str) -> String {
         let known = schema::keys().iter().map(|key| key.path);
         match suggest(path, known) {
             Some(close) => format!(
@@ -74,7 +74,7 @@ impl Reader {
     }
 
     /// A text, or nothing with a report.
-    pub(super) fn text(&mut self, node: &Node, path: &str) -> Option<String> {
+    pub(crate) fn text(&mut self, node: &Node, path: &str) -> Option<String> {
         match &node.value {
             Value::Text(text) => Some(text.clone()),
             other => {
@@ -89,7 +89,7 @@ impl Reader {
     }
 
     /// A switch, `default` where it is not given.
-    pub(super) fn flag(&mut self, parent: &Node, table: &str, name: &str, default: bool) -> bool {
+    pub(crate) fn flag(&mut self, parent: &Node, table: &str, name: &str, default: bool) -> bool {
         match parent.at(name) {
             None => default,
             Some(Node {
@@ -105,7 +105,7 @@ impl Reader {
     }
 
     /// A plain number that fits `fits`, or nothing with a report of what was `expected`.
-    pub(super) fn number(
+    pub(crate) fn number(
         &mut self,
         node: &Node,
         path: &str,
@@ -130,7 +130,7 @@ impl Reader {
 }
 
 /// A whole number between two bounds, or nothing with a report.
-pub(super) fn whole_number(reader: &mut Reader, node: &Node, path: &str, least: u64, most: u64) -> Option<u64> {
+pub(crate) fn whole_number(reader: &mut Reader, node: &Node, path: &str, least: u64, most: u64) -> Option<u64> {
     let number = match node.value {
         Value::Integer(number) => u64::try_from(number).ok(),
         _ => None,
@@ -147,7 +147,7 @@ pub(super) fn whole_number(reader: &mut Reader, node: &Node, path: &str, least: 
 }
 
 /// A key, or a list of keys, as dotted paths with `[0]` written as `.0`.
-pub(super) fn keys_of(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>> {
+pub(crate) fn keys_of(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>> {
     let plain = |text: &str| text.trim().replace('[', ".").replace(']', "");
     match &node.value {
         Value::Text(text) => Some(vec![plain(text)]),
@@ -169,7 +169,7 @@ pub(super) fn keys_of(reader: &mut Reader, node: &Node, path: &str) -> Option<Ve
     }
 }
 
-pub(super) fn join(path: &str, name: &str) -> String {
+pub(crate) fn join(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {

@@ -52,19 +52,25 @@ impl StudySource {
     /// # Errors
     /// If there is none of that name; the text lists those there are.
     pub fn built_in(name: &str) -> Result<StudySource, CaseError> {
-        match STUDIES.iter().find(|study| study.name == name) {
+        StudySource::among(STUDIES, name)
+    }
+
+    /// The built-in study of a name among those of one kind.
+    pub(crate) fn among(studies: &[BuiltInStudy], name: &str) -> Result<StudySource, CaseError> {
+        match studies.iter().find(|study| study.name == name) {
             Some(study) => Ok(StudySource {
                 text: study.text.to_owned(),
                 path: None,
                 name: name.to_owned(),
             }),
             None => {
-                let names: Vec<&str> = STUDIES.iter().map(|study| study.name).collect();
+                let names: Vec<&str> = studies.iter().map(|study| study.name).collect();
                 let hint = suggest(name, names.iter().copied())
                     .map(|close| format!(" (did you mean {close}?)"))
                     .unwrap_or_default();
                 let message = format!(
-                    "there is no built-in study \"{name}\"{hint}; there is {}, and any TOML file by its path",
+                    "there is no built-in study \"{name}\"{hint}; there {} {}, and any TOML file by its path",
+                    if names.len() == 1 { "is" } else { "are" },
                     names.join(", ")
                 );
                 Err(CaseError::one("", "", message))

@@ -132,6 +132,28 @@ impl Study {
         Ok(study)
     }
 
+    /// A study of points that are asked for one after the other, anywhere in the ranges of the axes.
+    pub(crate) fn of_ranges(
+        title: String,
+        source: StudySource,
+        base: CaseSource,
+        settings: Vec<Override>,
+        axes: Vec<Axis>,
+        files: Vec<PathBuf>,
+    ) -> Study {
+        Study {
+            resolved: resolve(&base, &settings, &axes),
+            title,
+            source,
+            base,
+            settings,
+            axes,
+            design: Design::Rows(Vec::new()),
+            keep: Keep::default(),
+            files,
+        }
+    }
+
     /// How many points it has; `None` if that shows only on the way.
     pub fn point_count(&self) -> Option<u64> {
         match &self.design {
@@ -281,7 +303,12 @@ fn relabelled(error: CaseError, label: &str) -> CaseError {
     }
 }
 
-fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut Vec<PathBuf>) -> Option<CaseSource> {
+pub(crate) fn read_base(
+    reader: &mut Reader,
+    root: &Node,
+    source: &StudySource,
+    files: &mut Vec<PathBuf>,
+) -> Option<CaseSource> {
     let Some(node) = root.at("case") else {
         reader.report(
             root,
@@ -310,7 +337,7 @@ fn read_base(reader: &mut Reader, root: &Node, source: &StudySource, files: &mut
 }
 
 /// The leaves of `[set]`, whether written as tables, as dotted keys or as quoted paths.
-fn read_settings(reader: &mut Reader, node: &Node, path: &str, settings: &mut Vec<Override>) {
+pub(crate) fn read_settings(reader: &mut Reader, node: &Node, path: &str, settings: &mut Vec<Override>) {
     match &node.value {
         Value::Table(entries) => {
             for (name, child) in entries {

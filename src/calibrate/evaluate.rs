@@ -1,0 +1,106 @@
+//! Runs at points of the parameter space, on threads, with every outcome kept in an order that threads do not decide.
+
+use super::study::CalibrationStudy;
+use super::target::Target;
+use crate::sweep::{Integrate, Point, Values, run_point, without_a_file};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+
+/// One run.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Evaluation {
+    /// Place of each parameter in its range, 0 to 1.
+    pub shares: Vec<f64>,
+    /// The summary, or why there is none.
+    pub result: Result<Values, String>,
+    /// Of every target, in half-widths; infinite where the run has no such quantity.
+    pub residuals: Vec<f64>,
+}
+
+impl Evaluation {
+    /// The largest residual of these targets, either way; 0 for none.
+    pub fn worst(&self, members: &[usize]) -> f64 {
+        members.iter().fold(0.0, |worst, &k| self.residuals[k].abs().max(worst))
+    }
+}
+
+/// Stopped from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Halted;
+
+/// Runs points of a study.
+pub(super) struct Evaluator<'a> {
+    pub study: &'a CalibrationStudy,
+    pub workers: usize,
+    pub stop: &'a AtomicBool,
+}
+
+impl Evaluator<'_> {
+    /// Runs one point; nothing if it was stopped on the way.
+    pub fn run(&self, shares: &[f64]) -> Result<Evaluation, Halted> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Halted);
+        }
+        let point = Point {
+            number: 0,
+            coordinates: self.study.coordinates(shares),
+        };
+        let integrate: &Integrate = &without_a_file;
+        let halted = || self.stop.load(Ordering::Relaxed);
+        // Nothing is stored, so that a run that fails is all that can fail.
+        let outcome = run_point(&self.study.runs, &point, integrate, &halted);
+        let result = match outcome {
+            Ok(Some(outcome)) => outcome.result,
+            Ok(None) => return Err(Halted),
+            Err(message) => Err(message),
+        };
+        let residual = |target: &Target| {
+            let residual = result.as_ref().map_or(f64::NAN, |values| target.residual(values));
+            if residual.is_nan() { f64::INFINITY } else { residual }
+        };
+        Ok(Evaluation {
+            shares: shares.to_vec(),
+            residuals: self.study.targets.iter().map(residual).collect(),
+            result,
+        })
+    }
+
+    /// `f` of every item, on the threads, in the order of the items; `done` is told how many there are.
+    ///
+    /// # Errors
+    /// If it was stopped; with what was done until then, in order.
+    pub fn each<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        f: impl Fn(&T) -> Result<R, Halted> + Sync,
+        done: &mut dyn FnMut(usize),
+    ) -> Result<Vec<R>, Vec<R>> {
+        let next = AtomicUsize::new(0);
+        let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
+        let (sender, receiver) = mpsc::channel();
+        std::thread::scope(|scope| {
+            for _ in 0..self.workers.clamp(1, items.len().max(1)) {
+                let (sender, next, f) = (sender.clone(), &next, &f);
+                scope.spawn(move || {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(Ok(result)) = items.get(index).map(f) else {
+                            break;
+                        };
+                        if sender.send((index, result)).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(sender);
+            for (count, (index, result)) in receiver.iter().enumerate() {
+                results[index] = Some(result);
+                done(count + 1);
+            }
+        });
+        let whole = results.iter().all(Option::is_some);
+        let results = results.into_iter().flatten().collect();
+        if whole { Ok(results) } else { Err(results) }
+    }
+}

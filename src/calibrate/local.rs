@@ -1,0 +1,195 @@
+//! Local searches by COBYLA: linear models of every target over a simplex that shrinks.
+//!
+//! M. J. D. Powell, A direct search optimization method that models the objective and constraint functions by linear
+//! interpolation, 1994. Each target is a constraint of its own, so that neither squares nor penalties weigh one against
+//! the other; no derivatives are asked for, as the quantities jump where a stick comes or goes.
+
+use super::evaluate::{Evaluation, Evaluator, Halted};
+use cobyla::{RhoBeg, StopTols, minimize};
+use std::cell::RefCell;
+
+/// A residual in the place of a quantity that a run has not, relative to the largest at the start of the search: worse
+/// than where it began, but not so far off that the linear models lose all digits.
+const MISSING: f64 = 2.0;
+
+/// Each search is repeated from its result with a simplex smaller by this, and residuals scaled anew.
+const SHRINK: f64 = 16.0;
+
+/// The simplex of a round shrinks to this part of its first size.
+const ROUND_DEPTH: f64 = 1e-3;
+
+/// Runs of one round.
+fn most_runs(dimensions: usize) -> usize {
+    30 + 15 * dimensions
+}
+
+/// What COBYLA is told of a point: its runs, each made once although it asks for every constraint by itself.
+struct Runs<'a> {
+    evaluator: &'a Evaluator<'a>,
+    made: RefCell<Vec<Evaluation>>,
+    halted: RefCell<bool>,
+}
+
+impl Runs<'_> {
+    fn new<'a>(evaluator: &'a Evaluator<'a>) -> Runs<'a> {
+        Runs {
+            evaluator,
+            made: RefCell::new(Vec::new()),
+            halted: RefCell::new(false),
+        }
+    }
+
+    /// The residual of a target at a point; NaN once the search is stopped.
+    fn residual(&self, shares: &[f64], target: usize) -> f64 {
+        // COBYLA may ask a rounding outside the bounds.
+        let shares: Vec<f64> = shares.iter().map(|share| share.clamp(0.0, 1.0)).collect();
+        let mut made = self.made.borrow_mut();
+        if let Some(last) = made.last().filter(|last| last.shares == shares) {
+            return last.residuals[target];
+        }
+        if *self.halted.borrow() {
+            return f64::NAN;
+        }
+        match self.evaluator.run(&shares) {
+            Ok(evaluation) => {
+                let residual = evaluation.residuals[target];
+                made.push(evaluation);
+                residual
+            }
+            Err(Halted) => {
+                *self.halted.borrow_mut() = true;
+                f64::NAN
+            }
+        }
+    }
+
+    /// The runs, in their order.
+    fn into_runs(self) -> Result<Vec<Evaluation>, Halted> {
+        match self.halted.into_inner() {
+            true => Err(Halted),
+            false => Ok(self.made.into_inner()),
+        }
+    }
+}
+
+/// A constraint, which has to be positive.
+type Constraint<'a> = Box<dyn Fn(&[f64], &mut ()) -> f64 + 'a>;
+
+fn scaled(residual: f64, scale: f64) -> f64 {
+    if residual.is_finite() {
+        residual / scale
+    } else {
+        MISSING
+    }
+}
+
+/// Looks for the least largest residual of `members` from a point on: least tau with -tau <= residual <= tau for each.
+/// `reach` is the first size of the simplex, a share of the ranges; `rounds` how often it is begun anew. Returns every
+/// run that was made.
+pub(super) fn least_worst(
+    evaluator: &Evaluator,
+    start: &Evaluation,
+    members: &[usize],
+    reach: f64,
+    rounds: u32,
+) -> Result<Vec<Evaluation>, Halted> {
+    let dimensions = start.shares.len();
+    let mut made: Vec<Evaluation> = Vec::new();
+    let mut best = start.clone();
+    for round in 0..rounds {
+        let scale = best.worst(members);
+        if !scale.is_finite() || scale == 0.0 {
+            break;
+        }
+        let runs = Runs::new(evaluator);
+        let mut constraints: Vec<Constraint> = Vec::new();
+        for &target in members {
+            for sign in [1.0, -1.0] {
+                let runs = &runs;
+                constraints.push(Box::new(move |x: &[f64], (): &mut ()| {
+                    x[dimensions] - sign * scaled(runs.residual(&x[..dimensions], target), scale)
+                }));
+            }
+        }
+        // The last variable is tau, relative to the largest residual at the start.
+        let mut x = best.shares.clone();
+        x.push(1.0);
+        let mut bounds = vec![(0.0, 1.0); dimensions];
+        bounds.push((0.0, 2.0));
+        let reach = reach / SHRINK.powi(round as i32);
+        let mut sizes = vec![reach; dimensions];
+        sizes.push(0.25);
+        let mut ends = vec![reach * ROUND_DEPTH; dimensions];
+        ends.push(ROUND_DEPTH);
+        let tolerances = StopTols {
+            xtol_abs: ends,
+            ..StopTols::default()
+        };
+        // How it ended does not matter: the best of all runs is taken.
+        let _ = minimize(
+            |x: &[f64], (): &mut ()| x[dimensions],
+            &x,
+            &bounds,
+            &constraints,
+            (),
+            most_runs(dimensions),
+            RhoBeg::Set(sizes),
+            Some(tolerances),
+        );
+        drop(constraints);
+        let round = runs.into_runs()?;
+        if let Some(found) = least(&round, members)
+            && found.worst(members) < best.worst(members)
+        {
+            best = found.clone();
+        }
+        made.extend(round);
+    }
+    Ok(made)
+}
+
+/// Looks for the least (`sign` 1) or largest (-1) value of one parameter for which all of `members` hold, from a point
+/// at which they do. Returns every run that was made.
+pub(super) fn farthest(
+    evaluator: &Evaluator,
+    start: &Evaluation,
+    members: &[usize],
+    parameter: usize,
+    sign: f64,
+    reach: f64,
+) -> Result<Vec<Evaluation>, Halted> {
+    let dimensions = start.shares.len();
+    let runs = Runs::new(evaluator);
+    let mut constraints: Vec<Constraint> = Vec::new();
+    for &target in members {
+        for side in [1.0, -1.0] {
+            let runs = &runs;
+            constraints.push(Box::new(move |x: &[f64], (): &mut ()| {
+                1.0 - side * scaled(runs.residual(x, target), 1.0)
+            }));
+        }
+    }
+    let tolerances = StopTols {
+        xtol_abs: vec![reach * ROUND_DEPTH; dimensions],
+        ..StopTols::default()
+    };
+    let _ = minimize(
+        |x: &[f64], (): &mut ()| sign * x[parameter],
+        &start.shares,
+        &vec![(0.0, 1.0); dimensions],
+        &constraints,
+        (),
+        most_runs(dimensions),
+        RhoBeg::All(reach),
+        Some(tolerances),
+    );
+    drop(constraints);
+    runs.into_runs()
+}
+
+/// The first of those with the least largest residual of `members`.
+pub(super) fn least<'a>(evaluations: &'a [Evaluation], members: &[usize]) -> Option<&'a Evaluation> {
+    evaluations
+        .iter()
+        .min_by(|a, b| a.worst(members).total_cmp(&b.worst(members)))
+}

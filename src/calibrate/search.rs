@@ -1,0 +1,346 @@
+//! From a study to its parameters: sample, local searches, targets that are set aside, the spread.
+
+use super::evaluate::{Evaluation, Evaluator, Halted};
+use super::local::{least, least_worst};
+use super::region::{Correlation, Interval, correlations, explore, intervals};
+use super::study::CalibrationStudy;
+use super::target::{Role, TargetResult};
+use std::sync::atomic::AtomicBool;
+
+/// How a calibration is run.
+pub struct CalibrationOptions<'a> {
+    /// Threads; the result does not depend on how many there are.
+    pub workers: usize,
+    /// Set from outside to end it in good order.
+    pub stop: &'a AtomicBool,
+}
+
+/// How far a calibration is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CalibrationProgress {
+    /// What is being done, in words.
+    pub stage: &'static str,
+    /// Parts of the stage that are done.
+    pub done: usize,
+    pub total: usize,
+}
+
+/// What a calibration came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// It was stopped: there are the runs made so far, and the best of them.
+    pub interrupted: bool,
+    /// The best point, as shares of the ranges.
+    pub shares: Vec<f64>,
+    /// Its parameters, in the SI units of their keys.
+    pub parameters: Vec<f64>,
+    /// The largest residual of the held targets there, in half-widths.
+    pub worst: f64,
+    /// The least largest residual of all targets that are to be met and can be, if none is set aside: how many times
+    /// wider their intervals would have to be.
+    pub worst_of_all: f64,
+    /// In the order of the study.
+    pub targets: Vec<TargetResult>,
+    /// Of every parameter; empty if it was interrupted before.
+    pub intervals: Vec<Interval>,
+    /// Of every pair of parameters; empty if it was interrupted before.
+    pub correlations: Vec<Correlation>,
+    /// Every run: its parameters as shares of the ranges, and its summary or why there is none.
+    pub runs: Vec<(Vec<f64>, Result<crate::sweep::Values, String>)>,
+    /// Those of [`Self::runs`] that failed.
+    pub failed: usize,
+}
+
+/// Why there is no calibration.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CalibrationError {
+    #[error("all {runs} runs failed, the first with: {message}. Change the ranges of the free parameters")]
+    AllFailed { runs: usize, message: String },
+    #[error(
+        "no target holds anywhere in the ranges of the free parameters; the nearest is {name}, {residual:.1} half-widths off. Widen the ranges, or free other parameters"
+    )]
+    NothingHolds { name: &'static str, residual: f64 },
+    #[error("interrupted before the first run was done")]
+    NothingRun,
+}
+
+/// Local searches where only one of many questions is asked: a part of those of the study.
+const FEWER: usize = 4;
+
+/// Rounds of a local search: of the main one, and of a question beside it.
+const ROUNDS: [u32; 2] = [3, 2];
+
+/// The state of a calibration.
+struct Calibrating<'a, 'b> {
+    evaluator: Evaluator<'a>,
+    pool: Vec<Evaluation>,
+    progress: &'b mut dyn FnMut(CalibrationProgress),
+}
+
+/// Finds the parameters of a study.
+///
+/// # Errors
+/// If there is nothing to start from. Targets that cannot hold are part of the result, and so is an interruption.
+pub fn calibrate(
+    study: &CalibrationStudy,
+    options: &CalibrationOptions,
+    progress: &mut dyn FnMut(CalibrationProgress),
+) -> Result<Calibration, CalibrationError> {
+    let mut state = Calibrating {
+        evaluator: Evaluator {
+            study,
+            workers: options.workers,
+            stop: options.stop,
+        },
+        pool: Vec::new(),
+        progress,
+    };
+    let fitted: Vec<usize> = (0..study.targets.len()).filter(|&k| study.targets[k].fit).collect();
+    let mut answer = Answer {
+        held: fitted.clone(),
+        contradicting: Vec::new(),
+        out_of_reach: Vec::new(),
+        worst_of_all: f64::NAN,
+        intervals: Vec::new(),
+        correlations: Vec::new(),
+    };
+    let interrupted = match state.find(&fitted, &mut answer) {
+        Ok(()) => false,
+        Err(Halted) => true,
+    };
+    let failed = state.pool.iter().filter(|point| point.result.is_err()).count();
+    if failed == state.pool.len() {
+        let first = state.pool.iter().find_map(|point| point.result.as_ref().err());
+        return Err(
+            first.map_or(CalibrationError::NothingRun, |message| CalibrationError::AllFailed {
+                runs: failed,
+                message: message.clone(),
+            }),
+        );
+    }
+    let nearest = |k: usize| least(&state.pool, &[k]).map_or(f64::INFINITY, |point| point.residuals[k]);
+    if answer.held.is_empty() {
+        let near = fitted.iter().copied();
+        let near = near.min_by(|&a, &b| nearest(a).abs().total_cmp(&nearest(b).abs()));
+        return Err(
+            near.map_or(CalibrationError::NothingRun, |k| CalibrationError::NothingHolds {
+                name: study.targets[k].name(),
+                residual: nearest(k),
+            }),
+        );
+    }
+    let Some(best) = least(&state.pool, &answer.held) else {
+        return Err(CalibrationError::NothingRun);
+    };
+    let result = |k: usize| {
+        let values = best.result.as_ref().ok();
+        let here = values.map_or(f64::NAN, |values| values[study.targets[k].quantity]);
+        let together = answer.contradicting.iter().find(|(other, _)| *other == k);
+        TargetResult {
+            role: if answer.held.contains(&k) {
+                Role::Held
+            } else if together.is_some() {
+                Role::Contradicts
+            } else if answer.out_of_reach.contains(&k) {
+                Role::OutOfReach
+            } else {
+                Role::Compared
+            },
+            here,
+            residual: values.map_or(f64::NAN, |values| study.targets[k].residual(values)),
+            nearest: nearest(k),
+            together: together.map_or(f64::NAN, |(_, worst)| *worst),
+        }
+    };
+    Ok(Calibration {
+        interrupted,
+        shares: best.shares.clone(),
+        parameters: study.parameters(&best.shares),
+        worst: best.worst(&answer.held),
+        worst_of_all: answer.worst_of_all,
+        targets: (0..study.targets.len()).map(result).collect(),
+        intervals: answer.intervals,
+        correlations: answer.correlations,
+        failed,
+        runs: state
+            .pool
+            .into_iter()
+            .map(|point| (point.shares, point.result))
+            .collect(),
+    })
+}
+
+/// What is found, step by step.
+struct Answer {
+    /// Targets that hold together, or are still to.
+    held: Vec<usize>,
+    /// With the largest residual that is left if this one is held, too.
+    contradicting: Vec<(usize, f64)>,
+    out_of_reach: Vec<usize>,
+    worst_of_all: f64,
+    intervals: Vec<Interval>,
+    correlations: Vec<Correlation>,
+}
+
+impl Calibrating<'_, '_> {
+    fn find(&mut self, fitted: &[usize], answer: &mut Answer) -> Result<(), Halted> {
+        let search = self.evaluator.study.search;
+        self.sample(search.points)?;
+        if self.pool.iter().all(|point| point.result.is_err()) {
+            return Ok(());
+        }
+        // What cannot hold by itself cannot hold with others.
+        for &k in fitted {
+            if self.worst(&[k]) > 1.0 {
+                self.improve(&[k], FEWER, ROUNDS[1], "reaching for one target")?;
+            }
+            if self.worst(&[k]) > 1.0 {
+                answer.out_of_reach.push(k);
+            }
+        }
+        answer.held.retain(|k| !answer.out_of_reach.contains(k));
+        if answer.held.is_empty() {
+            return Ok(());
+        }
+        self.improve(&answer.held, search.starts, ROUNDS[0], "local searches")?;
+        answer.worst_of_all = self.worst(&answer.held);
+        let mut set_aside = Vec::new();
+        while self.worst(&answer.held) > 1.0 && answer.held.len() > 1 {
+            let without = self.least_missed(&answer.held)?;
+            set_aside.push(answer.held[without]);
+            answer.held.remove(without);
+        }
+        if !set_aside.is_empty() {
+            self.improve(&answer.held, search.starts, ROUNDS[0], "local searches")?;
+        }
+        // What was set aside early may hold after all, now that another is gone.
+        for &k in &set_aside {
+            let mut with = answer.held.clone();
+            with.push(k);
+            with.sort_unstable();
+            self.improve(&with, search.starts, ROUNDS[0], "targets set aside")?;
+            let worst = self.worst(&with);
+            if worst <= 1.0 {
+                answer.held = with;
+            } else {
+                answer.contradicting.push((k, worst));
+            }
+        }
+        let Some(optimum) = least(&self.pool, &answer.held).cloned() else {
+            return Ok(());
+        };
+        let progress = &mut *self.progress;
+        let sample = explore(
+            &self.evaluator,
+            &mut self.pool,
+            &answer.held,
+            &optimum,
+            &mut |done, total| {
+                progress(CalibrationProgress {
+                    stage: "the spread",
+                    done,
+                    total,
+                });
+            },
+        )?;
+        answer.intervals = intervals(&self.evaluator, &self.pool, &answer.held);
+        answer.correlations = correlations(&sample);
+        Ok(())
+    }
+
+    /// The least largest residual of these targets among all runs.
+    fn worst(&self, members: &[usize]) -> f64 {
+        least(&self.pool, members).map_or(f64::INFINITY, |point| point.worst(members))
+    }
+
+    /// Runs the Sobol sample.
+    fn sample(&mut self, count: usize) -> Result<(), Halted> {
+        let (axes, seed) = (self.evaluator.study.runs.axes.len(), self.evaluator.study.search.seed);
+        let points: Vec<Vec<f64>> = (0..count as u32)
+            .map(|point| {
+                (0..axes as u32)
+                    .map(|axis| f64::from(sobol_burley::sample(point, axis, seed)))
+                    .collect()
+            })
+            .collect();
+        let evaluator = &self.evaluator;
+        let (progress, total) = (&mut *self.progress, points.len());
+        let made = evaluator.each(&points, |shares| evaluator.run(shares), &mut |done| {
+            progress(CalibrationProgress {
+                stage: "sampling the ranges",
+                done,
+                total,
+            });
+        });
+        let halted = made.is_err();
+        self.pool.extend(made.unwrap_or_else(|made| made));
+        if halted { Err(Halted) } else { Ok(()) }
+    }
+
+    /// Local searches for the least largest residual of these targets.
+    fn improve(&mut self, members: &[usize], starts: usize, rounds: u32, stage: &'static str) -> Result<(), Halted> {
+        let spacing = self.spacing();
+        let starts = apart(&self.pool, members, starts, spacing);
+        let evaluator = &self.evaluator;
+        let (progress, total) = (&mut *self.progress, starts.len());
+        let search = |start: &Evaluation| least_worst(evaluator, start, members, spacing, rounds);
+        let made = evaluator.each(&starts, search, &mut |done| {
+            progress(CalibrationProgress { stage, done, total });
+        });
+        let halted = made.is_err();
+        self.pool.extend(made.unwrap_or_else(|made| made).into_iter().flatten());
+        if halted { Err(Halted) } else { Ok(()) }
+    }
+
+    /// Which of `members` is to be set aside: the one without which the others come nearest to holding.
+    fn least_missed(&mut self, members: &[usize]) -> Result<usize, Halted> {
+        let rest = |without: usize| -> Vec<usize> {
+            let others = members.iter().enumerate().filter(|(place, _)| *place != without);
+            others.map(|(_, &k)| k).collect()
+        };
+        let mut best = (f64::INFINITY, 0);
+        for without in 0..members.len() {
+            let rest = rest(without);
+            self.improve(&rest, FEWER, ROUNDS[1], "leaving out one target")?;
+            // The searches for one helped the others, too; a tie goes to the first.
+            let worst = self.worst(&rest);
+            if worst < best.0 {
+                best = (worst, without);
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// Half the mean distance of the points of the sample.
+    fn spacing(&self) -> f64 {
+        let search = self.evaluator.study.search;
+        0.5 * (search.points as f64).powf(-1.0 / self.evaluator.study.runs.axes.len() as f64)
+    }
+}
+
+/// The best points for these targets, none nearer to another than `distance` along every parameter.
+fn apart(pool: &[Evaluation], members: &[usize], count: usize, distance: f64) -> Vec<Evaluation> {
+    let mut order: Vec<(f64, usize)> = pool
+        .iter()
+        .enumerate()
+        .map(|(index, point)| (point.worst(members), index))
+        .filter(|(worst, _)| worst.is_finite())
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut chosen: Vec<&Evaluation> = Vec::new();
+    for (_, index) in order {
+        let point = &pool[index];
+        let near = |other: &&Evaluation| {
+            let mut pairs = point.shares.iter().zip(&other.shares);
+            pairs.all(|(a, b)| (a - b).abs() < distance)
+        };
+        if !chosen.iter().any(near) {
+            chosen.push(point);
+        }
+        if chosen.len() == count {
+            break;
+        }
+    }
+    chosen.into_iter().cloned().collect()
+}

@@ -1,0 +1,438 @@
+//! `stickslip calibrate`.
+
+use super::arguments::{CalibrateOptions, Common};
+use super::progress::CountBar;
+use super::run::{REFERENCES, interrupt_flag, looks_like_a_path};
+use super::terminal::{align_right, show, table};
+use super::{CommandError, End, complain, print, print_json, provenance};
+use crate::calibrate::{
+    Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
+};
+use crate::case::{CaseError, Override};
+use crate::results::{Overwrite, ResultError, SweepHeader, check_target};
+use crate::sweep::StudySource;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The JSON document of a calibration.
+#[derive(Serialize)]
+struct CalibrationDocument<'a> {
+    /// complete or interrupted.
+    status: &'a str,
+    file: String,
+    /// The case with the calibrated parameters, where one was asked for.
+    case: Option<String>,
+    study: String,
+    title: &'a str,
+    digest: String,
+    /// Whether every target that is to be met is.
+    consistent: bool,
+    /// In half-widths, at the optimum.
+    largest_residual: f64,
+    /// The same if no target that can be met is set aside.
+    largest_residual_of_all: Option<f64>,
+    parameters: Vec<ParameterDocument>,
+    targets: Vec<TargetDocument>,
+    correlations: Vec<CorrelationDocument>,
+    runs: usize,
+    failed: usize,
+    jobs: usize,
+    /// s.
+    wall_time: f64,
+}
+
+#[derive(Serialize)]
+struct ParameterDocument {
+    key: String,
+    unit: &'static str,
+    optimum: f64,
+    least: Option<f64>,
+    largest: Option<f64>,
+    determined: Option<&'static str>,
+    range: [f64; 2],
+}
+
+#[derive(Serialize)]
+struct TargetDocument {
+    quantity: &'static str,
+    unit: &'static str,
+    value: f64,
+    half_width: f64,
+    /// None where the run has no such quantity.
+    here: Option<f64>,
+    residual: Option<f64>,
+    /// The least residual anywhere in the ranges.
+    nearest: Option<f64>,
+    /// Of a target that contradicts.
+    together: Option<f64>,
+    role: &'static str,
+}
+
+#[derive(Serialize)]
+struct CorrelationDocument {
+    parameters: [String; 2],
+    /// None where one of them does not vary.
+    coefficient: Option<f64>,
+}
+
+/// From this correlation on, the data give a combination of two parameters rather than either.
+const TRADED: f64 = 0.9;
+
+/// Finds the parameters of a study, and reports them.
+pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<End, CommandError> {
+    let study = read_study(options).map_err(|error| CommandError::Input(error.to_string()))?;
+    let name = &study.runs.source.name;
+    let path = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{name}.h5")));
+    let overwrite = if options.force {
+        Overwrite::Force
+    } else {
+        Overwrite::OwnResults
+    };
+    let input = |error: ResultError| CommandError::Input(error.to_string());
+    check_target(&path, overwrite, &study.runs.files).map_err(input)?;
+    if let Some(case) = &options.case {
+        check_case_target(case, &path, &study, options.force)?;
+    }
+    let jobs = options
+        .jobs
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let stop = interrupt_flag()?;
+    let bar = CountBar::new(common, "done");
+    let clock = Instant::now();
+    let result = find(
+        &study,
+        &crate::calibrate::CalibrationOptions {
+            workers: jobs,
+            stop: &stop,
+        },
+        &mut |progress| bar.show(progress.done, progress.total, progress.stage),
+    );
+    bar.finish();
+    let wall_time = clock.elapsed().as_secs_f64();
+    let calibration = match result {
+        Ok(calibration) => calibration,
+        Err(CalibrationError::NothingRun) => {
+            complain("interrupted before the first run was done; nothing is saved");
+            return Ok(End::Interrupted);
+        }
+        Err(error) => return Err(CommandError::Computation(error.to_string())),
+    };
+    let header = SweepHeader {
+        title: study.runs.title.clone(),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("stickslip calibrate {name}"),
+        digest: study.digest(),
+        study_text: study.runs.source.text.clone(),
+        case_text: study.runs.base.text.clone(),
+        meta: provenance::build(),
+    };
+    let file = write_file(&study, &calibration, &path, overwrite, &header)
+        .map_err(|error| CommandError::Computation(error.to_string()))?;
+    if let Some(case) = &options.case {
+        write_case(case, &study, &calibration)?;
+    }
+    if common.json {
+        print_json(&document(&study, &calibration, options, &file, jobs, wall_time))?;
+    } else if !common.quiet {
+        print(&text_report(&study, &calibration, options, &file, wall_time))?;
+    }
+    if calibration.interrupted {
+        if !common.quiet {
+            complain(&format!(
+                "interrupted; the {} runs made so far are in {}, and the best of them is shown",
+                calibration.runs.len(),
+                file.display()
+            ));
+        }
+        return Ok(End::Interrupted);
+    }
+    Ok(End::Done)
+}
+
+fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError> {
+    let path = Path::new(&options.study);
+    let source = if path.exists() || looks_like_a_path(&options.study) {
+        StudySource::file(path)?
+    } else {
+        CalibrationStudy::built_in(&options.study)?
+    };
+    let mut overrides = Vec::with_capacity(options.set.len() + 1);
+    for setting in &options.set {
+        overrides.push(Override::parse(setting)?);
+    }
+    if let Some(method) = &options.method {
+        overrides.push(Override::parse(&format!("solver.method={method}"))?);
+    }
+    CalibrationStudy::parse(source, &overrides)
+}
+
+/// Whether the case may be written, before anything is computed.
+fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
+    let refuse = |why: &str| Err(CommandError::Input(format!("{}: {why}", case.display())));
+    let same = |other: &Path| match (case.canonicalize(), other.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => case == other,
+    };
+    if study.runs.files.iter().any(|file| same(file)) {
+        return refuse("is an input of this calibration; choose another name with --case");
+    }
+    if same(result) {
+        return refuse("is the result file, too; choose another name with --case or -o");
+    }
+    if case.is_dir() {
+        return refuse("is a folder; give the name of a file with --case");
+    }
+    if case.exists() && !force {
+        return refuse("is there already; replace it with --force, or choose another name with --case");
+    }
+    let folder = crate::results::folder_of(case);
+    if !folder.is_dir() {
+        return refuse("its folder does not exist; create it, or choose another name with --case");
+    }
+    Ok(())
+}
+
+/// Writes the base case with the calibrated parameters.
+fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
+    let failed = |why: &dyn std::fmt::Display| {
+        CommandError::Computation(format!("{}: the case cannot be written: {why}", path.display()))
+    };
+    let case = study.case_at(&calibration.shares).map_err(|error| failed(&error))?;
+    let mut text = format!(
+        "# Calibrated by stickslip {} from {}; free parameters:\n",
+        env!("CARGO_PKG_VERSION"),
+        study.runs.source.label()
+    );
+    for (axis, value) in study.runs.axes.iter().zip(&calibration.parameters) {
+        text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));
+    }
+    text += &case.resolved();
+    // Beside its name first, so that a full disk leaves no half of a case.
+    let folder = crate::results::folder_of(path);
+    let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(|error| failed(&error))?;
+    file.write_all(text.as_bytes()).map_err(|error| failed(&error))?;
+    file.persist(path).map_err(|error| failed(&error.error))?;
+    Ok(())
+}
+
+fn document<'a>(
+    study: &'a CalibrationStudy,
+    calibration: &Calibration,
+    options: &CalibrateOptions,
+    file: &Path,
+    jobs: usize,
+    wall_time: f64,
+) -> CalibrationDocument<'a> {
+    let known = |value: f64| value.is_finite().then_some(value);
+    let parameter = |k: usize| {
+        let axis = &study.runs.axes[k];
+        let interval = calibration.intervals.get(k);
+        ParameterDocument {
+            key: axis.keys[0].clone(),
+            unit: axis.unit.unwrap_or("1"),
+            optimum: calibration.parameters[k],
+            least: interval.map(|interval| interval.least),
+            largest: interval.map(|interval| interval.largest),
+            determined: interval.map(|interval| interval.determined.name()),
+            range: axis.range.map_or([f64::NAN; 2], |range| [range.from, range.to]),
+        }
+    };
+    let targets = study.targets.iter().zip(&calibration.targets);
+    CalibrationDocument {
+        status: if calibration.interrupted {
+            "interrupted"
+        } else {
+            "complete"
+        },
+        file: file.display().to_string(),
+        case: options.case.as_ref().map(|path| path.display().to_string()),
+        study: study.runs.source.label(),
+        title: &study.runs.title,
+        digest: study.digest(),
+        consistent: is_consistent(calibration),
+        largest_residual: calibration.worst,
+        largest_residual_of_all: known(calibration.worst_of_all),
+        parameters: (0..study.runs.axes.len()).map(parameter).collect(),
+        targets: targets
+            .map(|(target, result)| TargetDocument {
+                quantity: target.name(),
+                unit: target.unit(),
+                value: target.value,
+                half_width: target.half_width,
+                here: known(result.here),
+                residual: known(result.residual),
+                nearest: known(result.nearest),
+                together: known(result.together),
+                role: result.role.name(),
+            })
+            .collect(),
+        correlations: calibration
+            .correlations
+            .iter()
+            .map(|pair| CorrelationDocument {
+                parameters: pair.parameters.map(|k| study.runs.axes[k].keys[0].clone()),
+                coefficient: known(pair.coefficient),
+            })
+            .collect(),
+        runs: calibration.runs.len(),
+        failed: calibration.failed,
+        jobs,
+        wall_time,
+    }
+}
+
+fn is_consistent(calibration: &Calibration) -> bool {
+    let mut roles = calibration.targets.iter().map(|target| target.role);
+    calibration.worst <= 1.0 && roles.all(|role| matches!(role, Role::Held | Role::Compared))
+}
+
+fn text_report(
+    study: &CalibrationStudy,
+    calibration: &Calibration,
+    options: &CalibrateOptions,
+    file: &Path,
+    wall_time: f64,
+) -> String {
+    let failed = match calibration.failed {
+        0 => String::new(),
+        failed => format!(", {failed} of them failed"),
+    };
+    let mut text = format!(
+        "{}\n{} runs in {wall_time:.1} s{failed}\n\n",
+        study.runs.title,
+        calibration.runs.len()
+    );
+    text += &parameter_table(study, calibration);
+    text.push('\n');
+    text += &target_table(study, calibration);
+    text.push('\n');
+    for line in verdict(study, calibration) {
+        text += &format!("{line}\n");
+    }
+    text += &format!("\n{}\n", file.display());
+    if let Some(case) = &options.case {
+        text += &format!("{}\n", case.display());
+    }
+    text
+}
+
+fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
+    let mut parameters = table(&["parameter", "optimum", "least", "largest", "unit", ""]);
+    for (k, axis) in study.runs.axes.iter().enumerate() {
+        let interval = calibration.intervals.get(k);
+        let number = |value: Option<f64>| value.map_or_else(String::new, six_digits);
+        parameters.add_row([
+            axis.keys[0].clone(),
+            six_digits(calibration.parameters[k]),
+            number(interval.map(|interval| interval.least)),
+            number(interval.map(|interval| interval.largest)),
+            axis.unit.unwrap_or("1").to_owned(),
+            interval.map_or_else(String::new, |interval| interval.determined.name().to_owned()),
+        ]);
+    }
+    align_right(&mut parameters, 1..4);
+    show(&parameters)
+}
+
+fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
+    let mut targets = table(&["target", "measured", "+-", "here", "unit", "residual", ""]);
+    for (target, result) in study.targets.iter().zip(&calibration.targets) {
+        // To a hundredth of the interval, so that the residual can be read off; as many digits for each.
+        let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
+        let number = |value: f64| match value.is_finite() {
+            true => format!("{value:.places$}"),
+            false => "none".to_owned(),
+        };
+        targets.add_row([
+            target.name().to_owned(),
+            number(target.value),
+            number(target.half_width),
+            number(result.here),
+            if target.unit() == "1" { "" } else { target.unit() }.to_owned(),
+            match result.residual.is_finite() {
+                true => format!("{:.2}", result.residual),
+                false => "none".to_owned(),
+            },
+            result.role.name().to_owned(),
+        ]);
+    }
+    align_right(&mut targets, [1, 2, 3, 5]);
+    show(&targets)
+}
+
+/// What the numbers say, in sentences.
+fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
+    let mut lines = Vec::new();
+    let targets = || study.targets.iter().zip(&calibration.targets);
+    let held = targets().filter(|(_, result)| result.role == Role::Held).count();
+    if calibration.intervals.is_empty() {
+        return lines;
+    }
+    lines.push(match is_consistent(calibration) {
+        true => "All targets hold together.".to_owned(),
+        false => format!("{held} of the targets hold together; the spread is what they leave."),
+    });
+    for (target, result) in targets() {
+        match result.role {
+            Role::Contradicts => lines.push(format!(
+                "{} contradicts them: it can hold by itself, but with it some residual is {:.2} or more; here it is {:.2}.",
+                target.name(),
+                result.together,
+                result.residual
+            )),
+            Role::OutOfReach => lines.push(format!(
+                "{} holds nowhere in the ranges; the nearest is {:.2} half-widths off.",
+                target.name(),
+                result.nearest
+            )),
+            Role::Held | Role::Compared => {}
+        }
+    }
+    if calibration.worst_of_all > 1.0 {
+        lines.push(format!(
+            "To meet all that can be met, every interval would have to be {:.2} times as wide.",
+            calibration.worst_of_all
+        ));
+    }
+    for (axis, interval) in study.runs.axes.iter().zip(&calibration.intervals) {
+        let key = &axis.keys[0];
+        match interval.determined {
+            Determined::Both => {}
+            Determined::Not => lines.push(format!("{key} is not determined: both ends of its range will do.")),
+            Determined::FromAboveOnly => lines.push(format!(
+                "{key} is bounded from above only: the lower end of its range will do."
+            )),
+            Determined::FromBelowOnly => lines.push(format!(
+                "{key} is bounded from below only: the upper end of its range will do."
+            )),
+        }
+    }
+    for pair in &calibration.correlations {
+        if pair.coefficient.abs() >= TRADED {
+            let [a, b] = pair.parameters.map(|k| study.runs.axes[k].keys[0].as_str());
+            lines.push(format!(
+                "{a} and {b} can be traded for each other (correlation {:.2}): the targets determine a combination of \
+                 them better than either.",
+                pair.coefficient
+            ));
+        }
+    }
+    lines
+}
+
+/// Six significant digits, with an exponent where the number is far from 1.
+fn six_digits(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (1e-3..1e6).contains(&size) {
+        let places = if value == 0.0 { 0.0 } else { 5.0 - size.log10().floor() };
+        format!("{value:.0$}", places.max(0.0) as usize)
+    } else {
+        format!("{value:.5e}")
+    }
+}
