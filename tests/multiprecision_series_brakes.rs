@@ -1,12 +1,13 @@
-//! `series` at the default tolerance against the oracle, on the random brakes of the certificates.
+//! `series` at the default tolerance against the oracle, on the random brakes of the certificates, and on brakes whose force
+//! is a table that lets go and grips again, with mu_0 above mu_s.
 //!
-//! The measure is what double precision allows, by the linearised run: the rounding of the time, that of the sliding speed at
-//! the loss of stability or at the kick, amplified, and that of the case's own numbers. A hundred times that is what a
-//! method may lose beside it.
+//! The measure is what double precision allows, by the linearised run (src/analysis/rounding.rs). A method may lose as much
+//! again a few times over by its own arithmetic; the promise is a hundred times. That the measure is none that anything
+//! would pass is seen at the median: there `series` is to lose at least a hundredth of it.
 
 mod common;
 
-use common::random_brakes::{difference, exact_events, random_brake};
+use common::random_brakes::{difference, exact_events, random_brake, random_release};
 use std::ops::ControlFlow;
 use stickslip::analysis::growth::Growth;
 use stickslip::analysis::linearised::linearise;
@@ -19,10 +20,21 @@ const ALLOWED: f64 = 100.0;
 /// Rounding that may move an event by more than this share of the natural period leaves its place in the oscillation open.
 const ILL_CONDITIONED: f64 = 0.02;
 
-/// Whether the case is well-conditioned throughout, and the largest error over what is allowed of all events.
-fn hold(index: u64) -> (bool, f64) {
-    let source = CaseSource::built_in("paper-si").unwrap();
-    let mut overrides = random_brake(index);
+/// A brake by a number: its built-in case and what is changed in it.
+type Brake = fn(u64) -> (&'static str, Vec<Override>);
+
+fn ramp(index: u64) -> (&'static str, Vec<Override>) {
+    ("paper-si", random_brake(index))
+}
+
+fn release(index: u64) -> (&'static str, Vec<Override>) {
+    ("release", random_release(index))
+}
+
+/// The error of each event over what rounding allows it; `None` where the case is not well-conditioned throughout.
+fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
+    let (name, mut overrides) = brake(index);
+    let source = CaseSource::built_in(name).unwrap();
     overrides.push(Override::parse("solver.method=series").unwrap());
     let case = Case::parse(&source, &overrides).unwrap();
     assert_eq!(
@@ -56,49 +68,71 @@ fn hold(index: u64) -> (bool, f64) {
         .fold(0.0, f64::max);
     if ALLOWED * hardest > ILL_CONDITIONED * period {
         println!(
-            "set {index}: {} events, ill-conditioned: rounding moves them by {hardest:.1e} s",
+            "{name} {index}: {} events, ill-conditioned: rounding moves them by {hardest:.1e} s",
             word.len()
         );
-        return (false, 0.0);
+        return None;
     }
     let truth = exact_events(&source, &overrides, end, 33);
     let truth: Vec<_> = truth.iter().filter(|event| event.kind.in_mode_word()).collect();
     let expected: Vec<EventKind> = truth.iter().map(|event| event.kind).collect();
     let own: Vec<EventKind> = word.iter().map(|(_, event)| event.kind).collect();
-    assert_eq!(own, expected, "set {index}: the mode word");
-    let (mut worst, mut ratio) = (0.0_f64, 0.0_f64);
-    for ((k, event), exact) in word.iter().zip(&truth) {
-        let error = difference(event.time, &exact.time).abs();
-        worst = worst.max(error);
-        ratio = ratio.max(error / linearised.events[*k].rounding);
-    }
+    assert_eq!(own, expected, "{name} {index}: the mode word");
+    let mut worst = 0.0_f64;
+    let ratios: Vec<f64> = word
+        .iter()
+        .zip(&truth)
+        .map(|((k, event), exact)| {
+            let error = difference(event.time, &exact.time).abs();
+            worst = worst.max(error);
+            error / linearised.events[*k].rounding
+        })
+        .collect();
     println!(
-        "set {index}: {} events within {worst:.1e} s, {ratio:.1} times what rounding allows",
-        word.len()
+        "{name} {index}: {} events within {worst:.1e} s, {:.1} times what rounding allows",
+        word.len(),
+        ratios.iter().copied().fold(0.0, f64::max)
     );
-    (true, ratio)
+    if name == "release" {
+        for kind in [EventKind::Separation, EventKind::Contact, EventKind::Stick] {
+            assert!(own.contains(&kind), "{name} {index}: no {}", kind.name());
+        }
+    }
+    Some(ratios)
 }
 
-fn sets(indices: impl Iterator<Item = u64>, least_well_conditioned: usize) {
-    let results: Vec<(bool, f64)> = indices.map(hold).collect();
-    let well = results.iter().filter(|(well, _)| *well).count();
-    let worst = results.iter().map(|(_, ratio)| *ratio).fold(0.0, f64::max);
-    println!(
-        "{well} of {} well-conditioned, at most {worst:.1} times what rounding allows",
-        results.len()
-    );
+fn sets(brake: Brake, indices: impl Iterator<Item = u64>, least_well_conditioned: usize) {
+    let results: Vec<Option<Vec<f64>>> = indices.map(|index| hold(brake, index)).collect();
+    let number = results.len();
+    let well: Vec<Vec<f64>> = results.into_iter().flatten().collect();
     // A test that leaves out what is hard must not leave out everything.
-    assert!(well >= least_well_conditioned);
+    assert!(well.len() >= least_well_conditioned, "{} of {number}", well.len());
+    let mut ratios: Vec<f64> = well.into_iter().flatten().collect();
+    ratios.sort_by(f64::total_cmp);
+    let (median, worst) = (ratios[ratios.len() / 2], ratios[ratios.len() - 1]);
+    println!("{number} brakes: {median:.2} times what rounding allows at the median, {worst:.1} at most");
     assert!(worst <= ALLOWED, "{worst}");
+    assert!(median >= 1.0 / ALLOWED, "{median}");
 }
 
 #[test]
 fn multiprecision_series_is_as_exact_as_double_precision_allows() {
-    sets([1, 3].into_iter(), 2);
+    sets(ramp, [1, 3].into_iter(), 2);
+}
+
+#[test]
+fn multiprecision_series_is_as_exact_through_releases() {
+    sets(release, 0..1, 1);
 }
 
 #[test]
 #[ignore = "takes a minute or two"]
 fn multiprecision_series_is_as_exact_as_double_precision_allows_on_twenty_brakes() {
-    sets(0..20, 12);
+    sets(ramp, 0..20, 12);
+}
+
+#[test]
+#[ignore = "takes half a minute"]
+fn multiprecision_series_is_as_exact_through_eight_releases() {
+    sets(release, 0..8, 6);
 }

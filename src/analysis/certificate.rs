@@ -3,7 +3,7 @@
 //! The result is held against the finest run of each independent method (a witness). Two methods that share no error
 //! differ by about the larger of their errors, so that twice the distance to the nearest witness covers the result's
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
-//! What the rounding at the loss of stability can grow to comes on top.
+//! What rounding does to all methods alike comes on top: no distance between them tells of it.
 
 use super::bands::{Bands, bands, compared_output};
 use super::ladder::{Finished, Rung, climb, finest_auto, matched, run, witnesses};
@@ -66,8 +66,8 @@ pub struct CertifiedEvent {
     /// How far from the exact solution of the stated model it can be, s; infinite unless it is converged.
     #[serde(serialize_with = "finite_or_null")]
     pub uncertainty: f64,
-    /// What double precision can hold: the rounding at the loss of stability, amplified, that of the case's numbers, and
-    /// that of the time itself, s.
+    /// What double precision can hold: the rounding of the case's numbers and of the state and the clock at every event
+    /// before, amplified since, s.
     pub rounding: f64,
     /// e-folds by which a deviation has grown from the loss of stability to just behind the event.
     pub growth: Option<f64>,

@@ -136,7 +136,7 @@ fn certificate(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         "rounding",
         &tables.rounding,
         "s",
-        "how far rounding to double precision, of the input and at the loss of stability, moves the event",
+        "how far rounding to double precision, of the input and of the state and the clock at every event before, moves the event",
         &event,
     )?;
     column(

@@ -55,6 +55,45 @@ pub fn random_brake(index: u64) -> Vec<Override> {
     .collect()
 }
 
+/// A brake around that of `release`: a table of force that lets go while the brake slides, so that the disks separate and
+/// touch, and grips again with another force; mu_0 is above mu_s.
+pub fn random_release(index: u64) -> Vec<Override> {
+    let mut random = Random(1_000_000 + index);
+    let speed = random.within(9.0, 14.0);
+    let [first, second] = [0; 2].map(|_| random.within(1500.0, 3000.0));
+    let (grip, release, again) = (
+        random.within(0.01, 0.1),
+        random.within(0.15, 0.3),
+        random.within(0.35, 0.5),
+    );
+    let [fall, rise] = [0; 2].map(|_| random.within(2e-4, 2e-2));
+    let high = random.within(0.2, 0.4);
+    let end = again + rise + 2.0 * 2.262 * speed / (high * 0.052388 * second);
+    let kick = 10f64.powf(random.within(-6.0, -2.0));
+    [
+        format!("initial.speed={speed:.6}"),
+        format!(
+            "actuation.time=[0.0, {grip:.6}, {release:.6}, {:.6}, {again:.6}, {:.6}]",
+            release + fall,
+            again + rise
+        ),
+        format!("actuation.force=[0.0, {first:.3}, {first:.3}, 0.0, 0.0, {second:.3}]"),
+        format!("friction.high_speed={high:.6}"),
+        format!("friction.low_speed={:.6}", random.within(0.45, 0.58)),
+        format!("friction.decay={:.6}", random.within(2.5, 6.0)),
+        format!("torsion.damping={:.6}", random.within(18.0, 28.0)),
+        format!("torsion.stiffness={:.3}", random.within(5e6, 1e7)),
+        format!("torsion.surface_inertia={:.8}", random.within(0.008, 0.015)),
+        format!("perturbation=[{{time=\"instability\", relative_velocity={kick:.6e}}}]"),
+        format!("output.end_time={end:.4}"),
+        "output.interval=0.01".to_owned(),
+        "output.window=[]".to_owned(),
+    ]
+    .iter()
+    .map(|text| Override::parse(text).unwrap())
+    .collect()
+}
+
 /// The events of a case by the oracle.
 pub fn exact_events(
     source: &CaseSource,
