@@ -290,3 +290,20 @@ fn property_series_follows_smooth_sliding_to_its_stop() {
     println!("{smooth} stops within {largest:.1e} s, {beyond_rounding} after more growth than a double has digits");
     assert!(smooth >= 25 && beyond_rounding >= 10);
 }
+
+/// Samples of `series` are read off the polynomials of its steps: however many there are, the segments with all their
+/// counters and the events stay as they are, bit by bit.
+#[test]
+fn property_samples_cost_series_no_steps() {
+    let parameters = truth("si-kick").parameters;
+    let sampled = |interval: f64| {
+        let method = solver(Method::Series, SolverOptions::default().rtol);
+        let (recorder, _) = run(&parameters, &method, &output(7.1, interval));
+        recorder
+    };
+    let (few, many) = (sampled(7.1), sampled(5e-5));
+    assert!(few.samples.len() < 10 && many.samples.len() > 100_000);
+    assert_eq!(few.segments, many.segments);
+    assert_eq!(few.events, many.events);
+    assert!(few.segments.iter().map(|segment| segment.steps).sum::<u64>() > 500);
+}

@@ -6,9 +6,11 @@
 mod common;
 
 use common::{mode_word, output, run, solver, truth};
+use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource};
+use stickslip::hybrid::RunError;
 use stickslip::model::{Actuation, BreakawayTest, Friction, Kick, KickTime, Parameters};
-use stickslip::simulation::{EventKind, MemoryRecorder, Method, SolverOptions};
+use stickslip::simulation::{EventKind, MemoryRecorder, Method, SolverOptions, simulate};
 
 const WITHIN: f64 = 1e-11;
 
@@ -149,6 +151,31 @@ fn sundials_the_rotors_breakaway_test() {
     parameters.contact.breakaway_test = BreakawayTest::Rotor;
     let recorder = hold("rotor test", &parameters, 7.1);
     assert!(count(&recorder, EventKind::Stick) > 40);
+}
+
+/// The stator's torque alone undoes each breakaway at once from some time on: chattering, seen by both at the same place.
+#[test]
+fn sundials_the_stators_breakaway_test_chatters() {
+    let mut parameters = truth("si-kick").parameters;
+    parameters.contact.breakaway_test = BreakawayTest::Stator;
+    let [series, auto] =
+        [(Method::Series, SolverOptions::default().rtol), (Method::Auto, 1e-13)].map(|(method, rtol)| {
+            let failure = simulate(
+                &parameters,
+                &solver(method, rtol),
+                &output(7.1, 0.1),
+                &mut MemoryRecorder::default(),
+                &mut |_| ControlFlow::Continue(()),
+            )
+            .expect_err("chattering");
+            match failure.error {
+                RunError::Chattering { time, .. } => (time, failure.report.events.len()),
+                error => panic!("{}: {error}", method.name()),
+            }
+        });
+    // The breakaways of chattering follow one another within rounding, so that their number may differ by some.
+    assert!((series.0 - auto.0).abs() < 1e-6, "{series:?} {auto:?}");
+    assert!(series.1.abs_diff(auto.1) <= 20, "{series:?} {auto:?}");
 }
 
 /// A surface so strongly damped that there is no oscillation, and one that is hardly damped at all.

@@ -243,15 +243,14 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
             propagation.start_growth();
         }
         let by = |first: usize| row.iter().skip(first).take(numbers).copied();
-        let constants =
-            influences
-                .iter()
-                .zip(by(HEAD).zip(by(HEAD + numbers)))
-                .map(|((name, _), (everywhere, in_stick))| Rounded {
-                    value: name.value,
-                    everywhere,
-                    in_stick,
-                });
+        let constants = influences.iter().zip(by(HEAD).zip(by(HEAD + numbers))).map(
+            |((name, influence), (everywhere, in_stick))| Rounded {
+                value: name.value,
+                everywhere,
+                in_stick,
+                in_equations: matches!(influence, Influence::Equations(..)),
+            },
+        );
         events.push(LinearisedEvent {
             time: event.time,
             kind: event.kind,

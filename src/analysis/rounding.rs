@@ -34,6 +34,8 @@ pub(super) struct Rounded {
     pub everywhere: f64,
     /// By the equations of stick.
     pub in_stick: f64,
+    /// Whether the equations have it in constants of theirs; else it is used as it is.
+    pub in_equations: bool,
 }
 
 /// The variances of what rounding has done so far, one rounding to a number counting as uniform within half a unit.
@@ -76,9 +78,11 @@ impl Rounding {
                     value,
                     everywhere,
                     in_stick,
+                    in_equations,
                 } = number;
+                let derived = if in_equations { ROUNDINGS_OF_CONSTANT } else { 0.0 };
                 let apart = in_stick.abs() + (everywhere - in_stick).abs();
-                (everywhere.abs() + ROUNDINGS_OF_CONSTANT * apart) * value.abs() * HALF_UNIT
+                (everywhere.abs() + derived * apart) * value.abs() * HALF_UNIT
             })
             // The rise time of a step is no number that an event could be differentiated by.
             .filter(|moved| moved.is_finite())
