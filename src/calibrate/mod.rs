@@ -20,6 +20,6 @@ mod target;
 
 pub use output::write_file;
 pub use region::{Correlation, Determined, Interval};
-pub use search::{Calibration, CalibrationError, CalibrationOptions, CalibrationProgress, calibrate};
+pub use search::{Calibration, CalibrationError, CalibrationOptions, CalibrationProgress, Compromise, calibrate};
 pub use study::{CALIBRATIONS, CalibrationStudy, Search};
 pub use target::{Role, Target, TargetResult};

@@ -50,11 +50,9 @@ pub fn write_file(
     }
     let units = study.runs.axes.iter().map(|axis| axis.unit.unwrap_or("1"));
     let mut attributes = vec![("parameter_units", units.collect::<Vec<_>>().join(", "))];
-    for (name, value) in [
-        ("largest_residual", calibration.worst),
-        ("largest_residual_of_all", calibration.worst_of_all),
-    ] {
-        attributes.push((name, format!("{value:?}")));
+    attributes.push(("largest_residual", format!("{:?}", calibration.worst)));
+    if let Some(compromise) = &calibration.compromise {
+        attributes.push(("largest_residual_of_compromise", format!("{:?}", compromise.worst)));
     }
     writer.add_table("calibration", &attributes, &parameter_columns(study, calibration))?;
     let units = study.targets.iter().map(|target| target.unit());
@@ -110,6 +108,13 @@ fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec
         ),
         column("range_to", "the other end", numbers(ends(1.0))),
     ];
+    if let Some(compromise) = &calibration.compromise {
+        columns.push(column(
+            "compromise",
+            "where the largest residual is least if no target is set aside",
+            numbers(compromise.parameters.clone()),
+        ));
+    }
     if !calibration.intervals.is_empty() {
         let intervals = &calibration.intervals;
         let words = Determined::ALL.map(|found| (found as i8, found.name().to_owned()));

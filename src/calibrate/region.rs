@@ -179,7 +179,7 @@ fn extremes(evaluator: &Evaluator, pool: &mut Vec<Evaluation>, members: &[usize]
 }
 
 /// The size of the region as far as it is known; not below what its nearest neighbours outside allow.
-fn reach_of(pool: &[Evaluation], members: &[usize], optimum: &Evaluation) -> f64 {
+pub(super) fn reach_of(pool: &[Evaluation], members: &[usize], optimum: &Evaluation) -> f64 {
     let distance = |point: &Evaluation| {
         let pairs = point.shares.iter().zip(&optimum.shares);
         pairs.fold(0.0_f64, |far, (a, b)| far.max((a - b).abs()))

@@ -2,7 +2,7 @@
 
 use super::evaluate::{Evaluation, Evaluator, Halted};
 use super::local::{least, least_worst};
-use super::region::{Correlation, Interval, correlations, explore, intervals};
+use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
 use super::study::CalibrationStudy;
 use super::target::{Role, TargetResult};
 use std::sync::atomic::AtomicBool;
@@ -36,9 +36,8 @@ pub struct Calibration {
     pub parameters: Vec<f64>,
     /// The largest residual of the held targets there, in half-widths.
     pub worst: f64,
-    /// The least largest residual of all targets that are to be met and can be, if none is set aside: how many times
-    /// wider their intervals would have to be.
-    pub worst_of_all: f64,
+    /// Where targets are set aside: the best that can be done for all of them.
+    pub compromise: Option<Compromise>,
     /// In the order of the study.
     pub targets: Vec<TargetResult>,
     /// Of every parameter; empty if it was interrupted before.
@@ -49,6 +48,17 @@ pub struct Calibration {
     pub runs: Vec<(Vec<f64>, Result<crate::sweep::Values, String>)>,
     /// Those of [`Self::runs`] that failed.
     pub failed: usize,
+}
+
+/// The point at which the largest residual of all targets is least, but for those that are out of reach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compromise {
+    /// In the SI units of their keys.
+    pub parameters: Vec<f64>,
+    /// How many times wider the intervals of the targets would have to be for all to hold; above 1.
+    pub worst: f64,
+    /// Of every target, in half-widths; infinite where the run has no such quantity.
+    pub residuals: Vec<f64>,
 }
 
 /// Why there is no calibration.
@@ -70,6 +80,9 @@ const FEWER: usize = 4;
 
 /// Rounds of a local search: of the main one, and of a question beside it.
 const ROUNDS: [u32; 2] = [3, 2];
+
+/// Starts within the region in which targets hold are apart by this part of its extent.
+const NEAR: f64 = 0.125;
 
 /// The state of a calibration.
 struct Calibrating<'a, 'b> {
@@ -96,12 +109,13 @@ pub fn calibrate(
         pool: Vec::new(),
         progress,
     };
-    let fitted: Vec<usize> = (0..study.targets.len()).filter(|&k| study.targets[k].fit).collect();
+    let fitted: Vec<usize> = (0..study.targets.len())
+        .filter(|&k| study.targets[k].weight > 0.0)
+        .collect();
     let mut answer = Answer {
         held: fitted.clone(),
         contradicting: Vec::new(),
         out_of_reach: Vec::new(),
-        worst_of_all: f64::NAN,
         intervals: Vec::new(),
         correlations: Vec::new(),
     };
@@ -133,14 +147,25 @@ pub fn calibrate(
     let Some(best) = least(&state.pool, &answer.held) else {
         return Err(CalibrationError::NothingRun);
     };
+    let mut reachable = fitted.clone();
+    reachable.retain(|k| !answer.out_of_reach.contains(k));
+    let worst = |members: &[usize]| least(&state.pool, members).map_or(f64::INFINITY, |point| point.worst(members));
+    let instead = |k: usize| -> Vec<usize> {
+        let swapped = |other: usize| -> Vec<usize> {
+            let with = answer.held.iter().copied().filter(|&held| held != other);
+            with.chain([k]).collect()
+        };
+        let others = answer.held.iter().copied();
+        others.filter(|&other| worst(&swapped(other)) <= 1.0).collect()
+    };
     let result = |k: usize| {
         let values = best.result.as_ref().ok();
         let here = values.map_or(f64::NAN, |values| values[study.targets[k].quantity]);
-        let together = answer.contradicting.iter().find(|(other, _)| *other == k);
+        let contradicts = answer.contradicting.contains(&k);
         TargetResult {
             role: if answer.held.contains(&k) {
                 Role::Held
-            } else if together.is_some() {
+            } else if contradicts {
                 Role::Contradicts
             } else if answer.out_of_reach.contains(&k) {
                 Role::OutOfReach
@@ -150,7 +175,12 @@ pub fn calibrate(
             here,
             residual: values.map_or(f64::NAN, |values| study.targets[k].residual(values)),
             nearest: nearest(k),
-            together: together.map_or(f64::NAN, |(_, worst)| *worst),
+            instead: if contradicts { instead(k) } else { Vec::new() },
+            together: if contradicts {
+                worst(&[answer.held.as_slice(), &[k]].concat())
+            } else {
+                f64::NAN
+            },
         }
     };
     Ok(Calibration {
@@ -158,7 +188,13 @@ pub fn calibrate(
         shares: best.shares.clone(),
         parameters: study.parameters(&best.shares),
         worst: best.worst(&answer.held),
-        worst_of_all: answer.worst_of_all,
+        compromise: least(&state.pool, &reachable)
+            .filter(|point| !answer.contradicting.is_empty() && point.worst(&reachable).is_finite())
+            .map(|point| Compromise {
+                parameters: study.parameters(&point.shares),
+                worst: point.worst(&reachable),
+                residuals: point.residuals.clone(),
+            }),
         targets: (0..study.targets.len()).map(result).collect(),
         intervals: answer.intervals,
         correlations: answer.correlations,
@@ -175,10 +211,8 @@ pub fn calibrate(
 struct Answer {
     /// Targets that hold together, or are still to.
     held: Vec<usize>,
-    /// With the largest residual that is left if this one is held, too.
-    contradicting: Vec<(usize, f64)>,
+    contradicting: Vec<usize>,
     out_of_reach: Vec<usize>,
-    worst_of_all: f64,
     intervals: Vec<Interval>,
     correlations: Vec<Correlation>,
 }
@@ -193,7 +227,8 @@ impl Calibrating<'_, '_> {
         // What cannot hold by itself cannot hold with others.
         for &k in fitted {
             if self.worst(&[k]) > 1.0 {
-                self.improve(&[k], FEWER, ROUNDS[1], "reaching for one target")?;
+                let wide = self.spacing();
+                self.improve(&[k], FEWER, ROUNDS[1], wide, "reaching for one target")?;
             }
             if self.worst(&[k]) > 1.0 {
                 answer.out_of_reach.push(k);
@@ -203,50 +238,64 @@ impl Calibrating<'_, '_> {
         if answer.held.is_empty() {
             return Ok(());
         }
-        self.improve(&answer.held, search.starts, ROUNDS[0], "local searches")?;
-        answer.worst_of_all = self.worst(&answer.held);
-        let mut set_aside = Vec::new();
+        let wide = self.spacing();
+        self.improve(&answer.held, search.starts, ROUNDS[0], wide, "local searches")?;
         while self.worst(&answer.held) > 1.0 && answer.held.len() > 1 {
-            let without = self.least_missed(&answer.held)?;
-            set_aside.push(answer.held[without]);
-            answer.held.remove(without);
+            let without = answer.held.remove(self.least_missed(&answer.held)?);
+            answer.contradicting.push(without);
         }
-        if !set_aside.is_empty() {
-            self.improve(&answer.held, search.starts, ROUNDS[0], "local searches")?;
+        if !answer.contradicting.is_empty() {
+            self.improve(&answer.held, search.starts, ROUNDS[0], wide, "local searches")?;
         }
-        // What was set aside early may hold after all, now that another is gone.
-        for &k in &set_aside {
-            let mut with = answer.held.clone();
-            with.push(k);
-            with.sort_unstable();
-            self.improve(&with, search.starts, ROUNDS[0], "targets set aside")?;
-            let worst = self.worst(&with);
-            if worst <= 1.0 {
-                answer.held = with;
-            } else {
-                answer.contradicting.push((k, worst));
-            }
+        let mut sample = self.explore(&answer.held)?;
+        // Where targets jump, all may hold in a corner that no search from outside has found: with the region of the
+        // others known, what was set aside is looked for in there.
+        while let Some(place) = self.holds_after_all(answer)? {
+            answer.held.push(answer.contradicting.remove(place));
+            answer.held.sort_unstable();
+            sample = self.explore(&answer.held)?;
         }
-        let Some(optimum) = least(&self.pool, &answer.held).cloned() else {
-            return Ok(());
-        };
-        let progress = &mut *self.progress;
-        let sample = explore(
-            &self.evaluator,
-            &mut self.pool,
-            &answer.held,
-            &optimum,
-            &mut |done, total| {
-                progress(CalibrationProgress {
-                    stage: "the spread",
-                    done,
-                    total,
-                });
-            },
-        )?;
+        let near = self.extent(&answer.held) * NEAR;
+        self.improve(&answer.held, FEWER, ROUNDS[0], near, "the optimum")?;
         answer.intervals = intervals(&self.evaluator, &self.pool, &answer.held);
         answer.correlations = correlations(&sample);
         Ok(())
+    }
+
+    /// Looks for each target that is set aside among those that are held, the last one first. Returns the place of one
+    /// that holds with them.
+    fn holds_after_all(&mut self, answer: &Answer) -> Result<Option<usize>, Halted> {
+        let starts = self.evaluator.study.search.starts;
+        let near = self.extent(&answer.held) * NEAR;
+        for place in (0..answer.contradicting.len()).rev() {
+            let with = [answer.held.as_slice(), &[answer.contradicting[place]]].concat();
+            self.improve(&with, starts, ROUNDS[1], near, "targets set aside")?;
+            if self.worst(&with) <= 1.0 {
+                return Ok(Some(place));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Explores the region in which these targets hold. Returns an even sample of it.
+    fn explore(&mut self, members: &[usize]) -> Result<Vec<Vec<f64>>, Halted> {
+        let Some(optimum) = least(&self.pool, members).cloned() else {
+            return Ok(Vec::new());
+        };
+        let progress = &mut *self.progress;
+        let mut show = |done: usize, total: usize| {
+            progress(CalibrationProgress {
+                stage: "the spread",
+                done,
+                total,
+            });
+        };
+        explore(&self.evaluator, &mut self.pool, members, &optimum, &mut show)
+    }
+
+    /// How far the region in which these targets hold reaches from the optimum, as a share of the ranges.
+    fn extent(&self, members: &[usize]) -> f64 {
+        least(&self.pool, members).map_or(0.0, |optimum| reach_of(&self.pool, members, optimum))
     }
 
     /// The least largest residual of these targets among all runs.
@@ -278,9 +327,16 @@ impl Calibrating<'_, '_> {
         if halted { Err(Halted) } else { Ok(()) }
     }
 
-    /// Local searches for the least largest residual of these targets.
-    fn improve(&mut self, members: &[usize], starts: usize, rounds: u32, stage: &'static str) -> Result<(), Halted> {
-        let spacing = self.spacing();
+    /// Local searches for the least largest residual of these targets, from points that are `spacing` apart, with first
+    /// steps of that size.
+    fn improve(
+        &mut self,
+        members: &[usize],
+        starts: usize,
+        rounds: u32,
+        spacing: f64,
+        stage: &'static str,
+    ) -> Result<(), Halted> {
         let starts = apart(&self.pool, members, starts, spacing);
         let evaluator = &self.evaluator;
         let (progress, total) = (&mut *self.progress, starts.len());
@@ -293,16 +349,20 @@ impl Calibrating<'_, '_> {
         if halted { Err(Halted) } else { Ok(()) }
     }
 
-    /// Which of `members` is to be set aside: the one without which the others come nearest to holding.
+    /// Which of `members` is to be set aside: of those of the least weight the one without which the others come nearest
+    /// to holding.
     fn least_missed(&mut self, members: &[usize]) -> Result<usize, Halted> {
         let rest = |without: usize| -> Vec<usize> {
             let others = members.iter().enumerate().filter(|(place, _)| *place != without);
             others.map(|(_, &k)| k).collect()
         };
-        let mut best = (f64::INFINITY, 0);
-        for without in 0..members.len() {
+        let weight = |place: usize| self.evaluator.study.targets[members[place]].weight;
+        let least = (0..members.len()).map(weight).fold(f64::INFINITY, f64::min);
+        let candidates: Vec<usize> = (0..members.len()).filter(|&place| weight(place) == least).collect();
+        let mut best = (f64::INFINITY, candidates[0]);
+        for without in candidates {
             let rest = rest(without);
-            self.improve(&rest, FEWER, ROUNDS[1], "leaving out one target")?;
+            self.improve(&rest, FEWER, ROUNDS[1], self.spacing(), "leaving out one target")?;
             // The searches for one helped the others, too; a tie goes to the first.
             let worst = self.worst(&rest);
             if worst < best.0 {

@@ -234,11 +234,11 @@ fn read_targets(reader: &mut Reader, root: &Node) -> Vec<Target> {
         }
         targets.push(target);
     }
-    if reader.is_clean() && !targets.iter().any(|target| target.fit) {
+    if reader.is_clean() && !targets.iter().any(|target| target.weight > 0.0) {
         reader.report(
             root,
             "target",
-            "all targets have fit = false, so there is nothing to meet; remove it from one",
+            "all targets have weight = 0, so there is nothing to meet; remove it from one",
         );
     }
     targets

@@ -14,8 +14,8 @@ pub struct Target {
     pub value: f64,
     /// The quantity lies within this of `value`; greater than 0.
     pub half_width: f64,
-    /// Whether the parameters are to meet it; else it is compared only.
-    pub fit: bool,
+    /// Where not all can hold, the least weight is set aside first; 0 is compared only.
+    pub weight: f64,
 }
 
 impl Target {
@@ -77,6 +77,8 @@ pub struct TargetResult {
     /// Of a target that contradicts: the largest residual that is left if it is held and the held ones are met as well as
     /// may be. NaN for the others.
     pub together: f64,
+    /// Of a target that contradicts: held ones, by their places, each of which could be set aside in its place.
+    pub instead: Vec<usize>,
 }
 
 /// Quantities that tell of the computation, not of the brake.
@@ -99,9 +101,14 @@ pub(super) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Targe
         reader.report(node, path, message);
         return None;
     };
-    reader.check_keys(node, path, &["quantity", "value", "half_width", "fit"]);
-    let fit = reader.flag(node, path, "fit", true);
+    reader.check_keys(node, path, &["quantity", "value", "half_width", "weight"]);
     let at = |name: &str| format!("{path}.{name}");
+    let weight = match node.at("weight") {
+        Some(given) => reader.number(given, &at("weight"), "a number that is not negative", |weight| {
+            weight >= 0.0
+        }),
+        None => Some(1.0),
+    };
     let quantity = match node.at("quantity") {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
@@ -181,7 +188,7 @@ pub(super) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Targe
         quantity: quantity?,
         value,
         half_width,
-        fit,
+        weight: weight?,
     })
 }
 

@@ -31,8 +31,8 @@ struct CalibrationDocument<'a> {
     consistent: bool,
     /// In half-widths, at the optimum.
     largest_residual: f64,
-    /// The same if no target that can be met is set aside.
-    largest_residual_of_all: Option<f64>,
+    /// The same at the compromise, where targets are set aside.
+    largest_residual_of_compromise: Option<f64>,
     parameters: Vec<ParameterDocument>,
     targets: Vec<TargetDocument>,
     correlations: Vec<CorrelationDocument>,
@@ -48,6 +48,8 @@ struct ParameterDocument {
     key: String,
     unit: &'static str,
     optimum: f64,
+    /// If no target is set aside; only where some are.
+    compromise: Option<f64>,
     least: Option<f64>,
     largest: Option<f64>,
     determined: Option<&'static str>,
@@ -60,6 +62,7 @@ struct TargetDocument {
     unit: &'static str,
     value: f64,
     half_width: f64,
+    weight: f64,
     /// None where the run has no such quantity.
     here: Option<f64>,
     residual: Option<f64>,
@@ -67,6 +70,8 @@ struct TargetDocument {
     nearest: Option<f64>,
     /// Of a target that contradicts.
     together: Option<f64>,
+    /// Of a target that contradicts: each of these could be set aside in its place.
+    instead: Vec<&'static str>,
     role: &'static str,
 }
 
@@ -237,6 +242,7 @@ fn document<'a>(
             key: axis.keys[0].clone(),
             unit: axis.unit.unwrap_or("1"),
             optimum: calibration.parameters[k],
+            compromise: calibration.compromise.as_ref().map(|point| point.parameters[k]),
             least: interval.map(|interval| interval.least),
             largest: interval.map(|interval| interval.largest),
             determined: interval.map(|interval| interval.determined.name()),
@@ -257,7 +263,7 @@ fn document<'a>(
         digest: study.digest(),
         consistent: is_consistent(calibration),
         largest_residual: calibration.worst,
-        largest_residual_of_all: known(calibration.worst_of_all),
+        largest_residual_of_compromise: calibration.compromise.as_ref().map(|point| point.worst),
         parameters: (0..study.runs.axes.len()).map(parameter).collect(),
         targets: targets
             .map(|(target, result)| TargetDocument {
@@ -265,10 +271,12 @@ fn document<'a>(
                 unit: target.unit(),
                 value: target.value,
                 half_width: target.half_width,
+                weight: target.weight,
                 here: known(result.here),
                 residual: known(result.residual),
                 nearest: known(result.nearest),
                 together: known(result.together),
+                instead: names(study, &result.instead),
                 role: result.role.name(),
             })
             .collect(),
@@ -285,6 +293,10 @@ fn document<'a>(
         jobs,
         wall_time,
     }
+}
+
+fn names(study: &CalibrationStudy, targets: &[usize]) -> Vec<&'static str> {
+    targets.iter().map(|&k| study.targets[k].name()).collect()
 }
 
 fn is_consistent(calibration: &Calibration) -> bool {
@@ -380,12 +392,17 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
     });
     for (target, result) in targets() {
         match result.role {
-            Role::Contradicts => lines.push(format!(
-                "{} contradicts them: it can hold by itself, but with it some residual is {:.2} or more; here it is {:.2}.",
-                target.name(),
-                result.together,
-                result.residual
-            )),
+            Role::Contradicts => {
+                let instead = match names(study, &result.instead).join(" or ") {
+                    names if names.is_empty() => String::new(),
+                    names => format!(" Setting aside {names} in its place does as well."),
+                };
+                lines.push(format!(
+                    "{} contradicts them: with it held, too, the largest residual is at least {:.2}.{instead}",
+                    target.name(),
+                    result.together
+                ));
+            }
             Role::OutOfReach => lines.push(format!(
                 "{} holds nowhere in the ranges; the nearest is {:.2} half-widths off.",
                 target.name(),
@@ -394,10 +411,13 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
             Role::Held | Role::Compared => {}
         }
     }
-    if calibration.worst_of_all > 1.0 {
+    if let Some(compromise) = &calibration.compromise {
+        let values = study.runs.axes.iter().zip(&compromise.parameters);
+        let values = values.map(|(axis, &value)| format!("{} = {}", axis.keys[0], six_digits(value)));
         lines.push(format!(
-            "To meet all that can be met, every interval would have to be {:.2} times as wide.",
-            calibration.worst_of_all
+            "With intervals {:.2} times as wide all of these hold together, at {}.",
+            compromise.worst,
+            values.collect::<Vec<_>>().join(", ")
         ));
     }
     for (axis, interval) in study.runs.axes.iter().zip(&calibration.intervals) {

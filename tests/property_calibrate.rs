@@ -1,0 +1,132 @@
+//! Numbers made from known parameters, rounded, give these parameters back within the spread that is stated.
+
+use std::sync::atomic::AtomicBool;
+use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Role, calibrate};
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::analysis::Summary;
+use stickslip::simulation::{NoRecorder, simulate};
+use stickslip::sweep::StudySource;
+use std::ops::ControlFlow;
+
+fn found(text: &str) -> Calibration {
+    let source = StudySource {
+        text: text.to_owned(),
+        path: None,
+        name: "test".to_owned(),
+    };
+    let study = CalibrationStudy::parse(source, &[]).unwrap();
+    let stop = AtomicBool::new(false);
+    let options = CalibrationOptions { workers: 2, stop: &stop };
+    calibrate(&study, &options, &mut |_| {}).unwrap()
+}
+
+/// The summary of a brake with this decay rate and kick at the instability, by another solver than calibrations use.
+fn measured(settings: &[&str]) -> Summary {
+    let base = CaseSource::built_in("paper").unwrap();
+    let mut overrides = vec![
+        Override::parse("perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-6}]").unwrap(),
+        Override::parse("output.interval=1").unwrap(),
+        Override::parse("output.window=[]").unwrap(),
+    ];
+    overrides.extend(settings.iter().map(|setting| Override::parse(setting).unwrap()));
+    let case = Case::parse(&base, &overrides).unwrap();
+    let report = simulate(&case.parameters, &case.solver, &case.output, &mut NoRecorder, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    Summary::of_run(&case.parameters, &report)
+}
+
+/// A study that looks for a decay rate and a kick by these targets.
+fn study(settings: &str, targets: &[(&str, String)]) -> String {
+    let mut text = format!(
+        r#"
+case = "paper"
+[search]
+points = 256
+starts = 6
+[[free]]
+key = "friction.decay"
+from = 2
+to = 9
+[[free]]
+key = "perturbation.0.relative_velocity"
+from = 1e-10
+to = 1e-3
+spacing = "log"
+[set]
+perturbation = [{{ kind = "kick", time = "instability", relative_velocity = 1e-6 }}]
+{settings}
+"#
+    );
+    for (quantity, value) in targets {
+        text += &format!("[[target]]\nquantity = \"{quantity}\"\nvalue = \"{value} s\"\n");
+    }
+    text
+}
+
+#[test]
+fn property_known_parameters_are_found_again_within_the_spread() {
+    // Brakes that differ in decay rate, kick, damping and speed.
+    for (decay, kick, others) in [
+        (4.3, 2e-6, ["torsion.damping=18.0", "initial.speed=60.0"]),
+        (6.2, 3e-8, ["torsion.damping=26.0", "initial.speed=25.0"]),
+    ] {
+        let (alpha, delta) = (
+            format!("friction.decay={decay}"),
+            format!("perturbation.0.relative_velocity={kick}"),
+        );
+        let summary = measured(&[&alpha, &delta, others[0], others[1]]);
+        assert!(summary.sticks > 10, "{summary:?}");
+        let onset = format!("{:.4}", summary.onset_time.unwrap());
+        let last = format!("{:.4}", summary.final_stick_time.unwrap());
+        let first = format!("{:.6}", summary.first_stick_duration.unwrap());
+        let targets = [
+            ("onset_time", onset),
+            ("final_stick_time", last),
+            ("first_stick_duration", first),
+        ];
+        let calibration = found(&study(&others.join("\n"), &targets));
+        assert!(calibration.worst <= 1.0, "{calibration:?}");
+        assert!(calibration.targets.iter().all(|target| target.role == Role::Held));
+        for (interval, truth) in calibration.intervals.iter().zip([decay, kick]) {
+            // The truth holds, so that the set of all parameters that do has it; what is found of that set may end a
+            // little before its rim.
+            let slack = 0.03 * (interval.largest - interval.least);
+            assert!(
+                (interval.least - slack..=interval.largest + slack).contains(&truth),
+                "{truth} is not in {interval:?}"
+            );
+        }
+        // The data are worth something: of the ranges, less than a third is left.
+        let alpha = calibration.intervals[0];
+        assert!(alpha.largest - alpha.least < 7.0 / 3.0, "{alpha:?}");
+    }
+}
+
+#[test]
+fn property_numbers_of_two_brakes_contradict_each_other() {
+    let summaries = [5.0, 5.5].map(|decay| measured(&[&format!("friction.decay={decay}")]));
+    // Sliding loses its stability at a speed that depends on the decay rate alone, and so does the stop, but for some
+    // ten microseconds: one number from each of two brakes.
+    let targets = [
+        ("instability_time", format!("{:.5}", summaries[0].instability_time.unwrap())),
+        ("final_stick_time", format!("{:.4}", summaries[1].final_stick_time.unwrap())),
+    ];
+    let text = study("", &targets);
+    let calibration = found(&text);
+    let roles: Vec<Role> = calibration.targets.iter().map(|target| target.role).collect();
+    assert_eq!(
+        roles.iter().filter(|role| **role == Role::Contradicts).count(),
+        1,
+        "{roles:?}"
+    );
+    assert_eq!(roles.iter().filter(|role| **role == Role::Held).count(), 1, "{roles:?}");
+    let (index, other) = if roles[0] == Role::Contradicts { (0, 1) } else { (1, 0) };
+    assert!(calibration.targets[index].together > 1.0);
+    assert_eq!(calibration.targets[index].instead, [other]);
+    let compromise = calibration.compromise.unwrap();
+    assert_eq!(compromise.worst, calibration.targets[index].together);
+    // Between the two brakes, or next to them.
+    assert!((4.9..5.6).contains(&compromise.parameters[0]), "{compromise:?}");
+}
