@@ -75,7 +75,7 @@ impl Ranks {
                     // The same everywhere, or the one that nobody else has: said once.
                     Err(error) if session.rank() == 0 || digests[0].is_some() => Err(input(error)),
                     Ok(_) if session.rank() == 0 => Err(CommandError::Input(format!(
-                        "rank {} has not read the study that rank 0 has; see to it that all machines have the same files, and the same build of the program",
+                        "rank {} has not read the study that rank 0 has; see to it that all machines have the same files and the same version of the program",
                         different[0]
                     ))),
                     _ => Ok(None),

@@ -2,8 +2,9 @@
 //!
 //! A [`Study`] is read from a TOML file: a base case, [`Axis`]es over its keys, and which points they make: a grid, a
 //! sample, a table, or the points that tracing a boundary asks for. Points are numbered; what a point comes to depends on
-//! the study alone. [`run_points`] computes them on a pool of threads, [`Journal`] keeps every outcome as it comes, and the
-//! sweep file ([`crate::results::SweepWriter`]) is made from the journal in the order of the numbers.
+//! the study alone. A [`Crew`] computes them: a pool of threads ([`run_points`]), or the ranks of an MPI job (feature
+//! `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file ([`crate::results::SweepWriter`]) is made from the
+//! journal in the order of the numbers; a [`Shard`] is a part of the points with a file of its own.
 
 mod axis;
 mod boundary;
@@ -11,6 +12,7 @@ mod boundary_tables;
 mod contour;
 mod crew;
 mod criterion;
+mod earlier;
 mod journal;
 mod lattice;
 mod limit;
@@ -19,6 +21,7 @@ pub mod mpi;
 mod output;
 mod quantities;
 mod reading;
+mod record;
 mod runner;
 mod sampling;
 mod shard;

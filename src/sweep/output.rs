@@ -2,15 +2,16 @@
 
 use super::boundary::{Boundaries, trace};
 use super::crew::{Crew, Delivery, Threads, Work};
-use super::journal::{Existing, Journal, JournalError, journal_path, rank_journals};
+use super::earlier::{already_there, gather, ranks_left};
+use super::journal::{Existing, Journal, JournalError, journal_path};
 use super::quantities::{NO_COUNT, Outcome, QUANTITIES};
 use super::runner::{Integrate, Stopped};
-use super::shard::Shard;
+use super::shard::{Part, Shard};
 use super::study::{Design, Point, Study};
 use crate::case::Setting;
 use crate::results::{
-    Overwrite, Partition, ResultError, ShardFile, ShardPlan, Status, SweepAxis, SweepFile, SweepHeader, SweepLayout,
-    SweepPlan, SweepRow, SweepVariable, SweepWriter, check_target,
+    Overwrite, ResultError, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
+    SweepWriter, check_target,
 };
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -87,7 +88,7 @@ pub enum SweepError {
     #[error("the study has {points} points, too few for {count} shards; use at most {points}")]
     TooManyShards { points: u64, count: usize },
     #[error(
-        "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split into shards; sweep it as one job on many threads (-j), or on many machines under MPI"
+        "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split into shards; sweep it as one job on many threads (-j), on many machines under MPI, or as one study for each value of its other axes"
     )]
     BoundaryInShards,
     #[error("{} no longer answers; what was computed is in the journals, and --resume goes on from there", ranks(.silent))]
@@ -125,7 +126,7 @@ impl From<JournalError> for SweepEnd {
 }
 
 /// This many failures are named in a report.
-const NAMED_FAILURES: usize = 5;
+pub(super) const NAMED_FAILURES: usize = 5;
 
 /// Runs a study into its file.
 ///
@@ -229,92 +230,6 @@ pub fn sweep_with(
         failed,
         boundaries,
     })
-}
-
-fn ranks_left(path: &Path) -> Result<Vec<PathBuf>, SweepError> {
-    rank_journals(path).map_err(|error| ResultError::io(path, "looking for the journals of ranks", error).into())
-}
-
-/// Brings what ranks have left in journals of their own into the journal of the sweep, or does with them what is to be
-/// done with that one.
-fn gather(journal: &mut Journal, path: &Path, digest: &str, existing: Existing) -> Result<(), SweepError> {
-    for file in ranks_left(path)? {
-        let mut other = Journal::open(&file, digest, existing)?;
-        journal.absorb(&mut other)?;
-        other.remove()?;
-    }
-    Ok(())
-}
-
-/// The report of a sweep that had been complete before it was resumed.
-fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> Result<SweepReport, SweepError> {
-    let other = || SweepError::OtherStudy { path: path.to_owned() };
-    let (points, mut failures) = match shard {
-        None => {
-            let file = SweepFile::open(path)?;
-            if file.digest().as_deref() != Some(digest) {
-                return Err(other());
-            }
-            (file.numbers("status")?.len() as u64, file.failures()?)
-        }
-        Some(expected) => {
-            let file = ShardFile::open(path)?;
-            if file.digest().as_deref() != Some(digest) {
-                return Err(other());
-            }
-            let (found, count) = (file.shard() + 1, file.partition().shards());
-            if (found, count) != (expected.index(), expected.count()) {
-                return Err(SweepError::OtherShard {
-                    path: path.to_owned(),
-                    found: format!("{found} of {count}"),
-                    expected,
-                });
-            }
-            (file.done()? as u64, file.failures()?)
-        }
-    };
-    let failed = failures.len() as u64;
-    failures.truncate(NAMED_FAILURES);
-    Ok(SweepReport {
-        file: path.to_owned(),
-        interrupted: false,
-        points,
-        run_now: 0,
-        failures,
-        failed,
-        boundaries: None,
-    })
-}
-
-/// The points of one shard.
-struct Part {
-    /// Counted from 0.
-    shard: usize,
-    partition: Partition,
-    shape: Vec<usize>,
-}
-
-impl Part {
-    fn of(study: &Study, shard: Shard) -> Result<Self, SweepError> {
-        let points = study.point_count().ok_or(SweepError::BoundaryInShards)?;
-        if points < shard.count() as u64 {
-            let count = shard.count();
-            return Err(SweepError::TooManyShards { points, count });
-        }
-        let shape = match study.design {
-            Design::Grid => study.axes.iter().map(|axis| axis.levels.len()).collect(),
-            _ => vec![points as usize],
-        };
-        Ok(Part {
-            shard: shard.index() - 1,
-            partition: Partition::new(&shape, shard.count()),
-            shape,
-        })
-    }
-
-    fn holds(&self, number: u64) -> bool {
-        self.partition.owner(number as usize) == self.shard
-    }
 }
 
 /// The points of a study by their numbers.

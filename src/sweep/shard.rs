@@ -1,5 +1,8 @@
 //! One of several parts into which a study is split, for machines that share nothing but the study.
 
+use super::output::SweepError;
+use super::study::{Design, Study};
+use crate::results::Partition;
 use std::fmt;
 
 /// Shard `index` (from 1) of `count`.
@@ -84,6 +87,41 @@ impl Shard {
 impl fmt::Display for Shard {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{} of {}", self.index, self.count)
+    }
+}
+
+/// The points of one shard.
+pub(super) struct Part {
+    /// Counted from 0.
+    pub(super) shard: usize,
+    pub(super) partition: Partition,
+    /// Lengths of the axes of a grid, the number of points of a table.
+    pub(super) shape: Vec<usize>,
+}
+
+impl Part {
+    /// # Errors
+    /// A study that has no shards, or not so many.
+    pub(super) fn of(study: &Study, shard: Shard) -> Result<Self, SweepError> {
+        let points = study.point_count().ok_or(SweepError::BoundaryInShards)?;
+        if points < shard.count() as u64 {
+            let count = shard.count();
+            return Err(SweepError::TooManyShards { points, count });
+        }
+        let shape = match study.design {
+            Design::Grid => study.axes.iter().map(|axis| axis.levels.len()).collect(),
+            _ => vec![points as usize],
+        };
+        Ok(Part {
+            shard: shard.index() - 1,
+            partition: Partition::new(&shape, shard.count()),
+            shape,
+        })
+    }
+
+    /// Whether a point of the study is in it.
+    pub(super) fn holds(&self, number: u64) -> bool {
+        self.partition.owner(number as usize) == self.shard
     }
 }
 
