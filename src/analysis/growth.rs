@@ -1,9 +1,11 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
+use super::modes::critical_speed;
 use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
-use crate::model::axial::AxialMotion;
 use crate::model::Torsion;
+use crate::model::axial::AxialMotion;
+use crate::model::stability::Forecast;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::simulation::{Event, EventDigest};
 use nalgebra::{Complex, DMatrix};
@@ -94,6 +96,37 @@ impl Growth {
         })
     }
 }
+
+/// [`Growth::exponent`] without a run, for sliding that begins at t = 0 and loses its stability when the force has come to
+/// rest: of smooth sliding from the speed at which the margin is zero. It is 0 where stability is not lost by `end` (s),
+/// and `None` where the force still changes when it is.
+pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
+    let torsion = TorsionModel::new(parameters);
+    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+    let speed = parameters.initial.speed;
+    let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).trouble else {
+        return Some(0.0);
+    };
+    let rest = axial.silent_from(axial.corners().last().unwrap_or(0.0));
+    // What the forecast leaves out shifts it by J/I.
+    if lost * (1.0 - EARLIER) < rest {
+        return None;
+    }
+    let Some(critical) = critical_speed(&torsion, axial.pressing_force(lost)) else {
+        return Some(0.0);
+    };
+    let path = SmoothSliding {
+        torsion: &torsion,
+        axial: &axial,
+        sense: speed.signum(),
+    };
+    let start = path.point_of_speed(lost, critical);
+    let rates = path.rates_to_stop(start, critical, lost);
+    Some(integrate(&rates, lost, f64::INFINITY, |rate| rate.max(0.0)))
+}
+
+/// Share of the time until stability is lost by which that may come earlier than foreseen.
+const EARLIER: f64 = 0.02;
 
 /// Trapezoidal integral of f(rate) between two times, as far as the rates reach.
 fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {

@@ -63,6 +63,18 @@ impl SmoothSliding<'_> {
         (time, slow_momentum(self.torsion, &y))
     }
 
+    /// The point at `time` (s) with this |omega_r| (rad/s).
+    pub fn point_of_speed(&self, time: f64, speed: f64) -> Point {
+        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let mut momentum = self.sense * inertia * speed;
+        // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
+        let rounds = if self.haste(time, speed) > LARGEST_HASTE { 0 } else { 6 };
+        for _ in 0..rounds {
+            momentum += self.sense * inertia * (speed - self.speed((time, momentum)));
+        }
+        (time, momentum)
+    }
+
     fn pressing(&self, t: f64) -> (f64, f64) {
         let axial = self.axial.at(t);
         if axial.pressing_force > 0.0 {

@@ -7,7 +7,7 @@ use super::{CommandError, End, complain, print, print_json, provenance};
 use crate::analysis::Summary;
 use crate::case::{Case, CaseError, Override};
 use crate::hybrid::RunError;
-use crate::results::{Header, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
+use crate::results::{Header, MetaValue, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
 use crate::simulation::{Cycle, Event, Progress, Recorder, RecorderError, RunReport, Sample, Segment, simulate};
 use crate::sweep::{
     Boundaries, Branch, Design, IntegrateError, JournalError, Study, StudySource, SweepError, SweepReport,
@@ -67,6 +67,10 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .jobs
         .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let digest = study.digest();
+    let mut meta = provenance::build();
+    if let Some(tolerance) = study.default_tolerance() {
+        meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
+    }
     let header = SweepHeader {
         title: study.title.clone(),
         source: provenance::source(),
@@ -75,7 +79,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         digest: digest.clone(),
         study_text: study.source.text.clone(),
         case_text: study.base.text.clone(),
-        meta: provenance::build(),
+        meta,
     };
     let stop = interrupt_flag()?;
     let folder = path.with_extension("runs");

@@ -58,8 +58,14 @@ pub enum ResultError {
         super::schema::FORMAT
     )]
     NotAResult { path: PathBuf, found: Option<String> },
+    #[error("{path}: {}", another_kind(.format))]
+    AnotherKind { path: PathBuf, format: &'static str },
     #[error("{path}: not the file of a sweep; give one written by `stickslip sweep`")]
     NotASweep { path: PathBuf },
+    #[error(
+        "{path}: a sweep without a boundary, and plot draws the boundaries of studies with a [boundary]; its map opens in any program that reads netCDF, as in xarray.open_dataset(\"{path}\").stick_count.plot()"
+    )]
+    NoBoundary { path: PathBuf },
     #[error(
         "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
     )]
@@ -74,6 +80,16 @@ pub enum ResultError {
         what: &'static str,
         code: i8,
     },
+}
+
+fn another_kind(format: &str) -> &'static str {
+    if format == super::schema::SWEEP_FORMAT {
+        "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws its \
+         boundaries, and with trajectory = true in [keep] a study leaves a result file of each run"
+    } else {
+        "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, and `stickslip run` writes \
+         results"
+    }
 }
 
 fn their_format(found: &Option<String>) -> String {

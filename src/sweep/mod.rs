@@ -13,6 +13,7 @@ mod criterion;
 mod journal;
 mod lattice;
 mod limit;
+mod nose;
 mod output;
 mod quantities;
 mod reading;
@@ -30,4 +31,4 @@ pub use quantities::{EventRow, NO_COUNT, Outcome, QUANTITIES, Quantity, Values, 
 pub use runner::{Integrate, IntegrateError, Stopped, run_point, run_points, without_a_file};
 pub use sampling::SampleMethod;
 pub use source::{BuiltInStudy, STUDIES, StudySource};
-pub use study::{Design, Keep, Point, Study};
+pub use study::{Design, Keep, Point, STUDY_RTOL, Study};
