@@ -30,7 +30,10 @@ fn found(free_and_targets: &str) -> Calibration {
     };
     let study = CalibrationStudy::parse(source, &[]).unwrap();
     let stop = AtomicBool::new(false);
-    let options = CalibrationOptions { workers: 2, stop: &stop };
+    let options = CalibrationOptions {
+        workers: 2,
+        stop: &stop,
+    };
     calibrate(&study, &options, &mut |_| {}).unwrap()
 }
 
@@ -60,8 +63,14 @@ value = "0.00024 s"
     // Only points at which the target holds count, so the interval lies within the true one; the last search along a
     // parameter ends within a thousandth of the region.
     let slack = 0.01 * (largest - least);
-    assert!(interval.least >= least - 1e-12 && interval.least < least + slack, "{interval:?}");
-    assert!(interval.largest <= largest + 1e-12 && interval.largest > largest - slack, "{interval:?}");
+    assert!(
+        interval.least >= least - 1e-12 && interval.least < least + slack,
+        "{interval:?}"
+    );
+    assert!(
+        interval.largest <= largest + 1e-12 && interval.largest > largest - slack,
+        "{interval:?}"
+    );
     // The least largest residual of one target is 0, at the measured value itself.
     assert!(calibration.worst < 0.01, "{}", calibration.worst);
     let optimum = calibration.parameters[0];

@@ -50,8 +50,14 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     assert_eq!(file.text("status").as_deref(), Some("complete"));
     assert_eq!(file.text("study_digest").as_deref(), report["digest"].as_str());
     let one = |name: &str| file.numbers(name).unwrap();
-    assert_eq!(one("calibration/optimum"), [report["parameters"][0]["optimum"].as_f64().unwrap()]);
-    assert_eq!(one("calibration/least"), [report["parameters"][0]["least"].as_f64().unwrap()]);
+    assert_eq!(
+        one("calibration/optimum"),
+        [report["parameters"][0]["optimum"].as_f64().unwrap()]
+    );
+    assert_eq!(
+        one("calibration/least"),
+        [report["parameters"][0]["least"].as_f64().unwrap()]
+    );
     assert_eq!(one("targets/role"), [0.0, 2.0]);
     assert_eq!(
         file.attribute("targets/target", "flag_meanings").as_deref(),
@@ -103,8 +109,16 @@ fn cli_mistakes_in_a_study_are_named_by_line_and_key() {
     for (from, to, words) in [
         ("to = 0.03", "", "free.0.to: missing"),
         ("from = 0.005", "from = 0.03", "from and to are both 0.03"),
-        ("key = \"torsion", "key = \"torsoin", "did you mean torsion.surface_inertia?"),
-        ("\"natural_period\"", "\"natural_priod\"", "did you mean natural_period?"),
+        (
+            "key = \"torsion",
+            "key = \"torsoin",
+            "did you mean torsion.surface_inertia?",
+        ),
+        (
+            "\"natural_period\"",
+            "\"natural_priod\"",
+            "did you mean natural_period?",
+        ),
         ("\"natural_period\"", "\"steps\"", "to measure"),
         ("\"0.00024 s\"", "0.00024", "in quotes as it was printed"),
         ("\"0.00024 s\"", "\"0.00024 kg\"", "expected a time, s"),
@@ -125,7 +139,10 @@ fn cli_mistakes_in_a_study_are_named_by_line_and_key() {
     let text = refusal(&mut folder.stickslip(&["calibrate", "papr-decay"]));
     assert!(text.contains("did you mean paper-decay?"), "{text}");
     // A case in which no point of the range is valid.
-    folder.write("wrong.toml", QUICK.replace("from = 0.005", "from = -0.005").replace("0.03", "-0.03"));
+    folder.write(
+        "wrong.toml",
+        QUICK.replace("from = 0.005", "from = -0.005").replace("0.03", "-0.03"),
+    );
     let text = refusal(&mut folder.stickslip(&["calibrate", "wrong.toml"]));
     assert!(text.contains("must be greater than 0"), "{text}");
 }
@@ -166,7 +183,9 @@ fn cli_targets_out_of_reach_of_all_fail_with_the_nearest() {
 fn cli_an_interruption_leaves_the_runs_made_so_far() {
     let folder = Folder::new();
     // Some minutes, most of it in the sample.
-    let long = QUICK.replace("points = 32", "points = 65536").replace("output.end_time = 0.02", "output.end_time = 10");
+    let long = QUICK
+        .replace("points = 32", "points = 65536")
+        .replace("output.end_time = 0.02", "output.end_time = 10");
     folder.write("long.toml", long.replace("\"actuation.rise_time\" = 0.01", ""));
     let mut child = folder.start(&["calibrate", "long.toml", "-j", "2"]);
     std::thread::sleep(std::time::Duration::from_secs(4));

@@ -377,5 +377,5 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     folder.write("map.toml", QUICK);
     output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
     let stderr = refusal(&mut folder.stickslip(&["plot", "map.h5"]));
-    assert!(stderr.contains("has no boundary"), "{stderr}");
+    assert!(stderr.contains("a sweep without a boundary"), "{stderr}");
 }

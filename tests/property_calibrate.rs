@@ -1,12 +1,12 @@
 //! Numbers made from known parameters, rounded, give these parameters back within the spread that is stated.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
+use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Role, calibrate};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::analysis::Summary;
 use stickslip::simulation::{NoRecorder, simulate};
 use stickslip::sweep::StudySource;
-use std::ops::ControlFlow;
 
 fn found(text: &str) -> Calibration {
     let source = StudySource {
@@ -16,7 +16,10 @@ fn found(text: &str) -> Calibration {
     };
     let study = CalibrationStudy::parse(source, &[]).unwrap();
     let stop = AtomicBool::new(false);
-    let options = CalibrationOptions { workers: 2, stop: &stop };
+    let options = CalibrationOptions {
+        workers: 2,
+        stop: &stop,
+    };
     calibrate(&study, &options, &mut |_| {}).unwrap()
 }
 
@@ -30,9 +33,13 @@ fn measured(settings: &[&str]) -> Summary {
     ];
     overrides.extend(settings.iter().map(|setting| Override::parse(setting).unwrap()));
     let case = Case::parse(&base, &overrides).unwrap();
-    let report = simulate(&case.parameters, &case.solver, &case.output, &mut NoRecorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
+    let report = simulate(
+        &case.parameters,
+        &case.solver,
+        &case.output,
+        &mut NoRecorder,
+        &mut |_| ControlFlow::Continue(()),
+    )
     .unwrap();
     Summary::of_run(&case.parameters, &report)
 }
@@ -110,8 +117,14 @@ fn property_numbers_of_two_brakes_contradict_each_other() {
     // Sliding loses its stability at a speed that depends on the decay rate alone, and so does the stop, but for some
     // ten microseconds: one number from each of two brakes.
     let targets = [
-        ("instability_time", format!("{:.5}", summaries[0].instability_time.unwrap())),
-        ("final_stick_time", format!("{:.4}", summaries[1].final_stick_time.unwrap())),
+        (
+            "instability_time",
+            format!("{:.5}", summaries[0].instability_time.unwrap()),
+        ),
+        (
+            "final_stick_time",
+            format!("{:.4}", summaries[1].final_stick_time.unwrap()),
+        ),
     ];
     let text = study("", &targets);
     let calibration = found(&text);

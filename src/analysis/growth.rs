@@ -1,8 +1,11 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
+use super::modes::critical_speed;
 use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
+use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
+use crate::model::stability::Forecast;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::simulation::{Event, EventDigest};
 use nalgebra::{Complex, DMatrix};
@@ -62,7 +65,8 @@ impl Growth {
         let start = path.point(unstable.time, &unstable.before);
         let mut rates = path.rates_before(start, earliest);
         rates.reverse();
-        rates.append(&mut path.rates_to_stop(start, end));
+        let speed = unstable.before.relative_velocity.abs();
+        rates.append(&mut path.rates_to_stop(start, speed, end));
         let positive = |rate: f64| rate.max(0.0);
         let to_first_stick = integrate(&rates, unstable.time, first_stick, positive);
         let gained = |kick: &Event| {
@@ -93,6 +97,37 @@ impl Growth {
     }
 }
 
+/// [`Growth::exponent`] without a run, for sliding that begins at t = 0 and loses its stability when the force has come to
+/// rest: of smooth sliding from the speed at which the margin is zero. It is 0 where stability is not lost by `end` (s),
+/// and `None` where the force still changes when it is.
+pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
+    let torsion = TorsionModel::new(parameters);
+    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+    let speed = parameters.initial.speed;
+    let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).trouble else {
+        return Some(0.0);
+    };
+    let rest = axial.silent_from(axial.corners().last().unwrap_or(0.0));
+    // What the forecast leaves out shifts it by J/I.
+    if lost * (1.0 - EARLIER) < rest {
+        return None;
+    }
+    let Some(critical) = critical_speed(&torsion, axial.pressing_force(lost)) else {
+        return Some(0.0);
+    };
+    let path = SmoothSliding {
+        torsion: &torsion,
+        axial: &axial,
+        sense: speed.signum(),
+    };
+    let start = path.point_of_speed(lost, critical);
+    let rates = path.rates_to_stop(start, critical, lost);
+    Some(integrate(&rates, lost, f64::INFINITY, |rate| rate.max(0.0)))
+}
+
+/// Share of the time until stability is lost by which that may come earlier than foreseen.
+const EARLIER: f64 = 0.02;
+
 /// Trapezoidal integral of f(rate) between two times, as far as the rates reach.
 fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     rates
@@ -110,11 +145,65 @@ fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -
 }
 
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.
+///
+/// From the characteristic polynomial where its root is known well enough to start from, else from all eigenvalues.
 pub fn fast_growth_rate(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, x: f64) -> f64 {
-    fast_eigenvalues(torsion, axial, sense, t, x)
-        .iter()
-        .map(|l| l.re)
-        .fold(f64::NEG_INFINITY, f64::max)
+    let force = axial.pressing_force(t).max(0.0);
+    relative_root(torsion, torsion.stability_margin(1.0, x, force)).unwrap_or_else(|| {
+        let eigenvalues = fast_eigenvalues(torsion, axial, sense, t, x);
+        eigenvalues.iter().map(|l| l.re).fold(f64::NEG_INFINITY, f64::max)
+    })
+}
+
+/// Share of c_t that friction must have taken from the margin for the relative mode to be less damped than the other
+/// one, whatever the rotor does to both: its share is J/I.
+const APART: f64 = 0.1;
+
+/// Rounds of Newton's method: six are usual.
+const MOST_ROUNDS: usize = 20;
+
+/// The real part of the fast root that belongs to the relative mode, 1/s, for a stability margin of steady sliding
+/// (N m s/rad); `None` where another may be larger, or Newton's method does not settle.
+///
+/// With h = (c_t - margin)/2, the slope of the friction torque, a root satisfies
+/// J lambda D_u D_v = h ((lambda^2 + (k_t + c_t lambda)/I) D_v + lambda^2 D_u), where
+/// D_v = lambda^2 + (k_t + c_t lambda)/J and D_u = D_v + (k_t + c_t lambda)/I. With the rotor at rest the roots are those
+/// of J lambda^2 + margin lambda + k_t.
+fn relative_root(torsion: &TorsionModel, margin: f64) -> Option<f64> {
+    let Torsion {
+        rotor_inertia: i,
+        surface_inertia: j,
+        stiffness,
+        damping,
+    } = torsion.torsion;
+    let slope = 0.5 * (damping - margin);
+    if slope <= APART * damping || i <= j {
+        return None;
+    }
+    let (mean, omega) = (-0.5 * margin / j, torsion.natural_angular_frequency());
+    let split = mean * mean - omega * omega;
+    let mut root = match split {
+        s if s < 0.0 => Complex::new(mean, (-s).sqrt()),
+        // Two real roots: without growth the slower one decides, and the other mode's may be slower still.
+        s if mean > 0.0 => Complex::new(mean + s.sqrt(), 0.0),
+        _ => return None,
+    };
+    for _ in 0..MOST_ROUNDS {
+        let square = root * root;
+        let spring = root * damping + stiffness;
+        let (d_v, d_u) = (square + spring / j, square + spring * (1.0 / i + 1.0 / j));
+        let (d_v_rate, d_u_rate) = (root * 2.0 + damping / j, root * 2.0 + damping * (1.0 / i + 1.0 / j));
+        let (driven, driven_rate) = (square + spring / i, root * 2.0 + damping / i);
+        let value = root * d_u * d_v * j - (driven * d_v + square * d_u) * slope;
+        let rate = (d_u * d_v + root * (d_u_rate * d_v + d_u * d_v_rate)) * j
+            - (driven_rate * d_v + driven * d_v_rate + root * 2.0 * d_u + square * d_u_rate) * slope;
+        let change = value / rate;
+        root -= change;
+        if change.norm() <= 1e-13 * root.norm() {
+            return Some(root.re);
+        }
+    }
+    None
 }
 
 /// The eigenvalues of the slip state's Jacobian but the slow root of the rotor, 1/s. Of the state the Jacobian depends
@@ -138,4 +227,46 @@ pub fn fast_eigenvalues(torsion: &TorsionModel, axial: &AxialMotion, sense: f64,
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     eigenvalues.truncate(DYNAMIC - 1);
     eigenvalues
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Case, CaseSource, Override};
+
+    /// The polynomial's root against the eigenvalues of the matrix, over the plane of the critical curve and all speeds at
+    /// which friction takes something from the margin. Both round at 1e-14 of omega_n; near a double root by its square
+    /// root.
+    #[test]
+    fn analytic_the_growth_rate_is_that_of_all_eigenvalues() {
+        let source = CaseSource::built_in("paper").unwrap();
+        let mut by_polynomial = 0;
+        for decay in [0.1, 1.0, 5.0, 40.0, 200.0, 600.0] {
+            for damping in [0.0, 2.0, 20.0, 300.0, 3000.0] {
+                let set = |key: &str, value: f64| Override::parse(&format!("{key}={value}")).unwrap();
+                let case = Case::parse(
+                    &source,
+                    &[set("friction.decay", decay), set("torsion.damping", damping)],
+                )
+                .unwrap();
+                let torsion = TorsionModel::new(&case.parameters);
+                let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
+                let omega = torsion.natural_angular_frequency();
+                for step in 0..60 {
+                    let x = 0.1 * f64::from(step) / decay;
+                    let margin = torsion.stability_margin(1.0, x, axial.pressing_force(5.0));
+                    let all = fast_eigenvalues(&torsion, &axial, 1.0, 5.0, x);
+                    let expected = all.iter().map(|l| l.re).fold(f64::NEG_INFINITY, f64::max);
+                    let found = fast_growth_rate(&torsion, &axial, 1.0, 5.0, x);
+                    by_polynomial += u32::from(relative_root(&torsion, margin).is_some());
+                    let scale = omega.max(margin.abs() / torsion.torsion.surface_inertia);
+                    assert!(
+                        (found - expected).abs() < 1e-7 * scale,
+                        "{decay} {damping} {x}: {found} {expected}"
+                    );
+                }
+            }
+        }
+        assert!(by_polynomial > 1000, "{by_polynomial}");
+    }
 }

@@ -2,8 +2,9 @@
 //! surface. No solver of the full equations stays on it where it is unstable.
 
 use super::growth::fast_growth_rate;
+use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::{of_momentum, slow_momentum};
+use crate::model::slow_manifold::{SlowSeries, of_momentum, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::simulation::State;
 
@@ -25,6 +26,23 @@ const FORCE_SHARE: f64 = 0.05;
 /// After so many steps, as where the contact rings undamped for seconds, they are made long enough to come to the end.
 const MOST_STEPS: usize = 20_000;
 
+/// Coefficients of the path's series, under a force that does not ring.
+const TERMS: usize = 14;
+
+/// Error of a step of that series, as a share of the speed at the start.
+const STEP_ERROR: f64 = 1e-10;
+
+/// Points on each of its steps, of which there are some twenty.
+const POINTS: usize = 16;
+
+/// More of its steps than these are left to the classical method.
+const MOST_SERIES: usize = 200;
+
+/// How fast steady sliding may change against how fast the twists follow it for a path along the slow manifold, which
+/// then gives a stop to 1e-9 s. Beyond, the manifold's series diverges, and two of its orders may differ by a factor of
+/// five in G.
+const LARGEST_HASTE: f64 = 0.04;
+
 /// Smooth sliding with one sense.
 #[derive(Debug, Clone, Copy)]
 pub struct SmoothSliding<'a> {
@@ -43,6 +61,18 @@ impl SmoothSliding<'_> {
         y[ROTOR_TWIST_RATE] = state.rotor_twist_rate;
         y[ROTOR_SPEED] = state.theta_dot;
         (time, slow_momentum(self.torsion, &y))
+    }
+
+    /// The point at `time` (s) with this |omega_r| (rad/s).
+    pub fn point_of_speed(&self, time: f64, speed: f64) -> Point {
+        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let mut momentum = self.sense * inertia * speed;
+        // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
+        let rounds = if self.haste(time, speed) > LARGEST_HASTE { 0 } else { 6 };
+        for _ in 0..rounds {
+            momentum += self.sense * inertia * (speed - self.speed((time, momentum)));
+        }
+        (time, momentum)
     }
 
     fn pressing(&self, t: f64) -> (f64, f64) {
@@ -104,20 +134,52 @@ impl SmoothSliding<'_> {
         rates
     }
 
-    /// (t, Re lambda) from `start` to the stop, whose time is then that of the last; to `end` at least, if there is none.
-    pub fn rates_to_stop(&self, start: Point, end: f64) -> Vec<(f64, f64)> {
-        let first = self.torque(start).abs();
+    /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop, whose time is then that of the last; to
+    /// `end` at least, if there is none.
+    pub fn rates_to_stop(&self, start: Point, speed: f64, end: f64) -> Vec<(f64, f64)> {
+        let first = self.torsion.friction.coefficient(speed) * self.torsion.contact.radius * self.pressing(start.0).0;
         let end = if first > 0.0 {
             end.max(start.0 + FARTHEST * start.1.abs() / first)
         } else {
             end
         };
+        let mut rates = vec![(start.0, self.rate(start.0, speed))];
+        let mut at = Some((start, speed));
+        if self.axial.is_silent(start.0) && self.axial.next_corner(start.0).is_none() {
+            at = self.series_to_stop(&mut rates, start, speed, end);
+        }
+        if let Some((point, speed)) = at
+            && let Some((time, speed)) = self.steps_to_stop(&mut rates, point, speed, end)
+        {
+            self.rigid_to_stop(&mut rates, time, speed, end);
+        }
+        rates
+    }
+
+    /// How fast steady sliding changes against how fast the twists follow it
+    /// ([`crate::model::stability::QuietStretch::haste`]).
+    fn haste(&self, t: f64, x: f64) -> f64 {
+        let Torsion { stiffness, damping, .. } = self.torsion.torsion;
+        let slope = damping - self.torsion.stability_margin(1.0, x, self.pressing(t).0);
+        slope / stiffness * self.torsion.friction.decay * self.rigid_slowing(t, x)
+    }
+
+    /// -d|omega_r|/dt of rotor and rotor surface as one, rad/s^2.
+    fn rigid_slowing(&self, t: f64, x: f64) -> f64 {
+        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        self.torsion.friction.coefficient(x.max(0.0)) * self.torsion.contact.radius * self.pressing(t).0 / inertia
+    }
+
+    /// Adds (t, Re lambda) from `start`, excluded, on, by steps under any force: to the stop or `end`, or else to the time
+    /// and the speed that are returned, where steady sliding changes too fast for its slow manifold.
+    fn steps_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(f64, f64)> {
         let fall = start.1.abs() / STEPS;
         let mut corners = self.axial.corners().filter(|c| *c < end).peekable();
-        let mut point = start;
-        let mut x = self.speed(start);
-        let mut rates = vec![(start.0, self.growth(start))];
+        let (mut point, mut x) = (start, speed);
         while point.0 < end && x > 0.0 {
+            if self.haste(point.0, x) > LARGEST_HASTE {
+                return Some((point.0, x));
+            }
             while corners.next_if(|&c| c <= point.0).is_some() {}
             let target = corners.peek().copied().unwrap_or(end);
             let least = least_step(rates.len(), end - point.0);
@@ -131,10 +193,69 @@ impl SmoothSliding<'_> {
             let part = if speed < 0.0 { x / (x - speed) } else { 1.0 };
             point = (point.0 + part * (next.0 - point.0), next.1);
             x = speed.max(0.0);
-            let rate = fast_growth_rate(self.torsion, self.axial, self.sense, point.0, x);
-            rates.push((point.0, rate));
+            rates.push((point.0, self.rate(point.0, x)));
         }
-        rates
+        None
+    }
+
+    /// Adds (t, Re lambda) from `time`, excluded, to the stop or `end`, with rotor and rotor surface as one inertia, slowed
+    /// by steady friction: what sliding without the fast mode comes to where nothing is slow against that mode.
+    fn rigid_to_stop(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, end: f64) {
+        let (mut t, mut x) = (time, speed);
+        while t < end && x > 0.0 {
+            let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+            let step = self.longest_step(t, inertia * speed / STEPS);
+            let step = step.max(least_step(rates.len(), end - t)).min(end - t);
+            let middle = x - 0.5 * step * self.rigid_slowing(t, x);
+            let drop = step * self.rigid_slowing(t + 0.5 * step, middle);
+            if t + step <= t {
+                break;
+            }
+            let part = if drop > x { x / drop } else { 1.0 };
+            (t, x) = (t + part * step, (x - drop).max(0.0));
+            rates.push((t, self.rate(t, x)));
+        }
+    }
+
+    fn rate(&self, t: f64, x: f64) -> f64 {
+        fast_growth_rate(self.torsion, self.axial, self.sense, t, x)
+    }
+
+    /// Adds (t, Re lambda) from `start`, excluded, on, under a force that does not ring, by the series of the motion: to
+    /// the stop or `end`, or else to the point and the speed that are returned, where these reach no further.
+    fn series_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(Point, f64)> {
+        let error = STEP_ERROR * speed;
+        let (mut point, mut speed) = (start, speed);
+        for _ in 0..MOST_SERIES {
+            let series = SlowSeries::<TERMS>::new(self.torsion, self.sense, self.pressing(point.0), point.1);
+            let length = series.reach(error).min(end - point.0);
+            // Written so that what is not a number ends it, too.
+            if !(self.haste(point.0, speed) < LARGEST_HASTE && length > f64::EPSILON * point.0) {
+                break;
+            }
+            let part = length / POINTS as f64;
+            for k in 1..=POINTS {
+                let tau = part * k as f64;
+                let (x, slope) = series.speed_at(tau);
+                if x <= 0.0 {
+                    // Newton's method from beyond, on a speed that falls nearly straight.
+                    let stop = (0..4).fold(tau - x / slope, |stop, _| {
+                        let (x, slope) = series.speed_at(stop);
+                        stop - x / slope
+                    });
+                    let stop = point.0 + stop.clamp(tau - part, tau);
+                    rates.push((stop, self.rate(stop, 0.0)));
+                    return None;
+                }
+                rates.push((point.0 + tau, self.rate(point.0 + tau, x)));
+            }
+            point = (point.0 + length, slow_momentum(self.torsion, &series.at(length)));
+            speed = series.speed_at(length).0;
+            if point.0 >= end {
+                return None;
+            }
+        }
+        Some((point, speed))
     }
 
     /// A step of at most `size` that ends at `target` at the latest, and at `target` itself if it comes so far.

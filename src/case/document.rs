@@ -239,6 +239,11 @@ impl Override {
         })
     }
 
+    /// The dotted path of the key.
+    pub fn key(&self) -> &str {
+        &self.path
+    }
+
     /// Sets a number, in SI.
     pub fn number(path: &str, value: f64) -> Override {
         Override {

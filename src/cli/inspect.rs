@@ -3,14 +3,11 @@
 use super::arguments::{Common, InspectOptions};
 use super::{CommandError, End, print, print_json, terminal};
 use crate::results::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
-use crate::results::{AttributeInfo, AttributeValue, Contents, ResultError, ResultFile, VariableInfo};
+use crate::results::{AttributeInfo, AttributeValue, Contents, VariableInfo};
 
-/// Lists what a result file holds.
+/// Lists what a file of this program holds: of a run, a sweep or a work-precision study.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
-    let input = |error: ResultError| CommandError::Input(error.to_string());
-    let contents = ResultFile::open(&options.file)
-        .and_then(|file| file.contents())
-        .map_err(input)?;
+    let contents = Contents::read(&options.file).map_err(|error| CommandError::Input(error.to_string()))?;
     if common.json {
         print_json(&contents)?;
     } else {

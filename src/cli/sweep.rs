@@ -8,7 +8,7 @@ use super::{CommandError, End, complain, print, print_json, provenance};
 use crate::analysis::Summary;
 use crate::case::{Case, CaseError, Override};
 use crate::hybrid::RunError;
-use crate::results::{Header, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
+use crate::results::{Header, MetaValue, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
 use crate::simulation::{Cycle, Event, Progress, Recorder, RecorderError, RunReport, Sample, Segment, simulate};
 use crate::sweep::{
     Boundaries, Branch, Design, Integrate, IntegrateError, JournalError, Shard, Study, StudySource, SweepError,
@@ -81,6 +81,10 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .unwrap_or_else(|| default_path(&study, options.shard));
     let jobs = options.jobs.unwrap_or_else(|| ranks.default_jobs());
     let digest = study.digest();
+    let mut meta = provenance::build();
+    if let Some(tolerance) = study.default_tolerance() {
+        meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
+    }
     let header = SweepHeader {
         title: study.title.clone(),
         source: provenance::source(),
@@ -89,7 +93,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         digest: digest.clone(),
         study_text: study.source.text.clone(),
         case_text: study.base.text.clone(),
-        meta: provenance::build(),
+        meta,
     };
     let stop = interrupt_flag()?;
     let folder = path.with_extension("runs");

@@ -2,18 +2,31 @@
 
 use super::Friction;
 
+/// Below this exponent exp is zero in doubles, which it takes long to find.
+const NOTHING: f64 = -746.0;
+
 impl Friction {
+    /// (mu_s - mu_d) exp(-alpha x): what mu(x) is above mu_d.
+    #[inline]
+    fn weakening(&self, x: f64) -> f64 {
+        let exponent = -self.decay * x;
+        if exponent < NOTHING {
+            return 0.0;
+        }
+        (self.low_speed - self.high_speed) * exponent.exp()
+    }
+
     /// mu(x), equation (8), at sliding speed x = |omega_r| in rad/s. Smooth through x = 0, so that a solver may
     /// evaluate it beyond the end of a slip.
     #[inline]
     pub fn coefficient(&self, x: f64) -> f64 {
-        self.high_speed + (self.low_speed - self.high_speed) * (-self.decay * x).exp()
+        self.high_speed + self.weakening(x)
     }
 
     /// (mu(x), mu'(x)); mu' in s/rad.
     #[inline]
     pub fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
-        let weakening = (self.low_speed - self.high_speed) * (-self.decay * x).exp();
+        let weakening = self.weakening(x);
         (self.high_speed + weakening, -self.decay * weakening)
     }
 }

@@ -25,6 +25,10 @@ const ORDER: usize = 14;
 /// Most rounds of the iteration for a state alone; five reach rounding at tau = 12 ms.
 const ROUNDS: usize = 8;
 
+/// The same for a state that only has to be good to 1e-8 at tau = 12 ms.
+const PATH_ORDER: usize = 6;
+const PATH_ROUNDS: usize = 3;
+
 /// Most rounds for a step: where friction weakens so fast that the slow mode is hardly slower than the others.
 const STEP_ROUNDS: usize = 12;
 
@@ -38,7 +42,7 @@ fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
 /// `pressing` is F_n (N) and its rate (N/s), constant as far as the motion looks ahead. The quadratures stay as they
 /// are.
 pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), y: &TorsionState) -> TorsionState {
-    let slow = of_momentum(model, sense, pressing, slow_momentum(model, y));
+    let slow = SlowSeries::<ORDER>::of_rounds(model, sense, pressing, slow_momentum(model, y), ROUNDS).start();
     let mut state = *y;
     for component in [
         ROTOR_TWIST,
@@ -62,9 +66,10 @@ pub fn slow_momentum(model: &TorsionModel, y: &[f64]) -> f64 {
     i * y[ROTOR_SPEED] + j * (y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE])
 }
 
-/// The state on the slow manifold that has this [`slow_momentum`], with quadratures of zero.
+/// The state on the slow manifold that has this [`slow_momentum`], with quadratures of zero: for a path along it, which
+/// asks for thousands, to 1e-8 of the twists where the friction changes over 12 ms.
 pub fn of_momentum(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> TorsionState {
-    SlowSeries::<ORDER>::of_rounds(model, sense, pressing, momentum, ROUNDS).start()
+    SlowSeries::<PATH_ORDER>::of_rounds(model, sense, pressing, momentum, PATH_ROUNDS).start()
 }
 
 /// The motion along the slow manifold: N Taylor coefficients by powers of time in s, of which the last two are not to be
@@ -150,6 +155,26 @@ impl<const N: usize> SlowSeries<N> {
         state[STATOR_TWIST_RATE] = self.stator_twist[1];
         state[ROTOR_SPEED] = self.rotor_speed[0];
         state
+    }
+
+    /// The state at `tau` (s) from where it starts, with quadratures of zero.
+    pub fn at(&self, tau: f64) -> TorsionState {
+        let mut state = [0.0; DIMENSION];
+        (state[ROTOR_TWIST], state[ROTOR_TWIST_RATE]) = taylor::value_and_rate(&self.rotor_twist, &tau);
+        (state[STATOR_TWIST], state[STATOR_TWIST_RATE]) = taylor::value_and_rate(&self.stator_twist, &tau);
+        state[ROTOR_SPEED] = taylor::value_and_rate(&self.rotor_speed, &tau).0;
+        state
+    }
+
+    /// |omega_r| at `tau` (s) from where it starts, rad/s, and its rate; negative beyond the stop.
+    pub fn speed_at(&self, tau: f64) -> (f64, f64) {
+        taylor::value_and_rate(&self.speed, &tau)
+    }
+
+    /// How long the series of |omega_r| holds to this error (rad/s), by the last of its trusted terms, s.
+    pub fn reach(&self, error: f64) -> f64 {
+        let by_term = |n: usize| (error / self.speed[n].abs()).powf(1.0 / n as f64);
+        by_term(N - 4).min(by_term(N - 3))
     }
 
     /// The same motion as a series of the whole slip, from the quadratures of `y` on.

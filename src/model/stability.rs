@@ -6,7 +6,10 @@ use super::torsion::TorsionModel;
 /// No step is shorter than this part of the speed at the start, however steep the friction law.
 const FINEST: f64 = 20_000.0;
 
-/// More steps are not taken: 10,000 are usual.
+/// Above so many e-folds the friction law's exponential is below the rounding of the rest.
+const NO_WEAKENING: f64 = 40.0;
+
+/// More steps are not taken: 1000 are usual.
 const MOST_STEPS: usize = 100_000;
 
 /// Rigid sliding ahead of a given instant: the rotor and its surface as one inertia, slowed by quasi-steady friction.
@@ -47,8 +50,10 @@ impl Forecast {
             if t + step > corner {
                 step = corner - t;
             }
-            // Resolve the fall of the speed and of the friction's exponential.
-            let fall = (0.02 * x + 1e-6).min(0.05 / model.friction.decay.max(1e-3)).max(finest);
+            // Resolve the fall of the speed and, where it matters, of the friction's exponential.
+            let decay = model.friction.decay.max(1e-3);
+            let weakening = (0.05 / decay).max(0.5 * (x - NO_WEAKENING / decay));
+            let fall = (0.02 * x + 1e-6).min(weakening).max(finest);
             let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
             if ahead * step > fall {
                 step = fall / ahead;
@@ -69,17 +74,25 @@ impl Forecast {
     /// The latest time before which `e_folds` of damping still lie ahead of the trouble; `None` without trouble.
     pub fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
         self.trouble?;
-        let total = self.path.last()?.1;
-        let last = self.path.iter().rev().find(|(_, damping)| total - damping >= e_folds);
-        Some(last.map_or(self.path[0].0, |(t, _)| *t))
+        let last = self.path.last()?.1 - e_folds;
+        let quiet = self.path.windows(2).rev().find(|pair| pair[0].1 <= last);
+        Some(quiet.map_or(self.path[0].0, |pair| between(pair, last)))
     }
 
     /// The time by which `e_folds` of damping have passed since the start, if that comes before any trouble.
     pub fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
-        self.path
-            .iter()
-            .find(|(_, damping)| *damping >= e_folds)
-            .map(|(t, _)| *t)
+        let passed = self.path.windows(2).find(|pair| pair[1].1 >= e_folds);
+        passed.map(|pair| between(pair, e_folds))
+    }
+}
+
+/// When the damping takes a value between those of two points.
+fn between(pair: &[(f64, f64)], damping: f64) -> f64 {
+    let ((t, before), (end, after)) = (pair[0], pair[1]);
+    if after > before {
+        t + (end - t) * ((damping - before) / (after - before)).clamp(0.0, 1.0)
+    } else {
+        t
     }
 }
 

@@ -19,10 +19,8 @@ const SYMBOLS: [(&str, &str, &str); 3] = [
 pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     let boundary = |name: &str| file.text(&format!("boundary/{name}"));
     let (Some(x), Some(y)) = (boundary("x"), boundary("y")) else {
-        let what = "boundary; plot draws the studies with a [boundary], others open in any program that reads netCDF"
-            .to_owned();
         let path = file.path().to_owned();
-        return Err(ResultError::Missing { path, what }.into());
+        return Err(ResultError::NoBoundary { path }.into());
     };
     let mut curves = Vec::new();
     for level in lines(file, "growth_contours", "line", &x, &y)? {

@@ -72,6 +72,19 @@ pub(super) fn text_attribute(location: &Location, name: &str) -> Option<String> 
     }
 }
 
+/// All attributes in alphabetical order.
+pub(super) fn all(location: &Location) -> hdf5::Result<Vec<(String, AttributeValue)>> {
+    let mut names = location.attr_names()?;
+    names.sort();
+    let mut attributes = Vec::with_capacity(names.len());
+    for name in names {
+        if let Some(value) = attribute_value(&location.attr(&name)?) {
+            attributes.push((name, value));
+        }
+    }
+    Ok(attributes)
+}
+
 /// The value of an attribute; `None` for what is HDF5's own (references of dimension scales).
 pub(super) fn attribute_value(attribute: &Attribute) -> Option<AttributeValue> {
     let scalar = attribute.is_scalar();

@@ -58,12 +58,18 @@ pub enum ResultError {
         super::schema::FORMAT
     )]
     NotAResult { path: PathBuf, found: Option<String> },
+    #[error("{path}: {}", another_kind(.format))]
+    AnotherKind { path: PathBuf, format: &'static str },
     #[error("{path}: not the file of a sweep; give one written by `stickslip sweep`")]
     NotASweep { path: PathBuf },
     #[error("{path}: holds one shard of a sweep, not the whole; put its shards together with `stickslip merge`")]
     OnlyAShard { path: PathBuf },
     #[error("{path}: not the file of a shard; give those written by `stickslip sweep --shard`")]
     NotAShard { path: PathBuf },
+    #[error(
+        "{path}: a sweep without a boundary, and plot draws the boundaries of studies with a [boundary]; its map opens in any program that reads netCDF, as in xarray.open_dataset(\"{path}\").stick_count.plot()"
+    )]
+    NoBoundary { path: PathBuf },
     #[error(
         "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
     )]
@@ -78,6 +84,16 @@ pub enum ResultError {
         what: &'static str,
         code: i8,
     },
+}
+
+fn another_kind(format: &str) -> &'static str {
+    if format == super::schema::SWEEP_FORMAT {
+        "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws its \
+         boundaries, and with trajectory = true in [keep] a study leaves a result file of each run"
+    } else {
+        "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, and `stickslip run` writes \
+         results"
+    }
 }
 
 fn their_format(found: &Option<String>) -> String {

@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use hdf5::{Dataset, Group, IndexType, IterationOrder, Location};
+use hdf5::{Dataset, Group, Location};
 
-use super::attributes::{AttributeValue, attribute_value, text_attribute};
-use super::contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo, is_number, type_name};
+use super::attributes::{self, AttributeValue, attribute_value, text_attribute};
+use super::contents::{self, AddedColumn, AddedGroup, Contents, is_number};
 use super::schema::{self, attribute, group, root};
 use super::{Extra, ResultError, Status, StickSlipTable, raw, target};
 use crate::model::Mode;
@@ -36,22 +36,14 @@ impl ResultFile {
     /// locked by a program that writes it.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let path = path.to_owned();
-        if !path.exists() {
-            return Err(ResultError::NotFound { path });
-        }
-        if path.is_dir() {
-            return Err(ResultError::FolderIsNoResult { path });
-        }
-        if !target::has_hdf5_signature(&path)? {
-            return Err(ResultError::NotHdf5 { path });
-        }
-        let file = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(true))
-            .open(&path)
-            .map_err(|error| ResultError::read(&path, &error))?;
+        let file = target::open_to_read(&path)?;
         let found = text_attribute(&file, root::FORMAT);
         if found.as_deref() != Some(schema::FORMAT) {
-            return Err(ResultError::NotAResult { path, found });
+            let own = schema::FORMATS.into_iter().find(|own| found.as_deref() == Some(*own));
+            return Err(match own {
+                Some(format) => ResultError::AnotherKind { path, format },
+                None => ResultError::NotAResult { path, found },
+            });
         }
         let mut result = ResultFile {
             path,
@@ -286,13 +278,11 @@ impl ResultFile {
     }
 
     /// Everything that the file holds, also what later versions of the program have added to it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
     pub fn contents(&self) -> Result<Contents, ResultError> {
-        let mut contents = Contents {
-            attributes: Vec::new(),
-            variables: Vec::new(),
-        };
-        self.list("/", &self.file, &mut contents)?;
-        Ok(contents)
+        contents::of_file(&self.path, &self.file)
     }
 
     /// What a group holds that later versions of the program, or others, have added: its attributes,
@@ -318,72 +308,6 @@ impl ResultFile {
         }
         let attributes = self.attributes_of(&group)?;
         Ok(Some(AddedGroup { attributes, columns }))
-    }
-
-    fn list(&self, path: &str, group: &Group, contents: &mut Contents) -> Result<(), ResultError> {
-        for (name, value) in self.attributes_of(group)? {
-            contents.attributes.push(AttributeInfo {
-                group: path.to_owned(),
-                name,
-                value,
-            });
-        }
-        // In the order of creation where the file knows it.
-        let names = group
-            .member_names_by(IndexType::CreationOrder, IterationOrder::Increasing)
-            .or_else(|_| group.member_names())
-            .map_err(|error| self.failed(&error))?;
-        for name in names {
-            if let Ok(dataset) = group.dataset(&name) {
-                contents.variables.push(self.describe(path, name, &dataset)?);
-            } else if let Ok(child) = group.group(&name) {
-                self.list(&format!("{}/{name}", path.trim_end_matches('/')), &child, contents)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn describe(&self, group: &str, name: String, dataset: &Dataset) -> Result<VariableInfo, ResultError> {
-        let descriptor = dataset
-            .dtype()
-            .and_then(|kind| kind.to_descriptor())
-            .map_err(|error| self.failed(&error))?;
-        let kind = type_name(&descriptor);
-        let (mut min, mut max) = (None, None);
-        if is_number(&descriptor) && dataset.ndim() == 1 {
-            for range in blocks(dataset.size()) {
-                for value in self
-                    .values::<f64>(dataset, range)?
-                    .into_iter()
-                    .filter(|value| !value.is_nan())
-                {
-                    min = Some(min.map_or(value, |least: f64| least.min(value)));
-                    max = Some(max.map_or(value, |most: f64| most.max(value)));
-                }
-            }
-        }
-        let codes = dataset
-            .attr(attribute::FLAG_VALUES)
-            .and_then(|values| values.read_raw::<i64>())
-            .unwrap_or_default();
-        let meanings = text_attribute(dataset, attribute::FLAG_MEANINGS).unwrap_or_default();
-        let flags = codes.into_iter().zip(meanings.split_whitespace());
-        Ok(VariableInfo {
-            group: group.to_owned(),
-            name,
-            kind,
-            shape: dataset.shape(),
-            units: text_attribute(dataset, attribute::UNITS),
-            long_name: text_attribute(dataset, attribute::LONG_NAME),
-            flags: flags
-                .map(|(value, meaning)| FlagInfo {
-                    value,
-                    meaning: meaning.to_owned(),
-                })
-                .collect(),
-            min,
-            max,
-        })
     }
 
     fn input(&self, name: &str) -> Result<String, ResultError> {
@@ -454,16 +378,7 @@ impl ResultFile {
     }
 
     fn attributes_of(&self, location: &Location) -> Result<Vec<(String, AttributeValue)>, ResultError> {
-        let mut attributes = Vec::new();
-        let mut names = location.attr_names().map_err(|error| self.failed(&error))?;
-        names.sort();
-        for name in names {
-            let attribute = location.attr(&name).map_err(|error| self.failed(&error))?;
-            if let Some(value) = attribute_value(&attribute) {
-                attributes.push((name, value));
-            }
-        }
-        Ok(attributes)
+        attributes::all(location).map_err(|error| self.failed(&error))
     }
 
     fn failed(&self, error: &hdf5::Error) -> ResultError {

@@ -65,6 +65,7 @@ pub const META_WALL_TIME: &str = "wall_time_s";
 /// Names of the attributes of a variable.
 pub mod attribute {
     pub const UNITS: &str = "units";
+    pub const FILL_VALUE: &str = "_FillValue";
     pub const LONG_NAME: &str = "long_name";
     pub const FLAG_VALUES: &str = "flag_values";
     pub const FLAG_MEANINGS: &str = "flag_meanings";

@@ -100,7 +100,10 @@ impl Columns {
             let (dataset, buffer) = match variable.count_fill {
                 Some(fill) => {
                     let dataset = create::<i64>(file, name, &shape, units, long_name, storage)?;
-                    dataset.new_attr_builder().with_data(&[fill]).create("_FillValue")?;
+                    dataset
+                        .new_attr_builder()
+                        .with_data(&[fill])
+                        .create(attribute::FILL_VALUE)?;
                     (dataset, Buffer::Counts(Vec::new(), fill))
                 }
                 None => {

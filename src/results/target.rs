@@ -111,6 +111,24 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
     }
 }
 
+/// Opens an HDF5 file for reading, locked where the file system has locks.
+pub(super) fn open_to_read(path: &Path) -> Result<hdf5::File, ResultError> {
+    let path = path.to_owned();
+    if !path.exists() {
+        return Err(ResultError::NotFound { path });
+    }
+    if path.is_dir() {
+        return Err(ResultError::FolderIsNoResult { path });
+    }
+    if !has_hdf5_signature(&path)? {
+        return Err(ResultError::NotHdf5 { path });
+    }
+    hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(true))
+        .open(&path)
+        .map_err(|error| ResultError::read(&path, &error))
+}
+
 /// Whether the file starts as HDF5 files do (after a user block of 0, 512, 1024, ... bytes).
 pub(super) fn has_hdf5_signature(path: &Path) -> Result<bool, ResultError> {
     use std::io::{Seek, SeekFrom};

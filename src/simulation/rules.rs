@@ -63,6 +63,8 @@ pub struct BrakeRules {
     /// Until then the slip under way is smooth sliding to every digit, and nothing has to be resolved: known where the
     /// plan wants to know it, see [`BrakeRules::foresee_smooth_sliding`].
     smooth_until: f64,
+    /// The last forecast, and of which time and relative velocity it is: an instant may ask for it twice.
+    forecast: Option<(f64, f64, Forecast)>,
     /// The first stop came while that was so.
     stopped_smoothly: bool,
 }
@@ -85,6 +87,7 @@ impl BrakeRules {
             last_corner: 0.0,
             calm_from: f64::INFINITY,
             smooth_until: f64::NEG_INFINITY,
+            forecast: None,
             stopped_smoothly: false,
         }
     }
@@ -159,7 +162,7 @@ impl BrakeRules {
                 if brake.stability_margin(sense, t, y) < 0.0 {
                     (true, ask_again)
                 } else {
-                    let forecast = Forecast::new(&brake.torsion, &brake.axial, t, w, self.end_time);
+                    let forecast = self.forecast(t, w);
                     let quiet_until = forecast.last_quiet_time(QUIET_E_FOLDS).unwrap_or(f64::INFINITY);
                     if excited {
                         match forecast.time_of_damping(QUIET_E_FOLDS) {
@@ -183,6 +186,14 @@ impl BrakeRules {
         resolved
     }
 
+    /// The loss of stability of the slip at `t` with this relative velocity (rad/s), foreseen.
+    fn forecast(&mut self, t: f64, w: f64) -> &Forecast {
+        let known = self.forecast.take().filter(|known| (known.0, known.1) == (t, w));
+        let Brake { torsion, axial, .. } = &*self.brake;
+        let forecast = known.unwrap_or_else(|| (t, w, Forecast::new(torsion, axial, t, w, self.end_time)));
+        &self.forecast.insert(forecast).2
+    }
+
     /// Notes that something has set the fast mode going, or may have.
     fn disturb(&mut self, mode: Mode, t: f64, y: &[f64]) {
         self.smooth_until = f64::NEG_INFINITY;
@@ -192,7 +203,7 @@ impl BrakeRules {
         self.calm_from = match mode {
             Mode::SlipForward | Mode::SlipBackward => {
                 let w = self.brake.torsion.relative_velocity(y);
-                Forecast::new(&self.brake.torsion, &self.brake.axial, t, w, self.end_time)
+                self.forecast(t, w)
                     .time_of_damping(CALM_E_FOLDS)
                     .unwrap_or(f64::INFINITY)
             }

@@ -1,19 +1,25 @@
 //! Tracing where a criterion changes in a plane of two axes.
 //!
 //! The first grid is run, its cells in which the criterion changes are halved, with their neighbours, as often as the
-//! study says, and every edge of the finest cells across which it changes is bisected. All points that are needed at a
-//! time are run as one round, so that every thread has work; what is asked for next depends on the outcomes alone, and
-//! so the points and their numbers are the same in every run of the study.
+//! study says, every edge of the finest cells across which it changes is bisected, and the nose is looked for along x. All
+//! points that are needed at a time are run as one round, so that every thread has work; what is asked for next depends
+//! on the outcomes alone, and so the points and their numbers are the same in every run of the study.
 
 use super::axis::Range;
 use super::contour::contours;
 use super::criterion::BoundarySpec;
 use super::lattice::{Edge, Lattice};
 use super::limit::linear_limit;
+use super::nose;
 use super::output::{Points, Running, SweepEnd};
 use super::quantities::{Outcome, quantity_index};
 use super::study::Study;
+use crate::analysis::growth::foreseen_exponent;
 use crate::case::Setting;
+
+/// Contours of G are looked for on a grid of at most about so many nodes, and so many times finer than the first one.
+const CONTOUR_NODES: usize = 4000;
+const FINER: usize = 4;
 
 /// Which part of a curve a point belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,33 +76,34 @@ pub struct Boundaries {
     /// Where steady sliding loses its stability only in the limit of standstill: c_t = 2 r F alpha (mu_s - mu_d) under
     /// the largest force.
     pub linear_limit: Vec<Line>,
-    /// Contours of the growth exponent G, from the first grid.
+    /// Contours of the growth exponent G.
     pub growth: Vec<Line>,
 }
 
-/// An edge of the finest grid while it is bisected.
-struct Crossing {
-    plane: usize,
-    edge: Edge,
+/// An edge of the finest grid, or another stretch, while it is bisected.
+#[derive(Debug, Clone)]
+pub(super) struct Crossing {
+    pub(super) plane: usize,
+    pub(super) edge: Edge,
     /// Shares of the plane: where the criterion is met, and where it is not.
-    met: [f64; 2],
-    unmet: [f64; 2],
+    pub(super) met: [f64; 2],
+    pub(super) unmet: [f64; 2],
 }
 
 impl Crossing {
-    fn width(&self) -> f64 {
+    pub(super) fn width(&self) -> f64 {
         (self.met[0] - self.unmet[0])
             .abs()
             .max((self.met[1] - self.unmet[1]).abs())
     }
 
-    fn middle(&self) -> [f64; 2] {
+    pub(super) fn middle(&self) -> [f64; 2] {
         std::array::from_fn(|k| 0.5 * (self.met[k] + self.unmet[k]))
     }
 }
 
 /// Asks for rounds of points, numbering them as they come.
-struct Tracer<'a, 'b> {
+pub(super) struct Tracer<'a, 'b> {
     running: &'a mut Running<'b>,
     asked: &'a mut Vec<Vec<Setting>>,
     spec: &'a BoundarySpec,
@@ -118,7 +125,8 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         planes: planes(study, spec),
     };
     let mut lattices = vec![Lattice::new(spec.nodes, spec.refinements); tracer.planes.len()];
-    let mut growth = Vec::new();
+    // Outcomes of the first grid
+    let mut first = Vec::new();
     loop {
         let wanted: Vec<_> = lattices
             .iter()
@@ -133,8 +141,8 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         for (&(plane, node), outcome) in wanted.iter().zip(&outcomes) {
             lattices[plane].set(node, spec.criterion.is_met(outcome));
         }
-        if growth.is_empty() {
-            growth = tracer.growth_contours(&outcomes);
+        if first.is_empty() {
+            first = outcomes;
         }
         // All have the same depth.
         let mut finer = true;
@@ -168,21 +176,29 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
     crossings.sort_by_key(|crossing| (crossing.plane, crossing.edge));
     crossings.dedup_by_key(|crossing| (crossing.plane, crossing.edge));
     tracer.bisect(&mut crossings)?;
+    let of_line = |(plane, line): &(usize, Vec<Edge>)| -> Vec<Crossing> {
+        let known = line.iter().filter_map(|&edge| {
+            let place = crossings.binary_search_by_key(&(*plane, edge), |crossing| (crossing.plane, crossing.edge));
+            Some(crossings[place.ok()?].clone())
+        });
+        known.collect()
+    };
+    let mut traced: Vec<Vec<Crossing>> = lines.iter().map(of_line).filter(|line| !line.is_empty()).collect();
+    let cell = lattices[0].size.map(|cells| 1.0 / f64::from(cells));
+    nose::refine(&mut tracer, &mut traced, cell)?;
     let place = |share: [f64; 2]| -> [f64; 2] { std::array::from_fn(|k| ranges[k].at(share[k])) };
-    let curves = lines.iter().map(|(plane, line)| {
-        let points = line.iter().filter_map(|&edge| {
-            let k = crossings
-                .binary_search_by_key(&(*plane, edge), |crossing| (crossing.plane, crossing.edge))
-                .ok()?;
-            Some(BoundaryPoint {
-                met: place(crossings[k].met),
-                unmet: place(crossings[k].unmet),
-                branch: Branch::Lower,
-            })
+    let curves = traced.iter().map(|line| {
+        let points = line.iter().map(|crossing| BoundaryPoint {
+            met: place(crossing.met),
+            unmet: place(crossing.unmet),
+            branch: Branch::Lower,
         });
         let mut points: Vec<BoundaryPoint> = points.collect();
         name_branches(&mut points);
-        Curve { plane: *plane, points }
+        Curve {
+            plane: line[0].plane,
+            points,
+        }
     });
     let curves = curves.collect();
     // A kick or a tolerance moves no limit of steady sliding: one line is then all.
@@ -190,6 +206,7 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
     let mut outside = outside.flat_map(|(_, axis)| &axis.keys);
     let one_for_all = outside.all(|key| key.starts_with("perturbation.") || key.starts_with("solver."));
     let limits = if one_for_all { 1 } else { tracer.planes.len() };
+    let growth = tracer.growth_contours(&first, limits);
     let linear_limit = (0..limits)
         .map(|plane| Line {
             plane,
@@ -239,7 +256,7 @@ impl Tracer<'_, '_> {
     }
 
     /// Halves every crossing until it is as narrow as the study says.
-    fn bisect(&mut self, crossings: &mut [Crossing]) -> Result<(), SweepEnd> {
+    pub(super) fn bisect(&mut self, crossings: &mut [Crossing]) -> Result<(), SweepEnd> {
         loop {
             let wide: Vec<usize> = (0..crossings.len())
                 .filter(|&k| crossings[k].width() > self.spec.width)
@@ -263,18 +280,40 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Contours of G from the outcomes of the first grid, in which x runs slowest.
-    fn growth_contours(&self, outcomes: &[Outcome]) -> Vec<Line> {
-        let Some(quantity) = quantity_index("growth_exponent") else {
+    /// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
+    /// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
+    fn growth_contours(&self, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
+        let (Some(quantity), study) = (quantity_index("growth_exponent"), self.running.study) else {
             return Vec::new();
         };
+        if self.spec.growth_contours.is_empty() {
+            return Vec::new();
+        }
         let [columns, rows] = self.spec.nodes;
+        let finer = ((CONTOUR_NODES as f64 / (columns * rows) as f64).sqrt() as usize).clamp(1, FINER);
+        let fine = [columns, rows].map(|count| (count - 1) * finer + 1);
         let mut lines = Vec::new();
-        for (plane, outcomes) in outcomes.chunks(columns * rows).enumerate() {
-            let value = |k: usize| outcomes[(k % columns) * rows + k / columns].value(quantity);
-            let values: Vec<f64> = (0..columns * rows).map(value).collect();
+        for (plane, outcomes) in outcomes.chunks(columns * rows).take(planes).enumerate() {
+            let exact = |share: [f64; 2]| {
+                let case = study.case_at(&place_in_plane(&self.planes[plane], self.spec, self.ranges, share));
+                let growth = case.map(|case| foreseen_exponent(&case.parameters, case.output.end_time));
+                growth.ok().flatten().unwrap_or(f64::NAN)
+            };
+            let node = |k: usize| {
+                let [i, j] = [k % fine[0], k / fine[0]];
+                exact([i as f64 / (fine[0] - 1) as f64, j as f64 / (fine[1] - 1) as f64])
+            };
+            let values: Vec<f64> = (0..fine[0] * fine[1]).map(node).collect();
+            let known = values.iter().all(|value| value.is_finite());
+            let of_run = |k: usize| outcomes[(k % columns) * rows + k / columns].value(quantity);
+            let (nodes, values) = if known {
+                (fine, values)
+            } else {
+                (self.spec.nodes, (0..columns * rows).map(of_run).collect())
+            };
+            let exact: Option<&dyn Fn([f64; 2]) -> f64> = if known { Some(&exact) } else { None };
             for &level in &self.spec.growth_contours {
-                for line in contours(self.spec.nodes, &values, level) {
+                for line in contours(nodes, &values, level, exact) {
                     let place = |share: &[f64; 2]| std::array::from_fn(|k| self.ranges[k].at(share[k]));
                     lines.push(Line {
                         plane,
@@ -285,6 +324,24 @@ impl Tracer<'_, '_> {
             }
         }
         lines
+    }
+
+    /// Of the stretches, each with whatever it belongs to, those whose ends are on the sides they are taken for.
+    pub(super) fn confirmed<T>(&mut self, stretches: Vec<(T, Crossing)>) -> Result<Vec<(T, Crossing)>, SweepEnd> {
+        let ends = stretches.iter().flat_map(|(_, crossing)| {
+            let Crossing { plane, met, unmet, .. } = *crossing;
+            [(plane, met), (plane, unmet)]
+        });
+        let outcomes = self.round(&ends.collect::<Vec<_>>())?;
+        let criterion = self.spec.criterion;
+        let sides = outcomes.chunks_exact(2);
+        let sides = sides.map(|pair| criterion.is_met(&pair[0]) && !criterion.is_met(&pair[1]));
+        Ok(stretches
+            .into_iter()
+            .zip(sides)
+            .filter(|(_, confirmed)| *confirmed)
+            .map(|(stretch, _)| stretch)
+            .collect())
     }
 }
 

@@ -18,6 +18,7 @@ mod lattice;
 mod limit;
 #[cfg(feature = "mpi")]
 pub mod mpi;
+mod nose;
 mod output;
 mod quantities;
 mod reading;
@@ -42,5 +43,5 @@ pub use runner::{Integrate, IntegrateError, Stopped, run_point, run_points, with
 pub use sampling::SampleMethod;
 pub use shard::Shard;
 pub use source::{BuiltInStudy, STUDIES, StudySource};
-pub use study::{Design, Keep, Point, Study};
+pub use study::{Design, Keep, Point, STUDY_RTOL, Study};
 pub(crate) use study::{read_base, read_settings};
