@@ -234,7 +234,7 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
         let kick = (event.after.relative_velocity - event.before.relative_velocity).abs();
         let noise = f64::EPSILON * speed_at_instability.unwrap_or(f64::INFINITY) * propagation.growth().exp();
         if event.kind == EventKind::Kick && !kicked && kick > KICK_ABOVE_NOISE * noise {
-            propagation.to_slow_manifold(event, mode);
+            propagation.keep_slow_part(event, mode);
         }
         kicked |= event.kind == EventKind::Kick && speed_at_instability.is_some();
         propagation.pass(event, mode, &row, inherited.is_some());
@@ -461,7 +461,7 @@ impl Propagation<'_> {
 
     /// Before a kick that is added to the slow manifold: of a deviation since the last event only the momentum is left, which
     /// says where on the manifold the state is; the manifold goes along the flow.
-    fn to_slow_manifold(&mut self, event: &Event, before: Mode) {
+    fn keep_slow_part(&mut self, event: &Event, before: Mode) {
         let flow = self.equations.rates(before, event.time, &Node::before(event).state);
         let momentum = self.equations.momentum();
         let rate = momentum.dot(&flow);
