@@ -1,18 +1,23 @@
-//! Points of a critical curve: runs a second on one thread and on two, what writing takes of it, and a run by its phases.
+//! Points of a critical curve: runs a second, what one costs by phase, how that and memory go with the number of points,
+//! and what writing takes. Seconds of the processor stand beside those of the clock, which other programs move.
+//! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use stickslip::results::{Overwrite, SweepHeader};
 use stickslip::simulation::{Event, EventKind, Recorder, RecorderError, Sample, Segment, simulate};
-use stickslip::sweep::{Study, StudySource, SweepOptions, run_points, sweep, without_a_file};
+use stickslip::sweep::{
+    Existing, Journal, Outcome, Study, StudySource, SweepOptions, journal_path, run_points, sweep, without_a_file,
+};
 
 /// Points on both sides of the critical curve, as its tracing asks for them.
 fn study(method: &str, count: usize) -> Study {
     let text = format!(
         "case = \"paper\"\n[keep]\nevents = true\n[set]\nsolver.method = \"{method}\"\n\
          perturbation = [{{ kind = \"kick\", time = \"instability\", relative_velocity = 1e-6 }}]\n\
-         [sample]\nmethod = \"sobol\"\ncount = {count}\n\
+         [sample]\nmethod = \"latin-hypercube\"\ncount = {count}\n\
          [[axis]]\nkey = \"friction.decay\"\nfrom = 1\nto = 200\nspacing = \"log\"\n\
          [[axis]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 60\n"
     );
@@ -22,6 +27,40 @@ fn study(method: &str, count: usize) -> Study {
         name: "bench".to_owned(),
     };
     Study::parse(source, &[]).expect("a valid study")
+}
+
+/// Seconds of the clock and of the processor, of all threads.
+#[derive(Clone, Copy)]
+struct Clock(Instant, f64);
+
+impl Clock {
+    fn start() -> Clock {
+        Clock(Instant::now(), processor())
+    }
+
+    fn stop(self) -> [f64; 2] {
+        [self.0.elapsed().as_secs_f64(), processor() - self.1]
+    }
+}
+
+/// Processor time of this process, s; where there is no /proc it is NaN.
+fn processor() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // In hundredths of a second, after the name in brackets.
+    let fields: Vec<&str> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |k: usize| fields.get(k).and_then(|field| field.parse::<f64>().ok());
+    match (ticks(11), ticks(12)) {
+        (Some(user), Some(system)) => (user + system) / 100.0,
+        _ => f64::NAN,
+    }
+}
+
+/// Largest resident memory so far, MB.
+fn peak_memory() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+    kilobytes.map_or(f64::NAN, |kilobytes| kilobytes / 1e3)
 }
 
 /// Stamps the kick and the last stick.
@@ -48,10 +87,10 @@ impl Recorder for Stopwatch {
     }
 }
 
-/// Mean time of: making the case, sliding to the kick, from there to the last stick, that one, and the summary.
-fn phases(study: &Study) -> [Duration; 5] {
-    let mut sums = [Duration::ZERO; 5];
+/// Medians, in ms, of: making the case, sliding to the kick, from there to the last stick, that one, and the summary.
+fn phases(study: &Study) -> [f64; 5] {
     let count = study.point_count().expect("a sample");
+    let mut parts: [Vec<f64>; 5] = Default::default();
     for number in 0..count {
         let point = study.point(number).expect("a point");
         let start = Instant::now();
@@ -70,62 +109,109 @@ fn phases(study: &Study) -> [Duration; 5] {
         std::hint::black_box(stickslip::analysis::Summary::of_run(&case.parameters, &report));
         let kick = stopwatch.kick.unwrap_or(made);
         let stick = stopwatch.last_stick.unwrap_or(kick).max(kick);
-        let parts = [made - start, kick - made, stick - kick, end - stick, end.elapsed()];
-        for (sum, part) in sums.iter_mut().zip(parts) {
-            *sum += part;
+        let spans = [made - start, kick - made, stick - kick, end - stick, end.elapsed()];
+        for (part, span) in parts.iter_mut().zip(spans) {
+            part.push(span.as_secs_f64() * 1e3);
         }
     }
-    sums.map(|sum| sum / count as u32)
+    parts.map(|mut part| {
+        part.sort_by(f64::total_cmp);
+        part[part.len() / 2]
+    })
 }
 
-/// Seconds for the points of the study on so many threads, without writing.
-fn computing(study: &Study, workers: usize) -> f64 {
+/// Runs the points of the study on so many threads, without writing.
+fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<Outcome>)) -> [f64; 2] {
     let points = (0..study.point_count().expect("a sample")).filter_map(|number| study.point(number));
-    let clock = Instant::now();
+    let clock = Clock::start();
     let stop = AtomicBool::new(false);
-    let ended = run_points(study, points, workers, &stop, &without_a_file, |_| Ok::<(), ()>(()));
+    let ended = run_points(study, points, workers, &stop, &without_a_file, |group| {
+        keep(group);
+        Ok::<(), ()>(())
+    });
     assert!(ended.is_ok());
-    clock.elapsed().as_secs_f64()
+    clock.stop()
 }
 
-/// Seconds for the whole sweep, with its journal and its file.
-fn sweeping(study: &Study, workers: usize) -> f64 {
-    let folder = tempfile::tempdir().expect("a folder");
-    let clock = Instant::now();
+/// The whole sweep, with its journal and its file; of what is in the journal already, the file alone.
+fn sweeping(study: &Study, workers: usize, path: &Path, resume: bool) -> [f64; 2] {
+    let clock = Clock::start();
     let options = SweepOptions {
+        path,
         shard: None,
-        path: &folder.path().join("bench.h5"),
         overwrite: Overwrite::OwnResults,
-        resume: false,
+        resume,
         workers,
         header: SweepHeader::default(),
         integrate: &without_a_file,
         stop: &AtomicBool::new(false),
     };
     sweep(study, &options, &mut |_| {}).expect("a sweep");
-    clock.elapsed().as_secs_f64()
+    clock.stop()
+}
+
+/// What it takes to put the outcomes into the journal, in the groups in which the pool handed them over, and into the file.
+fn writing(study: &Study, groups: &[Vec<Outcome>]) -> [f64; 2] {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bench.h5");
+    let clock = Clock::start();
+    let mut journal = Journal::open(&journal_path(&path), &study.digest(), Existing::Discard).expect("a journal");
+    for group in groups {
+        journal.append(group).expect("room on the disk");
+    }
+    drop(journal);
+    let [by_clock, by_processor] = clock.stop();
+    let file = sweeping(study, 1, &path, true);
+    [by_clock + file[0], by_processor + file[1]]
 }
 
 fn main() {
+    let most = std::env::var("STICKSLIP_BENCH_POINTS").map_or(1000, |most| most.parse().expect("a number of points"));
     for method in ["auto", "series"] {
-        let few = study(method, 64);
-        let [case, sliding, stick_slip, last, summary] = phases(&few).map(|part| part.as_secs_f64() * 1e3);
+        let [case, sliding, stick_slip, last, summary] = phases(&study(method, 128));
         println!(
-            "{method}: ms a run: case {case:.3}, sliding {sliding:.3}, stick-slip {stick_slip:.3}, last stick {last:.3}, \
+            "{method}: medians, ms: case {case:.3}, sliding {sliding:.3}, stick-slip {stick_slip:.3}, last stick {last:.3}, \
              summary {summary:.3}"
         );
-        for count in [128, 1024] {
+        let mut count = 100;
+        while count <= most {
             let study = study(method, count);
-            let [one, two] = [1, 2].map(|workers| computing(&study, workers));
-            let whole = sweeping(&study, 2);
+            let per_run = 1e3 / count as f64;
+            let [one, one_processor] = computing(&study, 1, |_| ());
+            let mut groups = Vec::new();
+            let [two, two_processor] = computing(&study, 2, |group| {
+                // All of 100,000 would be what fills the memory.
+                if count == 1000 {
+                    groups.push(group);
+                }
+            });
             println!(
-                "{method}: {count} points: {:.1} runs a second on one thread, {:.1} on two ({:.2} times), with journal and \
-                 file {:.1}",
+                "{method}: {count} points: {:.1} runs a second on one thread, {:.1} on two, {:.2} times; ms of a processor a \
+                 run {:.3} and {:.3}",
                 count as f64 / one,
                 count as f64 / two,
                 one / two,
-                count as f64 / whole
+                one_processor * per_run,
+                two_processor * per_run
             );
+            let folder = tempfile::tempdir().expect("a folder");
+            let [whole, whole_processor] = sweeping(&study, 2, &folder.path().join("bench.h5"), false);
+            println!(
+                "{method}: {count} points with journal and file: {:.1} runs a second, ms of a processor a run {:.3}, peak \
+                 memory {:.1} MB",
+                count as f64 / whole,
+                whole_processor * per_run,
+                peak_memory()
+            );
+            if count == 1000 {
+                let [by_clock, by_processor] = writing(&study, &groups);
+                println!(
+                    "{method}: writing alone: {:.2} % of the time on two threads, {:.2} % of that of the processor",
+                    100.0 * by_clock / whole,
+                    100.0 * by_processor / whole_processor
+                );
+            }
+            count *= 10;
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use stickslip::analysis::growth::foreseen_exponent;
 use stickslip::case::Override;
 use stickslip::model::axial::AxialMotion;
 use stickslip::results::{Overwrite, SweepFile, SweepHeader};
 use stickslip::sweep::{
-    Branch, Design, Study, StudySource, SweepOptions, SweepReport, run_point, sweep, without_a_file,
+    Branch, Design, Study, StudySource, SweepOptions, SweepReport, quantity_index, run_point, sweep, without_a_file,
 };
 
 fn study(text: &str) -> Study {
@@ -134,4 +135,129 @@ width = 1e-3
         }
     }
     assert!(checked >= 10, "{checked}");
+}
+
+/// The paper's brake without kicks, by the method that stays on smooth sliding.
+const SMOOTH: &str = r#"
+case = "paper"
+[set]
+perturbation = []
+solver.method = "series"
+[[axis]]
+key = "friction.decay"
+from = 2
+to = 600
+count = 5
+spacing = "log"
+[[axis]]
+key = "torsion.damping"
+from = 20
+to = 3000
+count = 5
+spacing = "log"
+"#;
+
+fn growth(study: &Study, [decay, damping]: [f64; 2]) -> f64 {
+    let case = study
+        .case_at(&[decay, damping].map(stickslip::case::Setting::Number))
+        .unwrap();
+    foreseen_exponent(&case.parameters, case.output.end_time).expect("the force is at rest")
+}
+
+/// G without a run is that of the run, to what the run's own loss of stability is shifted by the state that it has then
+/// (1e-3 of G where steady sliding changes fastest), over the plane of the critical curve.
+#[test]
+fn property_the_foreseen_growth_is_that_of_the_run() {
+    let study = study(SMOOTH);
+    let quantity = quantity_index("growth_exponent").unwrap();
+    let mut unstable = 0;
+    for number in 0..study.point_count().unwrap() {
+        let point = study.point(number).unwrap();
+        let outcome = run_point(&study, &point, &without_a_file, &|| false).unwrap().unwrap();
+        let place = [&point.coordinates[0], &point.coordinates[1]].map(|value| value.as_number().unwrap());
+        let (found, foreseen) = (outcome.value(quantity), growth(&study, place));
+        unstable += usize::from(found > 0.0);
+        assert!(
+            (foreseen - found).abs() <= 2e-3 * found + 1e-6,
+            "{place:?}: {foreseen} {found}"
+        );
+    }
+    assert!(unstable > 15, "{unstable}");
+}
+
+/// Contours of G are exact where they are drawn.
+#[test]
+fn analytic_contours_of_growth_have_their_level() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "{SMOOTH}\n[boundary]\ncriterion = \"growth_exponent > 1e9\"\nrefinements = 0\ngrowth_contours = [20, 80]\n"
+    );
+    let study = study(&text);
+    let found = run(&study, &folder.path().join("g.h5")).boundaries.unwrap();
+    assert!(found.curves.is_empty());
+    let points: Vec<_> = found
+        .growth
+        .iter()
+        .flat_map(|line| line.points.iter().map(|&point| (line.level, point)))
+        .collect();
+    assert!(points.len() > 40, "{}", points.len());
+    for (level, point) in points {
+        let growth = growth(&study, point);
+        // Where the path leaves the slow manifold for rigid sliding G jumps by some thousandths.
+        assert!((growth / level - 1.0).abs() < 5e-3, "{point:?}: {growth} for {level}");
+    }
+}
+
+/// The nose of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the width, in x to
+/// where the curve is lower by more than that.
+#[test]
+fn regression_the_nose_is_the_top_of_a_scan_along_x() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+case = "paper"
+[set]
+solver.method = "series"
+perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
+[[axis]]
+key = "friction.decay"
+from = 20
+to = 90
+count = 5
+spacing = "log"
+[[axis]]
+key = "torsion.damping"
+from = 1200
+to = 2500
+count = 4
+[boundary]
+refinements = 0
+width = 1e-4
+"#;
+    let study = study(text);
+    let found = run(&study, &folder.path().join("n.h5")).boundaries.unwrap();
+    assert_eq!(found.curves.len(), 1);
+    let noses: Vec<_> = found.curves[0]
+        .points
+        .iter()
+        .filter(|point| point.branch == Branch::Nose)
+        .collect();
+    let [nose] = noses[..] else { panic!("{noses:?}") };
+    let [decay, damping] = nose.middle();
+    let meets = |decay: f64, damping: f64| {
+        let coordinates = [decay, damping].map(stickslip::case::Setting::Number).to_vec();
+        let point = stickslip::sweep::Point { number: 0, coordinates };
+        let outcome = run_point(&study, &point, &without_a_file, &|| false).unwrap().unwrap();
+        outcome.value(quantity_index("stick_count").unwrap()) >= 2.0
+    };
+    // 1300 N m s/rad times the width, and as much for what the flat top leaves open in y.
+    let open = 2.0 * 1300.0 * 1e-4;
+    assert!(meets(decay, nose.met[1]) && !meets(decay, nose.unmet[1]));
+    for k in -20..=20 {
+        let beside = decay * (0.01 * f64::from(k)).exp();
+        assert!(!meets(beside, damping + open), "{beside} rises above {decay}");
+    }
+    // And it is the top: 20 % to each side the curve is lower by far more.
+    for beside in [decay / 1.2, decay * 1.2] {
+        assert!(!meets(beside, damping - 10.0 * open), "{beside}");
+    }
 }

@@ -114,22 +114,33 @@ fn property_killed_at_any_moment_and_resumed_the_file_is_the_same() {
     let study = QUICK.replace("count = 6", "count = 60");
     folder.write("map.toml", &study);
     output(&mut folder.stickslip(&["sweep", "map.toml", "-o", "whole.h5"]), 0);
-    let kills: u64 = std::env::var("STICKSLIP_TEST_KILLS").map_or(8, |kills| kills.parse().unwrap());
-    let mut resumed = 0;
+    let kills: u64 = std::env::var("STICKSLIP_TEST_KILLS").map_or(50, |kills| kills.parse().unwrap());
+    let mut under_way = 0;
     for kill in 0..kills {
         let mut child = folder.start(&["sweep", "map.toml", "-j", "2", "-o", "killed.h5", "--resume"]);
         // At no particular moment; the sweep itself takes longer than the longest.
         std::thread::sleep(Duration::from_micros(2_000 + kill * 7919 % 60_000));
         child.kill().unwrap();
         child.wait().unwrap();
-        resumed += u64::from(folder.path("killed.journal").exists());
+        under_way += u64::from(folder.path("killed.journal").exists());
+        // What has come to its end is compared, and begun anew.
+        if folder.path("killed.h5").exists() && !folder.path("killed.journal").exists() {
+            assert!(
+                read(&folder, "whole.h5") == read(&folder, "killed.h5"),
+                "after {kill} kills"
+            );
+            std::fs::remove_file(folder.path("killed.h5")).unwrap();
+        }
     }
     let (stdout, _) = output(
         &mut folder.stickslip(&["sweep", "map.toml", "-o", "killed.h5", "--resume", "--json"]),
         0,
     );
     assert_eq!(json(&stdout)["points"], 360);
-    assert!(resumed > 0);
+    assert!(
+        under_way > kills / 2,
+        "{under_way} of {kills} kills came while points were run"
+    );
     assert!(read(&folder, "whole.h5") == read(&folder, "killed.h5"));
     assert_eq!(folder.names(), ["killed.h5", "map.toml", "whole.h5"]);
     // Resumed once more there is nothing to do, and nothing is done.
@@ -378,4 +389,48 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
     let stderr = refusal(&mut folder.stickslip(&["plot", "map.h5"]));
     assert!(stderr.contains("a sweep without a boundary"), "{stderr}");
+}
+
+/// `inspect` lists a sweep; what wants the result of one run says what it was given, and what to do with it.
+#[test]
+fn cli_every_command_knows_a_sweep_file() {
+    let folder = Folder::new();
+    folder.write("map.toml", QUICK);
+    output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
+    let (stdout, _) = output(&mut folder.stickslip(&["inspect", "map.h5"]), 0);
+    for words in [
+        "stickslip-sweep",
+        "6 x 3 x 2",
+        "number of sticks",
+        "/failures",
+        "/events",
+        "default_rtol",
+    ] {
+        assert!(stdout.contains(words), "{words}: {stdout}");
+    }
+    let (stdout, _) = output(&mut folder.stickslip(&["inspect", "map.h5", "--json"]), 0);
+    let contents = json(&stdout);
+    let sticks = contents["variables"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|v| v["name"] == "stick_count")
+        .unwrap();
+    // The fill value of the points that failed is none of the counts.
+    assert_eq!((&sticks["min"], &sticks["shape"]), (&0.0.into(), &vec![6, 3, 2].into()));
+    for command in ["certify", "modes", "run"] {
+        let stderr = refusal(&mut folder.stickslip(&[command, "map.h5"]));
+        assert!(
+            stderr.contains("the many runs of a sweep") && stderr.contains("trajectory = true"),
+            "{command}: {stderr}"
+        );
+    }
+    output(
+        &mut folder.stickslip(&["run", "paper", "-o", "run.h5", "--set", "output.end_time=0.01"]),
+        0,
+    );
+    for pair in [["map.h5", "run.h5"], ["run.h5", "map.h5"]] {
+        let stderr = refusal(&mut folder.stickslip(&["compare", pair[0], pair[1]]));
+        assert!(stderr.contains("the many runs of a sweep"), "{pair:?}: {stderr}");
+    }
 }

@@ -3,7 +3,7 @@
 use super::lattice::{Edge, join};
 
 /// Rounds of the Illinois method on an edge: each gains a digit or more on a smooth quantity.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 5;
 
 /// The lines on which `values` (node (i, j) at `i + j * nodes[0]`) take `level`, in shares of the unit square. A cell with
 /// a node that has no value has none. Between the nodes a contour is where `exact`, if it is given, takes the level, and
@@ -63,16 +63,20 @@ pub(super) fn contours(
         let straight = |low: (f64, f64), high: (f64, f64)| low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
         let mut part = straight(low, high);
         if let Some(exact) = exact {
+            let mut last_side = None;
             for _ in 0..ROUNDS {
                 let here = exact(at(part)) - level;
                 if here.is_nan() {
                     break;
                 }
-                // The end that stays counts half, so that neither stays for good.
-                if (here < 0.0) == (low.1 < 0.0) {
-                    (low, high.1) = ((part, here), 0.5 * high.1);
+                let replaces_low = (here < 0.0) == (low.1 < 0.0);
+                // An end that stays twice counts half.
+                let again = last_side.replace(replaces_low) == Some(replaces_low);
+                let weight = if again { 0.5 } else { 1.0 };
+                if replaces_low {
+                    (low, high.1) = ((part, here), weight * high.1);
                 } else {
-                    (high, low.1) = ((part, here), 0.5 * low.1);
+                    (high, low.1) = ((part, here), weight * low.1);
                 }
                 part = straight(low, high);
             }

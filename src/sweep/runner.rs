@@ -8,6 +8,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError, mpsc};
+use std::time::{Duration, Instant};
 
 /// Integrates one case for a sweep: into nothing, or into a file of its own.
 pub type Integrate<'a> =
@@ -50,6 +51,9 @@ pub enum Stopped<E> {
 /// Outcomes that may wait for the one who writes them.
 const WAITING: usize = 256;
 
+/// Outcomes are gathered for so long, so that what a group costs is shared by many: the disk syncs each.
+const GATHERING: Duration = Duration::from_millis(20);
+
 /// Runs `points` on `workers` threads and hands their outcomes, in groups and in the order of completion, to `deliver`.
 ///
 /// What a point comes to depends on the study and its coordinates alone. Points under way when `stop` is set, or after
@@ -89,14 +93,21 @@ pub fn run_points<E>(
             });
         }
         drop(sender);
+        let mut gathered = Instant::now();
         while let Ok(first) = receiver.recv() {
             let mut group = Vec::new();
-            for result in std::iter::once(first).chain(receiver.try_iter()) {
+            let mut next = Some(first);
+            while let Some(result) = next.take() {
                 match result {
                     Ok(outcome) => group.push(outcome),
                     Err(message) => error = error.take().or(Some(Stopped::Storage(message))),
                 }
+                // Half of those that may wait leave room for the others meanwhile.
+                if group.len() < WAITING / 2 {
+                    next = receiver.recv_timeout(GATHERING.saturating_sub(gathered.elapsed())).ok();
+                }
             }
+            gathered = Instant::now();
             // After an error the channel is emptied, so that no worker waits for ever.
             if error.is_none()
                 && let Err(failure) = deliver(group)
