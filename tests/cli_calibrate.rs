@@ -50,14 +50,12 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     assert_eq!(file.text("status").as_deref(), Some("complete"));
     assert_eq!(file.text("study_digest").as_deref(), report["digest"].as_str());
     let one = |name: &str| file.numbers(name).unwrap();
-    assert_eq!(
-        one("calibration/optimum"),
-        [report["parameters"][0]["optimum"].as_f64().unwrap()]
-    );
-    assert_eq!(
-        one("calibration/least"),
-        [report["parameters"][0]["least"].as_f64().unwrap()]
-    );
+    // The reader of JSON may miss a number by its last bit.
+    let same = |file: f64, report: &serde_json::Value| (file / report.as_f64().unwrap() - 1.0).abs() < 1e-15;
+    let parameter = &report["parameters"][0];
+    for name in ["optimum", "least", "largest"] {
+        assert!(same(one(&format!("calibration/{name}"))[0], &parameter[name]), "{name}");
+    }
     assert_eq!(one("targets/role"), [0.0, 2.0]);
     assert_eq!(
         file.attribute("targets/target", "flag_meanings").as_deref(),
@@ -73,7 +71,7 @@ fn results_the_report_the_file_and_the_case_say_the_same() {
     }
     let (stdout, _) = output(&mut folder.stickslip(&["run", "found.toml", "--json"]), 0);
     let period = json(&stdout)["summary"]["natural_period"].as_f64().unwrap();
-    assert_eq!(period, report["targets"][0]["here"].as_f64().unwrap());
+    assert!(same(period, &report["targets"][0]["here"]), "{period}");
     let (stdout, _) = output(&mut folder.stickslip(&["calibrate", "inertia.toml"]), 0);
     for words in [
         "torsion.surface_inertia",
@@ -124,7 +122,11 @@ fn cli_mistakes_in_a_study_are_named_by_line_and_key() {
         ("\"0.00024 s\"", "\"0.00024 kg\"", "expected a time, s"),
         ("value = 48", "value = 48\nweight = -1", "target.1.weight"),
         ("value = 48", "value = 48\nhalf_width = 0", "must be greater than 0"),
-        ("\"stick_count\"", "\"natural_period\"", "is a target twice"),
+        (
+            "\"stick_count\"\nvalue = 48",
+            "\"natural_period\"\nvalue = \"240 us\"",
+            "is a target twice",
+        ),
         ("points = 32", "points = 3", "search.points"),
         ("case = \"paper\"", "case = \"papier\"", "did you mean paper?"),
         ("from = 0.005", "from = 0.005\ncount = 5", "free.0.count: unknown key"),

@@ -415,7 +415,7 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
         let values = study.runs.axes.iter().zip(&compromise.parameters);
         let values = values.map(|(axis, &value)| format!("{} = {}", axis.keys[0], six_digits(value)));
         lines.push(format!(
-            "With intervals {:.2} times as wide all of these hold together, at {}.",
+            "With intervals {:.2} times as wide all that is in reach would hold together, at {}.",
             compromise.worst,
             values.collect::<Vec<_>>().join(", ")
         ));
