@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hdf5::Dataset;
+use hdf5::plist::file_access::LibraryVersion;
 
 use super::attributes::{MetaValue, write_attributes, write_input, write_text_attribute};
 use super::schema;
@@ -189,7 +190,7 @@ impl SweepWriter {
                 Some(_) => schema::SWEEP_SHARD_FORMAT,
                 None => schema::SWEEP_FORMAT,
             };
-            let file = create_file(&made, header, format)?;
+            let file = create_file(&made, header, format, storage)?;
             if let Some(shard) = &plan.shard {
                 sweep_shard::describe(&file, shard, plan)?;
             }
@@ -291,8 +292,13 @@ impl SweepWriter {
     }
 }
 
-fn create_file(path: &Path, header: &SweepHeader, format: &str) -> hdf5::Result<hdf5::File> {
-    let file = table::create_file(path)?;
+fn create_file(path: &Path, header: &SweepHeader, format: &str, storage: Storage) -> hdf5::Result<hdf5::File> {
+    let file = match storage {
+        Storage::Own => table::create_file(path)?,
+        // Virtual datasets need HDF5 1.10 in any case. Its own form of a selection is a rule; the earlier one lists every
+        // block, in a time that grows with the square of their number.
+        Storage::Shards(_) => table::create_file_since(path, LibraryVersion::V110)?,
+    };
     for (name, text) in [
         (schema::root::CONVENTIONS, schema::CONVENTIONS),
         (schema::root::TITLE, &header.title),

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
 use hdf5::{Dataset, Group};
 
@@ -130,9 +131,18 @@ impl TableWriter {
 
 /// A new file with variables in their own order, not the alphabet's.
 pub(super) fn create_file(path: &Path) -> hdf5::Result<hdf5::File> {
+    create_file_since(path, LibraryVersion::Earliest)
+}
+
+/// The same in the formats that readers from this version of HDF5 on know.
+pub(super) fn create_file_since(path: &Path, version: LibraryVersion) -> hdf5::Result<hdf5::File> {
     hdf5::File::with_options()
         // No lock of HDF5's own, which would keep readers out; `WriteLock` keeps writers out.
-        .with_fapl(|access| access.file_locking(false))
+        .with_fapl(|access| {
+            access
+                .file_locking(false)
+                .libver_bounds(version, LibraryVersion::latest())
+        })
         .with_fcpl(|create| {
             create
                 .link_creation_order(LinkCreationOrder::Indexed)
