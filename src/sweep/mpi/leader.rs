@@ -19,11 +19,15 @@ use std::time::{Duration, Instant};
 /// Ranks that have not ended their work after this long are taken for lost. A run looks at the flag at every step.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Points that wait at a rank, so that it need not wait for the next, where points are short.
-const AHEAD: usize = 2;
+/// What a rank reports comes so much later, at most: it gathers outcomes before it stores and sends them.
+const LAG: Duration = Duration::from_millis(30);
 
-/// Points are short below this.
-const SHORT: Duration = Duration::from_millis(20);
+/// Points that take longer are handed out one for each thread; shorter ones wait at the rank for as many as there are
+/// runs in [`LAG`], so that no thread waits for its next.
+const LONG: Duration = Duration::from_secs(1);
+
+/// No more than this wait for each thread.
+const MOST_AHEAD: usize = 64;
 
 /// The ranks beside rank 0, as rank 0 sees them.
 pub struct Ranks {
@@ -95,18 +99,25 @@ impl Round {
     fn slots(&self, threads: usize, processes: usize) -> usize {
         let all = threads * processes;
         // Not before every thread has had one: the first may be slow.
-        let known = self.done >= 2 * all;
-        let average = self.started.elapsed() * all as u32 / self.done.max(1) as u32;
-        if known && average < SHORT {
-            threads + AHEAD
-        } else {
-            threads
+        if self.done < 2 * all {
+            return threads;
         }
+        let average = self.started.elapsed() * all as u32 / self.done as u32;
+        threads * (1 + ahead(average))
     }
 
     fn fail(&mut self, error: Stopped<JournalError>) {
         self.error = self.error.take().or(Some(error));
     }
+}
+
+/// How many points wait for a thread, if one takes so long.
+fn ahead(average: Duration) -> usize {
+    if average > LONG {
+        return 0;
+    }
+    let runs = LAG.as_secs_f64() / average.as_secs_f64().max(1e-6);
+    (runs.ceil() as usize).clamp(1, MOST_AHEAD)
 }
 
 impl Crew for Ranks {
@@ -286,5 +297,19 @@ impl Ranks {
             }
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_points_wait_for_as_long_as_a_report_takes() {
+        let ahead = |milliseconds| ahead(Duration::from_millis(milliseconds));
+        assert_eq!(
+            [ahead(0), ahead(1), ahead(10), ahead(500), ahead(2000)],
+            [64, 30, 3, 1, 0]
+        );
     }
 }
