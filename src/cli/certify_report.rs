@@ -189,11 +189,9 @@ impl Report<'_> {
         terminal::show(&table).trim_end().to_owned()
     }
 
-    fn last_place(&self, path: &str) -> Option<f64> {
-        self.last_places
-            .iter()
-            .find(|place| place.0 == path)
-            .map(|place| place.1)
+    fn half_last_digit(&self, path: &str) -> Option<f64> {
+        let half = self.half_last_digits.iter().find(|half| half.0 == path);
+        half.map(|half| half.1)
     }
 
     /// What moves the final stick, if that is a result.
