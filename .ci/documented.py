@@ -27,12 +27,23 @@ def main(path):
             for name, data in file[group].items():
                 if name.endswith(("_before", "_after")) and name != "mode_after":
                     continue
-                if data.attrs["units"] not in units.get(name, ()):
+                if data.attrs["units"] not in units.get(name, units.get(f"/{group}/{name}", ())):
                     missing.append(f"/{group}/{name} [{data.attrs['units']}]")
         headline = file["stick_slip"].attrs
         for name in headline:
             if not name.endswith(("_units", "_long_name")) and headline[name + "_units"] not in units.get(name, ()):
                 missing.append(f"/stick_slip attribute {name} [{headline[name + '_units']}]")
+        for group in ("certificate", "sensitivity"):
+            if group not in file:
+                continue
+            for name, data in file[group].items():
+                # A channel's bands are documented as NAME; its unit is the channel's.
+                name = "band_NAME" if name.startswith("band_") else "rate_NAME" if name.startswith("rate_") else name
+                unit = {"band_NAME": "as NAME", "rate_NAME": "as NAME, per s"}.get(name, data.attrs["units"])
+                scale = name in ("event", "rung", "stretch", "parameter")
+                if name not in words if scale or group == "sensitivity" else unit not in units.get(name, ()):
+                    missing.append(f"/{group}/{name} [{unit}]")
+            missing += [f"{name} of /{group}" for name in file[group].attrs if name not in words]
         missing += [f"/input/{name}" for name in file["input"] if f"/input/{name}" not in words]
         missing += [f"{name} of {group}" for group in ("/", "/meta") for name in file[group].attrs if name not in words]
     for name in missing:

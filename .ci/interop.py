@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Check that a result file opens, and reads the same, in the programs of others.
 
-    python .ci/interop.py paper.h5 [--program]
+    python .ci/interop.py paper.h5 [--program] [--certified]
 
-With --program the file is one that the program itself wrote, and /meta names what made it.
+With --program the file is one that the program itself wrote, and /meta names what made it. With
+--certified it has what `stickslip certify` adds.
 Needs .ci/requirements.txt; h5dump and ncdump are used where they are installed. The expected names,
 units and codes are written out here a second time, independently of the program. Exits with 1 if a
 check fails.
@@ -81,6 +82,42 @@ TEXTS = ("case", "resolved")
 STICK_SLIP = (
     "onset_time", "final_stick_time", "stick_count", "slip_count", "first_period", "last_period", "natural_period",
     "growth_exponent",
+)
+
+# What `stickslip certify` adds. group: {variable: (type, units, dimensions)}
+RUNG = ("rung",)
+STRETCH = ("stretch",)
+
+
+def per_second(units):
+    return units[:-3] + "s-2" if units.endswith("s-1") else units + " s-1"
+
+
+CERTIFICATE = {
+    "events": {"time_uncertainty": ("float64", "s", ("event",))},
+    "certificate": {
+        "event": ("int32", "1", ("event",)), "rung": ("int32", "1", RUNG), "stretch": ("int32", "1", STRETCH),
+        "verdict": ("int8", "1", ("event",)), "rounding": ("float64", "s", ("event",)),
+        "growth": ("float64", "1", ("event",)), "rung_method": ("int8", "1", RUNG),
+        "rung_rtol": ("float64", "1", RUNG), "rung_agreeing": ("int64", "1", RUNG),
+        "rung_distance": ("float64", "s", RUNG), "stretch_start": ("float64", "s", STRETCH),
+        "stretch_end": ("float64", "s", STRETCH), "stretch_mode": ("int8", "1", STRETCH),
+        "stretch_time_uncertainty": ("float64", "s", STRETCH),
+        **{f"band_{name}": ("float64", unit, STRETCH) for name, unit in {**STATE, **CHANNELS}.items()},
+        **{f"rate_{name}": ("float64", per_second(unit), STRETCH) for name, unit in {**STATE, **CHANNELS}.items()},
+    },
+    "sensitivity": {
+        "event": ("int32", "1", ("event",)), "parameter": ("int32", "1", ("parameter",)),
+        "time_sensitivity": ("float64", "s", ("event", "parameter")),
+    },
+}
+CERTIFICATE_FLAGS = {
+    "verdict": "converged noise-determined sequence-differs", "stretch_mode": MODES,
+    "rung_method": "auto erk cvode-adams cvode-bdf series",
+}
+CERTIFICATE_TEXTS = ("verdict_of_all", "remedy")
+CERTIFICATE_NUMBERS = (
+    "digits", "digits_of_double", "growth_exponent", "growth_to_onset", "kick_above_noise", "kick_above_methods",
 )
 
 passed = failed = 0
@@ -211,6 +248,85 @@ def check_xarray(path, engine, values):
         check(f"xarray {engine}: the file as a tree", {"/", *(f"/{group}" for group in TABLES)} <= set(tree.groups))
 
 
+def check_certificate(path):
+    """What a certified file has more: the same in every reader, and what its numbers must obey."""
+    values = {}
+    with h5py.File(path) as file:
+        for group, variables in CERTIFICATE.items():
+            for name, (kind, units, dimensions) in variables.items():
+                where = f"h5py: /{group}/{name}"
+                if name not in file.get(group, {}):
+                    check(f"{where} exists", False)
+                    continue
+                data = file[group][name]
+                values[group, name] = data[...]
+                check(f"{where} is {kind}", data.dtype == kind)
+                check(f"{where} has units {units}", data.attrs.get("units") == units)
+                check(f"{where} has a long_name", bool(data.attrs.get("long_name")))
+                if dimensions == (name,):
+                    check(f"{where} is a dimension scale", data.is_scale)
+                else:
+                    scales = tuple(scale.name for axis in data.dims for scale in axis.values())
+                    check(f"{where} is over {dimensions}", scales == tuple(f"/{group}/{d}" for d in dimensions))
+        for name, meanings in CERTIFICATE_FLAGS.items():
+            attributes = file["certificate"][name].attrs
+            codes = np.arange(len(meanings.split()), dtype="int8")
+            check(f"h5py: /certificate/{name} has flag_values", same(attributes.get("flag_values"), codes))
+            check(f"h5py: /certificate/{name} has flag_meanings", attributes.get("flag_meanings") == meanings)
+        attributes = file["certificate"].attrs
+        for name in CERTIFICATE_TEXTS:
+            check(f"h5py: /certificate attribute {name} is a text", isinstance(attributes.get(name), str))
+        for name in CERTIFICATE_NUMBERS:
+            check(f"h5py: /certificate attribute {name} is a number", np.asarray(attributes.get(name)).dtype.kind == "f")
+        for name in ("parameters", "parameter_units"):
+            count = len(file["sensitivity"].attrs[name].split(", "))
+            check(f"h5py: /sensitivity has as many {name}", count == file["sensitivity/parameter"].size)
+        oracle = text(file["certificate/oracle"][()]) if "oracle" in file["certificate"] else None
+        times = file["events/time"][...]
+        end = file["trajectory/time"][-1]
+    uncertainty, verdict = values["events", "time_uncertainty"], values["certificate", "verdict"]
+    check("certificate: an uncertainty where an event is converged", bool(np.isfinite(uncertainty[verdict == 0]).all()))
+    start, stop = (values["certificate", f"stretch_{name}"] for name in ("start", "end"))
+    check("certificate: stretches from event to event", same(start, np.insert(times, 0, 0.0)))
+    check("certificate: the last stretch to the end", same(stop, np.append(times, end)))
+    around = np.maximum(np.insert(uncertainty, 0, 0.0), np.append(uncertainty, 0.0))
+    known = np.isfinite(values["certificate", "stretch_time_uncertainty"])
+    check("certificate: stretches between converged events", same(
+        values["certificate", "stretch_time_uncertainty"][known], around[known]))
+    for name in {**STATE, **CHANNELS}:
+        band = values["certificate", f"band_{name}"]
+        check(f"certificate: band_{name} where it is known", not (np.isfinite(band) & ~known).any())
+        check(f"certificate: band_{name} is not negative", not (band < 0).any())
+    if oracle is not None:
+        rows = [line.split(",") for line in oracle.splitlines()]
+        true = np.array([float(row[0]) for row in rows[1:]])
+        check("certificate: the oracle's events are as many", rows[0][:2] == ["time", "kind"] and len(true) == len(times))
+        if len(true) == len(times):
+            # A unit in the last place of a time, for the reading of decimals.
+            covered = np.abs(true - times) <= uncertainty + np.spacing(times)
+            check("certificate: uncertainties cover the oracle's times", bool(covered[verdict == 0].all()))
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_mask(False)
+        for (group, name), value in values.items():
+            kind, units, dimensions = CERTIFICATE[group][name]
+            variable = file[group][name]
+            check(f"netCDF4: /{group}/{name} is over {dimensions}", variable.dimensions == dimensions)
+            check(f"netCDF4: /{group}/{name} has units {units}", variable.units == units)
+            check(f"netCDF4: /{group}/{name} has the values of h5py", same(variable[:], value))
+    for engine in ("h5netcdf", "netcdf4"):
+        for group, variables in CERTIFICATE.items():
+            with xr.open_dataset(path, group=group, engine=engine) as data:
+                for name, (_, units, dimensions) in variables.items():
+                    where = f"xarray {engine}: /{group}/{name}"
+                    check(f"{where} is over {dimensions}", data[name].dims == dimensions)
+                    check(f"{where} has units {units}", data[name].attrs.get("units") == units)
+                    check(f"{where} has the values of h5py", same(data[name].values, values[group, name]))
+                if group == "certificate" and oracle is not None:
+                    check(f"xarray {engine}: /certificate/oracle", text(data["oracle"].values) == oracle)
+        with xr.open_datatree(path, engine=engine) as tree:
+            check(f"xarray {engine}: the certified file as a tree", {"/certificate", "/sensitivity"} <= set(tree.groups))
+
+
 def same_attribute(a, b):
     return np.array_equal(a, b) or (np.asarray(a).dtype.kind == "f" and np.isnan(a) and np.isnan(b))
 
@@ -252,7 +368,7 @@ def check_ncdump(path, values):
 
 
 def main():
-    arguments = [argument for argument in sys.argv[1:] if argument != "--program"]
+    arguments = [argument for argument in sys.argv[1:] if argument not in ("--program", "--certified")]
     if len(arguments) != 1:
         sys.exit(__doc__)
     path = arguments[0]
@@ -264,6 +380,8 @@ def main():
             check_xarray(path, engine, values)
         check_h5dump(path, values)
         check_ncdump(path, values)
+        if "--certified" in sys.argv:
+            check_certificate(path)
     print(f"{passed} passed, {failed} failed")
     sys.exit(1 if failed else 0)
 

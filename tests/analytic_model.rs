@@ -128,6 +128,18 @@ proptest! {
         }
     }
 
+    /// On a rising ramp the contact force is slope (t - (the ringing, of |rate| < 1)) > 0: contact starts at t = 0, with a
+    /// force and a rate of zero up to rounding, and stays.
+    #[test]
+    fn property_contact_that_starts_with_a_ramp_stays(
+        force in 100.0..5000.0f64, rise_time in 0.01..2.0f64, damping in 0.0..60_000.0f64,
+    ) {
+        let actuation = Actuation::Ramp { force, rise_time };
+        let motion = AxialMotion::new(&Axial { damping, ..AXIAL }, &actuation);
+        prop_assert!(motion.closed_at_start());
+        prop_assert_eq!(motion.next_contact_change(0.0, true, true, rise_time), None);
+    }
+
     /// Analytic Jacobians against central differences, in all modes and senses.
     #[test]
     fn property_jacobians_match_differences(

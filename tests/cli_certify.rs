@@ -37,6 +37,9 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
         "cvode-bdf",
         "cvode-adams",
         "erk",
+        "at a fixed time",
+        "what moves the final stick",
+        "kick above the methods' own noise",
     ] {
         assert!(table.contains(words), "{words} in {table}");
     }
@@ -54,6 +57,43 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     for (stored, event) in stored.iter().zip(events) {
         assert!(same(*stored, &event["uncertainty"]), "{event}: {stored:e}");
     }
+    let stretches = document["stretches"].as_array().unwrap();
+    assert_eq!(stretches.len(), events.len() + 1);
+    let read = |name: &str| {
+        file.dataset(&format!("certificate/{name}"))
+            .unwrap()
+            .read_raw::<f64>()
+            .unwrap()
+    };
+    let (band, rate, times) = (
+        read("band_phi2_dot"),
+        read("rate_phi2_dot"),
+        read("stretch_time_uncertainty"),
+    );
+    let mut largest = [0.0_f64; 2];
+    for (index, stretch) in stretches.iter().enumerate() {
+        if stretch["converged"] == false {
+            assert!(
+                band[index].is_nan() && stretch["bands"]["phi2_dot"].is_null(),
+                "{stretch}"
+            );
+            continue;
+        }
+        assert!(same(band[index], &stretch["bands"]["phi2_dot"]), "{stretch}");
+        assert!(same(rate[index], &stretch["rates"]["phi2_dot"]), "{stretch}");
+        let fixed = band[index] + rate[index] * times[index];
+        largest = [largest[0].max(band[index]), largest[1].max(fixed)];
+    }
+    let channels = document["channels"].as_array().unwrap();
+    let speed = channels.iter().find(|c| c["name"] == "phi2_dot").unwrap();
+    assert!(
+        same(largest[0], &speed["band"]) && same(largest[1], &speed["at_fixed_time"]),
+        "{speed}"
+    );
+    let force = document["sensitivity"].as_array().unwrap().iter();
+    let force = force.clone().find(|p| p["parameter"] == "actuation.force").unwrap();
+    // From --set, a plain number.
+    assert_eq!(force["half_last_digit"], 0.5, "{force}");
     let table = file.dataset("sensitivity/time_sensitivity").unwrap();
     let parameters = document["sensitivity"].as_array().unwrap();
     assert_eq!(table.shape(), [events.len(), parameters.len()]);
@@ -152,6 +192,19 @@ fn cli_certify_refuses_what_it_cannot_do() {
         &certify("paper-si", &["--set", "solver.max_events=3"]),
         1,
         &["event budget", "solver.max_events"],
+    );
+    // A file that has lost its case.
+    output(
+        &mut folder.stickslip(&[&["run", "paper-si", "-q", "-o", "lost.h5"], QUICK].concat()),
+        0,
+    );
+    let lost = hdf5::File::open_rw(folder.path("lost.h5")).unwrap();
+    lost.unlink("input/resolved").unwrap();
+    lost.close().unwrap();
+    fails(
+        &["certify", "lost.h5"],
+        2,
+        &["lost.h5", "/input/resolved", "certify the case itself"],
     );
     folder.write("not.h5", b"\x89HDF\r\n\x1a\n nothing else");
     fails(&["certify", "not.h5"], 2, &["not.h5"]);

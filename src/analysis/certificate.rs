@@ -6,7 +6,7 @@
 //! What rounding does to all methods alike comes on top: no distance between them tells of it.
 
 use super::bands::{Bands, bands, compared_output};
-use super::ladder::{Finished, Rung, climb, finest_auto, matched, run, witnesses};
+use super::ladder::{Finished, Rung, agree, climb, finest_auto, matched, run, witnesses};
 use super::linearised::{Linearised, linearise};
 use super::{Growth, Summary};
 use crate::case::Case;
@@ -20,7 +20,8 @@ pub(super) const LEAST_WITNESSES: usize = 2;
 /// Two errors may cross within one event or a few; over so many on each side they do not.
 const NEIGHBOURS: usize = 4;
 
-/// An event that is not known to this share of the natural period is not known at all: its place in the oscillation is open.
+/// An event that no two methods place within this share of the natural period is not known at all: its place in the
+/// oscillation is open.
 const LARGEST_SHARE: f64 = 0.02;
 
 /// What can be said of an event.
@@ -116,6 +117,12 @@ pub struct Certificate {
     pub growth_to_onset: Option<f64>,
     /// e-folds by which the kicks stand above rounding at the first stick.
     pub kick_above_noise: Option<f64>,
+    /// e-folds by which the kick that moves the first stick most stands above the one that would move it by its uncertainty:
+    /// above the noise of the methods themselves. `None` without a kick or a converged stick.
+    pub kick_above_methods: Option<f64>,
+    /// Whether two independent methods agree with each other on the whole sequence and its times. If the result does not
+    /// agree with them, it is the result that is coarse.
+    pub others_agree: bool,
     /// d(event time)/d(parameter).
     #[serde(skip)]
     pub linearised: Linearised,
@@ -210,8 +217,12 @@ pub fn certify(
         (_, true) => Verdict::SequenceDiffers,
         _ => Verdict::Converged,
     };
+    let near = LARGEST_SHARE * TorsionModel::new(&case.parameters).natural_period();
+    let others_agree = (1..witnesses.len()).any(|k| witnesses[..k].iter().any(|run| agree(witnesses[k], run, near)));
     let bands = bands(case, result, &witnesses, finest_auto(&ladder), &events);
     Ok(Certificate {
+        kick_above_methods: kick_above_methods(&events, &linearised),
+        others_agree,
         bands,
         ladder: ladder.into_iter().map(|finished| finished.rung).collect(),
         verdict,
@@ -221,6 +232,18 @@ pub fn certify(
         linearised,
         events,
     })
+}
+
+/// ln of what the largest kick does to the time of the first stick, over the uncertainty of that.
+fn kick_above_methods(events: &[CertifiedEvent], linearised: &Linearised) -> Option<f64> {
+    let index = events.iter().position(|event| event.kind == EventKind::Stick.name())?;
+    let (event, linear) = (&events[index], linearised.events.get(index)?);
+    let kicks = linearised.parameters.iter().zip(&linear.by_parameter);
+    let effect = kicks
+        .filter(|(parameter, _)| parameter.path.ends_with(".relative_velocity"))
+        .map(|(parameter, derivative)| (parameter.value * derivative).abs())
+        .reduce(f64::max)?;
+    Some((effect / event.uncertainty).ln()).filter(|folds| folds.is_finite())
 }
 
 fn judge(
@@ -252,7 +275,14 @@ fn judge(
             })
             .collect()
     };
-    let distances: Vec<Vec<f64>> = witnesses(ladder, case.solver.method).into_iter().map(single).collect();
+    let witnesses = witnesses(ladder, case.solver.method);
+    let times: Vec<Vec<f64>> = witnesses.iter().map(|run| matched(result, run)).collect();
+    // Whether two witnesses place an event alike, wherever the result has it.
+    let alike = |index: usize| {
+        let near = |a: &Vec<f64>, b: &Vec<f64>| (a[index] - b[index]).abs() <= LARGEST_SHARE * period;
+        (1..times.len()).any(|k| times[..k].iter().any(|other| near(&times[k], other)))
+    };
+    let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
     let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
     let auto: Option<Vec<f64>> = finest_auto(ladder).map(|run| around(&single(run)));
     let mut lost: Option<Verdict> = None;
@@ -282,7 +312,12 @@ fn judge(
                 } else if seen.len() < LEAST_WITNESSES {
                     lost = Some(Verdict::SequenceDiffers);
                 } else if uncertainty.is_nan() || uncertainty > LARGEST_SHARE * period {
-                    lost = Some(Verdict::NoiseDetermined);
+                    // Where the others agree it is the result that is coarse; half a period off it is another event.
+                    lost = match (alike(index), uncertainty <= 0.5 * period) {
+                        (true, true) => None,
+                        (true, false) => Some(Verdict::SequenceDiffers),
+                        (false, _) => Some(Verdict::NoiseDetermined),
+                    };
                 }
             }
             let verdict = lost.unwrap_or(Verdict::Converged);

@@ -160,6 +160,13 @@ fn compare(run: &mut Finished, result: &[Event]) {
         .reduce(f64::max);
 }
 
+/// Whether two runs have the same sequence of events, each event within `distance` (s).
+pub(super) fn agree(a: &Finished, b: &Finished, distance: f64) -> bool {
+    let (a, b) = (word(&a.recorder.events), word(&b.recorder.events));
+    let near = |(a, b): (&&Event, &&Event)| a.kind == b.kind && (a.time - b.time).abs() <= distance;
+    a.len() == b.len() && a.iter().zip(&b).all(near)
+}
+
 /// The finest run of each method, if it did not fail.
 fn finest(ladder: &[Finished]) -> Vec<&Finished> {
     let mut finest: Vec<&Finished> = Vec::new();

@@ -62,6 +62,35 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
     })
 }
 
+/// Of each number of the case that is written as such, half a unit of its last digit, SI, by dotted path. A plain number
+/// counts as the shortest decimal of its double: zeros at its end are not told from none.
+pub(super) fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> Result<Vec<(String, f64)>, CaseError> {
+    let case = Case::parse(source, overrides)?;
+    let mut root = document::read(&source.text, &source.label())?;
+    for change in overrides {
+        document::apply(&mut root, change).map_err(|problem| CaseError {
+            problems: vec![problem],
+        })?;
+    }
+    let half = |path: &str, dimension: Dimension| {
+        // A plain number is in SI, whatever it stands for.
+        let (text, dimension) = match &root.at(path)?.value {
+            Value::Integer(number) => (number.to_string(), Dimension::Number),
+            Value::Float(number) => (format!("{number:e}"), Dimension::Number),
+            Value::Text(text) => (text.clone(), dimension),
+            _ => return None,
+        };
+        quantity::printed(&text, dimension).ok().map(|(_, half)| half)
+    };
+    let paths = case.number_paths().into_iter();
+    Ok(paths
+        .filter_map(|(path, key)| {
+            let half = half(&path, key.dimension().unwrap_or(Dimension::Number))?;
+            Some((path, half))
+        })
+        .collect())
+}
+
 struct Reader<'a> {
     root: &'a Node,
 }

@@ -66,6 +66,15 @@ impl Case {
         exact::read(source, overrides)
     }
 
+    /// Half a unit of the last digit that is written of each number, in the SI unit of its key, by dotted path. Of a plain
+    /// number zeros at its end do not count.
+    ///
+    /// # Errors
+    /// As those of [`Case::parse`].
+    pub fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> Result<Vec<(String, f64)>, CaseError> {
+        exact::half_last_digits(source, overrides)
+    }
+
     /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the
     /// identical case. Diameters of the contact have become the radius.
     pub fn resolved(&self) -> String {

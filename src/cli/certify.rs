@@ -49,15 +49,16 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     };
     if let Some(digits) = options.digits.filter(|digits| *digits == 0 || *digits > most) {
         let remedy = if options.oracle {
-            ""
+            "; the oracle computes with no more, of which the growth of perturbations takes some".to_owned()
         } else {
-            "; a double holds no more, and the oracle's own table has up to 100: add --oracle"
+            let all = oracle::DIGITS.end();
+            format!("; a double holds no more, and the oracle computes a table with up to {all}: add --oracle")
         };
         return Err(CommandError::Input(format!(
             "--digits {digits}: from 1 to {most} digits can be asked for{remedy}"
         )));
     }
-    let input = read_input(&options.case, &options.set, None)?;
+    let input = read_input(&options.case, &options.set, None).map_err(without_case)?;
     if matches!(input.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
@@ -110,6 +111,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         certificate: &certificate,
         exact: exact.as_ref(),
         result: &result.record.events,
+        half_last_digits: &half_last_digits(&input, &options.set)?,
         file: target.display().to_string(),
         figure: drawing.map(|(path, _)| path.display().to_string()),
         onsets: &drawn,
@@ -249,8 +251,19 @@ fn examine(
     Ok((certificate, Some(exact)))
 }
 
-/// The exact parameters: those of the text as given, if they are the ones of the run; else those of the resolved case.
-fn exact_parameters(input: &Input, set: &[String]) -> Result<ExactParameters, CommandError> {
+/// What is missing for a certificate in a file that has lost its case.
+fn without_case(error: CommandError) -> CommandError {
+    match error {
+        CommandError::Input(text) if text.contains("/input") => CommandError::Input(format!(
+            "{text}. A result is certified by runs of its case, which this file no longer holds: certify the case itself"
+        )),
+        other => other,
+    }
+}
+
+/// The overrides, and where the numbers of the case are as they were written: the text as given, if it is the case of the run;
+/// else the resolved case.
+fn as_written(input: &Input, set: &[String]) -> Result<(CaseSource, Vec<Override>), CommandError> {
     let mut overrides = Vec::with_capacity(set.len());
     for setting in set {
         overrides.push(Override::parse(setting).map_err(bad_case)?);
@@ -263,10 +276,21 @@ fn exact_parameters(input: &Input, set: &[String]) -> Result<ExactParameters, Co
         let rounded: Parameters = exact.rounded();
         rounded == input.case.parameters
     };
-    match Case::exact_parameters(&given, &overrides) {
-        Ok(exact) if same(&exact) => Ok(exact),
-        _ => Case::exact_parameters(&input.source, &overrides).map_err(bad_case),
-    }
+    let source = match Case::exact_parameters(&given, &overrides) {
+        Ok(exact) if same(&exact) => given,
+        _ => input.source.clone(),
+    };
+    Ok((source, overrides))
+}
+
+fn exact_parameters(input: &Input, set: &[String]) -> Result<ExactParameters, CommandError> {
+    let (source, overrides) = as_written(input, set)?;
+    Case::exact_parameters(&source, &overrides).map_err(bad_case)
+}
+
+fn half_last_digits(input: &Input, set: &[String]) -> Result<Vec<(String, f64)>, CommandError> {
+    let (source, overrides) = as_written(input, set)?;
+    Case::half_last_digits(&source, &overrides).map_err(bad_case)
 }
 
 /// Runs the oracle with so many digits that `wanted` of them are true of the event times.
@@ -334,7 +358,8 @@ fn shortfall(digits: u32, certificate: &Certificate, exact: Option<&Exact>) -> O
              most; this result has {least}. Ask for fewer, or use --oracle for a table with more"
         ),
         Verdict::Converged => format!(
-            "{digits} digits were asked for, and the result has {least}: use a smaller solver.rtol, or --method auto"
+            "{digits} digits were asked for, and the result has {least}: use a smaller solver.rtol, or solver.method = \
+             \"auto\""
         ),
         verdict => format!(
             "{digits} digits were asked for, but the result is {}: {}",

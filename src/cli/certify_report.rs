@@ -4,10 +4,11 @@ use super::certify::Exact;
 use super::terminal;
 use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
+use crate::analysis::linearised::ParameterName;
 use crate::analysis::onset::Onset;
 use crate::results::{BandColumns, CertificateTables};
-use crate::simulation::Event;
 use crate::simulation::nearby::columns;
+use crate::simulation::{Event, EventKind};
 use serde_json::{Value, json};
 
 /// Rows of the table of events on a terminal: beyond, only the first and last of them.
@@ -20,6 +21,8 @@ pub(super) struct Report<'a> {
     pub certificate: &'a Certificate,
     pub exact: Option<&'a Exact>,
     pub result: &'a [Event],
+    /// Of each number, half a unit of the last digit that the case has of it, SI.
+    pub half_last_digits: &'a [(String, f64)],
     pub file: String,
     /// The figure, if one was drawn.
     pub figure: Option<String>,
@@ -40,6 +43,11 @@ pub(super) fn remedy(certificate: &Certificate) -> String {
             certificate.growth_to_onset.unwrap_or(0.0),
             certificate.growth_exponent.unwrap_or(0.0),
         ),
+        Verdict::SequenceDiffers if certificate.others_agree => {
+            "independent methods agree with each other, and not with this result: its own method or tolerance is too \
+             coarse. Use a smaller solver.rtol, or solver.method = \"auto\""
+                .to_owned()
+        }
         Verdict::SequenceDiffers => {
             "independent methods find another sequence of events: an event is marginal, a take-off that grazes or a kick \
              near the noise of a method. Use a smaller solver.rtol or a larger kick, or move a parameter off the border"
@@ -103,8 +111,9 @@ impl Report<'_> {
             format!("{}{}", terminal::show(&ladder).trim_end(), self.smooth_stop()),
             terminal::show(&self.events()).trim_end().to_owned(),
             self.channels(),
-            self.conditioning(),
         ];
+        parts.extend(self.sensitivities());
+        parts.push(self.conditioning());
         if let Some(exact) = self.exact {
             parts.push(self.oracle(exact));
         }
@@ -180,6 +189,45 @@ impl Report<'_> {
         terminal::show(&table).trim_end().to_owned()
     }
 
+    fn half_last_digit(&self, path: &str) -> Option<f64> {
+        let half = self.half_last_digits.iter().find(|half| half.0 == path);
+        half.map(|half| half.1)
+    }
+
+    /// What moves the final stick, if that is a result.
+    fn sensitivities(&self) -> Option<String> {
+        let c = self.certificate;
+        let index = self.result.iter().rposition(|event| event.kind == EventKind::Stick)?;
+        let linear = c.linearised.events.get(index).filter(|e| e.kind == EventKind::Stick)?;
+        if !c.events[index].uncertainty.is_finite() {
+            return None;
+        }
+        let mut rows: Vec<(&ParameterName, f64, Option<f64>)> = c
+            .linearised
+            .parameters
+            .iter()
+            .zip(&linear.by_parameter)
+            .map(|(p, by)| (p, *by, self.half_last_digit(&p.path).map(|half| (by * half).abs())))
+            .collect();
+        rows.sort_by(|a, b| b.2.unwrap_or(0.0).total_cmp(&a.2.unwrap_or(0.0)));
+        let mut table = terminal::table(&[
+            "what moves the final stick",
+            "value, SI",
+            "s per SI unit",
+            "half a last digit, s",
+        ]);
+        for (p, by, half) in rows {
+            table.add_row([
+                format!("{}, {}", p.path, p.unit),
+                format!("{}", p.value),
+                format!("{by:.2e}"),
+                half.map_or_else(|| "unknown".to_owned(), |half| format!("{half:.1e}")),
+            ]);
+        }
+        terminal::align_right(&mut table, 1..4);
+        Some(terminal::show(&table).trim_end().to_owned())
+    }
+
     fn conditioning(&self) -> String {
         let c = self.certificate;
         let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.digits$}"));
@@ -187,6 +235,10 @@ impl Report<'_> {
         table.add_row(["growth exponent G", &number(c.growth_exponent, 2)]);
         table.add_row(["of it up to the first stick", &number(c.growth_to_onset, 2)]);
         table.add_row(["kick above rounding, e-folds", &number(c.kick_above_noise, 2)]);
+        table.add_row([
+            "kick above the methods' own noise, e-folds",
+            &number(c.kick_above_methods, 2),
+        ]);
         table.add_row([
             "digits that double precision can hold",
             &c.most_digits().map_or_else(|| "none".to_owned(), |n| n.to_string()),
@@ -261,7 +313,13 @@ impl Report<'_> {
             .enumerate()
             .map(|(column, p)| {
                 let by: Vec<f64> = c.linearised.events.iter().map(|e| e.by_parameter[column]).collect();
-                json!({"parameter": p.path, "unit": p.unit, "value": p.value, "time_sensitivity": by})
+                json!({
+                    "parameter": p.path,
+                    "unit": p.unit,
+                    "value": p.value,
+                    "half_last_digit": self.half_last_digit(&p.path),
+                    "time_sensitivity": by,
+                })
             })
             .collect();
         json!({
@@ -277,6 +335,8 @@ impl Report<'_> {
             "growth_exponent": c.growth_exponent,
             "growth_to_onset": c.growth_to_onset,
             "kick_above_noise": c.kick_above_noise,
+            "kick_above_methods": c.kick_above_methods,
+            "others_agree": c.others_agree,
             "ladder": c.ladder,
             "events": c.events,
             "channels": c.bands.channels.iter().map(channel).collect::<Vec<Value>>(),
@@ -355,6 +415,7 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
             ("growth_exponent", missing(c.growth_exponent)),
             ("growth_to_onset", missing(c.growth_to_onset)),
             ("kick_above_noise", missing(c.kick_above_noise)),
+            ("kick_above_methods", missing(c.kick_above_methods)),
         ],
         stretches: c
             .bands

@@ -65,6 +65,9 @@ struct Piece {
     highest_later: f64,
 }
 
+/// Of a rate that is a difference, relative to its parts: some roundings of the sums that they come of.
+const RATE_ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 impl AxialMotion {
     pub fn new(axial: &Axial, actuation: &Actuation) -> Self {
         let oscillator = DampedOscillator::new(axial.mass, axial.damping, axial.stiffness);
@@ -311,9 +314,11 @@ impl AxialMotion {
                 self.curvature_bound(t)
             };
             let delta = if departing {
-                // g is zero up to rounding: step over the neighbourhood in which it provably grows.
+                // g is zero up to rounding: step over the neighbourhood in which it provably grows. Its rate is the slope of
+                // F and that of the ringing, which cancel where contact starts with a ramp: their rounding is no rate.
                 departing = false;
-                match (curvature > 0.0, rate > 0.0) {
+                let rounding = RATE_ROUNDING * piece.slope.abs();
+                match (curvature > 0.0, rate > rounding) {
                     (true, true) => rate / curvature,
                     (true, false) => 1e-3 * (self.axial.mass / self.axial.stiffness).sqrt(),
                     (false, _) => return None,
