@@ -312,7 +312,7 @@ pub(super) fn bands(
             }
             let rounding = ends().map(|event| event.rounding).fold(0.0, f64::max);
             stretch.rates = rates(&nearby, &span, stretch.mode, rows, tick);
-            for column in 0..COLUMNS {
+            for (column, size) in largest.iter().enumerate() {
                 let compared = |d: &&Difference| column < State::COUNT || d.rows > 0;
                 let mut distances: Vec<f64> = seen.iter().filter(compared).map(|d| d.largest[column]).collect();
                 distances.sort_by(f64::total_cmp);
@@ -321,7 +321,7 @@ pub(super) fn bands(
                     .iter()
                     .find(|d| compared(d))
                     .map_or(f64::NAN, |d| d.largest[column]);
-                let rounding = stretch.rates[column] * rounding + LEAST_BAND * largest[column];
+                let rounding = stretch.rates[column] * rounding + LEAST_BAND * size;
                 stretch.bands[column] = nearest + second + finer + rounding;
             }
             stretch
