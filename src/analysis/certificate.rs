@@ -161,7 +161,7 @@ pub enum CertifyError {
 }
 
 /// Certifies a result of this case, which its own settings would give again: its events, and those of its rows that
-/// [`compared_output`](super::bands::compared_output) picks.
+/// [`compared_output`] picks.
 ///
 /// The runs go over as many threads as there are processors. `stop` is asked now and then.
 ///
