@@ -50,8 +50,8 @@ fn study(settings: &str, targets: &[(&str, String)]) -> String {
         r#"
 case = "paper"
 [search]
-points = 256
-starts = 6
+points = 512
+starts = 12
 [[free]]
 key = "friction.decay"
 from = 2
@@ -87,7 +87,7 @@ fn property_known_parameters_are_found_again_within_the_spread() {
         assert!(summary.sticks > 10, "{summary:?}");
         let onset = format!("{:.4}", summary.onset_time.unwrap());
         let last = format!("{:.4}", summary.final_stick_time.unwrap());
-        let first = format!("{:.6}", summary.first_stick_duration.unwrap());
+        let first = format!("{:.5}", summary.first_stick_duration.unwrap());
         let targets = [
             ("onset_time", onset),
             ("final_stick_time", last),

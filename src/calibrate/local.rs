@@ -193,3 +193,29 @@ pub(super) fn least<'a>(evaluations: &'a [Evaluation], members: &[usize]) -> Opt
         .iter()
         .min_by(|a, b| a.worst(members).total_cmp(&b.worst(members)))
 }
+
+/// The best points for these targets, none nearer to another than `distance` along every parameter.
+pub(super) fn apart(pool: &[Evaluation], members: &[usize], count: usize, distance: f64) -> Vec<Evaluation> {
+    let mut order: Vec<(f64, usize)> = pool
+        .iter()
+        .enumerate()
+        .map(|(index, point)| (point.worst(members), index))
+        .filter(|(worst, _)| worst.is_finite())
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut chosen: Vec<&Evaluation> = Vec::new();
+    for (_, index) in order {
+        let point = &pool[index];
+        let near = |other: &&Evaluation| {
+            let mut pairs = point.shares.iter().zip(&other.shares);
+            pairs.all(|(a, b)| (a - b).abs() < distance)
+        };
+        if !chosen.iter().any(near) {
+            chosen.push(point);
+        }
+        if chosen.len() == count {
+            break;
+        }
+    }
+    chosen.into_iter().cloned().collect()
+}

@@ -1,7 +1,7 @@
 //! The spread that the data leave: all parameters for which the held targets hold, as far as they are found.
 
 use super::evaluate::{Evaluation, Evaluator, Halted};
-use super::local::farthest;
+use super::local::{apart, farthest, least_worst};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -67,6 +67,15 @@ const CHAINS: [usize; 2] = [8, 16];
 /// The first half of the steps spreads the chains over the region, the second counts for the correlations.
 const STEPS: usize = 24;
 
+/// Residuals up to which chains walk before they are held to 1, and their steps at each.
+const WIDENINGS: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
+const WIDE_STEPS: usize = 6;
+
+/// Searches for further parts of the region begin apart by this share of the extent of where residuals are up to
+/// [`NEARBY`].
+const PARTS_APART: f64 = 1.0 / 16.0;
+const NEARBY: f64 = 4.0;
+
 /// Explores the region around the points of `pool` at which `members` hold, and adds all that it runs to the pool.
 /// Returns the points of the chains in the second half of their steps: an even sample of the region.
 pub(super) fn explore(
@@ -77,49 +86,97 @@ pub(super) fn explore(
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Vec<Vec<f64>>, Halted> {
     let dimensions = optimum.shares.len();
-    let total = STEPS + 4;
+    let total = WIDENINGS.len() * WIDE_STEPS + STEPS + 5;
+    let mut done = 0;
+    let mut step_done = || {
+        done += 1;
+        progress(done, total);
+    };
     // From the optimum, with steps of the size that a half-width allows along each parameter by itself.
-    let mut reach = reach_of(pool, members, optimum);
-    for stage in 0..2 {
+    for _ in 0..2 {
+        let reach = reach_of(pool, members, 1.0, optimum);
         extremes(evaluator, pool, members, reach)?;
-        progress(stage + 1, total);
-        reach = reach_of(pool, members, optimum);
+        step_done();
     }
-    let feasible: Vec<&Evaluation> = pool.iter().filter(|point| point.worst(members) <= 1.0).collect();
-    let count = CHAINS[0] * dimensions + CHAINS[1];
-    // Evenly among those found so far, so that every island has its part.
-    let mut chains: Vec<Vec<f64>> = (0..count)
-        .map(|chain| feasible[chain * feasible.len() / count].shares.clone())
-        .collect();
     let mut random = ChaCha8Rng::seed_from_u64(u64::from(evaluator.study.search.seed));
+    // The region may be in several parts, since the quantities jump; between intervals that are wider it is in one.
+    for widening in WIDENINGS {
+        let mut chains = chains_within(pool, members, widening, dimensions);
+        for step in 0..WIDE_STEPS {
+            walk(evaluator, pool, members, widening, &mut chains, step, &mut random)?;
+            step_done();
+        }
+    }
+    let near = reach_of(pool, members, NEARBY, optimum) * PARTS_APART;
+    let outside: Vec<Evaluation> = pool
+        .iter()
+        .filter(|point| point.worst(members) > 1.0)
+        .cloned()
+        .collect();
+    let starts = apart(&outside, members, evaluator.study.search.starts, near);
+    let made = evaluator.each(
+        &starts,
+        |start| least_worst(evaluator, start, members, near, 1),
+        &mut |_| {},
+    );
+    let halted = made.is_err();
+    pool.extend(made.unwrap_or_else(|made| made).into_iter().flatten());
+    if halted {
+        return Err(Halted);
+    }
+    step_done();
+    let mut chains = chains_within(pool, members, 1.0, dimensions);
     let mut sample = Vec::new();
     for step in 0..STEPS {
-        let proposals: Vec<Vec<f64>> = (0..count)
-            .map(|chain| propose(&chains, chain, step, &mut random))
-            .collect();
-        let made = evaluator.each(&proposals, |shares| in_range(evaluator, shares), &mut |_| {});
-        let halted = made.is_err();
-        let made = made.unwrap_or_else(|made| made);
-        for (chain, evaluation) in made.iter().enumerate() {
-            if let Some(evaluation) = evaluation.as_ref().filter(|found| found.worst(members) <= 1.0) {
-                chains[chain] = evaluation.shares.clone();
-            }
-        }
-        pool.extend(made.into_iter().flatten());
-        if halted {
-            return Err(Halted);
-        }
+        walk(evaluator, pool, members, 1.0, &mut chains, step, &mut random)?;
         if step >= STEPS / 2 {
             sample.extend(chains.iter().cloned());
         }
-        progress(step + 3, total);
+        step_done();
     }
-    for stage in 0..2 {
-        let reach = reach_of(pool, members, optimum) / 4.0;
+    for _ in 0..2 {
+        let reach = reach_of(pool, members, 1.0, optimum) / 4.0;
         extremes(evaluator, pool, members, reach)?;
-        progress(STEPS + stage + 3, total);
+        step_done();
     }
     Ok(sample)
+}
+
+/// Chains at points whose residuals are up to `widening`, evenly among those found so far, so that every part of the
+/// region has its share.
+fn chains_within(pool: &[Evaluation], members: &[usize], widening: f64, dimensions: usize) -> Vec<Vec<f64>> {
+    let inside: Vec<&Evaluation> = pool.iter().filter(|point| point.worst(members) <= widening).collect();
+    let count = CHAINS[0] * dimensions + CHAINS[1];
+    (0..count)
+        .map(|chain| inside[chain * inside.len() / count].shares.clone())
+        .collect()
+}
+
+/// One step of every chain, to where the residuals are up to `widening`.
+fn walk(
+    evaluator: &Evaluator,
+    pool: &mut Vec<Evaluation>,
+    members: &[usize],
+    widening: f64,
+    chains: &mut [Vec<f64>],
+    step: usize,
+    random: &mut ChaCha8Rng,
+) -> Result<(), Halted> {
+    let proposals: Vec<Vec<f64>> = (0..chains.len())
+        .map(|chain| propose(chains, chain, step, random))
+        .collect();
+    let made = evaluator.each(&proposals, |shares| in_range(evaluator, shares), &mut |_| {});
+    let halted = made.is_err();
+    let made = made.unwrap_or_else(|made| made);
+    if !halted {
+        for (chain, evaluation) in chains.iter_mut().zip(&made) {
+            if let Some(evaluation) = evaluation.as_ref().filter(|found| found.worst(members) <= widening) {
+                chain.clone_from(&evaluation.shares);
+            }
+        }
+    }
+    pool.extend(made.into_iter().flatten());
+    if halted { Err(Halted) } else { Ok(()) }
 }
 
 /// A run, or nothing for a point outside the ranges.
@@ -178,13 +235,14 @@ fn extremes(evaluator: &Evaluator, pool: &mut Vec<Evaluation>, members: &[usize]
     if halted { Err(Halted) } else { Ok(()) }
 }
 
-/// The size of the region as far as it is known; not below what its nearest neighbours outside allow.
-pub(super) fn reach_of(pool: &[Evaluation], members: &[usize], optimum: &Evaluation) -> f64 {
+/// How far the points with residuals up to `widening` lie from the optimum, as a share of the ranges; at least 1e-5, as a
+/// search has to begin with some step.
+pub(super) fn reach_of(pool: &[Evaluation], members: &[usize], widening: f64, optimum: &Evaluation) -> f64 {
     let distance = |point: &Evaluation| {
         let pairs = point.shares.iter().zip(&optimum.shares);
         pairs.fold(0.0_f64, |far, (a, b)| far.max((a - b).abs()))
     };
-    let inside = pool.iter().filter(|point| point.worst(members) <= 1.0);
+    let inside = pool.iter().filter(|point| point.worst(members) <= widening);
     inside.map(distance).fold(1e-5, f64::max).min(0.25)
 }
 

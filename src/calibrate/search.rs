@@ -1,7 +1,7 @@
 //! From a study to its parameters: sample, local searches, targets that are set aside, the spread.
 
 use super::evaluate::{Evaluation, Evaluator, Halted};
-use super::local::{least, least_worst};
+use super::local::{apart, least, least_worst};
 use super::region::{Correlation, Interval, correlations, explore, intervals, reach_of};
 use super::study::CalibrationStudy;
 use super::target::{Role, TargetResult};
@@ -295,7 +295,7 @@ impl Calibrating<'_, '_> {
 
     /// How far the region in which these targets hold reaches from the optimum, as a share of the ranges.
     fn extent(&self, members: &[usize]) -> f64 {
-        least(&self.pool, members).map_or(0.0, |optimum| reach_of(&self.pool, members, optimum))
+        least(&self.pool, members).map_or(0.0, |optimum| reach_of(&self.pool, members, 1.0, optimum))
     }
 
     /// The least largest residual of these targets among all runs.
@@ -377,30 +377,4 @@ impl Calibrating<'_, '_> {
         let search = self.evaluator.study.search;
         0.5 * (search.points as f64).powf(-1.0 / self.evaluator.study.runs.axes.len() as f64)
     }
-}
-
-/// The best points for these targets, none nearer to another than `distance` along every parameter.
-fn apart(pool: &[Evaluation], members: &[usize], count: usize, distance: f64) -> Vec<Evaluation> {
-    let mut order: Vec<(f64, usize)> = pool
-        .iter()
-        .enumerate()
-        .map(|(index, point)| (point.worst(members), index))
-        .filter(|(worst, _)| worst.is_finite())
-        .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut chosen: Vec<&Evaluation> = Vec::new();
-    for (_, index) in order {
-        let point = &pool[index];
-        let near = |other: &&Evaluation| {
-            let mut pairs = point.shares.iter().zip(&other.shares);
-            pairs.all(|(a, b)| (a - b).abs() < distance)
-        };
-        if !chosen.iter().any(near) {
-            chosen.push(point);
-        }
-        if chosen.len() == count {
-            break;
-        }
-    }
-    chosen.into_iter().cloned().collect()
 }

@@ -398,7 +398,7 @@ fn verdict(study: &CalibrationStudy, calibration: &Calibration) -> Vec<String> {
                     names => format!(" Setting aside {names} in its place does as well."),
                 };
                 lines.push(format!(
-                    "{} contradicts them: with it held, too, the largest residual is at least {:.2}.{instead}",
+                    "{} contradicts them: with it held, too, the least largest residual found is {:.2}.{instead}",
                     target.name(),
                     result.together
                 ));
