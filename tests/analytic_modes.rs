@@ -205,7 +205,8 @@ fn analytic_critical_speed_is_that_of_the_run() {
         .iter()
         .find(|e| e.kind == EventKind::Destabilised)
         .unwrap();
-    assert_eq!(lost.time, event.time);
+    // The runs end at different times, which moves their steps.
+    assert!((lost.time - event.time).abs() < 1e-11, "{lost:?}");
 }
 
 /// At the eigenvalue crossing the fast pair of the slip state is neutral, 0.1 ms from the zero of the margin.

@@ -177,7 +177,9 @@ fn relative_root(torsion: &TorsionModel, margin: f64) -> Option<f64> {
         damping,
     } = torsion.torsion;
     let slope = 0.5 * (damping - margin);
-    if slope <= APART * damping || i <= j {
+    // Where the other mode is overdamped its slower root is the larger one while the relative mode is stable.
+    let overdamped = damping * damping > 2.0 * stiffness * j;
+    if slope <= APART * damping || i <= j || (margin > 0.0 && overdamped) {
         return None;
     }
     let (mean, omega) = (-0.5 * margin / j, torsion.natural_angular_frequency());

@@ -4,7 +4,7 @@ use super::arguments::{Common, ProgressChoice};
 use crate::analysis::compare::CompareProgress;
 use crate::simulation::Progress;
 use crate::sweep::SweepProgress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -110,7 +110,8 @@ pub(super) struct SweepBar {
 
 impl SweepBar {
     pub(super) fn new(common: &Common) -> Self {
-        let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {per_sec}  {elapsed} (left {eta})");
+        let bar = bar(common, 1, "{bar:16} {pos} of {msg}  {rate}  {elapsed} (left {eta})");
+        bar.set_message("0 points");
         SweepBar { bar }
     }
 
@@ -158,6 +159,11 @@ fn bar(common: &Common, length: u64, template: &str) -> ProgressBar {
         // Asked for although it is no terminal: a few updates a second, for whoever reads the stream.
         ProgressDrawTarget::term_like_with_hz(Box::new(console::Term::stderr()), 2)
     };
-    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style = ProgressStyle::with_template(template)
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+            // A bar that cannot be drawn is no reason to stop.
+            let _ = write!(text, "{:.1} a second", state.per_sec());
+        });
     ProgressBar::with_draw_target(Some(length), target).with_style(style)
 }

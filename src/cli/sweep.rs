@@ -378,7 +378,10 @@ fn text_report(
         ),
     };
     if report.failed > 0 {
-        text += &format!("{} points failed; the first of them:\n", report.failed);
+        text += &match report.failed {
+            1 => "1 point failed:\n".to_owned(),
+            failed => format!("{failed} points failed; the first of them:\n"),
+        };
         for (point, message) in &report.failures {
             text += &format!("  {point}: {message}\n");
         }
