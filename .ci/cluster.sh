@@ -16,7 +16,7 @@ cd "$folder"
 # mpirun asks for it where jobs run as root.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
-# A map of which a part is no valid case; some seconds on one thread.
+# A map of which a part is no valid case; ten seconds on one thread.
 cat >map.toml <<'STUDY'
 title = "sticks over damping and decay"
 case = "paper"
@@ -30,12 +30,12 @@ values = [0.5, 0.6, 0.7]
 key = "torsion.damping"
 from = 10
 to = 60
-count = 20
+count = 80
 [[axis]]
 key = "friction.decay"
 from = 2
 to = 150
-count = 16
+count = 60
 spacing = "log"
 [keep]
 events = true

@@ -219,6 +219,24 @@ fn cli_shards_that_make_no_whole_are_refused() {
         &["are both shard 2 of 3"],
     );
     refused(&[&three[0], &two[1]], &["one of 3 shards", "one of 2"]);
+    // As another build of the program would have written it.
+    std::fs::copy(folder.path(&three[2]), folder.path("built.h5")).unwrap();
+    {
+        let file = hdf5::File::open_rw(folder.path("built.h5")).unwrap();
+        let meta = file.group("meta").unwrap();
+        meta.delete_attr("program_commit").unwrap();
+        let commit = meta
+            .new_attr::<hdf5::types::VarLenUnicode>()
+            .create("program_commit")
+            .unwrap();
+        commit
+            .write_scalar(&"another".parse::<hdf5::types::VarLenUnicode>().unwrap())
+            .unwrap();
+    }
+    refused(
+        &[&three[0], &three[1], &"built.h5".to_owned()],
+        &["different builds of the program", "program_commit", "another"],
+    );
     refused(&[&"absent.h5".to_owned()], &["absent.h5: no such file"]);
     refused(&[&"map.toml".to_owned()], &["map.toml: not an HDF5 file"]);
     output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);

@@ -1,7 +1,7 @@
 //! `stickslip merge`.
 
 use super::arguments::{Common, MergeOptions};
-use super::{CommandError, End, print, print_json, provenance};
+use super::{CommandError, End, print, print_json};
 use crate::results::{MergeError, ResultError};
 use serde::Serialize;
 
@@ -19,13 +19,11 @@ struct MergeDocument {
 
 /// Puts the shards of a study together and reports it.
 pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, CommandError> {
-    let meta: Vec<String> = provenance::build().into_iter().map(|(name, _)| name).collect();
     let report = crate::results::merge(&crate::results::MergeOptions {
         shards: &options.shards,
         output: &options.output,
         replace: options.force,
         by_reference: options.by_reference,
-        meta: &meta,
     })
     .map_err(|error| command_error(&error))?;
     if common.json {

@@ -8,7 +8,7 @@ use super::sweep_shard::ShardFile;
 use super::sweep_virtual::{Rows, Shards, Source, Storage, relative_path};
 use super::sweep_writer::{SweepHeader, SweepPlan, SweepWriter};
 use super::target::same_file;
-use super::{Overwrite, ResultError, Status, partial_path};
+use super::{MetaValue, Overwrite, ResultError, Status, partial_path};
 
 /// What is merged into what.
 #[derive(Debug, Clone, Copy)]
@@ -20,8 +20,6 @@ pub struct MergeOptions<'a> {
     pub replace: bool,
     /// Leave the points in the shards.
     pub by_reference: bool,
-    /// The attributes of /meta, in the order in which the sweep writes them.
-    pub meta: &'a [String],
 }
 
 /// What a merger came to.
@@ -129,7 +127,7 @@ pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     }
     let shards = open_all(options)?;
     let plan = shards[0].plan()?;
-    let header = shards[0].header(options.meta)?;
+    let header = shards[0].header()?;
     let overwrite = if options.replace {
         Overwrite::Force
     } else {
@@ -174,10 +172,10 @@ fn open_all(options: &MergeOptions) -> Result<Vec<ShardFile>, MergeError> {
             several: false,
         });
     };
-    let header = first.header(options.meta)?;
+    let header = first.header()?;
     for second in &shards[1..] {
         let (one, other) = (first.path().to_owned(), second.path().to_owned());
-        let theirs = second.header(options.meta)?;
+        let theirs = second.header()?;
         if theirs.digest != header.digest {
             let short = |digest: &str| digest.chars().take(8).collect();
             return Err(MergeError::OtherStudy {
@@ -272,14 +270,18 @@ fn difference(first: &SweepHeader, second: &SweepHeader) -> Option<(String, [Str
     if first.source != second.source {
         return Some(("source".to_owned(), [first.source.clone(), second.source.clone()]));
     }
-    let pairs = first.meta.iter().zip(&second.meta);
-    let different = pairs.into_iter().find(|(first, second)| first.1 != second.1)?;
-    let text = |value: &super::MetaValue| match value {
-        super::MetaValue::Text(text) => text.clone(),
-        super::MetaValue::Number(number) => number.to_string(),
+    let named = |header: &SweepHeader, name: &str| {
+        let found = header.meta.iter().find(|(other, _)| other == name);
+        found.map_or("none".to_owned(), |(_, value)| match value {
+            MetaValue::Text(text) => text.clone(),
+            MetaValue::Number(number) => number.to_string(),
+        })
     };
-    let values = [text(&different.0.1), text(&different.1.1)];
-    Some((different.0.0.clone(), values))
+    let mut names = first.meta.iter().chain(&second.meta).map(|(name, _)| name);
+    names.find_map(|name| {
+        let values = [named(first, name), named(second, name)];
+        (values[0] != values[1]).then(|| (name.clone(), values))
+    })
 }
 
 struct Whole<'a> {

@@ -29,6 +29,8 @@ const LAYOUT: &str = "study_layout";
 /// Root attributes: the names of axes and of variables, in order, separated by blanks.
 const AXES: &str = "study_axes";
 const VARIABLES: &str = "study_variables";
+/// Root attribute: the names of the attributes of /meta, in order.
+const META: &str = "study_meta";
 /// Group with the coordinates of a grid.
 const AXES_GROUP: &str = "axes";
 
@@ -45,7 +47,12 @@ pub struct ShardPlan {
 }
 
 /// Writes what sets the file of a shard apart.
-pub(super) fn describe(file: &hdf5::File, shard: &ShardPlan, plan: &SweepPlan) -> hdf5::Result<()> {
+pub(super) fn describe(
+    file: &hdf5::File,
+    header: &SweepHeader,
+    shard: &ShardPlan,
+    plan: &SweepPlan,
+) -> hdf5::Result<()> {
     for (name, number) in [(SHARD, shard.shard + 1), (SHARD_COUNT, shard.partition.shards())] {
         file.new_attr::<i64>().create(name)?.write_scalar(&(number as i64))?;
     }
@@ -60,6 +67,8 @@ pub(super) fn describe(file: &hdf5::File, shard: &ShardPlan, plan: &SweepPlan) -
     write_text_attribute(file, AXES, &names.join(" "))?;
     let names: Vec<&str> = plan.variables.iter().map(|variable| variable.name.as_str()).collect();
     write_text_attribute(file, VARIABLES, &names.join(" "))?;
+    let names: Vec<&str> = header.meta.iter().map(|(name, _)| name.as_str()).collect();
+    write_text_attribute(file, META, &names.join(" "))?;
     if shard.layout == SweepLayout::Grid {
         let group = create_group(file, AXES_GROUP)?;
         for axis in &plan.axes {
@@ -182,8 +191,8 @@ impl ShardFile {
         self.inner.file.group(EVENTS.0).is_ok()
     }
 
-    /// What it says about its study; of the attributes of /meta those of these names, in their order.
-    pub(super) fn header(&self, meta: &[String]) -> Result<SweepHeader, ResultError> {
+    /// What it says about its study.
+    pub(super) fn header(&self) -> Result<SweepHeader, ResultError> {
         let text = |name: &str| self.inner.text(name).ok_or_else(|| self.inner.missing(name));
         let input = |name: &str| {
             let name = format!("{}/{name}", schema::group::INPUT);
@@ -191,10 +200,18 @@ impl ShardFile {
             let found = raw::read_text(&dataset).map_err(|error| ResultError::read(self.path(), &error))?;
             found.ok_or_else(|| self.inner.missing(&name))
         };
-        let mut values = Vec::with_capacity(meta.len());
-        for name in meta {
-            let value = text(&format!("{}/{name}", schema::group::META))?;
-            values.push((name.clone(), MetaValue::Text(value)));
+        let mut meta = Vec::new();
+        for name in text(META)?.split_whitespace() {
+            let path = format!("{}/{name}", schema::group::META);
+            let number = || {
+                let group = self.inner.file.group(schema::group::META).ok()?;
+                group.attr(name).ok()?.read_scalar::<f64>().ok()
+            };
+            let value = match self.inner.text(&path) {
+                Some(text) => MetaValue::Text(text),
+                None => MetaValue::Number(number().ok_or_else(|| self.inner.missing(&path))?),
+            };
+            meta.push((name.to_owned(), value));
         }
         Ok(SweepHeader {
             title: text(root::TITLE)?,
@@ -204,7 +221,7 @@ impl ShardFile {
             digest: text(DIGEST)?,
             study_text: input(INPUT_STUDY)?,
             case_text: input(INPUT_CASE)?,
-            meta: values,
+            meta,
         })
     }
 

@@ -192,7 +192,7 @@ impl SweepWriter {
             };
             let file = create_file(&made, header, format, storage)?;
             if let Some(shard) = &plan.shard {
-                sweep_shard::describe(&file, shard, plan)?;
+                sweep_shard::describe(&file, header, shard, plan)?;
             }
             let columns = Columns::create(&file, plan, storage)?;
             Ok((file, columns))
