@@ -52,7 +52,7 @@ impl std::fmt::Debug for Ranks {
 }
 
 impl Ranks {
-    /// On rank 0: the others, each of which is to call [`serve`].
+    /// On rank 0: the others, each of which is to call [`super::serve`].
     pub fn new(session: &Session) -> Self {
         let world = session.universe.world();
         let members = (1..world.size()).map(|rank| Member {
