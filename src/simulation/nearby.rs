@@ -142,9 +142,10 @@ mod tests {
                 for (k, (name, _, _)) in columns().enumerate() {
                     let error = (values(from)[k] + change[k] - values(to)[k]).abs();
                     // 1e-10 for the run, and a step's (2 pi/100)^5/120 = 8e-9 of an oscillation, which is no larger than
-                    // the column: together below 1e-8. The residual is rounding itself, of energies.
+                    // the column; damping and friction have terms of that order too: together below 2e-8. The residual is
+                    // rounding itself, of energies.
                     let scale = if *name == "energy_residual" { 1e-3 } else { largest[k] };
-                    assert!(error <= 1e-8 * scale, "{name} at {}: {error:e} of {scale:e}", from.time);
+                    assert!(error <= 2e-8 * scale, "{name} at {}: {error:e} of {scale:e}", from.time);
                 }
             }
             if !modes.contains(&a.mode) {
