@@ -107,14 +107,14 @@ mod tests {
     use crate::simulation::{MemoryRecorder, OutputOptions, simulate};
     use std::ops::ControlFlow;
 
-    /// From each sample of a run to the next, forward and backward, over a hundredth of the natural period, through slip,
+    /// From each sample of a run to the next, forward and backward, over a two-hundredth of the natural period, through slip,
     /// stick and separation: the run's own columns, to its tolerance.
     #[test]
     fn property_a_sample_moved_to_its_neighbour_is_the_neighbour() {
         let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
         let output = OutputOptions {
             end_time: 0.9,
-            interval: 2.4e-6,
+            interval: 1.2e-6,
             windows: Vec::new(),
             steps: false,
         };
@@ -141,7 +141,7 @@ mod tests {
                 let change = nearby.change(from, to.time - from.time);
                 for (k, (name, _, _)) in columns().enumerate() {
                     let error = (values(from)[k] + change[k] - values(to)[k]).abs();
-                    // 1e-10 for the run, and a step's (2 pi/100)^5/120 = 8e-9 of an oscillation, which is no larger than
+                    // 1e-10 for the run, and a step's (2 pi/200)^5/120 = 3e-10 of an oscillation, which is no larger than
                     // the column; damping and friction have terms of that order too: together below 2e-8. The residual is
                     // rounding itself, of energies.
                     let scale = if *name == "energy_residual" { 1e-3 } else { largest[k] };
