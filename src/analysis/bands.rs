@@ -7,7 +7,7 @@
 //! a row. What it can be at the row's time is more by the rate times the uncertainty of the times at the stretch's ends.
 
 use super::certificate::{CertifiedEvent, LEAST_WITNESSES, Verdict};
-use super::ladder::{Finished, counterparts};
+use super::ladder::{Finished, counterparts, shares_errors};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
@@ -250,7 +250,8 @@ fn inside<'a>(samples: &'a [Sample], span: &Span) -> &'a [Sample] {
 
 /// The distances to the two nearest witnesses, the distance to the finest run of `auto`, what rounding does to the times at
 /// the ends in terms of the channel, and the channel's own rounding. One witness alone may share an error by chance, and
-/// one that comes of the long sliding, such as an angle's, is the same in all stretches.
+/// one that comes of the long sliding, such as an angle's, is the same in all stretches. A witness that shares errors with
+/// the result counts for no less than the nearest that does not.
 pub(super) fn bands(
     case: &Case,
     result: &MemoryRecorder,
@@ -267,9 +268,12 @@ pub(super) fn bands(
             *largest = largest.max(value.abs());
         }
     }
-    let witnesses: Vec<Other> = witnesses
+    let witnesses: Vec<(bool, Other)> = witnesses
         .iter()
-        .map(|run| Other::new(&result.events, run, end_time))
+        .map(|run| {
+            let independent = !shares_errors(run, case.solver.method);
+            (independent, Other::new(&result.events, run, end_time))
+        })
         .collect();
     let auto = auto.map(|run| Other::new(&result.events, run, end_time));
     let own: Vec<Option<&Event>> = result.events.iter().map(Some).collect();
@@ -303,7 +307,10 @@ pub(super) fn bands(
                     (theirs, inside(other.samples, theirs)),
                 ))
             };
-            let seen: Vec<Difference> = witnesses.iter().filter_map(against).collect();
+            let seen: Vec<(bool, Difference)> = witnesses
+                .iter()
+                .filter_map(|(independent, other)| Some((*independent, against(other)?)))
+                .collect();
             let finer = auto.as_ref().and_then(against);
             stretch.converged &= seen.len() >= LEAST_WITNESSES && finer.is_some();
             if !stretch.converged {
@@ -314,15 +321,17 @@ pub(super) fn bands(
             stretch.rates = rates(&nearby, &span, stretch.mode, rows, tick);
             for (column, largest) in largest.iter().enumerate() {
                 let compared = |d: &&Difference| column < State::COUNT || d.rows > 0;
-                let mut distances: Vec<f64> = seen.iter().filter(compared).map(|d| d.largest[column]).collect();
-                distances.sort_by(f64::total_cmp);
-                let [nearest, second] = [0, 1].map(|k| distances.get(k).copied().unwrap_or(f64::NAN));
+                let two_nearest = two_nearest(
+                    seen.iter()
+                        .filter(|(_, d)| compared(&d))
+                        .map(|(independent, d)| (*independent, d.largest[column])),
+                );
                 let finer = finer
                     .iter()
                     .find(|d| compared(d))
                     .map_or(f64::NAN, |d| d.largest[column]);
                 let rounding = stretch.rates[column] * rounding + LEAST_BAND * largest;
-                stretch.bands[column] = nearest + second + finer + rounding;
+                stretch.bands[column] = two_nearest + finer + rounding;
             }
             stretch
         })
@@ -344,6 +353,26 @@ pub(super) fn bands(
     });
     let channels = channels.collect();
     Bands { stretches, channels }
+}
+
+/// The sum of the two least distances, of (whether it is to an independent witness, distance): one that is not counts for
+/// no less than the least of those that are. NaN without an independent one and another.
+fn two_nearest(distances: impl Iterator<Item = (bool, f64)>) -> f64 {
+    let (mut independent, mut others) = (Vec::new(), Vec::new());
+    for (is_independent, distance) in distances {
+        if is_independent { &mut independent } else { &mut others }.push(distance);
+    }
+    independent.sort_by(f64::total_cmp);
+    let Some(nearest) = independent.first().copied() else {
+        return f64::NAN;
+    };
+    others.extend(&independent[1..]);
+    others.sort_by(f64::total_cmp);
+    match others.first() {
+        Some(second) if *second < nearest => 2.0 * nearest,
+        Some(second) => nearest + second,
+        None => f64::NAN,
+    }
 }
 
 /// Before any event.

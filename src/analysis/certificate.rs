@@ -3,10 +3,11 @@
 //! The result is held against the finest run of each independent method (a witness). Two methods that share no error
 //! differ by about the larger of their errors, so that twice the distance to the nearest witness covers the result's
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
+//! `erk` follows the oscillation as `auto` does: of a result of `auto` it is a witness of the sequence, not of the times.
 //! What rounding does to all methods alike comes on top: no distance between them tells of it.
 
 use super::bands::{Bands, bands, compared_output};
-use super::ladder::{Finished, Rung, agree, climb, finest_auto, matched, run, witnesses};
+use super::ladder::{Finished, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
 use super::linearised::{Linearised, linearise};
 use super::{Growth, Summary};
 use crate::case::Case;
@@ -282,6 +283,10 @@ fn judge(
         let near = |a: &Vec<f64>, b: &Vec<f64>| (a[index] - b[index]).abs() <= LARGEST_SHARE * period;
         (1..times.len()).any(|k| times[..k].iter().any(|other| near(&times[k], other)))
     };
+    let independent: Vec<bool> = witnesses
+        .iter()
+        .map(|run| !shares_errors(run, case.solver.method))
+        .collect();
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
     let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
     let auto: Option<Vec<f64>> = finest_auto(ladder).map(|run| around(&single(run)));
@@ -295,12 +300,13 @@ fn judge(
                 Some(linear) => linear.rounding,
                 None => f64::INFINITY,
             };
-            let seen: Vec<f64> = around_witnesses
+            let seen = around_witnesses.iter().filter(|d| !d[index].is_nan()).count();
+            let nearest = around_witnesses
                 .iter()
-                .map(|d| d[index])
-                .filter(|d| !d.is_nan())
-                .collect();
-            let nearest = seen.iter().copied().fold(f64::INFINITY, f64::min);
+                .zip(&independent)
+                .filter(|(_, independent)| **independent)
+                .map(|(d, _)| d[index])
+                .fold(f64::INFINITY, f64::min);
             let own = auto.as_ref().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
             let uncertainty = 2.0 * nearest + own + rounding;
@@ -309,7 +315,7 @@ fn judge(
             if lost.is_none() && event.kind.in_mode_word() {
                 if noise && onset.is_some_and(|onset| index >= onset) {
                     lost = Some(Verdict::NoiseDetermined);
-                } else if seen.len() < LEAST_WITNESSES {
+                } else if seen < LEAST_WITNESSES {
                     lost = Some(Verdict::SequenceDiffers);
                 } else if uncertainty.is_nan() || uncertainty > LARGEST_SHARE * period {
                     // Where the others agree it is the result that is coarse; half a period off it is another event.

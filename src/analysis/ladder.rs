@@ -188,6 +188,12 @@ pub(super) fn witnesses(ladder: &[Finished], of: Method) -> Vec<&Finished> {
     witnesses
 }
 
+/// Whether a run goes through the unstable window with the explicit pair of the result's method. Close to rounding both
+/// then have the same error, of which the distance between them tells nothing: the run bears out the sequence, not the times.
+pub(super) fn shares_errors(run: &Finished, of: Method) -> bool {
+    of.resolving_table().is_some() && run.method.resolving_table() == of.resolving_table()
+}
+
 /// The finest run of `auto`.
 pub(super) fn finest_auto(ladder: &[Finished]) -> Option<&Finished> {
     finest(ladder).into_iter().find(|run| run.method == Method::Auto)

@@ -104,6 +104,14 @@ impl Method {
         }
     }
 
+    /// The explicit pair by which the torsional oscillation is followed, if it is: `auto` has the one of `erk` there.
+    pub fn resolving_table(self) -> Option<ErkTable> {
+        match self {
+            Method::Auto => Some(Method::BEST_PAIR),
+            other => other.explicit_table(),
+        }
+    }
+
     /// Whether events are located between the steps. The paper's procedure sees them at the end of a step only.
     pub fn locates_events(self) -> bool {
         self != Method::Paper
