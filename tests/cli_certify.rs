@@ -208,6 +208,9 @@ fn cli_certify_refuses_what_it_cannot_do() {
     );
     folder.write("not.h5", b"\x89HDF\r\n\x1a\n nothing else");
     fails(&["certify", "not.h5"], 2, &["not.h5"]);
+    // No case file, whatever is not in it.
+    folder.write("empty.h5", b"");
+    fails(&["certify", "empty.h5"], 2, &["empty.h5", "not an HDF5 file"]);
     assert!(
         folder.names().iter().all(|name| !name.contains("uncertified")),
         "{:?}",

@@ -359,7 +359,7 @@ fn shortfall(digits: u32, certificate: &Certificate, exact: Option<&Exact>) -> O
         ),
         Verdict::Converged => format!(
             "{digits} digits were asked for, and the result has {least}: use a smaller solver.rtol, or solver.method = \
-             \"auto\""
+             \"auto\" or \"series\""
         ),
         verdict => format!(
             "{digits} digits were asked for, but the result is {}: {}",

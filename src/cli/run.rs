@@ -207,7 +207,7 @@ pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Re
     let path = Path::new(case);
     let mut files = Vec::new();
     let mut text = None;
-    let source = if path.is_file() && is_hdf5(path) {
+    let source = if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
         let file = ResultFile::open(path).map_err(bad_file)?;
         text = Some(file.case_text().map_err(bad_file)?);
         CaseSource::result(path, file.resolved().map_err(bad_file)?)
@@ -240,7 +240,7 @@ pub(super) fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
 }
 
-/// By the signature, as HDF5 files may have any name.
+/// By the signature, as HDF5 files may have any name. (One named so without a signature is a damaged one, not a case.)
 fn is_hdf5(path: &Path) -> bool {
     use std::io::Read;
     let mut head = [0u8; 8];
