@@ -442,7 +442,7 @@ fn cli_a_sweep_says_what_makes_its_boundary_doubtful() {
     let folder = Folder::new();
     folder.write(
         "none.toml",
-        &BOUNDARY.replace("instability_time > 0", "stick_count > 1000"),
+        BOUNDARY.replace("instability_time > 0", "stick_count > 1000"),
     );
     let (stdout, _) = output(&mut folder.stickslip(&["sweep", "none.toml"]), 0);
     assert!(
