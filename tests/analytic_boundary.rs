@@ -261,3 +261,41 @@ width = 1e-4
         assert!(!meets(beside, damping - 10.0 * open), "{beside}");
     }
 }
+
+/// Where breakaway is below low_speed there is no case, and a boundary ends there: none of its points is beside a run that
+/// failed, though the lattice has crossings all along the limit.
+#[test]
+fn analytic_a_boundary_ends_where_runs_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+case = "paper"
+[set]
+solver.method = "series"
+perturbation = [{ kind = "kick", time = "instability", relative_velocity = 1e-6 }]
+[[axis]]
+key = "friction.decay"
+from = 0.2
+to = 20
+count = 5
+spacing = "log"
+[[axis]]
+key = "friction.low_speed"
+from = 0.5
+to = 0.8
+count = 4
+[boundary]
+refinements = 1
+width = 1e-3
+"#;
+    let study = study(text);
+    let report = run(&study, &folder.path().join("f.h5"));
+    assert!(report.failed > 10, "{}", report.failed);
+    let curves = report.boundaries.unwrap().curves;
+    let points: Vec<_> = curves.iter().flat_map(|curve| &curve.points).collect();
+    // The lower branch, from low_speed = 0.5 up to the limit.
+    let highest = points.iter().map(|point| point.middle()[1]).fold(0.0, f64::max);
+    assert!(points.len() >= 2 && highest > 0.5, "{points:?}");
+    for point in points {
+        assert!(point.unmet[1] <= 0.6 && point.met[1] <= 0.6, "{point:?}");
+    }
+}

@@ -434,3 +434,29 @@ fn cli_every_command_knows_a_sweep_file() {
         assert!(stderr.contains("the many runs of a sweep"), "{pair:?}: {stderr}");
     }
 }
+
+/// A criterion that changes nowhere gives no boundary without a word, and neither are runs passed over that end before the
+/// stop and so have too few sticks.
+#[test]
+fn cli_a_sweep_says_what_makes_its_boundary_doubtful() {
+    let folder = Folder::new();
+    folder.write(
+        "none.toml",
+        BOUNDARY.replace("instability_time > 0", "stick_count > 1000"),
+    );
+    let (stdout, _) = output(&mut folder.stickslip(&["sweep", "none.toml"]), 0);
+    assert!(
+        stdout.contains("the first grid, 5 x 4, stick_count > 1000 changes nowhere"),
+        "{stdout}"
+    );
+    assert!(!stdout.contains("a stick that lasts"), "{stdout}");
+    let short = "case = \"paper\"\nset.solver.method = \"series\"\n[[axis]]\nkey = \"initial.speed\"\nvalues = [100, 200, 250]\n";
+    folder.write("short.toml", short);
+    let (stdout, _) = output(&mut folder.stickslip(&["sweep", "short.toml"]), 0);
+    assert!(stdout.contains("2 runs end before a stick that lasts"), "{stdout}");
+    let (stdout, _) = output(
+        &mut folder.stickslip(&["sweep", "short.toml", "--json", "-o", "j.h5"]),
+        0,
+    );
+    assert_eq!(json(&stdout)["unfinished"], 2);
+}

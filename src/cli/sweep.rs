@@ -36,6 +36,9 @@ struct SweepDocument<'a> {
     run_now: u64,
     failed: u64,
     failures: Vec<Failure>,
+    /// Points whose runs end before a stick that lasts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unfinished: Option<u64>,
     jobs: usize,
     /// Processes of an MPI job.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -174,6 +177,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
                     message: message.clone(),
                 })
                 .collect(),
+            unfinished: report.unfinished,
             jobs,
             ranks: ranks.count(),
             wall_time,
@@ -371,6 +375,7 @@ fn text_report(
     };
     text += &match report.run_now {
         0 => format!("{} points, none of them run now\n", report.points),
+        1 if report.points == 1 => format!("1 point in {wall_time:.1} s\n"),
         now if now == report.points => format!("{now} points in {wall_time:.1} s, {rate:.1} a second\n"),
         now => format!(
             "{} points, {now} of them now in {wall_time:.1} s, {rate:.1} a second\n",
@@ -385,6 +390,22 @@ fn text_report(
         for (point, message) in &report.failures {
             text += &format!("  {point}: {message}\n");
         }
+    }
+    if let Some(unfinished @ 1..) = report.unfinished {
+        text += &match unfinished {
+            1 => "1 run ends".to_owned(),
+            many => format!("{many} runs end"),
+        };
+        text += " before a stick that lasts (final_stick_time is NaN), so that sticks may be missing; a later \
+                 output.end_time would show them\n";
+    }
+    if let (Design::Boundary(spec), Some(_), true) = (&study.design, &report.boundaries, curves.is_empty()) {
+        let [columns, rows] = spec.nodes;
+        text += &format!(
+            "no boundary: between the runs of the first grid, {columns} x {rows}, {} changes nowhere; widen the ranges, \
+             or raise count\n",
+            spec.criterion.text()
+        );
     }
     if !curves.is_empty() {
         let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "nose x", "y"]);

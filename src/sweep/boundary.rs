@@ -16,6 +16,7 @@ use super::quantities::{Outcome, quantity_index};
 use super::study::Study;
 use crate::analysis::growth::foreseen_exponent;
 use crate::case::Setting;
+use std::collections::BTreeSet;
 
 /// Contours of G are looked for on a grid of at most about so many nodes, and so many times finer than the first one.
 const CONTOUR_NODES: usize = 4000;
@@ -88,6 +89,8 @@ pub(super) struct Crossing {
     /// Shares of the plane: where the criterion is met, and where it is not.
     pub(super) met: [f64; 2],
     pub(super) unmet: [f64; 2],
+    /// The run at [`Self::unmet`] failed: whether the criterion changes there is not known.
+    pub(super) unknown: bool,
 }
 
 impl Crossing {
@@ -127,6 +130,7 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
     let mut lattices = vec![Lattice::new(spec.nodes, spec.refinements); tracer.planes.len()];
     // Outcomes of the first grid
     let mut first = Vec::new();
+    let mut failed = BTreeSet::new();
     loop {
         let wanted: Vec<_> = lattices
             .iter()
@@ -140,6 +144,9 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         let outcomes = tracer.round(&shares)?;
         for (&(plane, node), outcome) in wanted.iter().zip(&outcomes) {
             lattices[plane].set(node, spec.criterion.is_met(outcome));
+            if outcome.result.is_err() {
+                failed.insert((plane, node));
+            }
         }
         if first.is_empty() {
             first = outcomes;
@@ -169,6 +176,7 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
                 edge,
                 met: lattice.share(met),
                 unmet: lattice.share(unmet),
+                unknown: failed.contains(&(*plane, unmet)),
             });
         }
     }
@@ -183,7 +191,15 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         });
         known.collect()
     };
-    let mut traced: Vec<Vec<Crossing>> = lines.iter().map(of_line).filter(|line| !line.is_empty()).collect();
+    // Where runs fail a line ends: beyond is no case without stick-slip, but no case at all.
+    let mut traced: Vec<Vec<Crossing>> = lines
+        .iter()
+        .map(of_line)
+        .flat_map(|line| {
+            let known = line.split(|crossing| crossing.unknown).map(<[Crossing]>::to_vec);
+            known.filter(|part| !part.is_empty()).collect::<Vec<_>>()
+        })
+        .collect();
     let cell = lattices[0].size.map(|cells| 1.0 / f64::from(cells));
     nose::refine(&mut tracer, &mut traced, cell)?;
     let place = |share: [f64; 2]| -> [f64; 2] { std::array::from_fn(|k| ranges[k].at(share[k])) };
@@ -275,6 +291,7 @@ impl Tracer<'_, '_> {
                     crossings[k].met = middle;
                 } else {
                     crossings[k].unmet = middle;
+                    crossings[k].unknown = outcome.result.is_err();
                 }
             }
         }
@@ -335,7 +352,8 @@ impl Tracer<'_, '_> {
         let outcomes = self.round(&ends.collect::<Vec<_>>())?;
         let criterion = self.spec.criterion;
         let sides = outcomes.chunks_exact(2);
-        let sides = sides.map(|pair| criterion.is_met(&pair[0]) && !criterion.is_met(&pair[1]));
+        let sides =
+            sides.map(|pair| criterion.is_met(&pair[0]) && pair[1].result.is_ok() && !criterion.is_met(&pair[1]));
         Ok(stretches
             .into_iter()
             .zip(sides)

@@ -68,7 +68,8 @@ impl Criterion {
         }
     }
 
-    /// Whether a run meets it; a run that failed or has no such value does not.
+    /// Whether a run meets it; a run that failed or has no such value does not. What a run that failed would have come
+    /// to is not known, so its side is no side of a boundary.
     pub fn is_met(&self, outcome: &Outcome) -> bool {
         let value = outcome.value(self.quantity);
         match self.comparison {

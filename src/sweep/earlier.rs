@@ -58,6 +58,7 @@ pub(super) fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> 
         run_now: 0,
         failures,
         failed,
+        unfinished: None,
         boundaries: None,
     })
 }

@@ -44,6 +44,7 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f6
                         },
                         met: [x, search.met],
                         unmet: [x, search.unmet],
+                        unknown: false,
                     },
                 ));
             }
@@ -54,6 +55,7 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f6
         for ((_, column), bisected) in columns.iter_mut().zip(crossings) {
             *column = bisected;
         }
+        columns.retain(|(_, column)| !column.unknown);
         for (k, search) in searches.iter_mut().enumerate() {
             let own = columns.iter().filter(|(of, _)| *of == k);
             search.narrow(own.map(|(_, column)| column.clone()).collect());

@@ -4,7 +4,7 @@ use super::boundary::{Boundaries, trace};
 use super::crew::{Crew, Delivery, Threads, Work};
 use super::earlier::{already_there, gather, ranks_left};
 use super::journal::{Existing, Journal, JournalError, journal_path};
-use super::quantities::{NO_COUNT, Outcome, QUANTITIES};
+use super::quantities::{NO_COUNT, Outcome, QUANTITIES, quantity_index};
 use super::runner::{Integrate, Stopped};
 use super::shard::{Part, Shard};
 use super::study::{Design, Point, Study};
@@ -59,6 +59,9 @@ pub struct SweepReport {
     /// Points that failed, by number, and why; the first of them only, if there are many.
     pub failures: Vec<(u64, String)>,
     pub failed: u64,
+    /// Points whose runs end before a stick that lasts, so that their sticks may not be all; not counted again for a
+    /// sweep that had been complete before.
+    pub unfinished: Option<u64>,
     /// Of a study of a boundary.
     pub boundaries: Option<Boundaries>,
 }
@@ -217,6 +220,7 @@ pub fn sweep_with(
         done,
         failed,
         failures,
+        unfinished,
     } = written;
     if !interrupted {
         journal.remove()?;
@@ -228,6 +232,7 @@ pub fn sweep_with(
         run_now,
         failures,
         failed,
+        unfinished: Some(unfinished),
         boundaries,
     })
 }
@@ -370,6 +375,7 @@ struct Written {
     done: u64,
     failed: u64,
     failures: Vec<(u64, String)>,
+    unfinished: u64,
 }
 
 /// Makes the sweep file from the journal, in the order of the points.
@@ -419,8 +425,9 @@ fn write(
         }),
     };
     let mut writer = SweepWriter::create(options.path, options.overwrite, &study.files, &options.header, &plan)?;
-    let (mut done, mut failed) = (0, 0);
+    let (mut done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
+    let final_stick = quantity_index("final_stick_time");
     for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
         let coordinates = match layout {
             SweepLayout::Grid => Vec::new(),
@@ -454,7 +461,10 @@ fn write(
                 })
                 .collect();
             match outcome.result {
-                Ok(values) => row.values = Some(values.to_vec()),
+                Ok(values) => {
+                    unfinished += u64::from(final_stick.is_some_and(|k| values[k].is_nan()));
+                    row.values = Some(values.to_vec());
+                }
                 Err(message) => {
                     failed += 1;
                     if failures.len() < NAMED_FAILURES {
@@ -479,6 +489,7 @@ fn write(
         done,
         failed,
         failures,
+        unfinished,
     })
 }
 
