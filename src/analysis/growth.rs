@@ -1,5 +1,6 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
+use super::eigenvalues::eigenvalues;
 use super::modes::critical_speed;
 use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
@@ -225,7 +226,7 @@ pub fn fast_eigenvalues(torsion: &TorsionModel, axial: &AxialMotion, sense: f64,
         }
     };
     let jacobian = DMatrix::from_fn(DYNAMIC, DYNAMIC, |i, j| full[(i, j)] * scale(i) / scale(j));
-    let mut eigenvalues: Vec<_> = jacobian.complex_eigenvalues().iter().copied().collect();
+    let mut eigenvalues = eigenvalues(&jacobian);
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     eigenvalues.truncate(DYNAMIC - 1);
     eigenvalues

@@ -4,6 +4,7 @@
 pub mod bands;
 pub mod certificate;
 pub mod compare;
+mod eigenvalues;
 pub mod growth;
 pub mod headline;
 mod influence;

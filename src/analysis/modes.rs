@@ -2,6 +2,7 @@
 //! speed, when it loses stability, and what then decides the onset of stick-slip.
 
 use super::Summary;
+use super::eigenvalues::eigenvalues;
 use super::growth::fast_growth_rate;
 use super::stability_path::{Crossing, eigenvalue_crossing};
 use crate::hybrid::RunError;
@@ -313,7 +314,7 @@ fn eigenmodes(
     velocities: impl Fn(&[Complex<f64>]) -> Vec<(&'static str, Complex<f64>)>,
     name: impl Fn(Complex<f64>, &[Complex<f64>]) -> &'static str,
 ) -> Vec<Eigenmode> {
-    let eigenvalues = matrix.complex_eigenvalues();
+    let eigenvalues = eigenvalues(matrix);
     let largest = eigenvalues.iter().map(|l| l.norm()).fold(0.0, f64::max);
     let mut kept: Vec<Complex<f64>> = eigenvalues.iter().copied().filter(|l| l.im >= 0.0).collect();
     kept.sort_by(|a, b| b.norm().total_cmp(&a.norm()));

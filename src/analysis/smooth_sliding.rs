@@ -144,6 +144,10 @@ impl SmoothSliding<'_> {
             end
         };
         let mut rates = vec![(start.0, self.rate(start.0, speed))];
+        // A kick may turn the slip, for a moment, against the rotor that drives it: that is no sliding that goes on.
+        if self.sense * start.1 <= 0.0 {
+            return rates;
+        }
         let mut at = Some((start, speed));
         if self.axial.is_silent(start.0) && self.axial.next_corner(start.0).is_none() {
             at = self.series_to_stop(&mut rates, start, speed, end);
@@ -228,9 +232,10 @@ impl SmoothSliding<'_> {
         let (mut point, mut speed) = (start, speed);
         for _ in 0..MOST_SERIES {
             let series = SlowSeries::<TERMS>::new(self.torsion, self.sense, self.pressing(point.0), point.1);
-            let length = series.reach(error).min(end - point.0);
-            // Written so that what is not a number ends it, too.
-            if !(self.haste(point.0, speed) < LARGEST_HASTE && length > f64::EPSILON * point.0) {
+            let reach = series.reach(error);
+            let length = reach.min(end - point.0);
+            // Written so that what is not a number ends it, too; `min` would hide such a reach.
+            if !(self.haste(point.0, speed) < LARGEST_HASTE && length > f64::EPSILON * point.0) || reach.is_nan() {
                 break;
             }
             let part = length / POINTS as f64;
