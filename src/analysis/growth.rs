@@ -142,7 +142,8 @@ fn integrate(rates: &[(f64, f64)], from: f64, to: f64, f: impl Fn(f64) -> f64) -
             let rate = |t: f64| rate_a + (rate_b - rate_a) * (t - a) / (b - a);
             0.5 * (f(rate(start)) + f(rate(end))) * (end - start)
         })
-        .sum()
+        // `sum` of nothing is -0, which is printed with its sign.
+        .fold(0.0, |sum, part| sum + part)
 }
 
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.

@@ -23,9 +23,10 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
         return Err(ResultError::NoBoundary { path }.into());
     };
     let mut curves = Vec::new();
-    for level in lines(file, "growth_contours", "line", &x, &y)? {
-        let label = format!("G = {}", level.level);
-        curves.push(Curve::line(&label, GREY, level.points).styled(CurveStyle::Thin));
+    let contours = lines(file, "growth_contours", "line", &x, &y)?;
+    let label = levels_label(&contours);
+    for contour in contours {
+        curves.push(Curve::line(&label, GREY, contour.points).styled(CurveStyle::Thin));
     }
     merge_by_label(&mut curves);
     for limit in lines(file, "linear_limit", "line", &x, &y)? {
@@ -85,6 +86,15 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
         paper_figure: is_the_papers.then_some(25),
         panels: vec![Panel::new(axis(&x, "x_spacing"), axis(&y, "y_spacing"), curves)],
     })
+}
+
+/// One label for all contours, which have one colour: their levels in increasing order.
+fn levels_label(contours: &[Line]) -> String {
+    let mut levels: Vec<f64> = contours.iter().map(|contour| contour.level).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    let levels: Vec<String> = levels.iter().map(f64::to_string).collect();
+    format!("G = {}", levels.join(", "))
 }
 
 /// A connected line of one of the file's tables.
