@@ -30,29 +30,14 @@ pub fn random_brake(index: u64) -> Vec<Override> {
     let rise = random.within(0.01, 0.1);
     // Twice what the least friction takes to stop the rotor.
     let end = rise + 2.0 * 2.262 * speed / (high * 0.052388 * force);
-    let kick = 10f64.powf(random.within(-6.0, -2.0));
-    let kicks = match index % 5 {
-        4 => "[]".to_owned(),
-        _ => format!("[{{time=\"instability\", relative_velocity={kick:.6e}}}]"),
-    };
-    [
+    let kick = random_kick(&mut random);
+    let kicks = if index % 5 == 4 { "[]".to_owned() } else { kick };
+    let actuation = [
         format!("initial.speed={speed:.6}"),
         format!("actuation.force={force:.4}"),
         format!("actuation.rise_time={rise:.6}"),
-        format!("friction.high_speed={high:.6}"),
-        format!("friction.low_speed={:.6}", random.within(0.5, 0.6)),
-        format!("friction.decay={:.6}", random.within(2.5, 6.0)),
-        format!("torsion.damping={:.6}", random.within(18.0, 28.0)),
-        format!("torsion.stiffness={:.3}", random.within(5e6, 1e7)),
-        format!("torsion.surface_inertia={:.8}", random.within(0.008, 0.015)),
-        format!("perturbation={kicks}"),
-        format!("output.end_time={end:.4}"),
-        "output.interval=0.01".to_owned(),
-        "output.window=[]".to_owned(),
-    ]
-    .iter()
-    .map(|text| Override::parse(text).unwrap())
-    .collect()
+    ];
+    overrides(actuation, contact(&mut random, high, (0.5, 0.6), &kicks, end))
 }
 
 /// A brake around that of `release`: a table of force that lets go while the brake slides, so that the disks separate and
@@ -69,8 +54,8 @@ pub fn random_release(index: u64) -> Vec<Override> {
     let [fall, rise] = [0; 2].map(|_| random.within(2e-4, 2e-2));
     let high = random.within(0.2, 0.4);
     let end = again + rise + 2.0 * 2.262 * speed / (high * 0.052388 * second);
-    let kick = 10f64.powf(random.within(-6.0, -2.0));
-    [
+    let kick = random_kick(&mut random);
+    let actuation = [
         format!("initial.speed={speed:.6}"),
         format!(
             "actuation.time=[0.0, {grip:.6}, {release:.6}, {:.6}, {again:.6}, {:.6}]",
@@ -78,20 +63,35 @@ pub fn random_release(index: u64) -> Vec<Override> {
             again + rise
         ),
         format!("actuation.force=[0.0, {first:.3}, {first:.3}, 0.0, 0.0, {second:.3}]"),
-        format!("friction.high_speed={high:.6}"),
-        format!("friction.low_speed={:.6}", random.within(0.45, 0.58)),
+    ];
+    overrides(actuation, contact(&mut random, high, (0.45, 0.58), &kick, end))
+}
+
+/// A kick at the loss of stability, as a value of `perturbation`.
+fn random_kick(random: &mut Random) -> String {
+    let kick = 10f64.powf(random.within(-6.0, -2.0));
+    format!("[{{time=\"instability\", relative_velocity={kick:.6e}}}]")
+}
+
+/// Friction, torsion, the given kicks, and few samples until `end` (s).
+fn contact(random: &mut Random, high_speed: f64, low_speed: (f64, f64), kicks: &str, end: f64) -> [String; 10] {
+    [
+        format!("friction.high_speed={high_speed:.6}"),
+        format!("friction.low_speed={:.6}", random.within(low_speed.0, low_speed.1)),
         format!("friction.decay={:.6}", random.within(2.5, 6.0)),
         format!("torsion.damping={:.6}", random.within(18.0, 28.0)),
         format!("torsion.stiffness={:.3}", random.within(5e6, 1e7)),
         format!("torsion.surface_inertia={:.8}", random.within(0.008, 0.015)),
-        format!("perturbation=[{{time=\"instability\", relative_velocity={kick:.6e}}}]"),
+        format!("perturbation={kicks}"),
         format!("output.end_time={end:.4}"),
         "output.interval=0.01".to_owned(),
         "output.window=[]".to_owned(),
     ]
-    .iter()
-    .map(|text| Override::parse(text).unwrap())
-    .collect()
+}
+
+fn overrides<const N: usize>(actuation: [String; N], contact: [String; 10]) -> Vec<Override> {
+    let all = actuation.iter().chain(&contact);
+    all.map(|text| Override::parse(text).unwrap()).collect()
 }
 
 /// The events of a case by the oracle.
