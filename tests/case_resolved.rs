@@ -144,7 +144,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         Just(BreakawayTest::Rotor)
     ];
     (
-        (1e-30f64..1e30, 1e-3f64..1e16, not_negative()),
+        (1e-30f64..1e30, 1e-3f64..1e16, not_negative(), positive()),
         actuation(),
         (positive(), 1e-30f64..1e30, 1e-3f64..1e16, not_negative()),
         (positive(), tests),
@@ -159,6 +159,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                     // By the square of the natural frequency, as below: both have to fit the end time.
                     stiffness: axial.0 * axial.1,
                     damping: axial.2,
+                    ringing_floor: axial.3,
                 },
                 actuation,
                 torsion: Torsion {

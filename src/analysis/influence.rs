@@ -1,7 +1,7 @@
 //! What each number of a case does to the equations.
 
 use super::linearised::Equations;
-use crate::case::Case;
+use crate::case::{Case, schema};
 use crate::model::{Actuation, KickTime};
 
 /// Relative step of differences by a parameter. The equations are smooth in all of them: the error is its square.
@@ -34,7 +34,10 @@ pub(super) enum Influence {
 
 /// The parameters of the case with what each does.
 pub(super) fn influences(case: &Case) -> Vec<(ParameterName, Influence)> {
-    let physical = |path: &str| !path.starts_with("solver.") && !path.starts_with("output.");
+    // The floor of a ringing contact is a convention: it moves no event, it leaves some out.
+    let physical = |path: &str| {
+        !path.starts_with("solver.") && !path.starts_with("output.") && path != schema::AXIAL_RINGING_FLOOR
+    };
     case.number_paths()
         .into_iter()
         .filter(|(path, _)| physical(path))

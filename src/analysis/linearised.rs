@@ -251,13 +251,20 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
                 in_equations: matches!(influence, Influence::Equations(..)),
             },
         );
+        // A contact at a corner, where the force stood at zero, is no zero that is looked for.
+        let of_zero = match event.kind {
+            EventKind::Separation | EventKind::Contact if inherited.is_none() => {
+                propagation.equations.axial.rounding_of_zero(event.time)
+            }
+            _ => 0.0,
+        };
         events.push(LinearisedEvent {
             time: event.time,
             kind: event.kind,
             by_parameter: by(HEAD).collect(),
             growth: speed_at_instability.map(|_| propagation.growth()),
             per_deviation: speed_at_instability.map(|_| propagation.worst_direction(&row)),
-            rounding: rounding.of_event(&row.fixed_rows::<DYNAMIC>(DYNAMIC).into_owned(), constants),
+            rounding: rounding.of_event(&row.fixed_rows::<DYNAMIC>(DYNAMIC).into_owned(), constants) + of_zero,
         });
         mode = event.mode_after;
         let after = Node::after(event);
@@ -361,6 +368,9 @@ impl Propagation<'_> {
     /// By how much each column moves the time of an event, s.
     fn shift(&self, case: &Case, event: &Event, before: Mode) -> DVector<f64> {
         let (t, y) = (event.time, Node::before(event).state);
+        if matches!(event.kind, EventKind::Separation | EventKind::Contact) {
+            return self.shift_of_contact(t);
+        }
         let guard =
             |equations: &Equations, t: f64, y: &Dynamic| equations.guard(event.kind, before, event.mode_after, t, y);
         if guard(&self.equations, t, &y).is_none() {
@@ -392,6 +402,24 @@ impl Propagation<'_> {
             }
         }
         row / -along
+    }
+
+    /// The same of a zero of the pressing force, on which the state has no influence. The force is followed on one stretch of
+    /// F: close behind a corner, differences across it would be those of two motions.
+    fn shift_of_contact(&self, t: f64) -> DVector<f64> {
+        let stretch = self.equations.axial.stretch(t);
+        let mut row = DVector::zeros(self.deviations.ncols());
+        for (column, (_, influence)) in self.influences.iter().enumerate() {
+            row[HEAD + column] = match influence {
+                Influence::Equations(above, below, width) => {
+                    let [above, below] = [above, below].map(|side| side.axial.pressing_on(stretch, t).0);
+                    (above - below) / *width
+                }
+                Influence::Undefined => f64::NAN,
+                _ => 0.0,
+            };
+        }
+        row / -self.equations.axial.pressing_on(stretch, t).1
     }
 
     /// The same of an event whose time is a parameter, or follows from none.

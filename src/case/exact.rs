@@ -4,7 +4,7 @@ use super::document::{self, Node, Override, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
 use super::{Case, CaseSource, schema};
-use crate::model::KickTime;
+use crate::model::{Axial, KickTime};
 use crate::oracle::{ExactActuation, ExactKick, ExactParameters};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -46,6 +46,10 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
         mass: reader.number("axial.mass", Dimension::Mass)?,
         axial_stiffness: reader.number("axial.stiffness", Dimension::Stiffness)?,
         axial_damping: reader.number("axial.damping", Dimension::Damping)?,
+        ringing_floor: match root.at(schema::AXIAL_RINGING_FLOOR) {
+            Some(_) => reader.number(schema::AXIAL_RINGING_FLOOR, Dimension::Length)?,
+            None => decimal(schema::AXIAL_RINGING_FLOOR, Axial::RINGING_FLOOR)?,
+        },
         actuation,
         rotor_inertia: reader.number("torsion.rotor_inertia", Dimension::Inertia)?,
         surface_inertia: reader.number("torsion.surface_inertia", Dimension::Inertia)?,
@@ -84,11 +88,27 @@ pub(super) fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> R
     };
     let paths = case.number_paths().into_iter();
     Ok(paths
+        .filter(|(path, _)| path != schema::AXIAL_RINGING_FLOOR)
         .filter_map(|(path, key)| {
             let half = half(&path, key.dimension().unwrap_or(Dimension::Number))?;
             Some((path, half))
         })
         .collect())
+}
+
+/// The shortest decimal of a double.
+fn decimal(path: &str, number: f64) -> Result<BigRational, CaseError> {
+    quantity::decimal(&format!("{number:e}")).map_err(|message| problem(path, message))
+}
+
+fn problem(path: &str, message: String) -> CaseError {
+    CaseError {
+        problems: vec![Problem {
+            place: String::new(),
+            key: path.to_owned(),
+            message,
+        }],
+    }
 }
 
 struct Reader<'a> {
@@ -99,17 +119,11 @@ impl Reader<'_> {
     fn number(&self, path: &str, dimension: Dimension) -> Result<BigRational, CaseError> {
         let value = match self.root.at(path).map(|node| &node.value) {
             Some(Value::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
-            Some(Value::Float(number)) => quantity::decimal(&format!("{number:e}")),
+            Some(Value::Float(number)) => return decimal(path, *number),
             Some(Value::Text(text)) => quantity::exact(text, dimension),
             _ => Err("expected a number".to_owned()),
         };
-        value.map_err(|message| CaseError {
-            problems: vec![Problem {
-                place: String::new(),
-                key: path.to_owned(),
-                message,
-            }],
-        })
+        value.map_err(|message| problem(path, message))
     }
 
     fn series(&self, path: &str, length: usize, dimension: Dimension) -> Result<Vec<BigRational>, CaseError> {

@@ -90,6 +90,7 @@ impl Case {
                     mass: f64::NAN,
                     stiffness: f64::NAN,
                     damping: f64::NAN,
+                    ringing_floor: Axial::RINGING_FLOOR,
                 },
                 actuation: Actuation::Ramp {
                     force: f64::NAN,

@@ -122,6 +122,8 @@ pub fn keys() -> &'static [Key] {
 
 /// The word for a kick at the loss of stability.
 pub const INSTABILITY: &str = "instability";
+/// A convention of the model, and no number of the brake: it has no digits that could be uncertain.
+pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
 pub(super) const RAMP: &str = "ramp";
 pub(super) const TABLE: &str = "table";
 pub(super) const KICK: &str = "kick";
@@ -210,6 +212,12 @@ const KEYS: &[Key] = &[
         "c_a, axial damping",
         Required,
         Kind::Number(D::Damping, NotNegative, field!(parameters.axial.damping)),
+    ),
+    key(
+        AXIAL_RINGING_FLOOR,
+        "amplitude below which a ringing open contact stays open while F does not press",
+        Default("1e-9 m"),
+        Kind::Number(D::Length, Positive, field!(parameters.axial.ringing_floor)),
     ),
     key(
         "actuation.profile",

@@ -163,6 +163,7 @@ impl AbsoluteModel {
             mass,
             stiffness,
             damping,
+            ..
         } = self.axial;
         let force = self.force.applied_force(t);
         let stator_rate = y[PHI1_DOT];

@@ -9,9 +9,10 @@ use super::bounds::positive_for;
 use super::oscillator::DampedOscillator;
 use super::{Actuation, Axial};
 
-/// Below this amplitude of |z| (m) a ringing released contact is taken as open: the oscillation that a release leaves
-/// would otherwise separate and touch for ever. A nanometre carries some 0.06 N of the paper's 2225 N.
-pub const RINGING_FLOOR: f64 = 1e-9;
+/// Two happenings closer than this (s) count as one instant: far below the spacing of the doubles that hold their times,
+/// far above what the multiprecision runs err by. It decides an order only, that of a contact and of a kick at the corner
+/// where F begins to press again after a rest.
+pub const SAME_INSTANT: f64 = 1e-18;
 
 /// The axial state and what the rest of the model needs of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +33,38 @@ pub struct AxialState {
     pub dissipated: f64,
 }
 
+/// When the contact opens or closes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactChange {
+    /// s.
+    pub time: f64,
+    /// What brings it about.
+    pub cause: ChangeCause,
+}
+
+/// What makes a contact change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ChangeCause {
+    /// The pressing force passes through zero.
+    Zero,
+    /// A corner of F, from rest: the pressing force is zero there and leaves it with F.
+    Corner,
+    /// A corner of F, where the pressing force stood beyond zero already: the ringing pressed, and was below its floor.
+    Beyond,
+}
+
+impl ContactChange {
+    /// Whether the pressing force is zero at this moment, up to rounding, and just leaving it.
+    pub fn departs(self) -> bool {
+        self.cause != ChangeCause::Beyond
+    }
+
+    /// Whether it belongs to the corner at its time, and so comes before a kick of that time.
+    pub fn at_corner(self) -> bool {
+        self.cause != ChangeCause::Zero
+    }
+}
+
 /// The whole axial motion, from rest at t = 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxialMotion {
@@ -46,6 +79,8 @@ struct Piece {
     start: f64,
     /// Where the next begins; infinite for the last.
     end: f64,
+    /// F there, N.
+    end_force: f64,
     /// F at `start`, N, and its slope, N/s.
     force: f64,
     slope: f64,
@@ -54,7 +89,9 @@ struct Piece {
     drift: f64,
     /// Free part h at `start`: displacement and velocity.
     free: (f64, f64),
-    /// m h'' and m h''' at `start`: what the free part adds to F in the pressing force.
+    /// m h'' and m h''' at `start`: what the free part adds to F in the pressing force. From one stretch to the next it is
+    /// carried on as it is, not found anew from z: what is left of it after a rest decides when the contact closes, and
+    /// beside z it would be rounding.
     ringing: (f64, f64),
     /// After this the free part is below the rounding of the rest.
     silent_after: f64,
@@ -65,10 +102,25 @@ struct Piece {
     highest_later: f64,
 }
 
+/// A ringing below this (N) has ended: doubles below it lose their digits.
+const GONE: f64 = 1e-250;
+
+/// What the search for a zero on one stretch of F finds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Search {
+    /// s.
+    Zero(f64),
+    /// The force keeps its sign.
+    None,
+    /// From somewhere on, what still rings is no touch.
+    Rest,
+}
+
 /// Of a rate that is a difference, relative to its parts: some roundings of the sums that they come of.
 const RATE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl AxialMotion {
+    /// The motion under F(t), from rest at t = 0.
     pub fn new(axial: &Axial, actuation: &Actuation) -> Self {
         let oscillator = DampedOscillator::new(axial.mass, axial.damping, axial.stiffness);
         let mut motion = AxialMotion {
@@ -76,16 +128,16 @@ impl AxialMotion {
             oscillator,
             pieces: Vec::new(),
         };
-        let (mut z, mut z_dot, mut work, mut dissipated) = (0.0, 0.0, 0.0, 0.0);
         let breaks = force_pieces(actuation);
         for (index, &(start, force, slope)) in breaks.iter().enumerate() {
-            let end = breaks.get(index + 1).map_or(f64::INFINITY, |next| next.0);
-            let piece = motion.piece(start, end, force, slope, (z, z_dot), (work, dissipated));
+            let end = breaks
+                .get(index + 1)
+                .map_or((f64::INFINITY, force), |next| (next.0, next.1));
+            let piece = match motion.pieces.last() {
+                None => motion.first_piece(start, end, (force, slope)),
+                Some(last) => motion.next_piece(last, end, (force, slope)),
+            };
             motion.pieces.push(piece);
-            if end.is_finite() {
-                let state = motion.evaluate(&piece, end);
-                (z, z_dot, work, dissipated) = (state.displacement, state.velocity, state.work, state.dissipated);
-            }
         }
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         for k in (0..motion.pieces.len()).rev() {
@@ -98,17 +150,53 @@ impl AxialMotion {
         motion
     }
 
-    fn piece(&self, start: f64, end: f64, force: f64, slope: f64, z: (f64, f64), sums: (f64, f64)) -> Piece {
-        let Axial {
-            mass,
-            stiffness,
-            damping,
-        } = self.axial;
+    /// From rest at t = 0, where the pressing force is zero and its rate c_a F / m.
+    fn first_piece(&self, start: f64, end: (f64, f64), (force, slope): (f64, f64)) -> Piece {
+        let Axial { mass, damping, .. } = self.axial;
+        let (drift, offset) = self.particular(force, slope);
+        let ringing = (-force, damping * force / mass - slope);
+        self.piece(start, end, (force, slope), (-offset, -drift), ringing, (0.0, 0.0))
+    }
+
+    /// Where F turns, z, z', the pressing force and its rate go on. So does the ringing in the force; its rate takes up
+    /// the change of slope. No difference of large numbers is taken.
+    fn next_piece(&self, last: &Piece, end: (f64, f64), (force, slope): (f64, f64)) -> Piece {
+        let Axial { stiffness, damping, .. } = self.axial;
+        let tau = last.end - last.start;
+        let state = self.evaluate(last, last.end);
+        let (q, rate) = self.ringing_at(last, tau);
+        let (h, h_rate) = self.oscillator.advance(last.free.0, last.free.1, tau);
+        // What the particular solution jumps by, since z does not.
+        let turn = (slope - last.slope) / stiffness;
+        let free = (h - damping * turn / stiffness, h_rate + turn);
+        let sums = (state.work, state.dissipated);
+        self.piece(
+            last.end,
+            end,
+            (force, slope),
+            free,
+            (q, rate - (slope - last.slope)),
+            sums,
+        )
+    }
+
+    /// Drift and offset of the particular solution z = offset + drift tau.
+    fn particular(&self, force: f64, slope: f64) -> (f64, f64) {
+        let Axial { stiffness, damping, .. } = self.axial;
         let drift = -slope / stiffness;
-        let offset = -(force + damping * drift) / stiffness;
-        let free = (z.0 - offset, z.1 - drift);
-        let curvature = -(damping * free.1 + stiffness * free.0);
-        let ringing = (curvature, -(damping * curvature / mass + stiffness * free.1));
+        (drift, -(force + damping * drift) / stiffness)
+    }
+
+    fn piece(
+        &self,
+        start: f64,
+        (end, end_force): (f64, f64),
+        (force, slope): (f64, f64),
+        free: (f64, f64),
+        ringing: (f64, f64),
+        sums: (f64, f64),
+    ) -> Piece {
+        let (drift, offset) = self.particular(force, slope);
         let amplitude = ringing_amplitude(&self.axial, ringing);
         let scale = force.abs();
         let decay = self.oscillator.slowest_decay();
@@ -122,6 +210,7 @@ impl AxialMotion {
         Piece {
             start,
             end,
+            end_force,
             force,
             slope,
             offset,
@@ -187,15 +276,43 @@ impl AxialMotion {
         if tau >= piece.silent_after {
             return 0.0;
         }
+        let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+        self.second_derivative_bound(q, rate)
+    }
+
+    /// A bound on |q''| from (q, q') on, for a free oscillation.
+    fn second_derivative_bound(&self, q: f64, rate: f64) -> f64 {
         let Axial {
             mass,
             stiffness,
             damping,
+            ..
         } = self.axial;
-        let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
         // The energy m q'^2 + k q^2 of the free part never grows: it bounds |q| and |q'|, and the equation then |q''|.
         let twice_energy = mass * rate * rate + stiffness * q * q;
         (damping * (twice_energy / mass).sqrt() + stiffness * (twice_energy / stiffness).sqrt()) / mass
+    }
+
+    /// How far rounding can move a zero of the pressing force at `t`, s: that of the case's numbers is not in it. Infinite
+    /// where the force turns so close to zero that it may not reach it at all.
+    pub fn rounding_of_zero(&self, t: f64) -> f64 {
+        let piece = self.piece_at(t);
+        let tau = t - piece.start;
+        let (_, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+        let (q, slope) = self.pressing(piece, tau);
+        // Each part of the sum that the force is, with the roundings that it has been through; and the phase.
+        let parts = 2.0 * piece.force.abs()
+            + 4.0 * (piece.slope * tau).abs()
+            + 4.0 * self.oscillator.size(piece.ringing.0, piece.ringing.1, tau)
+            + 2.0 * (rate * tau).abs();
+        let error = f64::EPSILON * (parts + q.abs());
+        let curvature = self.oscillator.curvature(self.ringing_at(piece, tau)).abs();
+        // Newton's step from either end of the error finds its zero while it stays well off the turn.
+        if error * curvature > slope * slope / 8.0 {
+            f64::INFINITY
+        } else {
+            error / slope.abs()
+        }
     }
 
     /// A lower bound of the pressing force from `t` on, for ever, N.
@@ -276,69 +393,168 @@ impl AxialMotion {
         changing.map(|p| p.end - p.start).fold(f64::INFINITY, f64::min)
     }
 
-    /// The next time after `t` at which the pressing force falls through 0 (`closed` contact) or rises through it
-    /// (open contact), no later than `until`; `None` if there is none, or if the ringing of a released contact has
-    /// fallen below [`RINGING_FLOOR`]. `departing` says that the force is just leaving zero at `t`, to the side that
-    /// `closed` names: after a change, or where contact starts.
+    /// The linear stretch of F that holds `t`, counted from the last, which never ends.
+    pub fn stretch(&self, t: f64) -> usize {
+        self.pieces.len() - self.pieces.partition_point(|p| p.start <= t).max(1)
+    }
+
+    /// The pressing force (N) and its rate (N/s) at `t` by the motion on a stretch, continued beyond its ends.
+    pub fn pressing_on(&self, stretch: usize, t: f64) -> (f64, f64) {
+        let piece = &self.pieces[(self.pieces.len() - 1).saturating_sub(stretch)];
+        self.pressing(piece, t - piece.start)
+    }
+
+    /// The next time after `t`, no later than `until`, at which the contact opens (`closed`) or closes, if there is one.
+    ///
+    /// It opens where the pressing force falls through 0, and closes where the force rises through it, with one exception:
+    /// while F does not press, an open contact stays open once it rings less than [`Axial::ringing_floor`]. At the corner
+    /// where that ends, it closes at once if the force stands at zero, or beyond it.
+    ///
+    /// `departing` says that the force is just leaving zero at `t`, to the side that `closed` names: after a change, or
+    /// where contact starts.
     ///
     /// Zeros are bracketed by bounds on the curvature, so none is passed over.
-    pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<f64> {
+    pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         let sign = if closed { 1.0 } else { -1.0 };
         let first = self.pieces.partition_point(|p| p.start <= t).saturating_sub(1);
+        let (mut departing, mut rests) = (departing, false);
         for (k, piece) in self.pieces[first..].iter().enumerate() {
             let from = t.max(piece.start);
             if from > until {
                 return None;
             }
-            if let Some(root) = self.change_in_piece(piece, from, piece.end.min(until), sign, departing && k == 0) {
-                return Some(root);
+            if k > 0 {
+                departing = false;
+                if rests && !self.rests(piece, 0.0, sign) {
+                    match self.leaving(piece) {
+                        (ChangeCause::Corner, side) if side == sign => departing = true,
+                        (cause, side) if side == -sign => return Some(ContactChange { time: from, cause }),
+                        _ => {}
+                    }
+                }
+            }
+            match self.change_in_piece(piece, from, piece.end.min(until), sign, departing) {
+                Search::Zero(time) => {
+                    let cause = ChangeCause::Zero;
+                    return Some(ContactChange { time, cause });
+                }
+                Search::None => rests = false,
+                Search::Rest => rests = true,
             }
         }
         None
+    }
+
+    /// Whether a contact at the side `sign` stays there whatever rings: F does not press, and an open contact rings too
+    /// little to count as touching, or a closed one no more at all.
+    fn rests(&self, piece: &Piece, tau: f64, sign: f64) -> bool {
+        if piece.force > 0.0 || piece.end_force > 0.0 {
+            return false;
+        }
+        if sign < 0.0 {
+            self.free_amplitude(piece, tau) < self.axial.ringing_floor
+        } else {
+            // An overdamped contact that F has left closes up for ever; a double ends at some 1e-308.
+            piece.force == 0.0
+                && piece.slope == 0.0
+                && ringing_amplitude(&self.axial, self.ringing_at(piece, tau)) < GONE
+        }
+    }
+
+    /// At the corner where a stretch begins after a rest: to which side the pressing force leaves zero, or stands.
+    fn leaving(&self, piece: &Piece) -> (ChangeCause, f64) {
+        let (force, rate) = self.pressing(piece, 0.0);
+        let curvature = self.oscillator.curvature(piece.ringing);
+        let reach = (rate.abs() + curvature.abs() * SAME_INSTANT / 2.0) * SAME_INSTANT;
+        if force.abs() > reach {
+            return (ChangeCause::Beyond, force.signum());
+        }
+        let ahead = force + (rate + curvature * SAME_INSTANT / 2.0) * SAME_INSTANT;
+        // Without damping the force leaves rest with its third derivative, which has the sign of the slope.
+        let side = if ahead != 0.0 { ahead } else { piece.slope };
+        let side = if side == 0.0 { 0.0 } else { side.signum() };
+        (ChangeCause::Corner, side)
     }
 
     /// First zero of sign * pressing force within one piece, found by steps over which it provably stays positive.
-    fn change_in_piece(&self, piece: &Piece, from: f64, to: f64, sign: f64, departing: bool) -> Option<f64> {
-        let still = piece.force == 0.0 && piece.slope == 0.0;
+    fn change_in_piece(&self, piece: &Piece, from: f64, to: f64, sign: f64, departing: bool) -> Search {
         let mut t = from;
         let mut departing = departing;
         while t < to {
-            if still && sign < 0.0 && self.free_amplitude(piece, t) < RINGING_FLOOR {
-                return None;
+            let tau = t - piece.start;
+            if self.rests(piece, tau, sign) {
+                return Search::Rest;
             }
-            let state = self.evaluate(piece, t);
-            let (g, rate) = (sign * state.pressing_force, sign * state.pressing_rate);
-            let curvature = if t - piece.start >= piece.silent_after {
+            let (force, rate) = self.pressing(piece, tau);
+            let (g, rate) = (sign * force, sign * rate);
+            let ringing = self.ringing_at(piece, tau);
+            let curvature = if tau >= piece.silent_after {
                 0.0
             } else {
-                self.curvature_bound(t)
+                self.second_derivative_bound(ringing.0, ringing.1)
             };
-            let delta = if departing {
-                // g is zero up to rounding: step over the neighbourhood in which it provably grows. Its rate is the slope of
-                // F and that of the ringing, which cancel where contact starts with a ramp: their rounding is no rate.
+            let grows_for = || self.departure(piece, ringing, sign, rate, curvature);
+            let mut delta = if departing && curvature == 0.0 {
+                return Search::None;
+            } else if departing {
                 departing = false;
-                let rounding = RATE_ROUNDING * piece.slope.abs();
-                match (curvature > 0.0, rate > rounding) {
-                    (true, true) => rate / curvature,
-                    (true, false) => 1e-3 * (self.axial.mass / self.axial.stiffness).sqrt(),
-                    (false, _) => return None,
-                }
+                let none = 1e-3 * (self.axial.mass / self.axial.stiffness).sqrt();
+                // In doubles of this size the step can be none at all.
+                grows_for().unwrap_or(none).max(4.0 * f64::EPSILON * t)
             } else if g <= 0.0 {
-                return Some(t);
+                return Search::Zero(t);
             } else {
                 positive_for(g, rate, curvature)
             };
+            if t + delta <= t && t == piece.start {
+                // Next to zero at a corner: what the force does from there on decides.
+                delta = grows_for().unwrap_or(delta);
+            }
             if t + delta <= t {
-                return Some(t);
+                return Search::Zero(t);
             }
             t += delta;
         }
-        None
+        Search::None
     }
 
-    /// Amplitude bound of the free part of z at `t`, m.
-    fn free_amplitude(&self, piece: &Piece, t: f64) -> f64 {
-        let (h, rate) = self.oscillator.advance(piece.free.0, piece.free.1, t - piece.start);
+    /// How far sign * pressing force, which is zero up to rounding, provably grows (s); `None` where nothing proves it.
+    ///
+    /// Its rate is the slope of F and that of the ringing, which cancel where contact starts with a ramp: their rounding is
+    /// no rate. The force then leaves zero with its second derivative, and without damping with its third.
+    fn departure(&self, piece: &Piece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
+        let rounding = RATE_ROUNDING * piece.slope.abs();
+        let by_rate = if rate > rounding { rate / curvature } else { 0.0 };
+        let turn = self.oscillator.curvature(ringing);
+        let bend = sign * turn;
+        let by_bend = if bend > 0.0 && rate >= -rounding {
+            // The third derivative is bounded as the second is, one derivative on.
+            bend / self.second_derivative_bound(ringing.1, turn)
+        } else {
+            0.0
+        };
+        let delta = f64::max(by_rate, by_bend);
+        (delta > 0.0).then_some(delta)
+    }
+
+    /// The ringing and its rate at `tau` (s) into a piece, N and N/s.
+    fn ringing_at(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+        self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau)
+    }
+
+    /// The pressing force and its rate at `tau` (s) into a piece, N and N/s.
+    fn pressing(&self, piece: &Piece, tau: f64) -> (f64, f64) {
+        let force = piece.force + piece.slope * tau;
+        if tau >= piece.silent_after {
+            return (force, piece.slope);
+        }
+        let (q, rate) = self.ringing_at(piece, tau);
+        (force + q, piece.slope + rate)
+    }
+
+    /// Amplitude bound of the free part of z at `tau` (s) into a piece, m.
+    fn free_amplitude(&self, piece: &Piece, tau: f64) -> f64 {
+        let (h, rate) = self.oscillator.advance(piece.free.0, piece.free.1, tau);
         (h * h + rate * rate * self.axial.mass / self.axial.stiffness).sqrt()
     }
 
@@ -353,6 +569,7 @@ impl AxialMotion {
             mass,
             stiffness,
             damping,
+            ..
         } = self.axial;
         let tau = t - piece.start;
         let force = piece.force + piece.slope * tau;

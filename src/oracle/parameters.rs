@@ -15,6 +15,8 @@ pub struct ExactParameters {
     pub axial_stiffness: BigRational,
     /// c_a, N s/m.
     pub axial_damping: BigRational,
+    /// Amplitude below which a ringing open contact stays open while F does not press, m.
+    pub ringing_floor: BigRational,
     /// F(t), N.
     pub actuation: ExactActuation,
     /// I, kg m^2.
@@ -92,6 +94,7 @@ impl ExactParameters {
                 mass: round(&self.mass),
                 stiffness: round(&self.axial_stiffness),
                 damping: round(&self.axial_damping),
+                ringing_floor: round(&self.ringing_floor),
             },
             actuation: match &self.actuation {
                 ExactActuation::Ramp { force, rise_time } => Actuation::Ramp {

@@ -104,6 +104,19 @@ impl Model {
         -&(&(damping * z_dot) + &(stiffness * z))
     }
 
+    /// z'' under the pressing force `normal` and F, m/s^2; with the rates of both, its derivative.
+    pub fn axial_acceleration(&self, normal: &Number, force: &Number) -> Number {
+        &(normal - force) * &self.axial[2]
+    }
+
+    /// The free part of z and z': what is left of them beside the straight line that they follow where F is linear.
+    pub fn free_part(&self, [z, z_dot]: [&Number; 2], [force, slope]: [&Number; 2]) -> [Number; 2] {
+        let [damping, stiffness, _] = &self.axial;
+        let drift = slope.over(stiffness);
+        let straight = (force - &(damping * &drift)).over(stiffness);
+        [z + &straight, z_dot + &drift]
+    }
+
     /// T_r or T_s: c_t times the rate plus k_t times the twist, N m.
     pub fn torque(&self, twist: &Number, rate: &Number) -> Number {
         let [damping, stiffness] = &self.torsion;

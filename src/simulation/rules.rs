@@ -4,6 +4,7 @@ use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Locati
 use super::plan::Plan;
 use super::record::EventKind;
 use crate::hybrid::{ChosenSolver, Rules, Transition};
+use crate::model::axial::ContactChange;
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::stability::{Forecast, QuietStretch};
 use crate::model::torsion::{DIMENSION, TorsionState};
@@ -52,7 +53,7 @@ pub struct BrakeRules {
     /// Kicks waiting for the loss of stability.
     waiting_kicks: Vec<f64>,
     /// The next zero of the contact force; outer `None`: not looked for yet.
-    contact_change: Option<Option<f64>>,
+    contact_change: Option<Option<ContactChange>>,
     /// The contact force is leaving zero.
     departing: bool,
     regime: Regime,
@@ -376,10 +377,15 @@ impl Rules<Brake> for BrakeRules {
         };
         let corner = self.brake.axial.next_corner(self.last_corner);
         let kick = self.kicks.get(self.next_kick).map(|k| k.0);
-        [contact_change, corner, kick, self.regime_time()]
-            .into_iter()
-            .flatten()
-            .min_by(f64::total_cmp)
+        [
+            contact_change.map(|change| change.time),
+            corner,
+            kick,
+            self.regime_time(),
+        ]
+        .into_iter()
+        .flatten()
+        .min_by(f64::total_cmp)
     }
 
     fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<Happening> {
@@ -395,9 +401,13 @@ impl Rules<Brake> for BrakeRules {
                 state: y.to_vec(),
             }];
         }
-        if let Some(Some(_)) = self.contact_change.filter(|c| c.is_some_and(|c| c <= t)) {
+        let kick_due = self.kicks.get(self.next_kick).is_some_and(|kick| kick.0 <= t);
+        let change = self.contact_change.flatten().filter(|change| change.time <= t);
+        // A contact that belongs to a corner comes with it; any other at the instant of a kick is after it, as far as
+        // doubles tell.
+        if let Some(change) = change.filter(|change| change.at_corner() || !kick_due) {
             self.contact_change = None;
-            self.departing = true;
+            self.departing = change.departs();
             let closing = location.mode == Mode::Separated;
             let (kind, mode) = if closing {
                 (EventKind::Contact, self.mode_in_contact(t, y))

@@ -1,6 +1,7 @@
 //! What several test files share: the multiprecision truth and runs held in memory.
 #![allow(dead_code)]
 
+pub mod campaign;
 pub mod linear_brake;
 pub mod random_brakes;
 pub mod rigid_growth;
@@ -67,6 +68,7 @@ pub fn truth(name: &str) -> Truth {
                 mass: p("m"),
                 stiffness: p("k_e"),
                 damping: p("c_a"),
+                ringing_floor: Axial::RINGING_FLOOR,
             },
             actuation: Actuation::Ramp {
                 force: p("F_0"),

@@ -2,11 +2,15 @@
 
 use super::{Run, Watch};
 use crate::model::Mode;
-use crate::model::axial::RINGING_FLOOR;
 use crate::oracle::OracleError;
 use crate::oracle::number::Number;
 use crate::oracle::roots::{Crossing, first_zero};
 use crate::oracle::series::{Expansion, component::*, evaluate};
+use num_traits::Signed;
+use std::cmp::Ordering;
+
+/// Two happenings closer than this (s) are at one instant, by the statement of the model (docs/methods.md).
+const INSTANT: f64 = 1e-18;
 
 /// What can end a step before its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,9 +66,12 @@ impl Run {
                 Crossing::At(time) => time,
                 Crossing::Beyond => self.beyond(guard, known)?,
             };
-            if guard == Guard::Contact && self.rings_below_floor(expansion, &time) {
-                self.stays_open = true;
-                continue;
+            if guard == Guard::Contact {
+                let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), &time));
+                if self.rests([&z, &z_dot], &(&self.time + &time)) {
+                    self.stays_open = true;
+                    continue;
+                }
             }
             if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
                 first = Some((time, guard));
@@ -89,12 +96,42 @@ impl Run {
         })
     }
 
-    /// Whether an open contact without a force rings too little to count as touching.
-    fn rings_below_floor(&self, expansion: &Expansion, time: &Number) -> bool {
-        if self.force.1.iter().any(|force| !force.is_zero()) {
+    /// Whether an open contact with this axial state at `time` stays open whatever rings: F does not press, and what is left
+    /// of the oscillation is below its floor.
+    pub(super) fn rests(&self, axial: [&Number; 2], time: &Number) -> bool {
+        let (start, [force, slope]) = &self.force;
+        let presses_later = match self.later_force.front() {
+            Some(next) => next.force.is_positive(),
+            None => slope.signum() > 0,
+        };
+        if force.signum() > 0 || presses_later {
             return false;
         }
-        let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), time).to_f64());
-        (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < RINGING_FLOOR
+        let force = force + &(slope * &(time - start));
+        let [z, z_dot] = self.model.free_part(axial, [&force, slope]).map(|part| part.to_f64());
+        (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < self.ringing_floor
+    }
+
+    /// To which side the pressing force leaves zero at a corner of F, and whether it stood beyond zero there already. What
+    /// it takes less than an instant for, it does at once.
+    pub(super) fn leaving(&self) -> (i8, bool) {
+        let [z, z_dot] = [&self.state[Z], &self.state[Z_DOT]];
+        let [force, slope] = &self.force.1;
+        let model = &self.model;
+        let normal = model.normal_force(z, z_dot);
+        let acceleration = model.axial_acceleration(&normal, force);
+        let rate = model.normal_force(z_dot, &acceleration);
+        let curvature = model.normal_force(&acceleration, &model.axial_acceleration(&rate, slope));
+        let [normal, rate, curvature] = [normal, rate, curvature].map(|value| value.to_f64());
+        if normal.abs() > (rate.abs() + curvature.abs() * INSTANT / 2.0) * INSTANT {
+            return (if normal > 0.0 { 1 } else { -1 }, true);
+        }
+        let ahead = normal + (rate + curvature * INSTANT / 2.0) * INSTANT;
+        match ahead.total_cmp(&0.0) {
+            // An undamped force leaves rest with its third derivative.
+            _ if ahead == 0.0 => (slope.signum(), false),
+            Ordering::Greater => (1, false),
+            _ => (-1, false),
+        }
     }
 }

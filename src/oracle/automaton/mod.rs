@@ -79,6 +79,8 @@ struct Run {
     later_force: VecDeque<Piece>,
     /// The ringing of an open contact has fallen below its floor: open it stays, up to the next corner.
     stays_open: bool,
+    /// That floor, m.
+    ringing_floor: f64,
     /// m / k_e, s^2.
     axial_time_squared: f64,
     /// Timed kicks to come, in order, and those that wait for the instability.
@@ -128,6 +130,7 @@ impl Run {
             force: (number(&first.start), [number(&first.force), number(&first.slope)]),
             later_force: pieces,
             stays_open: false,
+            ringing_floor: nearest_double(&exact.ringing_floor),
             axial_time_squared: nearest_double(&(&exact.mass / &exact.axial_stiffness)),
             kicks: kicks.into_iter().map(|(time, delta)| (number(&time), delta)).collect(),
             waiting: exact
@@ -223,7 +226,7 @@ impl Run {
             self.force = (start, [number(&piece.force), number(&piece.slope)]);
             self.later_force.pop_front();
             self.record(EventKind::Corner)?;
-            self.close_on_ringing()?;
+            self.close_at_corner()?;
         }
         while self.kicks.front().is_some_and(|(time, _)| *time <= self.time) {
             if let Some((_, delta)) = self.kicks.pop_front() {
@@ -233,16 +236,24 @@ impl Run {
         Ok(())
     }
 
-    /// At a corner: disks whose ringing is below its floor lie at rest against each other, and touch as soon as F presses
-    /// them. What is left of the ringing does not part them again.
-    fn close_on_ringing(&mut self) -> Result<(), OracleError> {
-        let [force, slope] = self.force.1.each_ref().map(Number::signum);
-        if !std::mem::take(&mut self.stays_open) || !(force > 0 || force == 0 && slope > 0) {
+    /// At a corner where an open contact stops to stay open whatever rings: it closes at once if the force stands at zero and
+    /// leaves it with F, or stands beyond it.
+    fn close_at_corner(&mut self) -> Result<(), OracleError> {
+        self.stays_open = false;
+        if self.mode != Mode::Separated || self.rests([&self.state[Z], &self.state[Z_DOT]], &self.time) {
             return Ok(());
         }
-        self.close()?;
-        self.zeros.push((Guard::Separation, usize::MAX));
-        Ok(())
+        match self.leaving() {
+            (1, beyond) => {
+                self.close()?;
+                if !beyond {
+                    // Zero up to rounding, and rising up to the next corner.
+                    self.zeros.push((Guard::Separation, usize::MAX));
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn close(&mut self) -> Result<(), OracleError> {

@@ -1,0 +1,241 @@
+//! Random brakes, each certified without the oracle and then held against the oracle's events: the campaign.
+
+pub mod brakes;
+pub mod table;
+
+use crate::common::random_brakes::difference;
+use brakes::{Drawn, Family, draw};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use stickslip::analysis::certificate::{Certificate, Verdict, certify};
+use stickslip::case::{Case, CaseSource};
+use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
+use stickslip::simulation::{Event, EventKind, MemoryRecorder, SolverOptions, simulate};
+
+/// True digits of the oracle's event times, as in `certify --oracle`.
+const DIGITS: u32 = 25;
+
+/// A double near 1 may be this far from the decimal that it stands for, s, and one near t that many times t.
+const HALF_UNIT: f64 = 1.2e-16;
+
+/// A converged event against the oracle.
+pub struct Held {
+    pub kind: EventKind,
+    /// Distance of the default run from the oracle, s.
+    pub error: f64,
+    /// As certified, s.
+    pub uncertainty: f64,
+    /// What the certificate says that rounding can do, s.
+    pub rounding: f64,
+    /// Distance of the run with `rtol = 1e-13` from the oracle, s; `None` if it has no such event.
+    pub fine_error: Option<f64>,
+}
+
+impl Held {
+    /// Whether the true error is larger than the uncertainty.
+    pub fn is_short(&self, time: f64) -> bool {
+        self.error > self.uncertainty + HALF_UNIT * time.abs().max(1.0)
+    }
+}
+
+/// What became of a brake.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Fate {
+    Certified(&'static str),
+    /// The run or the certificate failed.
+    Failed,
+    /// The oracle gave no solution.
+    NoOracle,
+}
+
+pub struct Outcome {
+    pub index: u64,
+    pub family: Family,
+    pub fate: Fate,
+    pub held: Vec<Held>,
+    pub short: Vec<bool>,
+    /// What contradicts the certificate, in words.
+    pub faults: Vec<String>,
+    /// Why there is nothing to hold, in words.
+    pub reason: Option<String>,
+    /// The brake as options of the program.
+    pub command: String,
+}
+
+/// Certifies brake `index` and holds the certificate against the oracle.
+pub fn hold(index: u64) -> Outcome {
+    let drawn = draw(index);
+    let mut outcome = Outcome {
+        index,
+        family: drawn.family,
+        fate: Fate::Failed,
+        held: Vec::new(),
+        short: Vec::new(),
+        faults: Vec::new(),
+        reason: None,
+        command: drawn.command(),
+    };
+    if let Err((fate, reason)) = fill(&drawn, &mut outcome) {
+        outcome.fate = fate;
+        outcome.reason = Some(reason);
+    }
+    outcome
+}
+
+fn events_of(case: &Case, solver: &SolverOptions) -> Result<MemoryRecorder, String> {
+    let mut recorder = MemoryRecorder::default();
+    simulate(&case.parameters, solver, &case.output, &mut recorder, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .map_err(|failure| failure.to_string())?;
+    Ok(recorder)
+}
+
+fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
+    let failed = |text: String| (Fate::Failed, text);
+    let source = CaseSource::built_in("paper-si").expect("a built-in case");
+    let overrides = drawn.overrides();
+    let case = Case::parse(&source, &overrides).map_err(|error| failed(error.to_string()))?;
+    let result = events_of(&case, &case.solver).map_err(failed)?;
+    let certificate = certify(&case, &result, &|| false).map_err(|error| failed(error.to_string()))?;
+    outcome.fate = Fate::Certified(certificate.verdict.name());
+    let exact = exact_events(&source, drawn, &case, &certificate).map_err(|text| (Fate::NoOracle, text))?;
+    let fine = events_of(
+        &case,
+        &SolverOptions {
+            rtol: 1e-13,
+            ..case.solver.clone()
+        },
+    )
+    .map_err(failed)?;
+    let fine = errors(&fine.events, &exact);
+    let own = errors(&result.events, &exact);
+    for (position, (event, certified)) in result.events.iter().zip(&certificate.events).enumerate() {
+        if certified.verdict != Verdict::Converged {
+            continue;
+        }
+        let what = format!("{} at {:?}", event.kind.name(), event.time);
+        let Some(error) = own[position] else {
+            outcome.faults.push(format!("{what}: the oracle has none"));
+            continue;
+        };
+        let held = Held {
+            kind: event.kind,
+            error,
+            uncertainty: certified.uncertainty,
+            rounding: certified.rounding,
+            fine_error: fine.get(position).copied().flatten(),
+        };
+        let short = held.is_short(event.time);
+        if short {
+            let Held { uncertainty, .. } = held;
+            outcome
+                .faults
+                .push(format!("{what}: off by {error:.1e} s, certified to {uncertainty:.1e}"));
+        }
+        outcome.short.push(short);
+        outcome.held.push(held);
+    }
+    if certificate.verdict == Verdict::Converged {
+        let word = |kinds: &mut dyn Iterator<Item = EventKind>| -> Vec<EventKind> {
+            kinds.filter(|kind| kind.in_mode_word()).collect()
+        };
+        let all = |kinds: &mut dyn Iterator<Item = EventKind>| {
+            let mut names: Vec<&str> = kinds.map(EventKind::name).collect();
+            names.sort_unstable();
+            names
+        };
+        let own = || result.events.iter().map(|event| event.kind);
+        let true_ones = || exact.iter().map(|event| event.kind);
+        if word(&mut own()) != word(&mut true_ones()) || all(&mut own()) != all(&mut true_ones()) {
+            outcome
+                .faults
+                .push("converged, but the sequence is not the oracle's".to_owned());
+        }
+    }
+    Ok(())
+}
+
+/// Of each event, in the order of its kind, the distance to the oracle's, s.
+fn errors(events: &[Event], exact: &[OracleEvent]) -> Vec<Option<f64>> {
+    let mut taken = vec![0usize; EventKind::ALL.len()];
+    let place = |kind: EventKind| EventKind::ALL.iter().position(|other| *other == kind).expect("a kind");
+    events
+        .iter()
+        .map(|event| {
+            let number = &mut taken[place(event.kind)];
+            let same = exact.iter().filter(|other| other.kind == event.kind).nth(*number);
+            *number += 1;
+            same.map(|same| difference(event.time, &same.time).abs())
+        })
+        .collect()
+}
+
+fn exact_events(
+    source: &CaseSource,
+    drawn: &Drawn,
+    case: &Case,
+    certificate: &Certificate,
+) -> Result<Vec<OracleEvent>, String> {
+    let exact = Case::exact_parameters(source, &drawn.overrides()).map_err(|error| error.to_string())?;
+    // Without a kick above noise, exact sliding goes on through all of G.
+    let growth = match certificate.verdict {
+        Verdict::Converged => certificate.growth_to_onset,
+        _ => certificate.growth_exponent,
+    };
+    let lost = (growth.unwrap_or(0.0) / std::f64::consts::LN_10).ceil() as u32;
+    let options = OracleOptions {
+        digits: (DIGITS + lost).max(33),
+        end_time: rational(&format!("{:e}", case.output.end_time)).ok_or("no end")?,
+        sample_times: Vec::new(),
+        max_events: case.solver.max_events,
+    };
+    let report =
+        oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
+    Ok(report.events)
+}
+
+/// All brakes of the range, over as many threads as STICKSLIP_CAMPAIGN_THREADS says, or as there are processors; prints
+/// what contradicts a certificate as it comes.
+pub fn run(range: std::ops::Range<u64>) -> Vec<Outcome> {
+    let threads = std::env::var("STICKSLIP_CAMPAIGN_THREADS")
+        .ok()
+        .and_then(|text| text.parse().ok())
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let next = AtomicU64::new(range.start);
+    let outcomes: Mutex<Vec<Outcome>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= range.end {
+                        break;
+                    }
+                    let outcome = hold(index);
+                    report(&outcome);
+                    outcomes.lock().expect("no panic").push(outcome);
+                }
+            });
+        }
+    });
+    let mut outcomes = outcomes.into_inner().expect("no panic");
+    outcomes.sort_by_key(|outcome| outcome.index);
+    outcomes
+}
+
+fn report(outcome: &Outcome) {
+    let Outcome { index, family, .. } = outcome;
+    if let Some(reason) = &outcome.reason {
+        println!("brake {index} ({}): {:?}: {reason}", family.name(), outcome.fate);
+    }
+    if let Some(first) = outcome.faults.first() {
+        println!(
+            "brake {index} ({}): {} short, the first: {first}",
+            family.name(),
+            outcome.faults.len()
+        );
+        println!("    {}", outcome.command);
+    }
+}
