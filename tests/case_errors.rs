@@ -128,7 +128,7 @@ brake.toml: initial.speed: missing: omega_0, initial speed of the rotor and of i
 
 #[test]
 fn a_quoted_key_with_a_dot_is_no_path() {
-    insta::assert_snapshot!(with("mass = 4.54", "mass = 4.54\n\"x.y\" = 1"), @r#"brake.toml:5: axial."x.y": unknown key; [axial] has mass, stiffness, damping"#);
+    insta::assert_snapshot!(with("mass = 4.54", "mass = 4.54\n\"x.y\" = 1"), @r#"brake.toml:5: axial."x.y": unknown key; [axial] has mass, stiffness, damping, ringing_floor"#);
     insta::assert_snapshot!(with("title =", "\"torsion.damping\" = 1\ntitle ="), @r#"brake.toml:1: "torsion.damping": unknown key; did you mean torsion?"#);
     insta::assert_snapshot!(with("title =", "\"output.window\" = []\ntitle ="), @r#"brake.toml:1: "output.window": unknown key; did you mean output?"#);
 }
@@ -201,6 +201,7 @@ fn a_number_outside_its_limits_is_refused() {
     insta::assert_snapshot!(with("surface_inertia = 0.0113", "surface_inertia = 0.0"), @r#"brake.toml:15: torsion.surface_inertia: must be greater than 0, but is 0.0"#);
     insta::assert_snapshot!(with("stiffness = 7.71e6", "stiffness = 0"), @r#"brake.toml:16: torsion.stiffness: must be greater than 0, but is 0.0"#);
     insta::assert_snapshot!(with("stiffness = \"55.38 MN/m\"", "stiffness = -1"), @r#"brake.toml:5: axial.stiffness: must be greater than 0, but is -1.0"#);
+    insta::assert_snapshot!(with("damping = 8760", "damping = 8760\nringing_floor = 0"), @r#"brake.toml:7: axial.ringing_floor: must be greater than 0, but is 0.0"#);
     insta::assert_snapshot!(with("damping = 8760", "damping = -8760"), @r#"brake.toml:6: axial.damping: must not be negative, but is -8760.0"#);
     insta::assert_snapshot!(with("high_speed = 0.3", "high_speed = -0.3"), @r#"brake.toml:26: friction.high_speed: must not be negative, but is -0.3"#);
     insta::assert_snapshot!(with("decay = 3.5", "decay = -3.5"), @r#"brake.toml:27: friction.decay: must not be negative, but is -3.5"#);
@@ -318,7 +319,7 @@ fn all_problems_are_reported_at_once() {
         .replace("method = \"auto\"", "method = \"magic\"");
     insta::assert_snapshot!(parse(&text).unwrap_err(), @r#"
 brake.toml:4: axial.mass: must be greater than 0, but is -1.0
-brake.toml:5: axial.colour: unknown key; [axial] has mass, stiffness, damping
+brake.toml:5: axial.colour: unknown key; [axial] has mass, stiffness, damping, ringing_floor
 brake.toml:24: friction.decay: missing: alpha, decay of the friction coefficient with sliding speed; write decay = a number in s/rad or "5 s/rad"
 brake.toml:38: solver.method: expected one of "auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series", "paper", "erk-heun-euler-21", "erk-ralston-euler-21", "erk-midpoint-euler-21", "erk-ark2-21", "erk-shu-osher-32", "erk-bogacki-shampine-32", "erk-ark324l2sa-32", "erk-zonneveld-43", "erk-sofroniou-spaletta-43", "erk-sayfy-aburub-43", "erk-ark436l2sa-43", "erk-ark437l2sa-43", "erk-cash-karp-54", "erk-fehlberg-54", "erk-dormand-prince-54", "erk-ark548l2sa-54", "erk-ark548l2sab-54", "erk-verner-65", "erk-verner-65-9s", "erk-verner-76", "erk-fehlberg-87", "erk-verner-87", "erk-verner-98", but got "magic"
 "#);

@@ -37,6 +37,7 @@ title = "Two-disk brake, the paper's parameters in US units" # what the case is,
 mass = 4.5359237 # m, the rotor mass [kg]
 stiffness = 55357592.62141118 # k_e, equivalent axial stiffness [N/m]
 damping = 8756.341762323818 # c_a, axial damping [N s/m]
+ringing_floor = 1e-9 # amplitude below which a ringing open contact stays open while F does not press [m]
 
 [actuation]
 profile = "ramp" # whether the force is a ramp that then holds, or a table
