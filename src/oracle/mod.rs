@@ -6,7 +6,8 @@
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `number` | floating-point numbers of a chosen precision, exact to and from rationals and decimals |
+//! | `float` | floating-point numbers of some machine words, in which everything is computed |
+//! | `number` | what comes out, exact to and from rationals and decimals |
 //! | `parameters` | the parameters without rounding |
 //! | `series` | the equations as recurrences of Taylor coefficients |
 //! | `roots` | the first zero of a guard on a step, or the proof that there is none |
@@ -15,6 +16,7 @@
 //! | `report` | what a run gives |
 
 mod automaton;
+mod float;
 mod number;
 mod parameters;
 mod report;
@@ -29,8 +31,19 @@ pub use report::{OracleEvent, OracleReport, OracleState};
 
 use num_rational::BigRational;
 
-/// Fewest and most significant decimal digits of a run.
-pub const DIGITS: std::ops::RangeInclusive<u32> = 33..=120;
+/// Lengths of mantissas that there are, machine words of 64 bits.
+const WORDS: [usize; 15] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64];
+
+/// Fewest and most significant decimal digits of a run: what the shortest and the longest mantissa hold. With the longest a
+/// run takes days.
+pub const DIGITS: std::ops::RangeInclusive<u32> = 13..=1227;
+
+/// The shortest mantissa that holds so many digits; `None` beyond [`DIGITS`].
+fn words(digits: u32) -> Option<usize> {
+    let bits = f64::from(digits) * std::f64::consts::LOG2_10 + automaton::GUARD_BITS;
+    let enough = |words: &usize| (words * float::WORD_BITS) as f64 >= bits;
+    WORDS.into_iter().find(enough).filter(|_| DIGITS.contains(&digits))
+}
 
 /// What an oracle run is to do.
 #[derive(Debug, Clone)]
