@@ -306,7 +306,11 @@ impl<const N: usize> Float<N> {
 
     /// This over 2^exponent as a double; 0 below its range.
     pub fn scaled(&self, exponent: i64) -> f64 {
-        let below = if N > 1 { self.words[N - 2] as f64 * 2f64.powi(-64) } else { 0.0 };
+        let below = if N > 1 {
+            self.words[N - 2] as f64 * 2f64.powi(-64)
+        } else {
+            0.0
+        };
         let mantissa = (self.words[N - 1] as f64 + below) * 2f64.powi(-64);
         let power = self.exponent - exponent;
         // In two steps, neither of which leaves the range before its time.

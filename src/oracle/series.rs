@@ -92,10 +92,7 @@ impl<const N: usize> Model<N> {
             minus_decay: number(&-&exact.decay),
             weakening: number(&(integer(2) * &exact.decay * falling)),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
-            reciprocals: orders
-                .clone()
-                .map(|k| number(&integer(k.max(1)).recip()))
-                .collect(),
+            reciprocals: orders.clone().map(|k| number(&integer(k.max(1)).recip())).collect(),
             integers: orders.map(|k| number(&integer(k))).collect(),
             ln_2: Float::ln_2(),
         }

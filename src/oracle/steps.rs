@@ -2,13 +2,12 @@
 
 use super::float::Float;
 use super::parameters::ExactParameters;
-use super::series::{Expansion, Model, largest_order, State, component::*};
+use super::series::{Expansion, Model, State, component::*, largest_order};
 
 /// Orders that are tried, each against the last: the cost of a step is about the order's square, and the best length for
 /// it depends on how much of the motion is slow.
-const ORDERS: [usize; 30] = [
-    12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384, 448, 512, 640, 768, 896, 1024,
-    1280, 1536, 1792, 2048,
+const ORDERS: [usize; 25] = [
+    12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384, 448, 512, 640, 768, 1024,
 ];
 
 /// What a coefficient of any order costs beside its convolutions, in terms of them.

@@ -42,17 +42,10 @@ pub fn run(
         2 => run_with::<2>(parameters, options, control),
         3 => run_with::<3>(parameters, options, control),
         4 => run_with::<4>(parameters, options, control),
-        5 => run_with::<5>(parameters, options, control),
         6 => run_with::<6>(parameters, options, control),
-        8 => run_with::<8>(parameters, options, control),
         10 => run_with::<10>(parameters, options, control),
-        12 => run_with::<12>(parameters, options, control),
         16 => run_with::<16>(parameters, options, control),
-        20 => run_with::<20>(parameters, options, control),
-        24 => run_with::<24>(parameters, options, control),
         32 => run_with::<32>(parameters, options, control),
-        48 => run_with::<48>(parameters, options, control),
-        64 => run_with::<64>(parameters, options, control),
         _ => Err(OracleError::Digits { asked: options.digits }),
     }
 }
@@ -354,7 +347,8 @@ impl<const N: usize> Run<N> {
                 break;
             }
             let time = &self.time + &due;
-            self.samples.push(((&time).into(), OracleState::new(&expansion.at(&due))));
+            self.samples
+                .push(((&time).into(), OracleState::new(&expansion.at(&due))));
             self.samples_due.pop_front();
         }
         self.state = expansion.at(reached);
