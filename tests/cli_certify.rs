@@ -152,6 +152,63 @@ fn cli_certify_with_the_oracle_prints_exact_events() {
         .as_str()
         .unwrap();
     assert!(stick.len() >= 28, "{stick}");
+    // The distance, and the oracle's own error, is the uncertainty; what the methods say stays beside it, and is wider.
+    assert_eq!(document["contradiction"], serde_json::Value::Null);
+    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
+    let (stored, by_ladder) = (read("events/time_uncertainty"), read("certificate/ladder_uncertainty"));
+    let true_errors = read("certificate/true_error");
+    for (index, event) in events.iter().enumerate() {
+        assert_eq!(event["verdict"], "converged");
+        let error = event["true_error"].as_f64().unwrap();
+        let own = exact[index]["error"].as_f64().unwrap();
+        // The oracle's 28 digits are more than a double shows.
+        assert!(own < 1e-27 && exact[index]["digits"].as_u64().unwrap() >= 28);
+        assert!(same(error.abs(), &event["uncertainty"]), "{event}");
+        assert!(same(stored[index], &event["uncertainty"]) && same(by_ladder[index], &event["ladder_uncertainty"]));
+        assert!(same(true_errors[index], &event["true_error"]), "{event}");
+        assert!(by_ladder[index] >= stored[index], "{event}");
+    }
+}
+
+/// The default run of a short brake has 12 digits or so; `series` has two more, of which no ladder knows.
+#[test]
+fn cli_certify_the_oracle_has_the_last_word() {
+    let folder = Folder::new();
+    let series = certify("paper-si", &["--set", "solver.method=\"series\"", "--digits", "14"]);
+    let (_, stderr) = output(&mut folder.stickslip(&series), 1);
+    assert!(stderr.contains("14 digits were asked for"), "{stderr}");
+    let (table, _) = output(&mut folder.stickslip(&[series.as_slice(), &["--oracle"]].concat()), 0);
+    for words in ["converged: every event within", "of the exact one", "by the methods, s"] {
+        assert!(table.contains(words), "{words} in {table}");
+    }
+}
+
+/// Without a kick the onset is noise to every method but `series`, which the oracle bears out: that is what is recommended,
+/// and it does what is said of it.
+#[test]
+fn cli_certify_tries_its_advice_before_it_gives_it() {
+    let folder = Folder::new();
+    let noise = &[
+        "--set",
+        "perturbation=[]",
+        "--set",
+        "initial.speed=6",
+        "--set",
+        "output.end_time=0.8",
+        "--oracle",
+        "--digits",
+        "11",
+    ];
+    let without = certify("paper-si", noise);
+    let (_, stderr) = output(&mut folder.stickslip(&without), 1);
+    let advice = "--set 'solver.method=\"series\"' has ";
+    assert!(
+        stderr.contains("noise-determined") && stderr.contains(advice),
+        "{stderr}"
+    );
+    let with = [without.as_slice(), &["--set", "solver.method=\"series\"", "-q"]].concat();
+    output(&mut folder.stickslip(&with), 0);
 }
 
 #[test]

@@ -4,9 +4,11 @@ mod common;
 
 use common::random_brakes::{difference, exact_events, random_brake};
 use std::ops::ControlFlow;
+use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
+use stickslip::analysis::exact::{certify_exactly, last_word};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::simulation::{Event, MemoryRecorder, simulate};
+use stickslip::simulation::{Event, EventKind, MemoryRecorder, simulate};
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
     let case = Case::parse(source, overrides).unwrap();
@@ -125,6 +127,67 @@ fn multiprecision_certified_uncertainties_cover_the_errors_of_other_brakes() {
 #[ignore = "takes a minute or two"]
 fn multiprecision_certified_uncertainties_cover_the_errors_of_twenty_brakes() {
     random_sets(0..20);
+}
+
+/// What the ladder says of a short brake is true. What it is made to say here is not: a bound that is too small, and events
+/// that are not there.
+#[test]
+fn multiprecision_the_oracle_contradicts_what_is_wrong() {
+    let overrides = [
+        "initial.speed=3",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "output={end_time=0.4, interval=0.01}",
+    ]
+    .map(|text| Override::parse(text).unwrap());
+    let source = CaseSource::built_in("paper-si").unwrap();
+    let case = Case::parse(&source, &overrides).unwrap();
+    let exact = Case::exact_parameters(&source, &overrides).unwrap();
+    let mut result = MemoryRecorder::default();
+    simulate(&case.parameters, &case.solver, &case.output, &mut result, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    let (true_one, solution) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();
+    assert!(true_one.by_oracle && true_one.contradiction.is_none());
+    assert_eq!(true_one.verdict, Verdict::Converged);
+    let stop = || false;
+    let short = |certificate: &Certificate, digits| shortfall(&case, certificate, Some(&solution), digits, &stop);
+    assert_eq!(short(&true_one, 9), None);
+    // A table with more digits than a double holds is the oracle's.
+    assert_eq!(short(&true_one, 24), None);
+
+    let mut narrow = true_one.clone();
+    let index = result
+        .events
+        .iter()
+        .rposition(|event| event.kind.in_mode_word())
+        .unwrap();
+    narrow.events[index].ladder_uncertainty = 1e-17;
+    last_word(&mut narrow, &case, &result.events, &solution);
+    let said = narrow.contradiction.clone().expect("a contradiction");
+    assert!(
+        said.contains("1 of") && said.contains("1.0e-17 s was the bound"),
+        "{said}"
+    );
+    // Of the event the oracle's distance is what counts, and is converged.
+    assert_eq!(narrow.verdict, Verdict::Converged);
+    assert_eq!(narrow.events[index].uncertainty, true_one.events[index].uncertainty);
+    assert!(short(&narrow, 5).is_some_and(|text| text.contains(&said)));
+
+    // A stick and a slip that the result has not: the others keep their partners.
+    let mut lacking = result.events.clone();
+    let stick = lacking.iter().position(|event| event.kind == EventKind::Stick).unwrap();
+    let mut other = true_one.clone();
+    for _ in 0..2 {
+        lacking.remove(stick);
+        other.events.remove(stick);
+    }
+    last_word(&mut other, &case, &lacking, &solution);
+    assert_eq!(other.verdict, Verdict::SequenceDiffers);
+    assert!(other.events.iter().all(|event| event.verdict == Verdict::Converged));
+    let said = other.contradiction.expect("a contradiction");
+    assert!(said.contains("2 more"), "{said}");
 }
 
 /// Nothing of it is called converged from the first stick on; with a kick all of it is.

@@ -3,8 +3,9 @@
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use std::ops::ControlFlow;
+use std::time::Duration;
 use stickslip::case::{Case, CaseSource};
-use stickslip::oracle::{self, Number, OracleOptions, OracleReport, nearest_double, rational};
+use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, nearest_double, rational};
 use stickslip::simulation::{EventKind, MemoryRecorder, simulate};
 
 /// The truth of a case, and the oracle's run of the built-in case it belongs to.
@@ -161,6 +162,61 @@ fn multiprecision_more_digits_change_nothing() {
             b.time.to_decimal(20)
         );
     }
+}
+
+/// The digits that a solution claims are there, however little is known of the growth beforehand: events by twice as many
+/// digits are within the errors that it states, which are not much larger.
+fn claims(case: &str, growth: f64, end: &str, least: u32) -> u32 {
+    let exact = Case::exact_parameters(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+    let request = OracleRequest {
+        digits: 25,
+        growth,
+        end_time: rational(end).unwrap(),
+        max_events: 1000,
+        longest: Duration::from_secs(3600),
+    };
+    let solution = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+    let options = OracleOptions {
+        digits: 2 * solution.digits_computed,
+        end_time: request.end_time.clone(),
+        sample_times: Vec::new(),
+        max_events: 1000,
+    };
+    let finer = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finer.events.len(), solution.report.events.len());
+    let mut widest: f64 = f64::INFINITY;
+    for (index, (found, exact)) in solution.report.events.iter().zip(&finer.events).enumerate() {
+        assert_eq!(found.kind, exact.kind);
+        let error = found.time.minus(&exact.time).abs();
+        assert!(
+            error <= solution.errors[index],
+            "{case}: {} is off by {error:e}, not {:e}",
+            found.kind.name(),
+            solution.errors[index]
+        );
+        assert!(solution.digits_of_event(index) >= solution.digits);
+        if error > 0.0 {
+            widest = widest.min(solution.errors[index] / error);
+        }
+    }
+    println!(
+        "{case}: {} digits computed with, {} true; an error is at most 1/{widest:.0} of what is stated",
+        solution.digits_computed, solution.digits
+    );
+    assert!(solution.digits >= least);
+    solution.digits_computed
+}
+
+#[test]
+fn multiprecision_a_solution_has_the_digits_that_it_claims() {
+    assert!(claims("paper-si", 17.6, "7.0", 25) <= 52);
+    claims("release", 14.0, "1.2", 25);
+}
+
+/// Nothing is said of its growth, e^88: more digits are taken until two runs agree.
+#[test]
+fn multiprecision_a_solution_finds_how_many_digits_it_takes() {
+    assert!(claims("unperturbed", 0.0, "7.0", 25) >= 60);
 }
 
 /// Separations, contacts, corners and a kick at the instability: the solvers' run has the same events, to its own

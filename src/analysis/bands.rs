@@ -77,6 +77,37 @@ pub struct Bands {
     pub channels: Vec<ChannelBand>,
 }
 
+impl Bands {
+    /// Takes the uncertainties of the events for those at the ends of the stretches. A stretch with an end that is not
+    /// converged any more is not either.
+    pub(super) fn retime(&mut self, events: &[CertifiedEvent]) {
+        for (index, stretch) in self.stretches.iter_mut().enumerate() {
+            let ends = || events[index.saturating_sub(1)..events.len().min(index + 1)].iter();
+            stretch.converged &= ends().all(|event| event.verdict == Verdict::Converged);
+            if stretch.converged {
+                stretch.time_uncertainty = ends().map(|event| event.uncertainty).fold(0.0, f64::max);
+            } else {
+                stretch.time_uncertainty = f64::NAN;
+                (stretch.bands, stretch.rates) = ([f64::NAN; COLUMNS], [f64::NAN; COLUMNS]);
+            }
+        }
+        for (column, channel) in self.channels.iter_mut().enumerate() {
+            channel.band = over(&self.stretches, &|s| s.bands[column]);
+            channel.at_fixed_time = over(&self.stretches, &|s| s.at_fixed_time(column));
+        }
+    }
+}
+
+/// The largest of a value over the stretches that are converged; infinite if nothing can be said.
+fn over(stretches: &[Stretch], value: &dyn Fn(&Stretch) -> f64) -> f64 {
+    let known = stretches
+        .iter()
+        .filter(|s| s.converged)
+        .map(value)
+        .filter(|x| x.is_finite());
+    known.reduce(f64::max).unwrap_or(f64::INFINITY)
+}
+
 /// The rows that are compared: those that the settings ask for, without the integrator's own steps, or, where they are more
 /// than can be kept of several runs, every second, third, ... of them.
 pub fn compared_output(output: &OutputOptions) -> OutputOptions {
@@ -336,19 +367,11 @@ pub(super) fn bands(
             stretch
         })
         .collect();
-    let over = |value: &dyn Fn(&Stretch) -> f64| {
-        let known = stretches
-            .iter()
-            .filter(|s| s.converged)
-            .map(value)
-            .filter(|x| x.is_finite());
-        known.reduce(f64::max).unwrap_or(f64::INFINITY)
-    };
     let channels = columns().enumerate().map(|(column, (name, unit, _))| ChannelBand {
         name,
         unit,
-        band: over(&|s| s.bands[column]),
-        at_fixed_time: over(&|s| s.at_fixed_time(column)),
+        band: over(&stretches, &|s| s.bands[column]),
+        at_fixed_time: over(&stretches, &|s| s.at_fixed_time(column)),
         largest: largest[column],
     });
     let channels = channels.collect();

@@ -4,14 +4,16 @@
 //! differ by about the larger of their errors, so that twice the distance to the nearest witness covers the result's
 //! own error, if the distance is taken at its largest over some events around: at a single event two errors may cross.
 //! `erk` follows the oscillation as `auto` does: of a result of `auto` it is a witness of the sequence, not of the times.
-//! What rounding does to all methods alike comes on top: no distance between them tells of it.
+//! What rounding does to all methods alike comes on top: no distance between them tells of it. The oracle can have the last
+//! word ([`super::exact`]).
 
 use super::bands::{Bands, bands, compared_output};
-use super::ladder::{Finished, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
+use super::ladder::{Finished, Ladder, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
 use super::linearised::{Linearised, linearise};
 use super::{Growth, Summary};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
+use crate::oracle::OracleError;
 use crate::simulation::{Event, EventKind, MemoryRecorder, Method, SolverOptions};
 use serde::Serialize;
 
@@ -23,7 +25,7 @@ const NEIGHBOURS: usize = 4;
 
 /// An event that no two methods place within this share of the natural period is not known at all: its place in the
 /// oscillation is open.
-const LARGEST_SHARE: f64 = 0.02;
+pub(super) const LARGEST_SHARE: f64 = 0.02;
 
 /// What can be said of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -68,6 +70,13 @@ pub struct CertifiedEvent {
     /// How far from the exact solution of the stated model it can be, s; infinite unless it is converged.
     #[serde(serialize_with = "finite_or_null")]
     pub uncertainty: f64,
+    /// What the ladder of methods alone says of it; the same as `verdict` unless the oracle has spoken.
+    pub ladder_verdict: Verdict,
+    /// The uncertainty by the ladder alone, s; infinite unless it is converged there.
+    #[serde(serialize_with = "finite_or_null")]
+    pub ladder_uncertainty: f64,
+    /// Its distance from the oracle's event, own less exact, s; `None` without one.
+    pub true_error: Option<f64>,
     /// What double precision can hold: the rounding of the case's numbers and of the state and the clock at every event
     /// before, amplified since, s.
     pub rounding: f64,
@@ -95,7 +104,7 @@ impl CertifiedEvent {
 }
 
 /// Whole digits of `value` that an error of `error` leaves.
-fn significant(value: f64, error: f64) -> u32 {
+pub(super) fn significant(value: f64, error: f64) -> u32 {
     let digits = (value.abs() / error).log10().floor();
     if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }
 }
@@ -124,6 +133,12 @@ pub struct Certificate {
     /// Whether two independent methods agree with each other on the whole sequence and its times. If the result does not
     /// agree with them, it is the result that is coarse.
     pub others_agree: bool,
+    /// Runs that the ladder lacks because they would have taken too long, in a sentence.
+    pub left_out: Option<String>,
+    /// Whether the oracle had the last word on the events.
+    pub by_oracle: bool,
+    /// What the ladder said that the oracle contradicts, in one sentence.
+    pub contradiction: Option<String>,
     /// d(event time)/d(parameter).
     #[serde(skip)]
     pub linearised: Linearised,
@@ -156,6 +171,9 @@ pub enum CertifyError {
     /// The case itself cannot be run.
     #[error("the run itself fails: {0}")]
     Run(String),
+    /// The oracle has no events of it.
+    #[error(transparent)]
+    Oracle(#[from] OracleError),
     /// The control asked for an end.
     #[error("interrupted")]
     Interrupted,
@@ -178,8 +196,8 @@ pub fn certify(
     if stop() {
         return Err(CertifyError::Interrupted);
     }
-    if let Some(failure) = own.rung.failure {
-        return Err(CertifyError::Run(failure));
+    if let Some(failure) = &own.rung.failure {
+        return Err(CertifyError::Run(failure.clone()));
     }
     let summary = Summary::of_run(&case.parameters, &own.report);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
@@ -191,8 +209,9 @@ pub fn certify(
     };
     let (ladder, linearised) = std::thread::scope(|scope| {
         let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability), stop));
-        (climb(case, &result.events, &output, stop), linearised.join())
+        (climb(case, &result.events, &output, own, stop), linearised.join())
     });
+    let Ladder { runs: ladder, left_out } = ladder;
     if stop() {
         return Err(CertifyError::Interrupted);
     }
@@ -230,6 +249,9 @@ pub fn certify(
         growth_exponent: summary.growth_exponent,
         growth_to_onset: summary.growth_to_onset,
         kick_above_noise: summary.kick_above_noise,
+        left_out,
+        by_oracle: false,
+        contradiction: None,
         linearised,
         events,
     })
@@ -327,16 +349,20 @@ fn judge(
                 }
             }
             let verdict = lost.unwrap_or(Verdict::Converged);
+            let uncertainty = match verdict {
+                // Set by the case: known but for the rounding of the number.
+                _ if timed => f64::EPSILON * event.time,
+                Verdict::Converged => uncertainty,
+                _ => f64::INFINITY,
+            };
             CertifiedEvent {
                 time: event.time,
                 kind: event.kind.name(),
                 verdict,
-                uncertainty: match verdict {
-                    // Set by the case: known but for the rounding of the number.
-                    _ if timed => f64::EPSILON * event.time,
-                    Verdict::Converged => uncertainty,
-                    _ => f64::INFINITY,
-                },
+                uncertainty,
+                ladder_verdict: verdict,
+                ladder_uncertainty: uncertainty,
+                true_error: None,
                 rounding,
                 growth: linear.and_then(|linear| linear.growth),
             }

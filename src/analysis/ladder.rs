@@ -1,6 +1,7 @@
 //! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
 
 use crate::case::Case;
+use crate::model::torsion::TorsionModel;
 use crate::simulation::{Event, EventKind, MemoryRecorder, Method, OutputOptions, RunReport, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -23,6 +24,29 @@ pub const RUNGS: [(Method, f64); 11] = [
     (Method::Series, 1e-9),
     (Method::Series, 1e-12),
 ];
+
+/// Natural periods that a run has to resolve for its ladder to be a long one: a hundred times what a brake has whose contact
+/// damps the fast mode until it loses stability.
+const MANY_PERIODS: f64 = 3000.0;
+
+/// The runs that a long ladder has: the finest of each method but `cvode-bdf`, whose order at fine tolerances makes it
+/// the most expensive by far. Three methods remain beside `auto`, of which no two share their errors.
+fn is_worth_its_time((method, rtol): (Method, f64)) -> bool {
+    method != Method::CvodeBdf && !RUNGS.iter().any(|rung| rung.0 == method && rung.1 < rtol)
+}
+
+/// How many natural periods a run resolves: of the segments with more than a step to each.
+fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
+    let period = TorsionModel::new(&case.parameters).natural_period();
+    let periods = run
+        .segments
+        .iter()
+        .map(|segment| ((segment.end - segment.start) / period, segment.steps as f64));
+    periods
+        .filter(|(periods, steps)| steps > periods)
+        .map(|(periods, _)| periods)
+        .sum()
+}
 
 /// One run of the ladder.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -98,37 +122,66 @@ pub(super) fn run(
     }
 }
 
-/// Every rung, over all processors; in the order of [`RUNGS`].
+/// The runs of a ladder, and what of it was left out, in a sentence.
+pub(super) struct Ladder {
+    pub runs: Vec<Finished>,
+    pub left_out: Option<String>,
+}
+
+/// Every rung, over all processors; in the order of [`RUNGS`]. `own` is the case by its own settings, which may be the first
+/// of them. Where the fast mode has to be resolved for long, because nothing damps it, only those that
+/// are worth their time.
 pub(super) fn climb(
     case: &Case,
     result: &[Event],
     output: &OutputOptions,
+    own: Finished,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Vec<Finished> {
+) -> Ladder {
+    let settings = |(method, rtol): (Method, f64)| SolverOptions {
+        method,
+        rtol,
+        fixed_step: None,
+        ..case.solver.clone()
+    };
+    let mut first = if settings(RUNGS[0]) == case.solver {
+        own
+    } else {
+        run(case, &settings(RUNGS[0]), output, stop)
+    };
+    compare(&mut first, result);
+    let periods = resolved_periods(case, &first.recorder);
+    let long = periods > MANY_PERIODS;
+    let rungs: Vec<(Method, f64)> = RUNGS[1..]
+        .iter()
+        .copied()
+        .filter(|rung| !long || is_worth_its_time(*rung))
+        .collect();
+    first.recorder.samples = Vec::new();
+    let left_out = long.then(|| {
+        format!(
+            "the fast mode is undamped over {periods:.0} natural periods: of each method only the finest run was made, and none \
+             of cvode-bdf"
+        )
+    });
     let next = AtomicUsize::new(0);
     let finished: Mutex<Vec<(usize, Finished)>> = Mutex::new(Vec::new());
     let threads = std::thread::available_parallelism()
         .map_or(1, usize::from)
-        .min(RUNGS.len());
+        .min(rungs.len());
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&(method, rtol)) = RUNGS.get(index) else { break };
+                    let Some(&rung) = rungs.get(index) else { break };
                     if stop() {
                         break;
                     }
-                    let solver = SolverOptions {
-                        method,
-                        rtol,
-                        fixed_step: None,
-                        ..case.solver.clone()
-                    };
-                    let mut run = run(case, &solver, output, stop);
+                    let mut run = run(case, &settings(rung), output, stop);
                     compare(&mut run, result);
                     // Rows are compared with those of the finest run of each method.
-                    if RUNGS[index + 1..].iter().any(|rung| rung.0 == method) {
+                    if rungs[index + 1..].iter().any(|other| other.0 == rung.0) {
                         run.recorder.samples = Vec::new();
                     }
                     let mut list = finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -139,7 +192,11 @@ pub(super) fn climb(
     });
     let mut finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     finished.sort_by_key(|(index, _)| *index);
-    finished.into_iter().map(|(_, run)| run).collect()
+    let others = finished.into_iter().map(|(_, run)| run);
+    Ladder {
+        runs: std::iter::once(first).chain(others).collect(),
+        left_out,
+    }
 }
 
 fn word(events: &[Event]) -> Vec<&Event> {

@@ -318,32 +318,30 @@ fn radau() -> ([f64; 3], [[f64; 3]; 3]) {
 }
 
 impl Propagation<'_> {
-    /// df/dp for each parameter.
-    fn forcing(&self, mode: Mode, t: f64, y: &Dynamic) -> DMatrix<f64> {
-        let mut forcing = DMatrix::zeros(DYNAMIC, self.deviations.ncols());
-        for (column, (_, influence)) in self.influences.iter().enumerate() {
-            if let Influence::Equations(above, below, width) = influence {
-                let slope = (above.rates(mode, t, y) - below.rates(mode, t, y)) / *width;
-                forcing.fixed_columns_mut::<1>(HEAD + column).copy_from(&slope);
-                if mode == Mode::Stick {
-                    let in_stick = HEAD + self.influences.len() + column;
-                    forcing.fixed_columns_mut::<1>(in_stick).copy_from(&slope);
-                }
+    /// df/dp of each parameter that the equations have.
+    fn forcing(&self, mode: Mode, t: f64, y: &Dynamic) -> impl Iterator<Item = (usize, Dynamic)> {
+        let columns = self.influences.iter().enumerate();
+        columns.filter_map(move |(column, (_, influence))| match influence {
+            Influence::Equations(above, below, width) => {
+                Some((column, (above.rates(mode, t, y) - below.rates(mode, t, y)) / *width))
             }
-        }
-        forcing
+            _ => None,
+        })
     }
 
-    /// From one node of the run to the next.
+    /// From one node of the run to the next. The stages are solved for what the step does to any deviation, and for what it
+    /// adds by each parameter, which are fewer columns than there are deviations.
     fn step(&mut self, mode: Mode, from: &Node, to: &Node) {
+        const STAGES: usize = 3 * DYNAMIC;
         let h = to.time - from.time;
         if h <= 0.0 {
             return;
         }
         let (nodes, a) = radau();
         let rates = [from, to].map(|node| self.equations.rates(mode, node.time, &node.state));
-        let mut matrix = DMatrix::identity(3 * DYNAMIC, 3 * DYNAMIC);
-        let mut slopes = DMatrix::zeros(3 * DYNAMIC, self.deviations.ncols());
+        let mut matrix = SMatrix::<f64, STAGES, STAGES>::identity();
+        let numbers = self.influences.len();
+        let mut slopes = DMatrix::zeros(STAGES, DYNAMIC + numbers);
         for i in 0..3 {
             let t = from.time + nodes[i] * h;
             let y = from.towards(to, &rates, nodes[i]);
@@ -352,16 +350,31 @@ impl Propagation<'_> {
                 let mut block = matrix.fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, j * DYNAMIC);
                 block -= jacobian * (h * weight);
             }
-            let value = jacobian * &self.deviations + self.forcing(mode, t, &y);
-            slopes.rows_mut(i * DYNAMIC, DYNAMIC).copy_from(&value);
+            slopes
+                .fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, 0)
+                .copy_from(&jacobian);
+            for (column, slope) in self.forcing(mode, t, &y) {
+                slopes
+                    .fixed_view_mut::<DYNAMIC, 1>(i * DYNAMIC, DYNAMIC + column)
+                    .copy_from(&slope);
+            }
         }
         // The matrix is singular at isolated steps only; then the solve reports it, and the deviation is not finite.
         if !matrix.lu().solve_mut(&mut slopes) {
             self.deviations.fill(f64::NAN);
             return;
         }
+        let mut change = DMatrix::zeros(DYNAMIC, DYNAMIC + numbers);
         for (j, weight) in a[2].iter().enumerate() {
-            self.deviations += slopes.rows(j * DYNAMIC, DYNAMIC) * (h * weight);
+            change += slopes.rows(j * DYNAMIC, DYNAMIC) * (h * weight);
+        }
+        self.deviations += change.fixed_columns::<DYNAMIC>(0) * &self.deviations;
+        let forced = change.columns(DYNAMIC, numbers);
+        let mut everywhere = self.deviations.columns_mut(HEAD, numbers);
+        everywhere += &forced;
+        if mode == Mode::Stick {
+            let mut in_stick = self.deviations.columns_mut(HEAD + numbers, numbers);
+            in_stick += &forced;
         }
     }
 

@@ -1,10 +1,12 @@
 //! What is computed from a run: stick-slip statistics, and how much the run amplifies a perturbation; and from a case:
 //! its modes and its loss of stability; from a study: methods by tolerances; and how far two runs agree.
 
+pub mod advice;
 pub mod bands;
 pub mod certificate;
 pub mod compare;
 mod eigenvalues;
+pub mod exact;
 pub mod growth;
 pub mod headline;
 mod influence;

@@ -3,15 +3,17 @@
 use super::arguments::{CertifyOptions, Common, DPI, Format};
 use super::modes::figure_target;
 use super::plot::{bad, save};
+use super::progress::OracleBar;
 use super::run::{Input, bad_case, bad_file, header, interrupt_flag, read_input, stick_slip_table};
 use super::{CommandError, End, certify_report, print, print_json};
 use crate::analysis::Summary;
+use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
-use crate::analysis::certificate::{Certificate, CertifyError, Verdict, certify as certificate_of};
+use crate::analysis::certificate::{Certificate, CertifyError, certify as certificate_of};
+use crate::analysis::exact::{as_written as written_numbers, certify_exactly};
 use crate::analysis::onset::{Onset, onsets};
 use crate::case::{Case, CaseSource, Origin, Override};
-use crate::model::Parameters;
-use crate::oracle::{self, ExactParameters, OracleError, OracleOptions, OracleReport};
+use crate::oracle::{self, OracleError, OracleSolution};
 use crate::plot::{onset, style, svg};
 use crate::results::{Overwrite, ResultError, ResultFile, ResultWriter, Status, check_target, write_certified};
 use crate::simulation::{MemoryRecorder, simulate};
@@ -21,23 +23,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Digits that the oracle's events have, unless more are asked for.
-const ORACLE_DIGITS: u32 = 25;
-
-/// More digits are not in a double.
-const DIGITS_OF_DOUBLE: u32 = 16;
-
 /// Rows of a file that are read together.
 const ROWS_AT_A_TIME: usize = 65_536;
-
-/// The exact solution, with the number of digits that are true of its event times.
-pub(super) struct Exact {
-    pub report: OracleReport,
-    /// True digits of each event time.
-    pub digits: u32,
-    /// s.
-    pub seconds: f64,
-}
 
 /// Certifies a result: reports it, and writes a copy with the certificate.
 pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
@@ -84,7 +71,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let Some(result) = obtain(&input, &target, &stop)? else {
         return Ok(End::Interrupted);
     };
-    let outcome = examine(&input, &result.record, options, &stop);
+    let outcome = examine(&input, &result.record, options, common, &stop);
     let written = outcome.and_then(|(certificate, exact)| {
         let tables = certify_report::tables(&certificate, &result.record.events, exact.as_ref());
         write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
@@ -122,10 +109,12 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     } else if !common.quiet {
         print(&report.text())?;
     }
-    match options
+    let stopped = || stop.load(Ordering::Relaxed);
+    let missing = options
         .digits
-        .and_then(|digits| shortfall(digits, &certificate, exact.as_ref()))
-    {
+        .and_then(|digits| shortfall(&input.case, &certificate, exact.as_ref(), digits, &stopped));
+    match missing {
+        _ if stopped() => Ok(End::Interrupted),
         Some(text) => Err(CommandError::Computation(text)),
         None => Ok(End::Done),
     }
@@ -235,20 +224,30 @@ fn examine(
     input: &Input,
     record: &MemoryRecorder,
     options: &CertifyOptions,
+    common: &Common,
     stop: &Arc<AtomicBool>,
-) -> Result<(Certificate, Option<Exact>), CommandError> {
+) -> Result<(Certificate, Option<OracleSolution>), CommandError> {
     let stopped = || stop.load(Ordering::Relaxed);
-    let certificate = certificate_of(&input.case, record, &stopped).map_err(|error| match error {
+    let refused = |error: CertifyError| match error {
         CertifyError::Run(text) => CommandError::Computation(text),
+        CertifyError::Oracle(error @ (OracleError::BreakawayTest | OracleError::Digits { .. })) => {
+            CommandError::Input(error.to_string())
+        }
+        CertifyError::Oracle(error) => CommandError::Computation(error.to_string()),
         CertifyError::Interrupted => CommandError::Computation("interrupted".to_owned()),
-    })?;
+    };
     if !options.oracle {
+        let certificate = certificate_of(&input.case, record, &stopped).map_err(refused)?;
         return Ok((certificate, None));
     }
-    let exact = exact_parameters(input, &options.set)?;
-    let wanted = options.digits.unwrap_or(0).max(ORACLE_DIGITS);
-    let exact = solve(&input.case, &exact, &certificate, wanted, &stopped)?;
-    Ok((certificate, Some(exact)))
+    let (source, overrides) = as_written(input, &options.set)?;
+    let exact = Case::exact_parameters(&source, &overrides).map_err(bad_case)?;
+    let bar = OracleBar::new(common);
+    let digits = options.digits.unwrap_or(0);
+    let outcome = certify_exactly(&input.case, &exact, record, digits, &stopped, &mut |now| bar.show(now));
+    bar.finish();
+    let (certificate, solution) = outcome.map_err(refused)?;
+    Ok((certificate, Some(solution)))
 }
 
 /// What is missing for a certificate in a file that has lost its case.
@@ -261,8 +260,7 @@ fn without_case(error: CommandError) -> CommandError {
     }
 }
 
-/// The overrides, and where the numbers of the case are as they were written: the text as given, if it is the case of the run;
-/// else the resolved case.
+/// The overrides, and where the numbers of the case are as they were written.
 fn as_written(input: &Input, set: &[String]) -> Result<(CaseSource, Vec<Override>), CommandError> {
     let mut overrides = Vec::with_capacity(set.len());
     for setting in set {
@@ -272,99 +270,11 @@ fn as_written(input: &Input, set: &[String]) -> Result<(CaseSource, Vec<Override
         text: input.text.clone(),
         origin: input.source.origin.clone(),
     };
-    let same = |exact: &ExactParameters| -> bool {
-        let rounded: Parameters = exact.rounded();
-        rounded == input.case.parameters
-    };
-    let source = match Case::exact_parameters(&given, &overrides) {
-        Ok(exact) if same(&exact) => given,
-        _ => input.source.clone(),
-    };
+    let source = written_numbers(&input.case, &given, &input.source, &overrides).clone();
     Ok((source, overrides))
-}
-
-fn exact_parameters(input: &Input, set: &[String]) -> Result<ExactParameters, CommandError> {
-    let (source, overrides) = as_written(input, set)?;
-    Case::exact_parameters(&source, &overrides).map_err(bad_case)
 }
 
 fn half_last_digits(input: &Input, set: &[String]) -> Result<Vec<(String, f64)>, CommandError> {
     let (source, overrides) = as_written(input, set)?;
     Case::half_last_digits(&source, &overrides).map_err(bad_case)
-}
-
-/// Runs the oracle with so many digits that `wanted` of them are true of the event times.
-fn solve(
-    case: &Case,
-    exact: &ExactParameters,
-    certificate: &Certificate,
-    wanted: u32,
-    stopped: &dyn Fn() -> bool,
-) -> Result<Exact, CommandError> {
-    // Without a kick above noise, exact sliding goes on through all of G.
-    let growth = match certificate.verdict {
-        Verdict::Converged => certificate.growth_to_onset.unwrap_or(0.0),
-        _ => certificate.growth_exponent.unwrap_or(0.0),
-    };
-    // A deviation that grows by the whole of it; the oracle has guard digits for the sums of rounding on the way.
-    let lost = (growth / std::f64::consts::LN_10).ceil() as u32;
-    let digits = (wanted + lost).max(*oracle::DIGITS.start());
-    if digits > *oracle::DIGITS.end() {
-        return Err(CommandError::Input(format!(
-            "{wanted} digits of this case take {digits} to compute with, as a deviation can grow by e^{growth:.0}; the \
-             oracle has {}. Ask for {} digits, or set a perturbation, which ends the growth earlier",
-            oracle::DIGITS.end(),
-            oracle::DIGITS.end().saturating_sub(lost)
-        )));
-    }
-    let end_time = oracle::rational(&format!("{:e}", case.output.end_time))
-        .ok_or_else(|| CommandError::Input("output.end_time is no decimal number".to_owned()))?;
-    let options = OracleOptions {
-        digits,
-        end_time,
-        sample_times: Vec::new(),
-        max_events: case.solver.max_events,
-    };
-    let clock = Instant::now();
-    let report = oracle::run(exact, &options, &mut |_| match stopped() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    })
-    .map_err(|error| match error {
-        OracleError::BreakawayTest | OracleError::Digits { .. } => CommandError::Input(error.to_string()),
-        _ => CommandError::Computation(error.to_string()),
-    })?;
-    Ok(Exact {
-        report,
-        digits: digits - lost,
-        seconds: clock.elapsed().as_secs_f64(),
-    })
-}
-
-/// What is missing of the digits that were asked for.
-fn shortfall(digits: u32, certificate: &Certificate, exact: Option<&Exact>) -> Option<String> {
-    if let Some(exact) = exact.filter(|exact| exact.digits >= digits && digits > DIGITS_OF_DOUBLE) {
-        log::info!("the oracle's events have {} digits", exact.digits);
-        return None;
-    }
-    let least = certificate.least_digits()?;
-    if certificate.verdict == Verdict::Converged && least >= digits {
-        return None;
-    }
-    let most = certificate.most_digits().unwrap_or(0);
-    Some(match certificate.verdict {
-        Verdict::Converged if digits > most => format!(
-            "{digits} digits were asked for, but rounding to double precision leaves {most} of the event that it moves \
-             most; this result has {least}. Ask for fewer, or use --oracle for a table with more"
-        ),
-        Verdict::Converged => format!(
-            "{digits} digits were asked for, and the result has {least}: use a smaller solver.rtol, or solver.method = \
-             \"auto\" or \"series\""
-        ),
-        verdict => format!(
-            "{digits} digits were asked for, but the result is {}: {}",
-            verdict.name(),
-            certify_report::remedy(certificate)
-        ),
-    })
 }

@@ -1,11 +1,12 @@
 //! What `stickslip certify` prints and stores.
 
-use super::certify::Exact;
 use super::terminal;
+use crate::analysis::advice::remedy;
 use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::onset::Onset;
+use crate::oracle::OracleSolution;
 use crate::results::{BandColumns, CertificateTables};
 use crate::simulation::nearby::columns;
 use crate::simulation::{Event, EventKind};
@@ -19,7 +20,7 @@ pub(super) struct Report<'a> {
     pub source: String,
     pub title: &'a str,
     pub certificate: &'a Certificate,
-    pub exact: Option<&'a Exact>,
+    pub exact: Option<&'a OracleSolution>,
     pub result: &'a [Event],
     /// Of each number, half a unit of the last digit that the case has of it, SI.
     pub half_last_digits: &'a [(String, f64)],
@@ -30,48 +31,6 @@ pub(super) struct Report<'a> {
     pub onsets: &'a [Onset],
     /// s.
     pub seconds: f64,
-}
-
-/// What to do about a result that is not converged.
-pub(super) fn remedy(certificate: &Certificate) -> String {
-    match certificate.verdict {
-        Verdict::Converged => String::new(),
-        Verdict::NoiseDetermined => format!(
-            "from the loss of stability to the first stick a deviation grows by e^{:.0} (G = {:.1} in all), so that the \
-             onset and all after it are amplified rounding, which no tolerance makes converge. Set a perturbation well \
-             above rounding, such as --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
-            certificate.growth_to_onset.unwrap_or(0.0),
-            certificate.growth_exponent.unwrap_or(0.0),
-        ),
-        Verdict::SequenceDiffers if certificate.others_agree => {
-            "independent methods agree with each other, and not with this result: its own method or tolerance is too \
-             coarse. Use a smaller solver.rtol, or solver.method = \"auto\""
-                .to_owned()
-        }
-        Verdict::SequenceDiffers => {
-            "independent methods find another sequence of events: an event is marginal, a take-off that grazes or a kick \
-             near the noise of a method. Use a smaller solver.rtol or a larger kick, or move a parameter off the border"
-                .to_owned()
-        }
-    }
-}
-
-/// True errors of the result's events by the oracle, s; `None` from where the sequences differ.
-fn true_errors(result: &[Event], exact: &Exact) -> Vec<Option<f64>> {
-    let mut oracle = exact.report.events.iter();
-    let mut same = true;
-    result
-        .iter()
-        .map(|event| {
-            let exact = oracle.next()?;
-            same &= exact.kind == event.kind;
-            same.then(|| {
-                let time = exact.time.to_rational()?;
-                let own = crate::oracle::Number::from_f64(event.time, 64).to_rational()?;
-                Some(crate::oracle::nearest_double(&(own - time)))
-            })?
-        })
-        .collect()
 }
 
 impl Report<'_> {
@@ -108,7 +67,14 @@ impl Report<'_> {
         terminal::align_right(&mut ladder, 1..7);
         let mut parts = vec![
             format!("{}\n{}", self.title, self.source),
-            format!("{}{}", terminal::show(&ladder).trim_end(), self.smooth_stop()),
+            format!(
+                "{}{}{}",
+                terminal::show(&ladder).trim_end(),
+                self.smooth_stop(),
+                c.left_out
+                    .as_ref()
+                    .map_or_else(String::new, |text| format!("\n{text}."))
+            ),
             terminal::show(&self.events()).trim_end().to_owned(),
             self.channels(),
         ];
@@ -136,7 +102,7 @@ impl Report<'_> {
 
     fn events(&self) -> comfy_table::Table {
         let events = &self.certificate.events;
-        let errors = self.exact.map(|exact| true_errors(self.result, exact));
+        let exact = self.certificate.by_oracle;
         let mut header = vec![
             "event",
             "time, s",
@@ -146,8 +112,8 @@ impl Report<'_> {
             "rounding, s",
             "growth",
         ];
-        if errors.is_some() {
-            header.push("true error, s");
+        if exact {
+            header.extend(["by the methods, s", "true error, s"]);
         }
         let mut table = terminal::table(&header);
         for (index, event) in events.iter().enumerate() {
@@ -158,24 +124,22 @@ impl Report<'_> {
                 continue;
             }
             let mut row = row(event);
-            if let Some(errors) = &errors {
-                row.push(errors[index].map_or_else(|| "none".to_owned(), |e| format!("{e:.1e}")));
+            if exact {
+                row.push(known(event.ladder_uncertainty));
+                row.push(
+                    event
+                        .true_error
+                        .map_or_else(|| "none".to_owned(), |e| format!("{e:.1e}")),
+                );
             }
             table.add_row(row);
         }
-        terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7]);
+        terminal::align_right(&mut table, [1, 3, 4, 5, 6, 7, 8]);
         table
     }
 
     fn channels(&self) -> String {
         let mut table = terminal::table(&["channel", "unit", "largest", "band", "at a fixed time"]);
-        let known = |x: f64| {
-            if x.is_finite() {
-                format!("{x:.1e}")
-            } else {
-                "unknown".to_owned()
-            }
-        };
         for channel in &self.certificate.bands.channels {
             table.add_row([
                 channel.name.to_owned(),
@@ -246,17 +210,21 @@ impl Report<'_> {
         terminal::show(&table).trim_end().to_owned()
     }
 
-    fn oracle(&self, exact: &Exact) -> String {
+    fn oracle(&self, exact: &OracleSolution) -> String {
         let report = &exact.report;
-        let mut table = terminal::table(&["event", "exact time, s"]);
-        for event in &report.events {
+        let mut table = terminal::table(&["event", "exact time, s", "digits"]);
+        for (index, event) in report.events.iter().enumerate() {
+            let digits = exact.digits_of_event(index);
             table.add_row([
                 event.kind.name().to_owned(),
-                event.time.to_decimal(exact.digits as usize),
+                event.time.to_decimal(digits as usize),
+                digits.to_string(),
             ]);
         }
+        terminal::align_right(&mut table, [2]);
         format!(
-            "oracle: Taylor series with {} bits, {} steps in {:.1} s; {} digits are true\n\n{}",
+            "oracle: Taylor series with {} bits, {} steps, in {:.1} s with the shorter run that its digits are counted \
+             by; of every event {} digits or more are true\n\n{}",
             report.bits,
             report.steps,
             exact.seconds,
@@ -267,15 +235,20 @@ impl Report<'_> {
 
     fn verdict(&self) -> String {
         let c = self.certificate;
-        match c.verdict {
+        let verdict = match c.verdict {
             Verdict::Converged => {
                 let worst = c.events.iter().map(|e| e.uncertainty).fold(0.0, f64::max);
                 let digits = c
                     .least_digits()
                     .map_or_else(String::new, |n| format!(", {n} digits of the least known"));
-                format!("converged: every event within {worst:.1e} s{digits}")
+                let by = if c.by_oracle { " of the exact one" } else { "" };
+                format!("converged: every event within {worst:.1e} s{by}{digits}")
             }
             verdict => format!("{}: {}", verdict.name(), remedy(c)),
+        };
+        match &c.contradiction {
+            Some(contradiction) => format!("{verdict}\n\ncontradiction: {contradiction}"),
+            None => verdict,
         }
     }
 
@@ -283,16 +256,19 @@ impl Report<'_> {
     pub fn document(&self) -> Value {
         let c = self.certificate;
         let oracle = self.exact.map(|exact| {
-            let events = exact.report.events.iter().map(|event| {
+            let events = exact.report.events.iter().enumerate().map(|(index, event)| {
+                let digits = exact.digits_of_event(index);
                 let state: serde_json::Map<String, Value> = event
                     .state
                     .components()
                     .into_iter()
-                    .map(|(name, value)| (name.to_owned(), json!(value.to_decimal(exact.digits as usize))))
+                    .map(|(name, value)| (name.to_owned(), json!(value.to_decimal(digits as usize))))
                     .collect();
                 json!({
                     "kind": event.kind.name(),
-                    "time": event.time.to_decimal(exact.digits as usize),
+                    "time": event.time.to_decimal(digits as usize),
+                    "digits": digits,
+                    "error": exact.errors[index],
                     "state_after": state,
                 })
             });
@@ -303,7 +279,7 @@ impl Report<'_> {
                 "steps": exact.report.steps,
                 "seconds": exact.seconds,
                 "events": events,
-                "true_errors": true_errors(self.result, exact),
+                "true_errors": c.events.iter().map(|event| event.true_error).collect::<Vec<_>>(),
             })
         });
         let sensitivity: Vec<Value> = c
@@ -329,6 +305,7 @@ impl Report<'_> {
             "case": self.source,
             "title": self.title,
             "verdict": c.verdict,
+            "contradiction": c.contradiction,
             "remedy": remedy(c),
             "digits": c.least_digits(),
             "digits_of_double": c.most_digits(),
@@ -338,6 +315,7 @@ impl Report<'_> {
             "kick_above_methods": c.kick_above_methods,
             "others_agree": c.others_agree,
             "ladder": c.ladder,
+            "left_out": c.left_out,
             "events": c.events,
             "channels": c.bands.channels.iter().map(channel).collect::<Vec<Value>>(),
             "stretches": c.bands.stretches.iter().map(stretch).collect::<Vec<Value>>(),
@@ -374,17 +352,20 @@ fn stretch(stretch: &Stretch) -> Value {
     })
 }
 
+fn known(x: f64) -> String {
+    if x.is_finite() {
+        format!("{x:.1e}")
+    } else {
+        "unknown".to_owned()
+    }
+}
+
 fn row(event: &CertifiedEvent) -> Vec<String> {
-    let converged = event.uncertainty.is_finite();
     vec![
         event.kind.to_owned(),
         format!("{:.15}", event.time),
         event.verdict.name().to_owned(),
-        if converged {
-            format!("{:.1e}", event.uncertainty)
-        } else {
-            "unknown".to_owned()
-        },
+        known(event.uncertainty),
         event.digits().to_string(),
         format!("{:.1e}", event.rounding),
         event.growth.map_or_else(|| "none".to_owned(), |g| format!("{g:.1}")),
@@ -392,7 +373,7 @@ fn row(event: &CertifiedEvent) -> Vec<String> {
 }
 
 /// For the file.
-pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<&Exact>) -> CertificateTables {
+pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<&OracleSolution>) -> CertificateTables {
     let c = certificate;
     let missing = |x: Option<f64>| x.unwrap_or(f64::NAN);
     let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
@@ -400,6 +381,11 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
     CertificateTables {
         time_uncertainty: c.events.iter().map(|e| finite(e.uncertainty)).collect(),
         verdict: c.events.iter().map(|e| e.verdict.code()).collect(),
+        ladder_uncertainty: c.events.iter().map(|e| finite(e.ladder_uncertainty)).collect(),
+        ladder_verdict: c.events.iter().map(|e| e.ladder_verdict.code()).collect(),
+        true_error: c
+            .by_oracle
+            .then(|| c.events.iter().map(|e| missing(e.true_error)).collect()),
         verdicts: Verdict::ALL.map(|v| (v.code(), v.name())).to_vec(),
         rounding: c.events.iter().map(|e| finite(e.rounding)).collect(),
         growth: c.events.iter().map(|e| missing(e.growth)).collect(),
@@ -408,7 +394,15 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
             .iter()
             .map(|r| (r.method.to_owned(), r.rtol, r.agreeing as i64, missing(r.distance)))
             .collect(),
-        texts: vec![("verdict_of_all", c.verdict.name().to_owned()), ("remedy", remedy(c))],
+        texts: vec![
+            ("verdict_of_all", c.verdict.name().to_owned()),
+            (
+                "uncertainty_by",
+                if c.by_oracle { "oracle" } else { "ladder" }.to_owned(),
+            ),
+            ("contradiction", c.contradiction.clone().unwrap_or_default()),
+            ("remedy", remedy(c)),
+        ],
         numbers: vec![
             ("digits", c.least_digits().map_or(f64::NAN, f64::from)),
             ("digits_of_double", c.most_digits().map_or(f64::NAN, f64::from)),
@@ -445,8 +439,7 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
 }
 
 /// The oracle's events, a line each.
-fn csv(exact: &Exact) -> String {
-    let digits = exact.digits as usize;
+fn csv(exact: &OracleSolution) -> String {
     let mut lines = Vec::with_capacity(exact.report.events.len() + 1);
     let names = exact
         .report
@@ -454,7 +447,8 @@ fn csv(exact: &Exact) -> String {
         .first()
         .map(|e| e.state.components().map(|(name, _)| name).join(","));
     lines.push(format!("time,kind,{}", names.unwrap_or_default()));
-    for event in &exact.report.events {
+    for (index, event) in exact.report.events.iter().enumerate() {
+        let digits = exact.digits_of_event(index) as usize;
         let state = event
             .state
             .components()

@@ -1,7 +1,8 @@
-//! Progress bars: of a run and of a comparison over simulated time, of studies over their runs.
+//! Progress bars: of a run, of the oracle and of a comparison over simulated time, of studies over their runs.
 
 use super::arguments::{Common, ProgressChoice};
 use crate::analysis::compare::CompareProgress;
+use crate::oracle::OracleProgress;
 use crate::simulation::Progress;
 use crate::sweep::SweepProgress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
@@ -38,6 +39,39 @@ impl RunBar {
             self.end_time,
             progress.mode.name(),
             progress.events
+        ));
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A bar with the simulated time of the oracle's present run, and its digits.
+pub(super) struct OracleBar {
+    bar: ProgressBar,
+}
+
+impl OracleBar {
+    pub(super) fn new(common: &Common) -> Self {
+        OracleBar {
+            bar: bar(common, TICKS as u64, MESSAGE),
+        }
+    }
+
+    pub(super) fn show(&self, progress: OracleProgress) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        let position = (TICKS * progress.time / progress.end_time) as u64;
+        // Another run, with more digits.
+        if position < self.bar.position() {
+            self.bar.reset();
+        }
+        self.bar.set_position(position);
+        self.bar.set_message(format!(
+            "oracle with {} digits: t = {:.6} s of {} s",
+            progress.digits, progress.time, progress.end_time
         ));
     }
 

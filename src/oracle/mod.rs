@@ -6,31 +6,56 @@
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `number` | floating-point numbers of a chosen precision, exact to and from rationals and decimals |
+//! | `float` | floating-point numbers of some machine words, in which everything is computed |
+//! | `number` | what comes out, exact to and from rationals and decimals |
 //! | `parameters` | the parameters without rounding |
 //! | `series` | the equations as recurrences of Taylor coefficients |
 //! | `roots` | the first zero of a guard on a step, or the proof that there is none |
 //! | `steps` | order and length of a step from the precision |
 //! | `automaton` | modes, events, kicks and corners |
 //! | `report` | what a run gives |
+//! | `solve` | two runs or more, until as many digits as one wants are known to be true |
 
 mod automaton;
+mod float;
 mod number;
 mod parameters;
 mod report;
 mod roots;
 mod series;
+mod solve;
 mod steps;
 
 pub use automaton::run;
 pub use number::{Number, decimal, nearest_double, rational};
 pub use parameters::{ExactActuation, ExactKick, ExactParameters};
 pub use report::{OracleEvent, OracleReport, OracleState};
+pub use solve::{OracleProgress, OracleRequest, OracleSolution, solve};
 
 use num_rational::BigRational;
 
-/// Fewest and most significant decimal digits of a run.
-pub const DIGITS: std::ops::RangeInclusive<u32> = 33..=120;
+/// Lengths of mantissas that there are, machine words of 64 bits.
+const WORDS: [usize; 8] = [1, 2, 3, 4, 6, 10, 16, 32];
+
+/// Fewest and most significant decimal digits of a run: what the shortest and the longest mantissa hold.
+pub const DIGITS: std::ops::RangeInclusive<u32> = 13..=611;
+
+/// The shortest mantissa that holds so many digits; `None` beyond [`DIGITS`].
+fn words(digits: u32) -> Option<usize> {
+    let bits = f64::from(digits) * std::f64::consts::LOG2_10 + automaton::GUARD_BITS;
+    let enough = |words: &usize| (words * float::WORD_BITS) as f64 >= bits;
+    WORDS.into_iter().find(enough).filter(|_| DIGITS.contains(&digits))
+}
+
+/// The next longer mantissa, if there is one.
+fn words_beyond(words: usize) -> Option<usize> {
+    WORDS.into_iter().find(|more| *more > words)
+}
+
+/// Decimal digits that a mantissa holds, without those that sums of rounding take.
+fn digits_of(words: usize) -> u32 {
+    (((words * float::WORD_BITS) as f64 - automaton::GUARD_BITS) / std::f64::consts::LOG2_10) as u32
+}
 
 /// What an oracle run is to do.
 #[derive(Debug, Clone)]
@@ -50,10 +75,38 @@ pub struct OracleOptions {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OracleError {
     /// The precision is none that it offers.
-    #[error("the oracle computes with {least} to {most} digits, but {asked} were asked for", least = DIGITS.start(), most = DIGITS.end())]
+    #[error(
+        "the oracle computes with {least} to {most} digits, but {asked} would be needed. Ask for fewer (--digits), or set a \
+         [[perturbation]]: it ends the growth that takes digits at the first stick",
+        least = DIGITS.start(),
+        most = DIGITS.end()
+    )]
     Digits {
         /// How many.
         asked: u32,
+    },
+    /// A run that is not made.
+    #[error(
+        "the oracle would compute with {digits} digits for about {hours:.1} hours, more than the {longest:.1} that it is \
+         allowed. Ask for fewer digits (--digits), end the run earlier (output.end_time), or set a larger [[perturbation]], which ends the \
+         growth that takes digits earlier"
+    )]
+    TooLong {
+        /// Decimal digits of that run.
+        digits: u32,
+        /// What it would take.
+        hours: f64,
+        /// What it is allowed to take.
+        longest: f64,
+    },
+    /// Every precision finds other events.
+    #[error(
+        "with {digits} digits, the most that the oracle computes with, the events are still decided by rounding. Set a \
+         [[perturbation]]: it ends the growth at the first stick"
+    )]
+    Unsettled {
+        /// Decimal digits of the last run.
+        digits: u32,
     },
     /// One of the paper's own breakaway tests.
     #[error(
@@ -86,4 +139,12 @@ pub enum OracleError {
     /// The control asked for an end.
     #[error("the oracle was interrupted at t = {0:.6} s")]
     Interrupted(f64),
+}
+
+impl OracleError {
+    /// Whether a run with more digits may do without it.
+    fn may_be_rounding(&self) -> bool {
+        use OracleError::{Degenerate, StepVanishes, TooManyEvents};
+        matches!(self, TooManyEvents { .. } | Degenerate { .. } | StepVanishes(_))
+    }
 }

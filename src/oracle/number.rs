@@ -1,148 +1,73 @@
-//! Binary floating-point numbers of a chosen precision, and their exact exchange with rationals and decimals.
+//! Numbers as a run gives them: exact, and independent of the precision that it computed with.
 
-use astro_float::{BigFloat, Consts, RoundingMode, Sign, WORD_BIT_SIZE, Word};
-use num_bigint::{BigInt, BigUint, Sign as BigSign};
+use super::float::Float;
+use num_bigint::{BigInt, BigUint};
 use num_rational::BigRational;
 use num_traits::{One, Pow, Signed, ToPrimitive, Zero};
 use std::cmp::Ordering;
-use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Results are cut off, at less than one unit in the last place: the guard digits are there for that, and it is the
-/// cheapest.
-const CUT: RoundingMode = RoundingMode::None;
-
-/// A number with its precision. Operations have the precision of their left operand.
+/// A binary floating-point number: what a run of some precision found, exactly.
 #[derive(Debug, Clone)]
 pub struct Number {
-    value: BigFloat,
-    /// Of the mantissa, a multiple of the machine word.
+    /// `None`: not finite.
+    mantissa: Option<BigInt>,
+    /// Of the power of two that the mantissa counts.
+    exponent: i64,
+    /// Of the arithmetic that it comes from.
     bits: usize,
 }
 
 impl Number {
-    /// Zero, exactly.
-    pub fn zero(bits: usize) -> Number {
-        Number::new(BigFloat::new(bits), bits)
-    }
-
-    fn new(value: BigFloat, bits: usize) -> Number {
-        Number { value, bits }
-    }
-
-    /// The double `value`, exactly.
-    pub fn from_f64(value: f64, bits: usize) -> Number {
-        Number::new(BigFloat::from_f64(value, bits.max(64)), bits)
-    }
-
-    /// The rational `value`, to the precision of `bits`.
-    pub fn from_rational(value: &BigRational, bits: usize) -> Number {
-        if value.is_zero() {
-            return Number::zero(bits);
+    pub(super) fn new(mantissa: Option<BigInt>, exponent: i64, bits: usize) -> Number {
+        Number {
+            mantissa,
+            exponent,
+            bits,
         }
-        let (numerator, denominator) = (value.numer().magnitude(), value.denom().magnitude());
-        // A quotient of a word more than `bits`, shifted so that its first bit is that of its first word.
-        let length = bits + 2 * WORD_BIT_SIZE;
-        let shift = length as i64 - (numerator.bits() as i64 - denominator.bits() as i64);
-        let quotient = if shift >= 0 {
-            (numerator << shift as u64) / denominator
+    }
+
+    /// The double `value`, exactly, as a number of a precision of `bits`.
+    pub fn from_f64(value: f64, bits: usize) -> Number {
+        // A word holds the mantissa of a double.
+        let exact = Number::from(&Float::<1>::from_f64(value));
+        Number { bits, ..exact }
+    }
+
+    /// The rational `value`, cut off after `bits`.
+    pub fn from_rational(value: &BigRational, bits: usize) -> Number {
+        let lengths = value.numer().magnitude().bits() as i64 - value.denom().magnitude().bits() as i64;
+        let exponent = lengths - bits as i64;
+        let power = BigInt::one() << exponent.unsigned_abs();
+        let mantissa = if exponent >= 0 {
+            value.numer() / (value.denom() * power)
         } else {
-            numerator / (denominator << shift.unsigned_abs())
+            value.numer() * power / value.denom()
         };
-        let excess = quotient.bits() as i64;
-        let align = (WORD_BIT_SIZE as i64 - excess % WORD_BIT_SIZE as i64) % WORD_BIT_SIZE as i64;
-        let words = words_of(&(quotient << align as u64));
-        let sign = if value.is_negative() { Sign::Neg } else { Sign::Pos };
-        let mut number = BigFloat::from_words(&words, sign, (excess - shift) as i32);
-        // Cutting a mantissa does not fail.
-        let _ = number.set_precision(bits, CUT);
-        Number::new(number, bits)
+        Number::new(Some(mantissa), exponent, bits)
     }
 
     /// The exact value; `None` if the number is not finite.
     pub fn to_rational(&self) -> Option<BigRational> {
-        let (words, _, sign, exponent, _) = self.value.as_raw_parts()?;
-        let magnitude = words.iter().rev().fold(BigUint::zero(), |sum, &word| {
-            (sum << WORD_BIT_SIZE) | BigUint::from(word)
-        });
-        let sign = match sign {
-            Sign::Pos => BigSign::Plus,
-            Sign::Neg => BigSign::Minus,
-        };
-        let mantissa = BigRational::from_integer(BigInt::from_biguint(sign, magnitude));
-        let power = i64::from(exponent) - (words.len() * WORD_BIT_SIZE) as i64;
-        let scale = BigRational::from_integer(BigInt::one() << power.unsigned_abs());
-        Some(if power >= 0 { mantissa * scale } else { mantissa / scale })
-    }
-
-    /// The nearest double, or one beside it; 0 below the range of doubles.
-    pub fn to_f64(&self) -> f64 {
-        let Some((words, _, sign, exponent, _)) = self.value.as_raw_parts() else {
-            return f64::NAN;
-        };
-        let base = 2f64.powi(WORD_BIT_SIZE as i32);
-        let mantissa = words.iter().rev().take(2).fold((0.0, 1.0), |(sum, unit), &word| {
-            let unit = unit / base;
-            (sum + word as f64 * unit, unit)
-        });
-        let magnitude = scale_by_power(mantissa.0, i64::from(exponent));
-        if sign == Sign::Neg { -magnitude } else { magnitude }
-    }
-
-    /// log2 of the magnitude, to about a double's precision; negative infinity for zero.
-    pub fn log2(&self) -> f64 {
-        match (
-            self.value.exponent(),
-            self.value.mantissa_digits().and_then(<[Word]>::last),
-        ) {
-            (Some(exponent), Some(&top)) if top != 0 => {
-                f64::from(exponent) + (top as f64).log2() - WORD_BIT_SIZE as f64
-            }
-            _ if self.value.is_nan() || self.value.is_inf() => f64::NAN,
-            _ => f64::NEG_INFINITY,
+        let mantissa = BigRational::from_integer(self.mantissa.clone()?);
+        if mantissa.is_zero() {
+            return Some(mantissa);
         }
+        let scale = BigRational::from_integer(BigInt::one() << self.exponent.unsigned_abs());
+        Some(if self.exponent >= 0 {
+            mantissa * scale
+        } else {
+            mantissa / scale
+        })
     }
 
-    /// e to the power of this.
-    pub fn exp(&self, constants: &mut Consts) -> Number {
-        Number::new(self.value.exp(self.bits, CUT, constants), self.bits)
+    /// The nearest double; 0 below the range of doubles.
+    pub fn to_f64(&self) -> f64 {
+        self.to_rational().map_or(f64::NAN, |value| nearest_double(&value))
     }
 
-    /// The quotient.
-    pub fn over(&self, divisor: &Number) -> Number {
-        Number::new(self.value.div(&divisor.value, self.bits, CUT), self.bits)
-    }
-
-    /// The precision, bits of the mantissa.
+    /// Bits of the mantissa in the arithmetic that it comes from.
     pub fn bits(&self) -> usize {
         self.bits
-    }
-
-    /// Whether it is zero, exactly.
-    pub fn is_zero(&self) -> bool {
-        self.value.is_zero()
-    }
-
-    /// Whether it is neither infinite nor undefined.
-    pub fn is_finite(&self) -> bool {
-        !self.value.is_nan() && !self.value.is_inf()
-    }
-
-    /// -1, 0 or 1.
-    pub fn signum(&self) -> i8 {
-        match self.value.is_zero() {
-            true => 0,
-            false if self.value.is_negative() => -1,
-            false => 1,
-        }
-    }
-
-    /// Half of it, exactly.
-    pub fn half(&self) -> Number {
-        let mut half = self.clone();
-        if let (false, Some(exponent)) = (half.is_zero(), half.value.exponent()) {
-            half.value.set_exponent(exponent - 1);
-        }
-        half
     }
 
     /// Rounded to `digits` significant decimal digits, such as `6.97413067386` or `-4.0177e-05`.
@@ -150,6 +75,14 @@ impl Number {
         match self.to_rational() {
             Some(value) => decimal(&value, digits),
             None => "nan".to_owned(),
+        }
+    }
+
+    /// This less `other`, rounded to a double once.
+    pub fn minus(&self, other: &Number) -> f64 {
+        match (self.to_rational(), other.to_rational()) {
+            (Some(a), Some(b)) => nearest_double(&(a - b)),
+            _ => f64::NAN,
         }
     }
 }
@@ -219,84 +152,6 @@ pub fn nearest_double(value: &BigRational) -> f64 {
     value.to_f64().unwrap_or(f64::NAN)
 }
 
-/// The words of an integer, the least significant first.
-fn words_of(integer: &BigUint) -> Vec<Word> {
-    let per_word = WORD_BIT_SIZE / 32;
-    integer
-        .to_u32_digits()
-        .chunks(per_word)
-        .map(|chunk| {
-            let word = chunk
-                .iter()
-                .rev()
-                .fold(0u64, |sum, &digit| (sum << 32) | u64::from(digit));
-            word as Word
-        })
-        .collect()
-}
-
-/// x times 2^power, in steps that neither overflow nor underflow on their way.
-fn scale_by_power(mut x: f64, mut power: i64) -> f64 {
-    while power != 0 && x != 0.0 && x.is_finite() {
-        let step = power.clamp(-1000, 1000);
-        x *= 2f64.powi(step as i32);
-        power -= step;
-    }
-    x
-}
-
-impl PartialEq for Number {
-    fn eq(&self, other: &Number) -> bool {
-        self.partial_cmp(other) == Some(Ordering::Equal)
-    }
-}
-
-impl PartialOrd for Number {
-    fn partial_cmp(&self, other: &Number) -> Option<Ordering> {
-        self.value.cmp(&other.value).map(|order| order.cmp(&0))
-    }
-}
-
-impl Add for &Number {
-    type Output = Number;
-    fn add(self, other: &Number) -> Number {
-        Number::new(self.value.add(&other.value, self.bits, CUT), self.bits)
-    }
-}
-
-impl Sub for &Number {
-    type Output = Number;
-    fn sub(self, other: &Number) -> Number {
-        Number::new(self.value.sub(&other.value, self.bits, CUT), self.bits)
-    }
-}
-
-impl Mul for &Number {
-    type Output = Number;
-    fn mul(self, other: &Number) -> Number {
-        Number::new(self.value.mul(&other.value, self.bits, CUT), self.bits)
-    }
-}
-
-impl Neg for &Number {
-    type Output = Number;
-    fn neg(self) -> Number {
-        Number::new(BigFloat::neg(&self.value), self.bits)
-    }
-}
-
-impl AddAssign<&Number> for Number {
-    fn add_assign(&mut self, other: &Number) {
-        self.value = self.value.add(&other.value, self.bits, CUT);
-    }
-}
-
-impl SubAssign<&Number> for Number {
-    fn sub_assign(&mut self, other: &Number) {
-        self.value = self.value.sub(&other.value, self.bits, CUT);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -320,9 +175,6 @@ mod tests {
     fn property_doubles_pass_through_unharmed() {
         for value in [1.0, -0.1, 1e-300, 6.02e23, 123_456.789] {
             assert_eq!(Number::from_f64(value, 128).to_f64(), value);
-            let log2 = Number::from_f64(value, 128).log2();
-            // The logarithm of a double by double arithmetic.
-            assert!((log2 - value.abs().log2()).abs() < 1e-12, "{value}: {log2}");
         }
     }
 

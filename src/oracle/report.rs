@@ -27,16 +27,16 @@ pub struct OracleState {
 }
 
 impl OracleState {
-    pub(super) fn new(y: &State) -> OracleState {
+    pub(super) fn new<const N: usize>(y: &State<N>) -> OracleState {
         OracleState {
-            z: y[Z].clone(),
-            z_dot: y[Z_DOT].clone(),
-            rotor_twist: y[ROTOR_TWIST].clone(),
-            stator_twist: y[STATOR_TWIST].clone(),
-            theta: y[ROTOR_ANGLE].clone(),
-            theta_dot: y[ROTOR_SPEED].clone(),
-            phi2_dot: &y[ROTOR_SPEED] - &y[ROTOR_TWIST_RATE],
-            phi1_dot: y[STATOR_TWIST_RATE].clone(),
+            z: (&y[Z]).into(),
+            z_dot: (&y[Z_DOT]).into(),
+            rotor_twist: (&y[ROTOR_TWIST]).into(),
+            stator_twist: (&y[STATOR_TWIST]).into(),
+            theta: (&y[ROTOR_ANGLE]).into(),
+            theta_dot: (&y[ROTOR_SPEED]).into(),
+            phi2_dot: (&(&y[ROTOR_SPEED] - &y[ROTOR_TWIST_RATE])).into(),
+            phi1_dot: (&y[STATOR_TWIST_RATE]).into(),
         }
     }
 

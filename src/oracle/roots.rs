@@ -5,16 +5,16 @@
 //! is done in double precision with a bound on its rounding; what it cannot decide, and the root itself, is settled
 //! with the polynomial's own precision.
 
-use super::number::Number;
+use super::float::Float;
 use super::series::evaluate;
 
 /// What a guard does on a step.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Crossing {
+pub(super) enum Crossing<const N: usize> {
     /// It stays positive.
     None,
     /// It reaches zero first at this time from the start of the step, s.
-    At(Number),
+    At(Float<N>),
     /// It is not positive at its start.
     Beyond,
 }
@@ -26,13 +26,19 @@ const RECENTRED_BELOW: f64 = 1.0 / 32.0;
 /// So often. What is left then, some 1e-9 of the step, is decided with full precision.
 const MOST_RECENTRED: u32 = 5;
 
-/// Rounding of the double-precision coefficients, as a share of the sum of their magnitudes. A conversion sums about a
-/// hundred terms, each halving adds some: 2^-53 times a few hundred.
-const ROUNDING: f64 = 1e-13;
+/// Rounding of the double-precision coefficients, as a share of the sum of their magnitudes: of a conversion three for each
+/// coefficient, for a factor that its terms pass on, and one for each halving down to [`RECENTRED_BELOW`] and each sum.
+fn rounding(coefficients: usize) -> f64 {
+    (4 * coefficients + 300) as f64 * (f64::EPSILON / 2.0)
+}
 
 /// Of a guard given by its Taylor coefficients, over `0 < t <= step`. The first `known_zeros` coefficients are zero by the
 /// conditions from which the motion starts, and are taken out; so are exact zeros.
-pub(super) fn first_zero(coefficients: &[Number], known_zeros: usize, step: &Number) -> Crossing {
+pub(super) fn first_zero<const N: usize>(
+    coefficients: &[Float<N>],
+    known_zeros: usize,
+    step: &Float<N>,
+) -> Crossing<N> {
     let exact = coefficients
         .iter()
         .skip(known_zeros)
@@ -52,39 +58,34 @@ pub(super) fn first_zero(coefficients: &[Number], known_zeros: usize, step: &Num
 }
 
 /// The first root of a polynomial on [0, 1].
-fn first_share(polynomial: Vec<Number>, recentred: u32) -> Option<Number> {
+fn first_share<const N: usize>(polynomial: Vec<Float<N>>, recentred: u32) -> Option<Float<N>> {
     let doubles = in_doubles(&polynomial);
     let size: f64 = doubles.iter().map(|a| a.abs()).sum();
-    if doubles[0] > (size - doubles[0].abs()) * (1.0 + ROUNDING) {
+    let rounding = rounding(doubles.len());
+    if doubles[0] > (size - doubles[0].abs()) * (1.0 + rounding) {
         return None;
     }
     let search = Search {
-        bound: ROUNDING * size,
+        bound: rounding * size,
         polynomial,
         recentred,
     };
     search.first(0.0, 1.0, bernstein(&doubles))
 }
 
-/// The coefficients in doubles, with a common factor that makes the largest 1.
-fn in_doubles(polynomial: &[Number]) -> Vec<f64> {
-    let largest = polynomial.iter().map(Number::log2).fold(f64::NEG_INFINITY, f64::max);
-    polynomial
-        .iter()
-        .map(|c| {
-            let magnitude = (c.log2() - largest).exp2();
-            f64::from(c.signum()) * magnitude
-        })
-        .collect()
+/// The coefficients in doubles, with a common factor that makes the largest about 1.
+fn in_doubles<const N: usize>(polynomial: &[Float<N>]) -> Vec<f64> {
+    let largest = polynomial.iter().map(Float::exponent).max().unwrap_or(0);
+    polynomial.iter().map(|c| c.scaled(largest)).collect()
 }
 
 /// c_k step^k.
-fn in_steps(coefficients: &[Number], step: &Number) -> Vec<Number> {
+fn in_steps<const N: usize>(coefficients: &[Float<N>], step: &Float<N>) -> Vec<Float<N>> {
     let mut scaled = Vec::with_capacity(coefficients.len());
-    let mut power: Option<Number> = None;
+    let mut power: Option<Float<N>> = None;
     for c in coefficients {
-        scaled.push(power.as_ref().map_or_else(|| c.clone(), |p| p * c));
-        power = Some(power.map_or_else(|| step.clone(), |p| &p * step));
+        scaled.push(power.as_ref().map_or(*c, |p| p * c));
+        power = Some(power.map_or(*step, |p| &p * step));
     }
     scaled
 }
@@ -92,13 +93,14 @@ fn in_steps(coefficients: &[Number], step: &Number) -> Vec<Number> {
 /// From powers to the basis of Bernstein on [0, 1]: b_j = sum over i <= j of C(j, i)/C(n, i) a_i.
 fn bernstein(powers: &[f64]) -> Vec<f64> {
     let n = powers.len() - 1;
+    let reciprocals: Vec<f64> = (0..=n).map(|i| 1.0 / (n - i).max(1) as f64).collect();
     (0..=n)
         .map(|j| {
             let mut ratio = 1.0;
             let mut sum = 0.0;
-            for (i, a) in powers.iter().enumerate().take(j + 1) {
+            for (i, (a, reciprocal)) in powers.iter().zip(&reciprocals).enumerate().take(j + 1) {
                 sum += ratio * a;
-                ratio *= (j - i) as f64 / (n - i).max(1) as f64;
+                ratio *= (j - i) as f64 * reciprocal;
             }
             sum
         })
@@ -119,18 +121,18 @@ fn halves(mut b: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     (left, b)
 }
 
-struct Search {
+struct Search<const N: usize> {
     /// Smaller magnitudes are rounding.
     bound: f64,
     /// In shares of the step.
-    polynomial: Vec<Number>,
+    polynomial: Vec<Float<N>>,
     /// How often it was expanded anew.
     recentred: u32,
 }
 
-impl Search {
+impl<const N: usize> Search<N> {
     /// The first root in [from, to], on which the coefficients of Bernstein are `b`.
-    fn first(&self, from: f64, to: f64, b: Vec<f64>) -> Option<Number> {
+    fn first(&self, from: f64, to: f64, b: Vec<f64>) -> Option<Float<N>> {
         if b.iter().all(|&b| b > self.bound) {
             return None;
         }
@@ -152,13 +154,12 @@ impl Search {
         self.first(from, middle, left).or_else(|| self.first(middle, to, right))
     }
 
-    fn number(&self, x: f64) -> Number {
-        let bits = 64.max(self.polynomial[0].bits());
-        Number::from_f64(x, bits)
+    fn number(&self, x: f64) -> Float<N> {
+        Float::from_f64(x)
     }
 
     /// An interval in which double precision does not see whether the guard crosses zero, touches it or misses it.
-    fn decide(&self, from: f64, to: f64) -> Option<Number> {
+    fn decide(&self, from: f64, to: f64) -> Option<Float<N>> {
         let value = |x: f64| evaluate(&self.polynomial, &self.number(x)).signum();
         if value(from) <= 0 {
             return Some(self.number(from));
@@ -172,7 +173,7 @@ impl Search {
         if slope(from) >= 0 || slope(to) <= 0 {
             return None;
         }
-        let rising: Vec<Number> = derivative.iter().map(|c| -c).collect();
+        let rising: Vec<Float<N>> = derivative.iter().map(|c| -c).collect();
         let lowest = self.falling_root(&rising, from, to);
         if evaluate(&self.polynomial, &lowest).signum() > 0 {
             return None;
@@ -181,14 +182,14 @@ impl Search {
     }
 
     /// The root between an end where the polynomial is positive and one where it is negative.
-    fn falling_root(&self, polynomial: &[Number], from: f64, to: f64) -> Number {
+    fn falling_root(&self, polynomial: &[Float<N>], from: f64, to: f64) -> Float<N> {
         self.bisected(polynomial, self.number(from), self.number(to))
     }
 
     /// Newton's method, held within a bracket that shrinks with every sign.
-    fn bisected(&self, polynomial: &[Number], mut from: Number, mut to: Number) -> Number {
+    fn bisected(&self, polynomial: &[Float<N>], mut from: Float<N>, mut to: Float<N>) -> Float<N> {
         let derivative = derivative(polynomial);
-        let bits = from.bits();
+        let bits = Float::<N>::BITS;
         // A step of one: what is left of the bracket then is below the last bits.
         let fine = -(bits as f64) + 4.0;
         let mut x = (&from + &to).half();
@@ -196,8 +197,8 @@ impl Search {
             let value = evaluate(polynomial, &x);
             match value.signum() {
                 0 => return x,
-                1 => from = x.clone(),
-                _ => to = x.clone(),
+                1 => from = x,
+                _ => to = x,
             }
             let newton = &x - &value.over(&evaluate(&derivative, &x));
             let next = if newton.is_finite() && newton > from && newton < to {
@@ -216,7 +217,7 @@ impl Search {
 }
 
 /// The coefficients around `centre`, by repeated division.
-fn shifted(polynomial: &[Number], centre: &Number) -> Vec<Number> {
+fn shifted<const N: usize>(polynomial: &[Float<N>], centre: &Float<N>) -> Vec<Float<N>> {
     let mut shifted = polynomial.to_vec();
     let n = shifted.len();
     for first in 0..n {
@@ -228,9 +229,9 @@ fn shifted(polynomial: &[Number], centre: &Number) -> Vec<Number> {
     shifted
 }
 
-fn derivative(polynomial: &[Number]) -> Vec<Number> {
-    let mut factor = Number::zero(64);
-    let one = Number::from_f64(1.0, 64);
+fn derivative<const N: usize>(polynomial: &[Float<N>]) -> Vec<Float<N>> {
+    let mut factor = Float::zero();
+    let one = Float::from_f64(1.0);
     polynomial
         .iter()
         .skip(1)
@@ -245,14 +246,14 @@ fn derivative(polynomial: &[Number]) -> Vec<Number> {
 mod tests {
     use super::*;
 
-    const BITS: usize = 192;
+    type Real = Float<3>;
 
     /// Coefficients of the product of (x - root), times `sign`.
-    fn with_roots(roots: &[f64], sign: f64) -> Vec<Number> {
-        let mut product = vec![Number::from_f64(sign, BITS)];
+    fn with_roots(roots: &[f64], sign: f64) -> Vec<Real> {
+        let mut product = vec![Real::from_f64(sign)];
         for &root in roots {
-            let root = Number::from_f64(root, BITS);
-            let mut next = vec![Number::zero(BITS); product.len() + 1];
+            let root = Real::from_f64(root);
+            let mut next = vec![Real::zero(); product.len() + 1];
             for (k, c) in product.iter().enumerate() {
                 next[k + 1] += c;
                 next[k] -= &(c * &root);
@@ -262,8 +263,8 @@ mod tests {
         product
     }
 
-    fn first(coefficients: &[Number], known: usize) -> Option<f64> {
-        match first_zero(coefficients, known, &Number::from_f64(1.0, BITS)) {
+    fn first(coefficients: &[Real], known: usize) -> Option<f64> {
+        match first_zero(coefficients, known, &Real::from_f64(1.0)) {
             Crossing::At(x) => Some(x.to_f64()),
             Crossing::None => None,
             Crossing::Beyond => panic!("the polynomial starts positive"),
@@ -307,7 +308,7 @@ mod tests {
     fn analytic_a_graze_is_told_from_a_crossing() {
         let graze = |e: f64| {
             let mut p = with_roots(&[0.5, 0.5], 1.0);
-            p[0] += &Number::from_f64(e, BITS);
+            p[0] += &Real::from_f64(e);
             first(&p, 0)
         };
         assert_eq!(graze(1e-30), None);

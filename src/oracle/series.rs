@@ -3,9 +3,8 @@
 //! With c_k for the k-th coefficient of c around the present time, y' = f becomes y_(k+1) = f_k/(k+1), a product becomes a
 //! convolution, and E = exp(g) the convolution k E_k = sum of j g_j E_(k-j) over j = 1..k.
 
-use super::number::Number;
+use super::float::Float;
 use super::parameters::ExactParameters;
-use astro_float::Consts;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
@@ -33,7 +32,7 @@ pub(super) mod component {
 use component::*;
 
 /// The unknowns: no force is a difference of large numbers in them.
-pub(super) type State = [Number; COUNT];
+pub(super) type State<const N: usize> = [Float<N>; COUNT];
 
 /// Which equations hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,39 +45,41 @@ pub(super) enum Law {
     Separated,
 }
 
-/// Highest order of any expansion; 120 digits take about 150.
-pub(super) const LARGEST_ORDER: usize = 256;
+/// Highest order of any expansion with that many bits; what costs least is about 0.4 for each.
+pub(super) const fn largest_order(bits: usize) -> usize {
+    if bits < 128 { 64 } else { bits / 2 }
+}
 
 /// The constants of the equations, to the precision of the run.
 #[derive(Debug)]
-pub(super) struct Model {
-    pub bits: usize,
+pub(super) struct Model<const N: usize> {
     /// c_a, k_e, 1/m.
-    axial: [Number; 3],
+    axial: [Float<N>; 3],
     /// c_t, k_t.
-    torsion: [Number; 2],
-    per_rotor_inertia: Number,
-    per_surface_inertia: Number,
+    torsion: [Float<N>; 2],
+    per_rotor_inertia: Float<N>,
+    per_surface_inertia: Float<N>,
     /// r mu_d and r (mu_s - mu_d).
-    friction: [Number; 2],
+    friction: [Float<N>; 2],
     /// -alpha.
-    minus_decay: Number,
+    minus_decay: Float<N>,
     /// 2 r alpha (mu_s - mu_d).
-    weakening: Number,
+    weakening: Float<N>,
     /// r mu_0.
-    breakaway: Number,
+    breakaway: Float<N>,
     /// 1/k, and k.
-    reciprocals: Vec<Number>,
-    integers: Vec<Number>,
+    reciprocals: Vec<Float<N>>,
+    integers: Vec<Float<N>>,
+    ln_2: Float<N>,
 }
 
-impl Model {
-    pub fn new(exact: &ExactParameters, bits: usize) -> Model {
-        let number = |value: &BigRational| Number::from_rational(value, bits);
+impl<const N: usize> Model<N> {
+    pub fn new(exact: &ExactParameters) -> Self {
+        let number = Float::from_rational;
+        let orders = 0..=largest_order(Float::<N>::BITS) + 1;
         let integer = |k: usize| BigRational::from_integer(BigInt::from(k));
         let falling = &exact.radius * (&exact.low_speed - &exact.high_speed);
         Model {
-            bits,
             axial: [
                 number(&exact.axial_damping),
                 number(&exact.axial_stiffness),
@@ -91,26 +92,25 @@ impl Model {
             minus_decay: number(&-&exact.decay),
             weakening: number(&(integer(2) * &exact.decay * falling)),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
-            reciprocals: (0..=LARGEST_ORDER + 1)
-                .map(|k| number(&integer(k.max(1)).recip()))
-                .collect(),
-            integers: (0..=LARGEST_ORDER + 1).map(|k| number(&integer(k))).collect(),
+            reciprocals: orders.clone().map(|k| number(&integer(k.max(1)).recip())).collect(),
+            integers: orders.map(|k| number(&integer(k))).collect(),
+            ln_2: Float::ln_2(),
         }
     }
 
     /// F_n without its clamp, -c_a z' - k_e z, N.
-    pub fn normal_force(&self, z: &Number, z_dot: &Number) -> Number {
+    pub fn normal_force(&self, z: &Float<N>, z_dot: &Float<N>) -> Float<N> {
         let [damping, stiffness, _] = &self.axial;
         -&(&(damping * z_dot) + &(stiffness * z))
     }
 
     /// z'' under the pressing force `normal` and F, m/s^2; with the rates of both, its derivative.
-    pub fn axial_acceleration(&self, normal: &Number, force: &Number) -> Number {
+    pub fn axial_acceleration(&self, normal: &Float<N>, force: &Float<N>) -> Float<N> {
         &(normal - force) * &self.axial[2]
     }
 
     /// The free part of z and z': what is left of them beside the straight line that they follow where F is linear.
-    pub fn free_part(&self, [z, z_dot]: [&Number; 2], [force, slope]: [&Number; 2]) -> [Number; 2] {
+    pub fn free_part(&self, [z, z_dot]: [&Float<N>; 2], [force, slope]: [&Float<N>; 2]) -> [Float<N>; 2] {
         let [damping, stiffness, _] = &self.axial;
         let drift = slope.over(stiffness);
         let straight = (force - &(damping * &drift)).over(stiffness);
@@ -118,43 +118,43 @@ impl Model {
     }
 
     /// T_r or T_s: c_t times the rate plus k_t times the twist, N m.
-    pub fn torque(&self, twist: &Number, rate: &Number) -> Number {
+    pub fn torque(&self, twist: &Float<N>, rate: &Float<N>) -> Float<N> {
         let [damping, stiffness] = &self.torsion;
         &(damping * rate) + &(stiffness * twist)
     }
 
     /// mu_0 r F_n, N m.
-    pub fn breakaway_torque(&self, normal_force: &Number) -> Number {
+    pub fn breakaway_torque(&self, normal_force: &Float<N>) -> Float<N> {
         &self.breakaway * normal_force
     }
 }
 
 /// Taylor coefficients of the motion around the present time.
 #[derive(Debug)]
-pub(super) struct Expansion {
+pub(super) struct Expansion<const N: usize> {
     law: Law,
-    state: [Vec<Number>; COUNT],
+    state: [Vec<Float<N>>; COUNT],
     /// F and F', N and N/s.
-    force: [Number; 2],
+    force: [Float<N>; 2],
     /// -c_a z' - k_e z.
-    normal: Vec<Number>,
-    rotor_torque: Vec<Number>,
-    stator_torque: Vec<Number>,
+    normal: Vec<Float<N>>,
+    rotor_torque: Vec<Float<N>>,
+    stator_torque: Vec<Float<N>>,
     /// s omega_r, in slip.
-    speed: Vec<Number>,
+    speed: Vec<Float<N>>,
     /// j g_j of the exponent g = -alpha s omega_r.
-    slope: Vec<Number>,
+    slope: Vec<Float<N>>,
     /// E = exp(g), and E F_n.
-    exponential: Vec<Number>,
-    weakened: Vec<Number>,
+    exponential: Vec<Float<N>>,
+    weakened: Vec<Float<N>>,
 }
 
-impl Expansion {
+impl<const N: usize> Expansion<N> {
     /// Of order 0.
-    pub fn new(law: Law, state: &State, force: [Number; 2]) -> Expansion {
+    pub fn new(law: Law, state: &State<N>, force: [Float<N>; 2]) -> Self {
         Expansion {
             law,
-            state: std::array::from_fn(|c| vec![state[c].clone()]),
+            state: state.map(|value| vec![value]),
             force,
             normal: Vec::new(),
             rotor_torque: Vec::new(),
@@ -167,13 +167,13 @@ impl Expansion {
     }
 
     /// Continues the coefficients up to `order`; guards then have that order, and the state one more.
-    pub fn extend(&mut self, model: &Model, order: usize, constants: &mut Consts) {
-        for k in self.normal.len()..=order.min(LARGEST_ORDER) {
+    pub fn extend(&mut self, model: &Model<N>, order: usize) {
+        for k in self.normal.len()..=order.min(largest_order(Float::<N>::BITS)) {
             let at = |c: usize| &self.state[c][k];
             let normal = model.normal_force(at(Z), at(Z_DOT));
             let rotor = model.torque(at(ROTOR_TWIST), at(ROTOR_TWIST_RATE));
             let stator = model.torque(at(STATOR_TWIST), at(STATOR_TWIST_RATE));
-            let mut axial = normal.clone();
+            let mut axial = normal;
             if let Some(force) = self.force.get(k) {
                 axial -= force;
             }
@@ -183,7 +183,7 @@ impl Expansion {
             // phi_2'' and phi_1''.
             let (rotor_side, stator_side) = match self.law {
                 Law::Slip(sense) => {
-                    let interface = self.interface_torque(model, k, sense, constants);
+                    let interface = self.interface_torque(model, k, sense);
                     (
                         &(&rotor - &interface) * &model.per_surface_inertia,
                         &(&interface - &stator) * &model.per_surface_inertia,
@@ -191,7 +191,7 @@ impl Expansion {
                 }
                 Law::Stick => {
                     let joint = (&(&rotor - &stator) * &model.per_surface_inertia).half();
-                    (joint.clone(), joint)
+                    (joint, joint)
                 }
                 Law::Separated => (
                     &rotor * &model.per_surface_inertia,
@@ -218,7 +218,7 @@ impl Expansion {
     }
 
     /// Coefficient k of s mu(s omega_r) r F_n, of which all lower ones are there.
-    fn interface_torque(&mut self, model: &Model, k: usize, sense: i8, constants: &mut Consts) -> Number {
+    fn interface_torque(&mut self, model: &Model<N>, k: usize, sense: i8) -> Float<N> {
         let rates = [ROTOR_SPEED, ROTOR_TWIST_RATE, STATOR_TWIST_RATE].map(|c| &self.state[c][k]);
         let relative = &(rates[0] - rates[1]) - rates[2];
         let speed = if sense < 0 { -&relative } else { relative };
@@ -226,12 +226,12 @@ impl Expansion {
         self.slope.push(&exponent * &model.integers[k]);
         self.speed.push(speed);
         let exponential = if k == 0 {
-            exponent.exp(constants)
+            exponent.exp(&model.ln_2, &model.reciprocals)
         } else {
-            &convolution(&self.slope[1..], &self.exponential[..k], model.bits) * &model.reciprocals[k]
+            &Float::convolution(&self.slope[1..], &self.exponential[..k]) * &model.reciprocals[k]
         };
         self.exponential.push(exponential);
-        let weakened = convolution(&self.exponential, &self.normal, model.bits);
+        let weakened = Float::convolution(&self.exponential, &self.normal);
         let [constant, falling] = &model.friction;
         let torque = &(constant * &self.normal[k]) + &(falling * &weakened);
         self.weakened.push(weakened);
@@ -239,23 +239,23 @@ impl Expansion {
     }
 
     /// Coefficients of one component.
-    pub fn component(&self, component: usize) -> &[Number] {
+    pub fn component(&self, component: usize) -> &[Float<N>] {
         &self.state[component]
     }
 
     /// s omega_r, rad/s; empty outside slip.
-    pub fn speed(&self) -> &[Number] {
+    pub fn speed(&self) -> &[Float<N>] {
         &self.speed
     }
 
     /// -c_a z' - k_e z, N.
-    pub fn normal(&self) -> &[Number] {
+    pub fn normal(&self) -> &[Float<N>] {
         &self.normal
     }
 
     /// The margin of steady sliding, c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha s omega_r), N m s/rad.
-    pub fn margin(&self, model: &Model) -> Vec<Number> {
-        let mut margin: Vec<Number> = self.weakened.iter().map(|w| -&(&model.weakening * w)).collect();
+    pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
+        let mut margin: Vec<Float<N>> = self.weakened.iter().map(|w| -&(&model.weakening * w)).collect();
         if let Some(first) = margin.first_mut() {
             *first += &model.torsion[0];
         }
@@ -263,7 +263,7 @@ impl Expansion {
     }
 
     /// mu_0 r F_n - s T_f: what is left before the contact breaks away in the sense s, N m.
-    pub fn reserve(&self, model: &Model, sense: i8) -> Vec<Number> {
+    pub fn reserve(&self, model: &Model<N>, sense: i8) -> Vec<Float<N>> {
         let torques = self.rotor_torque.iter().zip(&self.stator_torque);
         self.normal
             .iter()
@@ -281,25 +281,16 @@ impl Expansion {
     }
 
     /// The state after `step` (s).
-    pub fn at(&self, step: &Number) -> State {
+    pub fn at(&self, step: &Float<N>) -> State<N> {
         std::array::from_fn(|c| evaluate(&self.state[c], step))
     }
 }
 
-/// The sum of a_j b_(n-j), both of n + 1 coefficients.
-fn convolution(a: &[Number], b: &[Number], bits: usize) -> Number {
-    let mut sum = Number::zero(bits);
-    for (a, b) in a.iter().zip(b.iter().rev()) {
-        sum += &(a * b);
-    }
-    sum
-}
-
 /// A polynomial at `x`, by Horner's rule.
-pub(super) fn evaluate(coefficients: &[Number], x: &Number) -> Number {
+pub(super) fn evaluate<const N: usize>(coefficients: &[Float<N>], x: &Float<N>) -> Float<N> {
     let mut rest = coefficients.iter().rev();
     let Some(last) = rest.next() else {
-        return Number::zero(64);
+        return Float::zero();
     };
-    rest.fold(last.clone(), |sum, coefficient| &(&sum * x) + coefficient)
+    rest.fold(*last, |sum, coefficient| &(&sum * x) + coefficient)
 }

@@ -1,30 +1,13 @@
 //! Order and length of a step from the precision.
 
-use super::number::Number;
+use super::float::Float;
 use super::parameters::ExactParameters;
-use super::series::{Expansion, LARGEST_ORDER, Model, State, component::*};
-use astro_float::Consts;
+use super::series::{Expansion, Model, State, component::*, largest_order};
 
 /// Orders that are tried, each against the last: the cost of a step is about the order's square, and the best length for
 /// it depends on how much of the motion is slow.
-const ORDERS: [usize; 17] = [
-    12,
-    16,
-    20,
-    24,
-    28,
-    32,
-    40,
-    48,
-    56,
-    64,
-    80,
-    96,
-    112,
-    128,
-    160,
-    192,
-    LARGEST_ORDER,
+const ORDERS: [usize; 25] = [
+    12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384, 448, 512, 640, 768, 1024,
 ];
 
 /// What a coefficient of any order costs beside its convolutions, in terms of them.
@@ -75,12 +58,12 @@ impl Scales {
 }
 
 /// The longest step with that expansion, log2 of s: where its last two terms reach the tolerance.
-fn log_step(expansion: &Expansion, scales: &Scales, bits: usize) -> f64 {
+fn log_step<const N: usize>(expansion: &Expansion<N>, scales: &Scales) -> f64 {
     let mut step = f64::INFINITY;
     for c in DECIDING {
         let coefficients = expansion.component(c);
         let size = coefficients[0].log2().max(scales.least[c]);
-        let tolerance = size - bits as f64 + MARGIN_BITS;
+        let tolerance = size - Float::<N>::BITS as f64 + MARGIN_BITS;
         let last = coefficients.len() - 1;
         for k in [last - 1, last] {
             let term = coefficients[k].log2();
@@ -91,18 +74,18 @@ fn log_step(expansion: &Expansion, scales: &Scales, bits: usize) -> f64 {
 }
 
 /// Extends the expansion to the order that costs least, and returns the length of the step, s; no longer than `limit`.
-pub(super) fn choose(
-    expansion: &mut Expansion,
-    model: &Model,
+pub(super) fn choose<const N: usize>(
+    expansion: &mut Expansion<N>,
+    model: &Model<N>,
     scales: &Scales,
-    limit: &Number,
-    constants: &mut Consts,
-) -> Number {
+    limit: &Float<N>,
+) -> Float<N> {
     let log_limit = limit.log2();
     let mut best: Option<(f64, f64)> = None;
-    for order in ORDERS {
-        expansion.extend(model, order, constants);
-        let log_step = log_step(expansion, scales, model.bits) + SAFETY.log2();
+    let largest = largest_order(Float::<N>::BITS);
+    for order in ORDERS.into_iter().filter(|order| *order <= largest) {
+        expansion.extend(model, order);
+        let log_step = log_step(expansion, scales) + SAFETY.log2();
         let cost = (order as f64 * (order as f64 + FIXED_COST)).log2() - log_step.min(log_limit);
         // Coefficients of a higher order only make the same step more accurate.
         let length = best.map_or(log_step, |(_, best)| best.max(log_step));
@@ -114,13 +97,13 @@ pub(super) fn choose(
     }
     let length = best.map_or(log_limit, |(_, length)| length);
     if length >= log_limit {
-        limit.clone()
+        *limit
     } else {
-        Number::from_f64(length.exp2(), model.bits)
+        Float::from_f64(length.exp2())
     }
 }
 
 /// A state with a component that is not finite.
-pub(super) fn is_lost(state: &State) -> bool {
+pub(super) fn is_lost<const N: usize>(state: &State<N>) -> bool {
     state.iter().any(|value| !value.is_finite())
 }

@@ -18,6 +18,12 @@ pub struct CertificateTables {
     pub time_uncertainty: Vec<f64>,
     /// One for each event: code of its verdict.
     pub verdict: Vec<i8>,
+    /// One for each event, by the ladder of methods alone: the uncertainty, s, NaN where it is not converged.
+    pub ladder_uncertainty: Vec<f64>,
+    /// One for each event: code of the verdict by the ladder alone.
+    pub ladder_verdict: Vec<i8>,
+    /// One for each event, with the oracle: its distance from the exact one, own less exact, s; NaN where that has none.
+    pub true_error: Option<Vec<f64>>,
     /// (code, name) of the verdicts.
     pub verdicts: Vec<schema::Flag>,
     /// One for each event: what rounding can do to its time, s.
@@ -131,6 +137,33 @@ fn certificate(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         &event,
     )?;
     flags(&verdict, &tables.verdicts)?;
+    let by_ladder = column(
+        group,
+        "ladder_verdict",
+        &tables.ladder_verdict,
+        "1",
+        "what the ladder of methods alone says of the event",
+        &event,
+    )?;
+    flags(&by_ladder, &tables.verdicts)?;
+    column(
+        group,
+        "ladder_uncertainty",
+        &tables.ladder_uncertainty,
+        "s",
+        "uncertainty of the event by the ladder of methods alone; NaN: not converged",
+        &event,
+    )?;
+    if let Some(errors) = &tables.true_error {
+        column(
+            group,
+            "true_error",
+            errors,
+            "s",
+            "distance of the event from that of the oracle, own less exact; NaN: the oracle has none near it",
+            &event,
+        )?;
+    }
     column(
         group,
         "rounding",

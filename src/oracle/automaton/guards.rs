@@ -3,7 +3,7 @@
 use super::{Run, Watch};
 use crate::model::Mode;
 use crate::oracle::OracleError;
-use crate::oracle::number::Number;
+use crate::oracle::float::Float;
 use crate::oracle::roots::{Crossing, first_zero};
 use crate::oracle::series::{Expansion, component::*, evaluate};
 use num_traits::Signed;
@@ -22,15 +22,15 @@ pub(super) enum Guard {
     Breakaway(i8),
 }
 
-impl Run {
+impl<const N: usize> Run<N> {
     /// The guard that ends the step first, with its time from the start of the step.
     pub(super) fn first_guard(
         &mut self,
-        expansion: &Expansion,
-        step: &Number,
-    ) -> Result<Option<(Number, Guard)>, OracleError> {
-        let negated = |p: &[Number]| p.iter().map(|c| -c).collect::<Vec<_>>();
-        let mut guards: Vec<(Guard, Vec<Number>)> = Vec::with_capacity(3);
+        expansion: &Expansion<N>,
+        step: &Float<N>,
+    ) -> Result<Option<(Float<N>, Guard)>, OracleError> {
+        let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
+        let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(3);
         match self.mode {
             Mode::Separated => {
                 if !self.stays_open {
@@ -53,7 +53,7 @@ impl Run {
                 }
             }
         }
-        let mut first: Option<(Number, Guard)> = None;
+        let mut first: Option<(Float<N>, Guard)> = None;
         for (guard, polynomial) in guards {
             let known = self
                 .zeros
@@ -82,9 +82,9 @@ impl Run {
 
     /// A guard that stands beyond its boundary fires at once, if it may: after a kick, or at the start of a run. One that
     /// has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
-    fn beyond(&self, guard: Guard, known: usize) -> Result<Number, OracleError> {
+    fn beyond(&self, guard: Guard, known: usize) -> Result<Float<N>, OracleError> {
         let what = match guard {
-            Guard::Contact | Guard::Stability if known == 0 => return Ok(Number::zero(self.model.bits)),
+            Guard::Contact | Guard::Stability if known == 0 => return Ok(Float::zero()),
             Guard::Contact | Guard::Separation => "the contact force turns at zero",
             Guard::Stability => "the stability of sliding turns at its limit",
             Guard::Stop => "a slip starts against its own sense",
@@ -98,7 +98,7 @@ impl Run {
 
     /// Whether an open contact with this axial state at `time` stays open whatever rings: F does not press, and what is left
     /// of the oscillation is below its floor.
-    pub(super) fn rests(&self, axial: [&Number; 2], time: &Number) -> bool {
+    pub(super) fn rests(&self, axial: [&Float<N>; 2], time: &Float<N>) -> bool {
         let (start, [force, slope]) = &self.force;
         let presses_later = match self.later_force.front() {
             Some(next) => next.force.is_positive(),

@@ -2,15 +2,15 @@
 
 mod guards;
 
+use super::float::Float;
 use super::number::{Number, nearest_double};
 use super::parameters::{ExactParameters, Piece};
 use super::report::{OracleEvent, OracleReport, OracleState};
 use super::series::{Expansion, Law, Model, State, component::*};
 use super::steps::{self, Scales};
-use super::{DIGITS, OracleError, OracleOptions};
+use super::{OracleError, OracleOptions};
 use crate::model::{BreakawayTest, Mode};
 use crate::simulation::EventKind;
-use astro_float::Consts;
 use guards::Guard;
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 /// Bits between the digits that a run is to compute with and its precision, for the rounding of sums.
-const GUARD_BITS: f64 = 18.0;
+pub(super) const GUARD_BITS: f64 = 18.0;
 
 /// Solves the model from t = 0 to the end time of `options`. `control` is asked at every step, with the time (s); `Break`
 /// ends the run with an error.
@@ -30,15 +30,35 @@ pub fn run(
     options: &OracleOptions,
     control: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<OracleReport, OracleError> {
-    if !DIGITS.contains(&options.digits) {
+    let Some(words) = super::words(options.digits) else {
         return Err(OracleError::Digits { asked: options.digits });
-    }
+    };
     if parameters.breakaway_test != BreakawayTest::Transmitted {
         return Err(OracleError::BreakawayTest);
     }
-    let mut run = Run::new(parameters, options);
+    // A number of words that the compiler knows makes the arithmetic several times faster.
+    match words {
+        1 => run_with::<1>(parameters, options, control),
+        2 => run_with::<2>(parameters, options, control),
+        3 => run_with::<3>(parameters, options, control),
+        4 => run_with::<4>(parameters, options, control),
+        6 => run_with::<6>(parameters, options, control),
+        10 => run_with::<10>(parameters, options, control),
+        16 => run_with::<16>(parameters, options, control),
+        32 => run_with::<32>(parameters, options, control),
+        _ => Err(OracleError::Digits { asked: options.digits }),
+    }
+}
+
+fn run_with<const N: usize>(
+    parameters: &ExactParameters,
+    options: &OracleOptions,
+    control: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<OracleReport, OracleError> {
+    let mut run = Run::<N>::new(parameters, options);
     while run.time < run.end {
-        if run.steps.is_multiple_of(64) && control(run.time.to_f64()).is_break() {
+        // Steps with many words take long each.
+        if run.steps.is_multiple_of(if N > 4 { 1 } else { 64 }) && control(run.time.to_f64()).is_break() {
             return Err(OracleError::Interrupted(run.time.to_f64()));
         }
         run.time_events()?;
@@ -49,7 +69,7 @@ pub fn run(
         events: run.events,
         samples: run.samples,
         steps: run.steps,
-        bits: run.model.bits,
+        bits: Float::<N>::BITS,
     })
 }
 
@@ -61,13 +81,12 @@ enum Watch {
     Off,
 }
 
-struct Run {
-    model: Model,
+struct Run<const N: usize> {
+    model: Model<N>,
     scales: Scales,
-    constants: Consts,
-    time: Number,
-    end: Number,
-    state: State,
+    time: Float<N>,
+    end: Float<N>,
+    state: State<N>,
     mode: Mode,
     watch: Watch,
     /// Guards that are zero at the present time by what has just happened, with the number of their coefficients that are.
@@ -75,7 +94,7 @@ struct Run {
     /// Of a take-off from stick: 2 where breakaway and low-speed friction are equal, since omega_r' starts at 0 too.
     take_off_zeros: usize,
     /// The force now and its later pieces.
-    force: (Number, [Number; 2]),
+    force: (Float<N>, [Float<N>; 2]),
     later_force: VecDeque<Piece>,
     /// The ringing of an open contact has fallen below its floor: open it stays, up to the next corner.
     stays_open: bool,
@@ -84,9 +103,9 @@ struct Run {
     /// m / k_e, s^2.
     axial_time_squared: f64,
     /// Timed kicks to come, in order, and those that wait for the instability.
-    kicks: VecDeque<(Number, Number)>,
-    waiting: Vec<Number>,
-    samples_due: VecDeque<Number>,
+    kicks: VecDeque<(Float<N>, Float<N>)>,
+    waiting: Vec<Float<N>>,
+    samples_due: VecDeque<Float<N>>,
     events: Vec<OracleEvent>,
     samples: Vec<(Number, OracleState)>,
     max_events: usize,
@@ -94,11 +113,9 @@ struct Run {
     steps: u64,
 }
 
-impl Run {
-    fn new(exact: &ExactParameters, options: &OracleOptions) -> Run {
-        let wanted = f64::from(options.digits) * std::f64::consts::LOG2_10 + GUARD_BITS;
-        let bits = (wanted / 64.0).ceil() as usize * 64;
-        let number = |value: &BigRational| Number::from_rational(value, bits);
+impl<const N: usize> Run<N> {
+    fn new(exact: &ExactParameters, options: &OracleOptions) -> Self {
+        let number = Float::from_rational;
         let mut pieces: VecDeque<Piece> = exact.pieces().into();
         let zero = || BigRational::from_integer(BigInt::from(0));
         let first = pieces.pop_front().unwrap_or(Piece {
@@ -113,14 +130,12 @@ impl Run {
             .filter_map(|kick| Some((kick.time.clone()?, number(&kick.relative_velocity))))
             .collect();
         kicks.sort_by(|a, b| a.0.cmp(&b.0));
-        let mut state: State = std::array::from_fn(|_| Number::zero(bits));
+        let mut state: State<N> = [Float::zero(); COUNT];
         state[ROTOR_SPEED] = number(&exact.speed);
         let mut run = Run {
-            model: Model::new(exact, bits),
+            model: Model::new(exact),
             scales: Scales::new(exact),
-            // Fails only where there is no memory for it, and then nothing else works either.
-            constants: Consts::new().unwrap_or_else(|error| panic!("no memory for mathematical constants: {error:?}")),
-            time: Number::zero(bits),
+            time: Float::zero(),
             end: number(&options.end_time),
             state,
             mode: Mode::Separated,
@@ -156,7 +171,7 @@ impl Run {
     }
 
     /// phi_2' - phi_1'.
-    fn relative_velocity(&self) -> Number {
+    fn relative_velocity(&self) -> Float<N> {
         &(&self.state[ROTOR_SPEED] - &self.state[ROTOR_TWIST_RATE]) - &self.state[STATOR_TWIST_RATE]
     }
 
@@ -174,7 +189,7 @@ impl Run {
         let limit = if normal.signum() > 0 {
             self.model.breakaway_torque(&normal)
         } else {
-            Number::zero(self.model.bits)
+            Float::zero()
         };
         let rotor = self.model.torque(&y[ROTOR_TWIST], &y[ROTOR_TWIST_RATE]);
         let stator = self.model.torque(&y[STATOR_TWIST], &y[STATOR_TWIST_RATE]);
@@ -182,7 +197,7 @@ impl Run {
         let magnitude = if transmitted.signum() < 0 {
             -&transmitted
         } else {
-            transmitted.clone()
+            transmitted
         };
         if magnitude <= limit {
             Mode::Stick
@@ -207,7 +222,7 @@ impl Run {
             });
         }
         self.events.push(OracleEvent {
-            time: self.time.clone(),
+            time: (&self.time).into(),
             kind,
             mode_after: self.mode,
             state: OracleState::new(&self.state),
@@ -218,11 +233,11 @@ impl Run {
     /// What is due at the present time: a corner of the force, then kicks.
     fn time_events(&mut self) -> Result<(), OracleError> {
         while let Some(piece) = self.later_force.front() {
-            let start = Number::from_rational(&piece.start, self.model.bits);
+            let start = Float::from_rational(&piece.start);
             if start > self.time {
                 break;
             }
-            let number = |value| Number::from_rational(value, self.model.bits);
+            let number = Float::from_rational;
             self.force = (start, [number(&piece.force), number(&piece.slope)]);
             self.later_force.pop_front();
             self.record(EventKind::Corner)?;
@@ -265,7 +280,7 @@ impl Run {
     }
 
     /// Half of the jump on each surface; in stick it is absorbed.
-    fn kick(&mut self, delta: &Number) -> Result<(), OracleError> {
+    fn kick(&mut self, delta: &Float<N>) -> Result<(), OracleError> {
         if self.mode == Mode::Stick {
             return self.record(EventKind::Kick);
         }
@@ -316,12 +331,12 @@ impl Run {
             Mode::Stick => Law::Stick,
             Mode::SlipForward | Mode::SlipBackward => Law::Slip(self.mode.sense()),
         };
-        let mut until = self.end.clone();
+        let mut until = self.end;
         if let Some(piece) = self.later_force.front() {
-            until = least(until, Number::from_rational(&piece.start, self.model.bits));
+            until = least(until, Float::from_rational(&piece.start));
         }
         if let Some((time, _)) = self.kicks.front() {
-            until = least(until, time.clone());
+            until = least(until, *time);
         }
         let limit = &until - &self.time;
         if limit.signum() <= 0 {
@@ -329,9 +344,9 @@ impl Run {
         }
         let [at_start, slope] = &self.force.1;
         let force = at_start + &(slope * &(&self.time - &self.force.0));
-        let mut expansion = Expansion::new(law, &self.state, [force, slope.clone()]);
-        let step = steps::choose(&mut expansion, &self.model, &self.scales, &limit, &mut self.constants);
-        let resolved = step.log2() > self.time.log2() - self.model.bits as f64 + 8.0;
+        let mut expansion = Expansion::new(law, &self.state, [force, *slope]);
+        let step = steps::choose(&mut expansion, &self.model, &self.scales, &limit);
+        let resolved = step.log2() > self.time.log2() - Float::<N>::BITS as f64 + 8.0;
         if !resolved && step < limit {
             return Err(OracleError::StepVanishes(self.time.to_f64()));
         }
@@ -343,7 +358,8 @@ impl Run {
                 break;
             }
             let time = &self.time + &due;
-            self.samples.push((time, OracleState::new(&expansion.at(&due))));
+            self.samples
+                .push(((&time).into(), OracleState::new(&expansion.at(&due))));
             self.samples_due.pop_front();
         }
         self.state = expansion.at(reached);
@@ -412,6 +428,6 @@ fn slip(sign: i8) -> Mode {
     }
 }
 
-fn least(a: Number, b: Number) -> Number {
+fn least<const N: usize>(a: Float<N>, b: Float<N>) -> Float<N> {
     if b < a { b } else { a }
 }

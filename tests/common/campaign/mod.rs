@@ -9,8 +9,9 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
+use stickslip::analysis::exact::LONGEST;
 use stickslip::case::{Case, CaseSource};
-use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
+use stickslip::oracle::{self, OracleEvent, OracleRequest, rational};
 use stickslip::simulation::{Event, EventKind, MemoryRecorder, SolverOptions, simulate};
 
 /// True digits of the oracle's event times, as in `certify --oracle`.
@@ -184,16 +185,16 @@ fn exact_events(
         Verdict::Converged => certificate.growth_to_onset,
         _ => certificate.growth_exponent,
     };
-    let lost = (growth.unwrap_or(0.0) / std::f64::consts::LN_10).ceil() as u32;
-    let options = OracleOptions {
-        digits: (DIGITS + lost).max(33),
+    let request = OracleRequest {
+        digits: DIGITS,
+        growth: growth.unwrap_or(0.0),
         end_time: rational(&format!("{:e}", case.output.end_time)).ok_or("no end")?,
-        sample_times: Vec::new(),
         max_events: case.solver.max_events,
+        longest: LONGEST,
     };
-    let report =
-        oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
-    Ok(report.events)
+    let solution =
+        oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
+    Ok(solution.report.events)
 }
 
 /// All brakes of the range, over as many threads as STICKSLIP_CAMPAIGN_THREADS says, or as there are processors; prints

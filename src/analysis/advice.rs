@@ -1,0 +1,184 @@
+//! What to do about a result that falls short: advice is tried before it is given.
+
+use super::bands::compared_output;
+use super::certificate::{Certificate, Verdict, certify, significant};
+use super::exact::distances;
+use super::ladder::run;
+use crate::case::Case;
+use crate::oracle::OracleSolution;
+use crate::simulation::{Method, SolverOptions};
+
+/// More digits are not in a double.
+pub const DIGITS_OF_DOUBLE: u32 = 16;
+
+/// What to do about a result that is not converged.
+pub fn remedy(certificate: &Certificate) -> String {
+    match certificate.verdict {
+        Verdict::Converged => String::new(),
+        Verdict::NoiseDetermined => format!(
+            "from the loss of stability to the first stick a deviation grows by e^{:.0} (G = {:.1} in all), so that the \
+             onset and all after it are amplified rounding, which no tolerance makes converge. Set a perturbation well \
+             above rounding, such as --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
+            certificate.growth_to_onset.unwrap_or(0.0),
+            certificate.growth_exponent.unwrap_or(0.0),
+        ),
+        Verdict::SequenceDiffers if certificate.by_oracle => {
+            "the exact solution has another sequence of events than this result, or has one of them elsewhere. Use a finer \
+             method or tolerance, or move a parameter off the border"
+                .to_owned()
+        }
+        Verdict::SequenceDiffers if certificate.others_agree => {
+            "independent methods agree with each other, and not with this result: its own method or tolerance is too \
+             coarse. Use a smaller solver.rtol, or solver.method = \"auto\""
+                .to_owned()
+        }
+        Verdict::SequenceDiffers => {
+            "independent methods find another sequence of events: an event is marginal, a take-off that grazes or a kick \
+             near the noise of a method. Use a smaller solver.rtol or a larger kick, or move a parameter off the border"
+                .to_owned()
+        }
+    }
+}
+
+/// What is missing of the digits that are asked for, and which setting has them; `None` if they are there. Of a result that
+/// lacks them the likely settings are tried: each is a run, and a certificate of its own or, with the oracle's `solution`, a
+/// comparison with that. With more digits than a double holds it is the oracle's events that must have them.
+pub fn shortfall(
+    case: &Case,
+    certificate: &Certificate,
+    solution: Option<&OracleSolution>,
+    digits: u32,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<String> {
+    if let Some(contradiction) = &certificate.contradiction {
+        return Some(format!("{digits} digits were asked for, but {contradiction}"));
+    }
+    if let Some(solution) = solution.filter(|solution| solution.digits >= digits && digits > DIGITS_OF_DOUBLE) {
+        log::info!("the oracle's events have {} digits", solution.digits);
+        return None;
+    }
+    let least = certificate.least_digits()?;
+    if certificate.verdict == Verdict::Converged && least >= digits {
+        return None;
+    }
+    let most = certificate.most_digits().unwrap_or(0);
+    let asked = match certificate.verdict {
+        Verdict::Converged if digits > most && solution.is_none() => {
+            return Some(format!(
+                "{digits} digits were asked for, but rounding to double precision leaves {most} of the event that it moves \
+                 most; this result has {least}. Ask for fewer, or use --oracle for a table with more"
+            ));
+        }
+        Verdict::Converged => format!("{digits} digits were asked for, and the result has {least}"),
+        verdict => format!("{digits} digits were asked for, but the result is {}", verdict.name()),
+    };
+    if certificate.verdict == Verdict::NoiseDetermined && solution.is_none() {
+        return Some(format!("{asked}: {}", remedy(certificate)));
+    }
+    let mut tried: Vec<(String, u32)> = Vec::new();
+    for solver in candidates(&case.solver) {
+        let candidate = Case { solver, ..case.clone() };
+        let setting = setting(&candidate.solver, &case.solver);
+        let reached = digits_of(&candidate, solution, stop);
+        if stop() {
+            return Some(asked);
+        }
+        log::debug!("{setting}: {reached} digits");
+        if reached >= digits {
+            return Some(format!("{asked}: {setting} has {reached}"));
+        }
+        tried.push((setting, reached));
+    }
+    let best = tried.iter().max_by_key(|(_, reached)| *reached);
+    let others = match best {
+        Some((setting, reached)) if *reached > least => {
+            format!("nothing that was tried has so many; the most is {reached}, with {setting}")
+        }
+        _ => {
+            let names: Vec<&str> = tried.iter().map(|(setting, _)| setting.as_str()).collect();
+            format!("{} have no more", names.join(", "))
+        }
+    };
+    let remedy = remedy(certificate);
+    let remedy = if remedy.is_empty() {
+        remedy
+    } else {
+        format!(". {}", capitalised(&remedy))
+    };
+    Some(format!("{asked}, and {others}{remedy}"))
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase).into_iter().flatten();
+    first.chain(letters).collect()
+}
+
+/// What may have more digits than a run with these settings: first what costs least.
+fn candidates(own: &SolverOptions) -> Vec<SolverOptions> {
+    let with = |method: Method, rtol: f64| SolverOptions {
+        method,
+        rtol,
+        fixed_step: None,
+        ..own.clone()
+    };
+    // A method that is not meant to be accurate is not made so by a tolerance.
+    let method = if own.method == Method::Paper {
+        Method::Auto
+    } else {
+        own.method
+    };
+    let mut candidates = vec![
+        with(Method::Series, own.rtol.min(1e-9)),
+        with(method, 1e-12),
+        with(method, 1e-13),
+        with(Method::Auto, 1e-12),
+        with(Method::Auto, 1e-13),
+    ];
+    let mut seen = vec![own.clone()];
+    candidates.retain(|candidate| {
+        let new = !seen.contains(candidate);
+        seen.push(candidate.clone());
+        new
+    });
+    candidates
+}
+
+/// The keys in which settings differ from the result's own, as options of the program.
+fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
+    let mut keys = Vec::new();
+    if candidate.method != own.method {
+        keys.push(format!("--set 'solver.method=\"{}\"'", candidate.method.name()));
+    }
+    if candidate.rtol != own.rtol {
+        keys.push(format!("--set solver.rtol={:e}", candidate.rtol));
+    }
+    keys.join(" ")
+}
+
+/// Digits of every event of the sequence that a run of the case has; 0 if it fails or is not converged.
+fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+    let finished = run(case, &case.solver, &compared_output(&case.output), stop);
+    if finished.rung.failure.is_some() || stop() {
+        return 0;
+    }
+    let events = &finished.recorder.events;
+    let Some(solution) = solution else {
+        return match certify(case, &finished.recorder, stop) {
+            Ok(own) if own.verdict == Verdict::Converged => own.least_digits().unwrap_or(0),
+            _ => 0,
+        };
+    };
+    let (distances, missing) = distances(case, events, solution);
+    if missing > 0 {
+        return 0;
+    }
+    let word = events
+        .iter()
+        .zip(distances)
+        .filter(|(event, _)| event.kind.in_mode_word());
+    let digits = word.map(|(event, distance)| {
+        distance.map_or(0, |(distance, error)| significant(event.time, distance.abs() + error))
+    });
+    digits.min().unwrap_or(0)
+}

@@ -1,0 +1,220 @@
+//! The oracle's last word: a certificate whose events are held against the exact ones.
+//!
+//! A ladder of methods bounds an error by how far methods are apart; it can be wrong where all of them share an error, and
+//! is wide where the result is better than every witness. The oracle's events settle both: the distance to them is the
+//! error, up to the oracle's own.
+
+use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, certify};
+use super::compare::word::{Alignment, WordEvent};
+use crate::case::{Case, CaseSource, Override};
+use crate::model::torsion::TorsionModel;
+use crate::oracle::{self, ExactParameters, Number, OracleProgress, OracleRequest, OracleSolution};
+use crate::simulation::{Event, EventKind, MemoryRecorder};
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+/// Digits that the oracle's event times have, unless more are asked for.
+pub const ORACLE_DIGITS: u32 = 25;
+
+/// The oracle makes no run that takes longer, unless it is told to.
+pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
+
+/// Of two texts of one case the one whose numbers are as they were written: that which was `given`, if it is the case of the
+/// run; else `resolved`, where every number has been through a double.
+pub fn as_written<'a>(
+    case: &Case,
+    given: &'a CaseSource,
+    resolved: &'a CaseSource,
+    overrides: &[Override],
+) -> &'a CaseSource {
+    match Case::exact_parameters(given, overrides) {
+        Ok(exact) if exact.rounded() == case.parameters => given,
+        _ => resolved,
+    }
+}
+
+/// Certifies a result as [`certify`] does, solves the case by the oracle with `digits` true digits of every event time (or
+/// [`ORACLE_DIGITS`], if that is more), and gives the oracle the last word. `exact` are the case's own parameters without
+/// rounding, as by [`Case::exact_parameters`].
+///
+/// `stop` and `progress` are asked now and then.
+///
+/// # Errors
+/// Those of [`certify`] and of [`oracle::solve`].
+pub fn certify_exactly(
+    case: &Case,
+    exact: &ExactParameters,
+    result: &MemoryRecorder,
+    digits: u32,
+    stop: &(dyn Fn() -> bool + Sync),
+    progress: &mut dyn FnMut(OracleProgress),
+) -> Result<(Certificate, OracleSolution), CertifyError> {
+    let mut certificate = certify(case, result, stop)?;
+    let solution = solve(case, exact, &certificate, digits, stop, progress)?;
+    last_word(&mut certificate, case, &result.events, &solution);
+    Ok((certificate, solution))
+}
+
+fn solve(
+    case: &Case,
+    exact: &ExactParameters,
+    certificate: &Certificate,
+    digits: u32,
+    stop: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(OracleProgress),
+) -> Result<OracleSolution, CertifyError> {
+    // A kick ends the growth at the first stick, which is about where the methods have it.
+    let kicked = !case.parameters.perturbations.is_empty();
+    let growth = match certificate.growth_to_onset.filter(|_| kicked) {
+        Some(growth) => growth,
+        None => certificate.growth_exponent.unwrap_or(0.0),
+    };
+    let end_time = Number::from_f64(case.output.end_time, 64).to_rational();
+    let as_decimal = oracle::rational(&format!("{:e}", case.output.end_time));
+    let request = OracleRequest {
+        digits: digits.max(ORACLE_DIGITS),
+        growth,
+        end_time: as_decimal.or(end_time).unwrap_or_default(),
+        max_events: case.solver.max_events,
+        longest: LONGEST,
+    };
+    let solution = oracle::solve(exact, &request, &mut |now| {
+        progress(now);
+        match stop() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    });
+    solution.map_err(|error| match stop() {
+        true => CertifyError::Interrupted,
+        false => CertifyError::Oracle(error),
+    })
+}
+
+/// Of each event of a result its distance from the oracle's event (s, own less exact) and how well that is known (s); `None`
+/// where the oracle has no such event near it. And how many events of the sequence the oracle has beside these.
+pub fn distances(case: &Case, result: &[Event], solution: &OracleSolution) -> (Vec<Option<(f64, f64)>>, usize) {
+    let period = TorsionModel::new(&case.parameters).natural_period();
+    let exact = &solution.report.events;
+    let in_word = |kind: EventKind| kind.in_mode_word();
+    let theirs: Vec<usize> = (0..exact.len()).filter(|k| in_word(exact[*k].kind)).collect();
+    let own: Vec<usize> = (0..result.len()).filter(|k| in_word(result[*k].kind)).collect();
+    let word = |time: f64, kind| WordEvent { time, kind };
+    let reference: Vec<WordEvent> = theirs
+        .iter()
+        .map(|k| word(exact[*k].time.to_f64(), exact[*k].kind))
+        .collect();
+    let candidate: Vec<WordEvent> = own.iter().map(|k| word(result[*k].time, result[*k].kind)).collect();
+    // Equal sequences are matched event by event, however far they are apart.
+    let equal = reference.len() == candidate.len() && reference.iter().zip(&candidate).all(|(a, b)| a.kind == b.kind);
+    let pairs: Vec<(usize, usize)> = if equal {
+        (0..own.len()).map(|k| (k, k)).collect()
+    } else {
+        Alignment::of(&reference, &candidate, period).matched().collect()
+    };
+    let mut partner: Vec<Option<usize>> = vec![None; result.len()];
+    for (reference, candidate) in pairs {
+        let (exact_index, index) = (theirs[reference], own[candidate]);
+        if exact[exact_index].kind == result[index].kind {
+            partner[index] = Some(exact_index);
+        }
+    }
+    // The others are matched with the nearest of their kind.
+    for (index, event) in result.iter().enumerate().filter(|(_, event)| !in_word(event.kind)) {
+        let same = (0..exact.len()).filter(|k| exact[*k].kind == event.kind);
+        let distance = |k: &usize| (exact[*k].time.to_f64() - event.time).abs();
+        partner[index] = same.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    }
+    let distances: Vec<Option<(f64, f64)>> = partner
+        .iter()
+        .zip(result)
+        .map(|(partner, event)| {
+            let partner = (*partner)?;
+            let distance = Number::from_f64(event.time, 64).minus(&exact[partner].time);
+            // Further off it is another event.
+            (distance.abs() <= LARGEST_SHARE * period).then_some((distance, solution.errors[partner]))
+        })
+        .collect();
+    let found = own.iter().filter(|k| distances[**k].is_some()).count();
+    (distances, theirs.len() - found)
+}
+
+/// Puts the oracle's events in place of what the ladder says of them. Of each event the uncertainty becomes its distance from
+/// the oracle's, plus the oracle's own error, and it is converged where the oracle has it. What the ladder said stays
+/// beside it, and where that was wrong, [`Certificate::contradiction`] says so.
+pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
+    let (distances, missing) = distances(case, result, solution);
+    let ladder = certificate.verdict;
+    for (event, distance) in certificate.events.iter_mut().zip(&distances) {
+        (event.verdict, event.uncertainty) = match distance {
+            Some((distance, error)) => (Verdict::Converged, distance.abs() + error),
+            None if event.ladder_verdict == Verdict::Converged => (Verdict::SequenceDiffers, f64::INFINITY),
+            None => (event.ladder_verdict, f64::INFINITY),
+        };
+        event.true_error = distance.map(|(distance, _)| distance);
+    }
+    let spurious = distances
+        .iter()
+        .zip(result)
+        .filter(|(distance, event)| distance.is_none() && event.kind.in_mode_word())
+        .count();
+    certificate.verdict = match (missing + spurious, ladder) {
+        (0, _) => Verdict::Converged,
+        (_, Verdict::NoiseDetermined) => Verdict::NoiseDetermined,
+        _ => Verdict::SequenceDiffers,
+    };
+    certificate.contradiction = contradiction(certificate, ladder, result, &distances, (missing, spurious));
+    certificate.by_oracle = true;
+    certificate.bands.retime(&certificate.events);
+}
+
+/// What the ladder said that is not so, in one sentence.
+fn contradiction(
+    certificate: &Certificate,
+    ladder: Verdict,
+    result: &[Event],
+    distances: &[Option<(f64, f64)>],
+    (missing, spurious): (usize, usize),
+) -> Option<String> {
+    let claims = || certificate.events.iter().zip(distances);
+    let word = result.iter().filter(|event| event.kind.in_mode_word()).count();
+    if missing + spurious > 0 && ladder == Verdict::Converged {
+        let lost = claims().find(|(event, distance)| distance.is_none() && event.ladder_verdict == Verdict::Converged);
+        let place = lost.map_or_else(String::new, |(event, _)| {
+            format!(
+                "; the first that it has not is the {} at t = {:.12} s",
+                event.kind, event.time
+            )
+        });
+        return Some(format!(
+            "the methods agree on a sequence of events that the oracle contradicts: of {word} events it has {}, and {missing} \
+             more{place}",
+            word - spurious
+        ));
+    }
+    let claimed = claims().filter(|(event, _)| event.ladder_verdict == Verdict::Converged);
+    let over = |(event, distance): &(&super::certificate::CertifiedEvent, &Option<(f64, f64)>)| -> f64 {
+        match distance {
+            Some((distance, error)) if distance.abs() > event.ladder_uncertainty + error => {
+                distance.abs() / event.ladder_uncertainty
+            }
+            Some(_) => 0.0,
+            None => f64::INFINITY,
+        }
+    };
+    let wrong: Vec<_> = claimed.filter(|claim| over(claim) > 0.0).collect();
+    let (worst, distance) = wrong.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    let off = match distance {
+        Some((distance, _)) => format!("is off by {:.1e} s", distance.abs()),
+        None => "is none that the oracle has".to_owned(),
+    };
+    Some(format!(
+        "the oracle contradicts the methods: {} of {} events are further from the exact ones than the methods' agreement says, \
+         worst the {} at t = {:.12} s, which {off} where {:.1e} s was the bound",
+        wrong.len(),
+        certificate.events.len(),
+        worst.kind,
+        worst.time,
+        worst.ladder_uncertainty
+    ))
+}

@@ -1,0 +1,230 @@
+//! Event times with a number of digits that is known to be true, whatever grows in the case.
+//!
+//! How far a deviation grows is not known before the events are: without a perturbation it is all of the growth up to the
+//! stop, with one it ends at the first stick, wherever that is. So the case is solved twice, with a short and a longer
+//! mantissa. Both err by the same mechanism, at the level of their last bits: if they find the same events, each within a
+//! small part of a natural period, their distance is the error of the shorter one, and the error of the longer one is
+//! smaller by the bits between them. If they do not, or if what remains is too little, a third, longer one is held against
+//! the second, and so on. Where rounding decides about the events, two runs that differ by a machine word or more have
+//! them at different places: what has grown from 2^-64 of the other comes e-folds, and with them milliseconds, later.
+
+use super::parameters::ExactParameters;
+use super::report::OracleReport;
+use super::{DIGITS, OracleError, OracleOptions, automaton, digits_of, nearest_double, words, words_beyond};
+use num_rational::BigRational;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// Two runs differ by small numbers if all their events are as near to each other as this share of the natural period: an
+/// event's place in the oscillation is then the same, and its shift linear in the deviation.
+const SMALL: f64 = 1e-3;
+
+/// Digits of the shorter run beyond those that growth is expected to take: events then lie within [`SMALL`].
+const DIGITS_TO_SPARE: f64 = 5.0;
+
+/// Bits by which the error of the longer run may be larger, in terms of its last one, than that of the shorter: two runs
+/// have other steps, and other signs of their roundings.
+const BITS_APART: f64 = 5.0;
+
+/// The same for each bit between the two, and for each bit of an error that is below what both runs resolve. The terms of a
+/// series cancel by e^(omega h), and its best steps grow with the precision: omega h is about 0.026 for a bit.
+const BITS_FOR_A_BIT: f64 = 0.04;
+
+/// Runs that take longer than this are announced in the log as a warning, others as information.
+const LONG: Duration = Duration::from_secs(30);
+
+/// Of a run, before its duration is estimated.
+const TRIAL: Duration = Duration::from_millis(200);
+
+/// What is asked of [`solve`].
+#[derive(Debug, Clone)]
+pub struct OracleRequest {
+    /// Significant decimal digits of every event time that have to be true.
+    pub digits: u32,
+    /// e-folds by which a deviation is expected to grow, at least 0: with a good guess the first two runs do.
+    pub growth: f64,
+    /// s.
+    pub end_time: BigRational,
+    /// Events after which a run gives up.
+    pub max_events: usize,
+    /// A run that is estimated to take longer is not made.
+    pub longest: Duration,
+}
+
+/// How far [`solve`] is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OracleProgress {
+    /// Decimal digits that the present run computes with.
+    pub digits: u32,
+    /// s, of the brake.
+    pub time: f64,
+    /// Until when it runs, s of the brake.
+    pub end_time: f64,
+}
+
+/// The events of a case, and how well they are known.
+#[derive(Debug, Clone)]
+pub struct OracleSolution {
+    /// The run.
+    pub report: OracleReport,
+    /// Of each event, how far its time can be from the exact one, s.
+    pub errors: Vec<f64>,
+    /// Digits that all event times have; at least those asked for.
+    pub digits: u32,
+    /// Decimal digits that the run was computed with.
+    pub digits_computed: u32,
+    /// Wall time of all runs, s.
+    pub seconds: f64,
+}
+
+impl OracleSolution {
+    /// Significant decimal digits of the time of an event that are true.
+    pub fn digits_of_event(&self, index: usize) -> u32 {
+        let time = self.report.events[index].time.to_f64().abs();
+        digits_left(time, self.errors[index]).min(self.digits_computed)
+    }
+}
+
+fn digits_left(time: f64, error: f64) -> u32 {
+    if time == 0.0 {
+        return *DIGITS.end();
+    }
+    (time / error).log10().floor().clamp(0.0, f64::from(*DIGITS.end())) as u32
+}
+
+/// Solves the model with so many digits that those asked for are true of every event time. `control` is asked at every few
+/// steps; `Break` ends it with an error.
+///
+/// # Errors
+/// Those of [`super::run`]; that a run takes too long, or that no precision settles the events.
+pub fn solve(
+    parameters: &ExactParameters,
+    request: &OracleRequest,
+    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
+) -> Result<OracleSolution, OracleError> {
+    let clock = Instant::now();
+    let lost = request.growth.max(0.0) / std::f64::consts::LN_10;
+    let too_many = |digits: f64| OracleError::Digits {
+        asked: digits.min(f64::from(u32::MAX)) as u32,
+    };
+    let length = |digits: f64| words(digits.ceil().max(f64::from(*DIGITS.start())) as u32).ok_or(too_many(digits));
+    let mut coarse_words = length(lost + DIGITS_TO_SPARE)?;
+    let mut fine_words = length(lost + f64::from(request.digits))?;
+    if fine_words <= coarse_words {
+        fine_words = words_beyond(coarse_words).ok_or(too_many(lost + f64::from(request.digits)))?;
+    }
+    let mut coarse = attempt(parameters, request, coarse_words, control);
+    loop {
+        if let Err(error) = &coarse
+            && !error.may_be_rounding()
+        {
+            return Err(error.clone());
+        }
+        let fine = attempt(parameters, request, fine_words, control);
+        let digits_computed = digits_of(fine_words);
+        let next = match (&coarse, fine) {
+            // What ends a run does so with more digits, too.
+            (Err(_), Err(error)) => return Err(error),
+            (_, Err(error)) if !error.may_be_rounding() => return Err(error),
+            (Ok(coarse), Ok(fine)) => match errors(parameters, coarse, &fine) {
+                Some(errors) => {
+                    let times = fine.events.iter().map(|event| event.time.to_f64().abs());
+                    let digits = times.zip(&errors).map(|(time, error)| digits_left(time, *error));
+                    let digits = digits.fold(digits_computed, u32::min);
+                    if digits >= request.digits {
+                        return Ok(OracleSolution {
+                            report: fine,
+                            errors,
+                            digits,
+                            digits_computed,
+                            seconds: clock.elapsed().as_secs_f64(),
+                        });
+                    }
+                    log::debug!("the oracle: {digits_computed} digits leave {digits} of the events");
+                    (Ok(fine), digits_computed + request.digits - digits)
+                }
+                None => (Ok(fine), digits_computed + digits_computed / 2),
+            },
+            (_, fine) => (fine, digits_computed + digits_computed / 2),
+        };
+        log::info!("the oracle needs more than {digits_computed} digits: a deviation grows by more than expected");
+        let beyond = words_beyond(fine_words).ok_or(OracleError::Unsettled {
+            digits: digits_computed,
+        })?;
+        coarse_words = fine_words;
+        fine_words = words(next.1).unwrap_or(beyond).max(beyond);
+        log::debug!("from {coarse_words} to {fine_words} words");
+        coarse = next.0;
+    }
+}
+
+/// A run with mantissas of that many words, which says beforehand how long it will take.
+fn attempt(
+    parameters: &ExactParameters,
+    request: &OracleRequest,
+    words: usize,
+    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
+) -> Result<OracleReport, OracleError> {
+    let digits = digits_of(words);
+    let end_time = nearest_double(&request.end_time);
+    let options = OracleOptions {
+        digits,
+        end_time: request.end_time.clone(),
+        sample_times: Vec::new(),
+        max_events: request.max_events,
+    };
+    let clock = Instant::now();
+    let mut estimate: Option<Duration> = None;
+    let outcome = automaton::run(parameters, &options, &mut |time| {
+        let elapsed = clock.elapsed();
+        if estimate.is_none() && elapsed > TRIAL && time > 0.0 {
+            // Most of it is sliding, at a step that hardly changes.
+            let seconds = (elapsed.as_secs_f64() * end_time / time).min(1e12);
+            let whole = Duration::from_secs_f64(seconds);
+            estimate = Some(whole);
+            if whole > request.longest {
+                return ControlFlow::Break(());
+            }
+            let level = if whole > LONG {
+                log::Level::Warn
+            } else {
+                log::Level::Info
+            };
+            log::log!(
+                level,
+                "the oracle computes with {digits} digits, which takes about {seconds:.0} s"
+            );
+        }
+        control(OracleProgress { digits, time, end_time })
+    });
+    match estimate {
+        Some(whole) if whole > request.longest => Err(OracleError::TooLong {
+            digits,
+            hours: whole.as_secs_f64() / 3600.0,
+            longest: request.longest.as_secs_f64() / 3600.0,
+        }),
+        _ => outcome,
+    }
+}
+
+/// The errors of `fine`, s, by its distance from `coarse`; `None` where they have not the same events.
+fn errors(parameters: &ExactParameters, coarse: &OracleReport, fine: &OracleReport) -> Option<Vec<f64>> {
+    let period =
+        std::f64::consts::TAU * nearest_double(&(&parameters.surface_inertia / &parameters.torsional_stiffness)).sqrt();
+    if coarse.events.len() != fine.events.len() {
+        return None;
+    }
+    let (short, long) = (coarse.bits as f64, fine.bits as f64);
+    let smaller = (BITS_APART - (1.0 - BITS_FOR_A_BIT) * (long - short)).exp2();
+    let resolved = (automaton::GUARD_BITS - (1.0 - BITS_FOR_A_BIT) * long).exp2();
+    let mut largest: f64 = 0.0;
+    let pairs = coarse.events.iter().zip(&fine.events);
+    let errors = pairs.map(|(a, b)| {
+        let distance = a.time.minus(&b.time).abs();
+        // A distance can be small by chance, but not if those before it are not.
+        largest = largest.max(distance);
+        let same = a.kind == b.kind && a.mode_after == b.mode_after && distance <= SMALL * period;
+        same.then(|| largest * smaller + resolved * b.time.to_f64().abs())
+    });
+    errors.collect()
+}
