@@ -272,7 +272,7 @@ impl Brake {
 pub fn draw(index: u64) -> Drawn {
     let mut random = Random(90_000 + index);
     let r = &mut random;
-    if index % 2 == 0 {
+    if index.is_multiple_of(2) {
         let number = index / 2 % 4;
         let brake = Brake::wide(r, number >= 2, number == 2, (1.5, 25.0));
         return Drawn {
@@ -297,7 +297,7 @@ fn beyond(family: Family, r: &mut Random, released: bool) -> Brake {
         KickAtRelease => Brake::wide(r, true, true, speeds),
         LightRotor | Step | HundredCorners | KickAtCorner => Brake::wide(r, false, false, speeds),
         AxialUnderdamped | AxialOverdamped => Brake::wide(r, released, true, speeds),
-        _ => Brake::wide(r, released, r.0 % 2 == 0, speeds),
+        _ => Brake::wide(r, released, r.0.is_multiple_of(2), speeds),
     };
     let size = brake.kicks[0].1.abs();
     match family {

@@ -230,6 +230,7 @@ fn report(outcome: &Outcome) {
     let Outcome { index, family, .. } = outcome;
     if let Some(reason) = &outcome.reason {
         println!("brake {index} ({}): {:?}: {reason}", family.name(), outcome.fate);
+        println!("    {}", outcome.command);
     }
     if let Some(first) = outcome.faults.first() {
         println!(
