@@ -82,7 +82,8 @@ impl Bands {
     /// converged any more is not either.
     pub(super) fn retime(&mut self, events: &[CertifiedEvent]) {
         for (index, stretch) in self.stretches.iter_mut().enumerate() {
-            let ends = || events[index.saturating_sub(1)..events.len().min(index + 1)].iter();
+            let last = events.len().min(index + 1);
+            let ends = || events[index.saturating_sub(1).min(last)..last].iter();
             stretch.converged &= ends().all(|event| event.verdict == Verdict::Converged);
             if stretch.converged {
                 stretch.time_uncertainty = ends().map(|event| event.uncertainty).fold(0.0, f64::max);

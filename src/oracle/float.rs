@@ -4,6 +4,9 @@
 //! Results are cut off, at less than one unit in the last place (of an inner product: of its largest term). The guard digits
 //! of a run are there for that.
 
+// A carry goes from word to word of two numbers: by their index that is plainer than by iterators.
+#![allow(clippy::needless_range_loop)]
+
 use super::number::Number;
 use num_bigint::{BigInt, BigUint, Sign};
 use num_rational::BigRational;
@@ -67,7 +70,7 @@ fn product<const N: usize>(a: &[u64; N], b: &[u64; N]) -> Wide<N> {
 /// The low word of two, shifted right by less than a word.
 #[inline(always)]
 fn funnel(high: u64, low: u64, by: u32) -> u64 {
-    ((u128::from(high) << WORD_BITS | u128::from(low)) >> by) as u64
+    (((u128::from(high) << WORD_BITS) | u128::from(low)) >> by) as u64
 }
 
 impl<const N: usize> Wide<N> {
@@ -247,7 +250,7 @@ impl<const N: usize> Float<N> {
         let bits = value.abs().to_bits();
         let (mantissa, shift) = match bits >> 52 {
             0 => (bits, 0),
-            biased => ((bits & ((1 << 52) - 1)) | 1 << 52, biased as i64 - 1),
+            biased => ((bits & ((1 << 52) - 1)) | (1 << 52), biased as i64 - 1),
         };
         let up = mantissa.leading_zeros();
         let mut words = [0; N];
