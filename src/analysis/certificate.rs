@@ -9,6 +9,7 @@
 use super::bands::{Bands, bands, compared_output};
 use super::ladder::{Finished, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
 use super::linearised::{Linearised, linearise};
+use super::warning::{Warning, warnings};
 use super::{Growth, Summary};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
@@ -124,6 +125,12 @@ pub struct Certificate {
     /// Whether two independent methods agree with each other on the whole sequence and its times. If the result does not
     /// agree with them, it is the result that is coarse.
     pub others_agree: bool,
+    /// The settings of the result.
+    #[serde(skip)]
+    pub solver: SolverOptions,
+    /// What the run of the case by its own settings has to be warned of.
+    #[serde(skip)]
+    pub warnings: Vec<Warning>,
     /// d(event time)/d(parameter).
     #[serde(skip)]
     pub linearised: Linearised,
@@ -140,7 +147,7 @@ impl Certificate {
         self.in_mode_word().map(CertifiedEvent::most_digits).min()
     }
 
-    fn in_mode_word(&self) -> impl Iterator<Item = &CertifiedEvent> {
+    pub(super) fn in_mode_word(&self) -> impl Iterator<Item = &CertifiedEvent> {
         let word = |event: &&CertifiedEvent| {
             EventKind::ALL
                 .iter()
@@ -230,6 +237,8 @@ pub fn certify(
         growth_exponent: summary.growth_exponent,
         growth_to_onset: summary.growth_to_onset,
         kick_above_noise: summary.kick_above_noise,
+        solver: case.solver.clone(),
+        warnings: warnings(case, &summary, own.report.initial_energy),
         linearised,
         events,
     })

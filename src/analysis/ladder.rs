@@ -1,11 +1,10 @@
 //! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
 
+use super::parallel::over_processors;
 use crate::case::Case;
 use crate::simulation::{Event, EventKind, MemoryRecorder, Method, OutputOptions, RunReport, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
@@ -105,41 +104,22 @@ pub(super) fn climb(
     output: &OutputOptions,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Finished> {
-    let next = AtomicUsize::new(0);
-    let finished: Mutex<Vec<(usize, Finished)>> = Mutex::new(Vec::new());
-    let threads = std::thread::available_parallelism()
-        .map_or(1, usize::from)
-        .min(RUNGS.len());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&(method, rtol)) = RUNGS.get(index) else { break };
-                    if stop() {
-                        break;
-                    }
-                    let solver = SolverOptions {
-                        method,
-                        rtol,
-                        fixed_step: None,
-                        ..case.solver.clone()
-                    };
-                    let mut run = run(case, &solver, output, stop);
-                    compare(&mut run, result);
-                    // Rows are compared with those of the finest run of each method.
-                    if RUNGS[index + 1..].iter().any(|rung| rung.0 == method) {
-                        run.recorder.samples = Vec::new();
-                    }
-                    let mut list = finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    list.push((index, run));
-                }
-            });
+    over_processors(RUNGS.len(), stop, |index| {
+        let (method, rtol) = RUNGS[index];
+        let solver = SolverOptions {
+            method,
+            rtol,
+            fixed_step: None,
+            ..case.solver.clone()
+        };
+        let mut run = run(case, &solver, output, stop);
+        compare(&mut run, result);
+        // Rows are compared with those of the finest run of each method.
+        if RUNGS[index + 1..].iter().any(|rung| rung.0 == method) {
+            run.recorder.samples = Vec::new();
         }
-    });
-    let mut finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    finished.sort_by_key(|(index, _)| *index);
-    finished.into_iter().map(|(_, run)| run).collect()
+        run
+    })
 }
 
 fn word(events: &[Event]) -> Vec<&Event> {
