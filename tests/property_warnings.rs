@@ -61,8 +61,8 @@ fn property_each_kind_of_warning_is_a_value() {
     };
     assert!(*residual > 1e-6 * stake);
     assert!(matches!(remedy, BalanceRemedy::Tolerances(solver) if solver.rtol == 0.1));
-    let sudden = warned("paper-si", &[SHORT, "actuation.rise_time=1e-13"]);
-    let slower = |warning: &Warning| matches!(warning, Warning::OpenBalance { remedy: BalanceRemedy::SlowerForce { change, .. }, .. } if *change == 1e-13);
+    let sudden = warned("paper-si", &[SHORT, "actuation.rise_time=1e-12"]);
+    let slower = |warning: &Warning| matches!(warning, Warning::OpenBalance { remedy: BalanceRemedy::SlowerForce { change, .. }, .. } if *change == 1e-12);
     assert!(sudden.iter().any(slower), "{sudden:?}");
 }
 
