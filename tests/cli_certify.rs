@@ -302,3 +302,117 @@ fn cli_certify_draws_the_onset_against_the_tolerance() {
     let refused = refusal(&mut folder.stickslip(&certify("paper-si", &["--figure", "onset.pdf"])));
     assert!(refused.contains(".svg or .png"), "{refused}");
 }
+
+/// What half a last digit does to the final stick: the same in table, JSON and file, and a run with such a digit has it.
+#[test]
+fn cli_certify_reruns_half_a_last_digit() {
+    let folder = Folder::new();
+    let (table, stderr) = output(&mut folder.stickslip(&certify("paper-si", &[])), 0);
+    assert_eq!(stderr, "");
+    for words in [
+        "rerun +, s",
+        "nonlinear",
+        "* friction.low_speed +, friction.breakaway -: friction.breakaway: must be at least friction.low_speed",
+        " instead of ",
+        "goes along with the loss of stability",
+    ] {
+        assert!(table.contains(words), "{words} in {table}");
+    }
+    let (document, _) = output(&mut folder.stickslip(&certify("paper-si", &["--json"])), 0);
+    let document = json(&document);
+    assert_eq!(document["final_stick"]["without_reruns"], serde_json::Value::Null);
+    assert_eq!(document["warnings"], serde_json::json!([]));
+    let parameters = document["sensitivity"].as_array().unwrap();
+    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let numbers = |name: &str| {
+        file.dataset(&format!("sensitivity/{name}"))
+            .unwrap()
+            .read_raw::<f64>()
+            .unwrap()
+    };
+    let codes = |name: &str| {
+        file.dataset(&format!("sensitivity/{name}"))
+            .unwrap()
+            .read_raw::<i8>()
+            .unwrap()
+    };
+    let sticks = |name: &str| {
+        file.dataset(&format!("sensitivity/{name}"))
+            .unwrap()
+            .read_raw::<i64>()
+            .unwrap()
+    };
+    for side in ["minus", "plus"] {
+        let (shift, outcome) = (numbers(&format!("shift_{side}")), codes(&format!("outcome_{side}")));
+        let sticks = sticks(&format!("sticks_{side}"));
+        assert_eq!(
+            (shift.len(), outcome.len(), sticks.len()),
+            (parameters.len(), parameters.len(), parameters.len())
+        );
+        for (index, parameter) in parameters.iter().enumerate() {
+            let rerun = &parameter["final_stick"][side];
+            match rerun["shift"].as_f64() {
+                Some(_) => assert!(same(shift[index], &rerun["shift"]), "{parameter}"),
+                None => assert!(shift[index].is_nan(), "{parameter}"),
+            }
+            let name = [
+                "same-events",
+                "other-events",
+                "noise-determined",
+                "no-final-stick",
+                "invalid",
+                "failed",
+                "too-long",
+            ];
+            assert_eq!(rerun["outcome"], name[outcome[index] as usize], "{parameter}");
+            assert_eq!(rerun["sticks"].as_i64().unwrap_or(-1), sticks[index], "{parameter}");
+        }
+    }
+    let (half, nonlinear) = (numbers("half_last_digit"), codes("nonlinear"));
+    for (index, parameter) in parameters.iter().enumerate() {
+        assert!(same(half[index], &parameter["half_last_digit"]), "{parameter}");
+        let expected = parameter["final_stick"]["nonlinear"].as_bool().map_or(-1, i8::from);
+        assert_eq!(nonlinear[index], expected, "{parameter}");
+    }
+    // One of them, run by hand.
+    let force = parameters.iter().find(|p| p["parameter"] == "actuation.force").unwrap();
+    let stop = |force: &str| {
+        let set = ["--method", "series", "--json", "--set", force, "-o", "by-hand.h5"];
+        let run: Vec<&str> = [&["run", "paper-si"], QUICK, &set].concat();
+        let (document, _) = output(&mut folder.stickslip(&run), 0);
+        json(&document)["summary"]["final_stick_time"].as_f64().unwrap()
+    };
+    let shift = stop("actuation.force=2225.5") - stop("actuation.force=2225");
+    let told = force["final_stick"]["plus"]["shift"].as_f64().unwrap();
+    // Both runs are within 1e-12 s.
+    assert!((shift - told).abs() < 2e-12, "{shift:e} {told:e}");
+}
+
+/// A final stick that belongs to noise has no sensitivities; the file says so.
+#[test]
+fn cli_certify_without_a_final_stick_has_no_reruns() {
+    let folder = Folder::new();
+    let (table, stderr) = output(
+        &mut folder.stickslip(&certify("paper-si", &["--set", "output={end_time=0.1, interval=0.01}"])),
+        0,
+    );
+    assert!(!table.contains("what moves the final stick"), "{table}");
+    // What `run` warns of is said here, too.
+    assert!(
+        stderr.contains("warning: 1 of the kicks set at the instability never came"),
+        "{stderr}"
+    );
+    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let shift = file
+        .dataset("sensitivity/shift_plus")
+        .unwrap()
+        .read_raw::<f64>()
+        .unwrap();
+    assert!(!shift.is_empty() && shift.iter().all(|x| x.is_nan()));
+    let outcome = file
+        .dataset("sensitivity/outcome_plus")
+        .unwrap()
+        .read_raw::<i8>()
+        .unwrap();
+    assert!(outcome.iter().all(|code| *code == -1));
+}

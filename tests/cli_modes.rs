@@ -82,3 +82,23 @@ fn cli_modes_without_an_instability_says_why() {
     let refused = refusal(&mut folder.stickslip(&["modes", "--set", "friction.decoy=0"]));
     assert!(refused.contains("friction.decoy"), "{refused}");
 }
+
+/// A friction law that falls within 1e-5 rad/s: before that the kick dies out like any other, at 1000 1/s of c_t/2J, and what
+/// is unstable lasts for less than an oscillation.
+#[test]
+fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
+    let folder = Folder::new();
+    let steep = ["modes", "--set", "friction.decay=1e6"];
+    let (table, _) = output(&mut folder.stickslip(&steep), 0);
+    assert!(table.contains("shorter than one oscillation"), "{table}");
+    let (document, _) = output(&mut folder.stickslip(&[&steep[..], &["--json"]].concat()), 0);
+    let document = json(&document);
+    let number = |name: &str| document["instability"][name].as_f64().unwrap();
+    let expected = -1000.0 * (number("time") - 6.966);
+    // The mode's share of the rotor, J/I, and one e-fold in the window.
+    let gained = number("e_folds_gained");
+    assert!((gained - expected).abs() < 0.05 * expected.abs(), "{gained} {expected}");
+    assert!(number("smooth_end") - number("time") < document["natural_period"].as_f64().unwrap());
+    let (table, _) = output(&mut folder.stickslip(&["modes"]), 0);
+    assert!(!table.contains("shorter than one oscillation"), "{table}");
+}

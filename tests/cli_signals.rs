@@ -123,3 +123,97 @@ fn cli_signals_end_a_certificate_without_a_trace() {
     assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
     assert_eq!(folder.names(), [""; 0]);
 }
+
+/// Waits for the end of a child that was sent a signal.
+fn ended(mut child: Child) -> Output {
+    let sent = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if sent.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("no end 20 s after the signal");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+fn wait_for(folder: &Folder, child: &mut Child, name: &dyn Fn(&str) -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(30);
+    while !folder.names().iter().any(|found| name(found)) {
+        assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// At what stage, and what is kept: nothing of the run itself and of the ladder,
+#[test]
+fn cli_signals_a_certificate_says_where_it_was_interrupted() {
+    let folder = Folder::new();
+    let mut child = folder.start(&[&["certify"], LONG].concat());
+    wait_for(&folder, &mut child, &|name| name.contains("uncertified"));
+    send("INT", &child);
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(
+        text(&output.stderr),
+        "stickslip: interrupted during the run that was to be certified; no certificate was written\n"
+    );
+    let slow = [
+        "certify",
+        "--set",
+        "solver.max_step=1e-5",
+        "--set",
+        "output={end_time=2, interval=0.1}",
+    ];
+    let mut child = folder.start(&slow);
+    wait_for(&folder, &mut child, &|name| name.ends_with(".uncertified.h5"));
+    send("INT", &child);
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(
+        text(&output.stderr),
+        "stickslip: interrupted during the ladder of independent runs; no certificate was written\n"
+    );
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+/// and the certificate where it is the oracle that is interrupted.
+#[test]
+fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
+    use std::io::{BufRead, BufReader, Read};
+    let folder = Folder::new();
+    let mut child = folder.start(&[
+        "certify",
+        "paper-si",
+        "-v",
+        "--oracle",
+        "--digits",
+        "80",
+        "--set",
+        "initial.speed=3",
+        "--set",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "--set",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "--set",
+        "output={end_time=0.4, interval=0.01}",
+    ]);
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("the oracle begins") {
+        line.clear();
+        assert!(stderr.read_line(&mut line).unwrap() > 0, "it ended before");
+    }
+    send("INT", &child);
+    let output = ended(child);
+    let mut rest = String::new();
+    stderr.read_to_string(&mut rest).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{rest}");
+    let words =
+        "interrupted while the oracle computed; paper-si.certified.h5 has the certificate, without exact events";
+    assert!(rest.contains(words), "{rest}");
+    assert_eq!(folder.names(), ["paper-si.certified.h5"]);
+    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    assert!(file.link_exists("certificate/verdict") && !file.link_exists("certificate/oracle"));
+    assert!(file.link_exists("sensitivity/shift_plus"));
+}

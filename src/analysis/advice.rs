@@ -4,6 +4,7 @@ use super::bands::compared_output;
 use super::certificate::{Certificate, Verdict, certify, significant};
 use super::exact::distances;
 use super::ladder::run;
+use super::warning::{KICK_OPTION, finer};
 use crate::case::Case;
 use crate::oracle::OracleSolution;
 use crate::simulation::{Method, SolverOptions};
@@ -18,7 +19,7 @@ pub fn remedy(certificate: &Certificate) -> String {
         Verdict::NoiseDetermined => format!(
             "from the loss of stability to the first stick a deviation grows by e^{:.0} (G = {:.1} in all), so that the \
              onset and all after it are amplified rounding, which no tolerance makes converge. Set a perturbation well \
-             above rounding, such as --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
+             above rounding, such as {KICK_OPTION}",
             certificate.growth_to_onset.unwrap_or(0.0),
             certificate.growth_exponent.unwrap_or(0.0),
         ),
@@ -27,14 +28,16 @@ pub fn remedy(certificate: &Certificate) -> String {
              method or tolerance, or move a parameter off the border"
                 .to_owned()
         }
-        Verdict::SequenceDiffers if certificate.others_agree => {
+        Verdict::SequenceDiffers if certificate.others_agree => format!(
             "independent methods agree with each other, and not with this result: its own method or tolerance is too \
-             coarse. Use a smaller solver.rtol, or solver.method = \"auto\""
-                .to_owned()
-        }
+             coarse. {}",
+            finer(&certificate.solver)
+        ),
+        // The runs of the ladder are as fine as their methods get.
         Verdict::SequenceDiffers => {
-            "independent methods find another sequence of events: an event is marginal, a take-off that grazes or a kick \
-             near the noise of a method. Use a smaller solver.rtol or a larger kick, or move a parameter off the border"
+            "independent methods, each as fine as it gets, find different sequences of events: an event is marginal, a \
+             take-off that grazes or a kick near the noise of a method. Use a larger kick, or move a parameter off the \
+             border; no tolerance decides it"
                 .to_owned()
         }
     }

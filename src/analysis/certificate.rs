@@ -10,6 +10,7 @@
 use super::bands::{Bands, bands, compared_output};
 use super::ladder::{Finished, Ladder, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
 use super::linearised::{Linearised, linearise};
+use super::warning::{Warning, warnings};
 use super::{Growth, Summary};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
@@ -139,6 +140,12 @@ pub struct Certificate {
     pub by_oracle: bool,
     /// What the ladder said that the oracle contradicts, in one sentence.
     pub contradiction: Option<String>,
+    /// The settings of the result.
+    #[serde(skip)]
+    pub solver: SolverOptions,
+    /// What the run of the case by its own settings has to be warned of.
+    #[serde(skip)]
+    pub warnings: Vec<Warning>,
     /// d(event time)/d(parameter).
     #[serde(skip)]
     pub linearised: Linearised,
@@ -155,7 +162,7 @@ impl Certificate {
         self.in_mode_word().map(CertifiedEvent::most_digits).min()
     }
 
-    fn in_mode_word(&self) -> impl Iterator<Item = &CertifiedEvent> {
+    pub(super) fn in_mode_word(&self) -> impl Iterator<Item = &CertifiedEvent> {
         let word = |event: &&CertifiedEvent| {
             EventKind::ALL
                 .iter()
@@ -200,6 +207,7 @@ pub fn certify(
         return Err(CertifyError::Run(failure.clone()));
     }
     let summary = Summary::of_run(&case.parameters, &own.report);
+    let warnings = warnings(case, &summary, own.report.initial_energy);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
     let fine = SolverOptions {
         method: Method::Auto,
@@ -252,6 +260,8 @@ pub fn certify(
         left_out,
         by_oracle: false,
         contradiction: None,
+        solver: case.solver.clone(),
+        warnings,
         linearised,
         events,
     })

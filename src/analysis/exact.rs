@@ -50,9 +50,26 @@ pub fn certify_exactly(
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<(Certificate, OracleSolution), CertifyError> {
     let mut certificate = certify(case, result, stop)?;
-    let solution = solve(case, exact, &certificate, digits, stop, progress)?;
-    last_word(&mut certificate, case, &result.events, &solution);
+    let solution = settle(&mut certificate, case, exact, &result.events, digits, stop, progress)?;
     Ok((certificate, solution))
+}
+
+/// Solves the case by the oracle as [`certify_exactly`] does, and gives it the last word on the certificate of these events.
+///
+/// # Errors
+/// Those of [`oracle::solve`].
+pub fn settle(
+    certificate: &mut Certificate,
+    case: &Case,
+    exact: &ExactParameters,
+    result: &[Event],
+    digits: u32,
+    stop: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(OracleProgress),
+) -> Result<OracleSolution, CertifyError> {
+    let solution = solve(case, exact, certificate, digits, stop, progress)?;
+    last_word(certificate, case, result, &solution);
+    Ok(solution)
 }
 
 fn solve(

@@ -64,9 +64,9 @@ impl Growth {
         };
         // From the instability, where sliding is known to be smooth, both ways.
         let start = path.point(unstable.time, &unstable.before);
-        let mut rates = path.rates_before(start, earliest);
-        rates.reverse();
         let speed = unstable.before.relative_velocity.abs();
+        let mut rates = path.rates_before(start, speed, earliest);
+        rates.reverse();
         rates.append(&mut path.rates_to_stop(start, speed, end));
         let positive = |rate: f64| rate.max(0.0);
         let to_first_stick = integrate(&rates, unstable.time, first_stick, positive);

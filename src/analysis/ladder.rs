@@ -1,12 +1,11 @@
 //! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
 
+use super::parallel::over_processors;
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::simulation::{Event, EventKind, MemoryRecorder, Method, OutputOptions, RunReport, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
@@ -164,35 +163,15 @@ pub(super) fn climb(
              of cvode-bdf"
         )
     });
-    let next = AtomicUsize::new(0);
-    let finished: Mutex<Vec<(usize, Finished)>> = Mutex::new(Vec::new());
-    let threads = std::thread::available_parallelism()
-        .map_or(1, usize::from)
-        .min(rungs.len());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&rung) = rungs.get(index) else { break };
-                    if stop() {
-                        break;
-                    }
-                    let mut run = run(case, &settings(rung), output, stop);
-                    compare(&mut run, result);
-                    // Rows are compared with those of the finest run of each method.
-                    if rungs[index + 1..].iter().any(|other| other.0 == rung.0) {
-                        run.recorder.samples = Vec::new();
-                    }
-                    let mut list = finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    list.push((index, run));
-                }
-            });
+    let others = over_processors(rungs.len(), stop, |index| {
+        let mut run = run(case, &settings(rungs[index]), output, stop);
+        compare(&mut run, result);
+        // Rows are compared with those of the finest run of each method.
+        if rungs[index + 1..].iter().any(|other| other.0 == rungs[index].0) {
+            run.recorder.samples = Vec::new();
         }
+        run
     });
-    let mut finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    finished.sort_by_key(|(index, _)| *index);
-    let others = finished.into_iter().map(|(_, run)| run);
     Ladder {
         runs: std::iter::once(first).chain(others).collect(),
         left_out,

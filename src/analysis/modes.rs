@@ -1,10 +1,10 @@
 //! The linear modes of the brake in its states, and what becomes of steady sliding: how its damping falls with the
 //! speed, when it loses stability, and what then decides the onset of stick-slip.
 
-use super::Summary;
 use super::eigenvalues::eigenvalues;
 use super::growth::fast_growth_rate;
 use super::stability_path::{Crossing, eigenvalue_crossing};
+use super::{Growth, Summary};
 use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
@@ -114,6 +114,8 @@ pub struct Instability {
     pub growth_rate: f64,
     /// Where that real part itself crosses zero, if that is near.
     pub eigenvalue_crossing: Option<Crossing>,
+    /// Where smooth sliding itself comes to its stop, s; the end of the run if it never does.
+    pub smooth_end: f64,
     /// First stick of the run, s.
     pub onset_time: Option<f64>,
     /// G, e-folds.
@@ -149,6 +151,13 @@ pub struct Modes {
     pub instability: Option<Instability>,
     /// Why the run that looked for the instability failed, if it did.
     pub run_failure: Option<String>,
+}
+
+impl Instability {
+    /// How long smooth sliding is unstable before it stops, s.
+    pub fn window(&self) -> f64 {
+        self.smooth_end - self.time
+    }
 }
 
 impl Modes {
@@ -409,6 +418,7 @@ fn instability(
 ) -> Option<Instability> {
     let summary = Summary::of_run(parameters, report);
     let time = summary.instability_time?;
+    let growth = Growth::of_digest(parameters, &report.digest, report.end)?;
     let state: State = report.digest.instability.as_ref()?.before;
     let sense = state.relative_velocity.signum();
     let x = state.relative_velocity.abs();
@@ -425,6 +435,7 @@ fn instability(
         normal_force: axial.pressing_force(time).max(0.0),
         growth_rate: fast_growth_rate(torsion, axial, sense, time, x),
         eigenvalue_crossing: eigenvalue_crossing(torsion, axial, time, &state),
+        smooth_end: growth.smooth_end,
         onset_time: summary.onset_time,
         growth_exponent: summary.growth_exponent.unwrap_or(0.0),
         growth_to_onset: summary.growth_to_onset.unwrap_or(0.0),

@@ -1,5 +1,6 @@
 //! The onset of stick-slip against the tolerance: by several methods, with a kick and without.
 
+use super::parallel::over_processors;
 use crate::case::Case;
 use crate::model::{Kick, KickTime};
 use crate::simulation::{
@@ -8,8 +9,6 @@ use crate::simulation::{
 use serde::Serialize;
 use std::cell::Cell;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The methods, of which the first follows sliding without a kick to its exact stop.
 pub const METHODS: [Method; 5] = [
@@ -64,51 +63,32 @@ pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset
         steps: false,
         ..case.output.clone()
     };
-    let next = AtomicUsize::new(0);
-    let found: Mutex<Vec<(usize, Onset)>> = Mutex::new(Vec::with_capacity(jobs.len()));
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..threads.min(jobs.len()) {
-            scope.spawn(|| {
-                while !stop() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&(kicked, parameters, method, rtol)) = jobs.get(index) else {
-                        break;
-                    };
-                    let solver = SolverOptions {
-                        method,
-                        rtol,
-                        fixed_step: None,
-                        ..case.solver.clone()
-                    };
-                    let first = FirstStick::default();
-                    let mut recorder = &first;
-                    // A failure behind the first stick does not matter, and one before it leaves none.
-                    let _ = simulate(parameters, &solver, &output, &mut recorder, &mut |_| {
-                        if stop() || first.0.get().is_some() {
-                            ControlFlow::Break(())
-                        } else {
-                            ControlFlow::Continue(())
-                        }
-                    });
-                    let onset = Onset {
-                        method: method.name(),
-                        rtol,
-                        kicked,
-                        first_stick: first.0.get(),
-                    };
-                    let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    found.push((index, onset));
-                }
-            });
+    let found = over_processors(jobs.len(), stop, |index| {
+        let (kicked, parameters, method, rtol) = jobs[index];
+        let solver = SolverOptions {
+            method,
+            rtol,
+            fixed_step: None,
+            ..case.solver.clone()
+        };
+        let first = FirstStick::default();
+        let mut recorder = &first;
+        // A failure behind the first stick does not matter, and one before it leaves none.
+        let _ = simulate(parameters, &solver, &output, &mut recorder, &mut |_| {
+            if stop() || first.0.get().is_some() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        Onset {
+            method: method.name(),
+            rtol,
+            kicked,
+            first_stick: first.0.get(),
         }
     });
-    if stop() {
-        return None;
-    }
-    let mut found = found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    found.sort_by_key(|(index, _)| *index);
-    Some(found.into_iter().map(|(_, onset)| onset).collect())
+    (!stop()).then_some(found)
 }
 
 /// The time of the first stick, s.

@@ -116,13 +116,21 @@ impl SmoothSliding<'_> {
         (t + step, momentum + step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0)
     }
 
-    /// (t, Re lambda) on the way back from `start`, excluded, to the time `until`; the latest first.
-    pub fn rates_before(&self, start: Point, until: f64) -> Vec<(f64, f64)> {
+    /// (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), excluded, to the time `until`; the
+    /// latest first.
+    pub fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
         let corners: Vec<f64> = self.axial.corners().filter(|c| (until..start.0).contains(c)).collect();
         let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
         let (of_speed, of_friction) = BACK_SHARE;
         let mut corners = corners.into_iter().rev().peekable();
         let (mut point, mut rates) = (start, Vec::new());
+        if self.haste(start.0, speed) > LARGEST_HASTE {
+            let (time, speed) = self.rigid_back(&mut rates, start.0, speed, until);
+            if time <= until {
+                return rates;
+            }
+            point = self.point_of_speed(time, speed);
+        }
         while point.0 > until {
             while corners.next_if(|&c| c >= point.0).is_some() {}
             let target = corners.peek().copied().unwrap_or(until).max(until);
@@ -132,6 +140,27 @@ impl SmoothSliding<'_> {
             rates.push((point.0, self.growth(point)));
         }
         rates
+    }
+
+    /// Adds (t, Re lambda) on the way back from `time`, excluded, to `until` or to where steady sliding is slow against its
+    /// twists, with rotor and rotor surface as one inertia; returns the time and the speed there.
+    fn rigid_back(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
+        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let (of_speed, of_friction) = BACK_SHARE;
+        let (mut t, mut x) = (time, speed);
+        while t > until && self.haste(t, x) > LARGEST_HASTE {
+            let fall = (of_speed * x).max(of_friction / self.torsion.friction.decay);
+            let step = self.longest_step(t, inertia * fall);
+            let step = step.max(least_step(rates.len(), t - until)).min(t - until);
+            if t - step >= t {
+                break;
+            }
+            let middle = x + 0.5 * step * self.rigid_slowing(t, x);
+            x += step * self.rigid_slowing(t - 0.5 * step, middle);
+            t -= step;
+            rates.push((t, self.rate(t, x)));
+        }
+        (t, x)
     }
 
     /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop, whose time is then that of the last; to

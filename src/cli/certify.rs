@@ -5,13 +5,14 @@ use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
 use super::run::{Input, bad_case, bad_file, header, interrupt_flag, read_input, stick_slip_table};
-use super::{CommandError, End, certify_report, print, print_json};
-use crate::analysis::Summary;
+use super::{CommandError, End, certify_report, complain, print, print_json};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
 use crate::analysis::certificate::{Certificate, CertifyError, certify as certificate_of};
-use crate::analysis::exact::{as_written as written_numbers, certify_exactly};
+use crate::analysis::exact::{as_written as written_numbers, settle};
 use crate::analysis::onset::{Onset, onsets};
+use crate::analysis::sensitivity::{FinalStick, of_certificate};
+use crate::analysis::{Summary, Warning};
 use crate::case::{Case, CaseSource, Origin, Override};
 use crate::oracle::{self, OracleError, OracleSolution};
 use crate::plot::{onset, style, svg};
@@ -68,27 +69,53 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         .map(|path| figure_target(path, options.force, &input.files))
         .transpose()?;
     let stop = interrupt_flag()?;
+    let interrupted = |when: &str, kept: &str| {
+        if !common.quiet {
+            complain(&format!("interrupted {when}; {kept}"));
+        }
+        Ok(End::Interrupted)
+    };
+    let (nothing, kept) = ("no certificate was written", target.display());
     let Some(result) = obtain(&input, &target, &stop)? else {
-        return Ok(End::Interrupted);
+        return interrupted("during the run that was to be certified", nothing);
     };
     let outcome = examine(&input, &result.record, options, common, &stop);
-    let written = outcome.and_then(|(certificate, exact)| {
-        let tables = certify_report::tables(&certificate, &result.record.events, exact.as_ref());
+    let written = outcome.and_then(|examined| {
+        let Examined {
+            certificate,
+            final_stick,
+            exact,
+            ..
+        } = &examined;
+        let tables = certify_report::tables(certificate, &result.record.events, final_stick.as_ref(), exact.as_ref());
         write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
-        Ok((certificate, exact))
+        Ok(examined)
     });
     if result.own {
         let _ = std::fs::remove_file(&result.path);
     }
-    let (certificate, exact) = match written {
+    let Examined {
+        certificate,
+        final_stick,
+        exact,
+        cut_short,
+    } = match written {
         Ok(written) => written,
-        Err(_) if stop.load(Ordering::Relaxed) => return Ok(End::Interrupted),
+        Err(_) if stop.load(Ordering::Relaxed) => {
+            return interrupted("during the ladder of independent runs", nothing);
+        }
         Err(error) => return Err(error),
     };
+    if let Some((when, without)) = cut_short {
+        return interrupted(when, &format!("{kept} has the certificate, {without}"));
+    }
     let drawn = match drawing {
         Some(drawing) => match draw(&input.case, drawing, &stop)? {
             Some(onsets) => onsets,
-            None => return Ok(End::Interrupted),
+            None => {
+                let kept = format!("{kept} has the certificate, and there is no figure");
+                return interrupted("during the runs of the figure", &kept);
+            }
         },
         None => Vec::new(),
     };
@@ -98,7 +125,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         certificate: &certificate,
         exact: exact.as_ref(),
         result: &result.record.events,
-        half_last_digits: &half_last_digits(&input, &options.set)?,
+        final_stick: final_stick.as_ref(),
         file: target.display().to_string(),
         figure: drawing.map(|(path, _)| path.display().to_string()),
         onsets: &drawn,
@@ -109,12 +136,22 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     } else if !common.quiet {
         print(&report.text())?;
     }
+    if !common.quiet {
+        // That an onset is noise is said by the verdict.
+        let others = certificate.warnings.iter();
+        for warning in others.filter(|warning| !matches!(warning, Warning::NoiseDetermined { .. })) {
+            complain(&format!("warning: {warning}"));
+        }
+    }
     let stopped = || stop.load(Ordering::Relaxed);
     let missing = options
         .digits
         .and_then(|digits| shortfall(&input.case, &certificate, exact.as_ref(), digits, &stopped));
     match missing {
-        _ if stopped() => Ok(End::Interrupted),
+        _ if stopped() => interrupted(
+            "while other settings were tried for the digits that are missing",
+            &format!("{kept} has the certificate"),
+        ),
         Some(text) => Err(CommandError::Computation(text)),
         None => Ok(End::Done),
     }
@@ -219,14 +256,24 @@ fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultErr
     })
 }
 
-/// The ladder, and the oracle if it is asked for.
+/// What was found out about the result.
+struct Examined {
+    certificate: Certificate,
+    final_stick: Option<FinalStick>,
+    exact: Option<OracleSolution>,
+    /// When it was interrupted, and what is missing for that.
+    cut_short: Option<(&'static str, &'static str)>,
+}
+
+/// The ladder, what moves the final stick, and the oracle if it is asked for. What is interrupted after the ladder leaves
+/// that.
 fn examine(
     input: &Input,
     record: &MemoryRecorder,
     options: &CertifyOptions,
     common: &Common,
     stop: &Arc<AtomicBool>,
-) -> Result<(Certificate, Option<OracleSolution>), CommandError> {
+) -> Result<Examined, CommandError> {
     let stopped = || stop.load(Ordering::Relaxed);
     let refused = |error: CertifyError| match error {
         CertifyError::Run(text) => CommandError::Computation(text),
@@ -236,18 +283,48 @@ fn examine(
         CertifyError::Oracle(error) => CommandError::Computation(error.to_string()),
         CertifyError::Interrupted => CommandError::Computation("interrupted".to_owned()),
     };
+    let certificate = certificate_of(&input.case, record, &stopped).map_err(refused)?;
+    let digits = half_last_digits(input, &options.set)?;
+    let final_stick = of_certificate(&input.case, &digits, &certificate, &stopped);
+    let mut examined = Examined {
+        certificate,
+        final_stick,
+        exact: None,
+        cut_short: None,
+    };
+    if stopped() {
+        let (when, without) = ("during the reruns for the sensitivities", "without these");
+        examined.cut_short = Some((when, without));
+        return Ok(examined);
+    }
     if !options.oracle {
-        let certificate = certificate_of(&input.case, record, &stopped).map_err(refused)?;
-        return Ok((certificate, None));
+        return Ok(examined);
     }
     let (source, overrides) = as_written(input, &options.set)?;
     let exact = Case::exact_parameters(&source, &overrides).map_err(bad_case)?;
+    log::info!("the oracle begins");
     let bar = OracleBar::new(common);
     let digits = options.digits.unwrap_or(0);
-    let outcome = certify_exactly(&input.case, &exact, record, digits, &stopped, &mut |now| bar.show(now));
+    let certificate = &mut examined.certificate;
+    let solution = settle(
+        certificate,
+        &input.case,
+        &exact,
+        &record.events,
+        digits,
+        &stopped,
+        &mut |now| {
+            bar.show(now);
+        },
+    );
     bar.finish();
-    let (certificate, solution) = outcome.map_err(refused)?;
-    Ok((certificate, Some(solution)))
+    match solution {
+        Err(CertifyError::Interrupted) => {
+            examined.cut_short = Some(("while the oracle computed", "without exact events"));
+        }
+        solution => examined.exact = Some(solution.map_err(refused)?),
+    }
+    Ok(examined)
 }
 
 /// What is missing for a certificate in a file that has lost its case.

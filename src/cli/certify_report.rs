@@ -4,15 +4,15 @@ use super::terminal;
 use crate::analysis::advice::remedy;
 use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
-use crate::analysis::linearised::ParameterName;
 use crate::analysis::onset::Onset;
+use crate::analysis::sensitivity::{FinalStick, Outcome, Rerun, Sensitivity};
 use crate::oracle::OracleSolution;
-use crate::results::{BandColumns, CertificateTables};
+use crate::results::{BandColumns, CertificateTables, SensitivityTables};
+use crate::simulation::Event;
 use crate::simulation::nearby::columns;
-use crate::simulation::{Event, EventKind};
 use serde_json::{Value, json};
 
-/// Rows of the table of events on a terminal: beyond, only the first and last of them.
+/// Rows of a table on a terminal: beyond, only the first and last events, and the parameters that matter most.
 const MOST_ROWS: usize = 24;
 
 /// Everything that is reported.
@@ -22,8 +22,8 @@ pub(super) struct Report<'a> {
     pub certificate: &'a Certificate,
     pub exact: Option<&'a OracleSolution>,
     pub result: &'a [Event],
-    /// Of each number, half a unit of the last digit that the case has of it, SI.
-    pub half_last_digits: &'a [(String, f64)],
+    /// What moves the final stick; `None` if that is no result.
+    pub final_stick: Option<&'a FinalStick>,
     pub file: String,
     /// The figure, if one was drawn.
     pub figure: Option<String>,
@@ -153,43 +153,75 @@ impl Report<'_> {
         terminal::show(&table).trim_end().to_owned()
     }
 
-    fn half_last_digit(&self, path: &str) -> Option<f64> {
-        let half = self.half_last_digits.iter().find(|half| half.0 == path);
-        half.map(|half| half.1)
-    }
-
     /// What moves the final stick, if that is a result.
     fn sensitivities(&self) -> Option<String> {
-        let c = self.certificate;
-        let index = self.result.iter().rposition(|event| event.kind == EventKind::Stick)?;
-        let linear = c.linearised.events.get(index).filter(|e| e.kind == EventKind::Stick)?;
-        if !c.events[index].uncertainty.is_finite() {
-            return None;
-        }
-        let mut rows: Vec<(&ParameterName, f64, Option<f64>)> = c
-            .linearised
-            .parameters
-            .iter()
-            .zip(&linear.by_parameter)
-            .map(|(p, by)| (p, *by, self.half_last_digit(&p.path).map(|half| (by * half).abs())))
-            .collect();
-        rows.sort_by(|a, b| b.2.unwrap_or(0.0).total_cmp(&a.2.unwrap_or(0.0)));
+        let found = self.final_stick?;
+        let mut rows: Vec<&Sensitivity> = found.rows.iter().collect();
+        rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
+        let left_out = rows.len().saturating_sub(MOST_ROWS);
+        rows.truncate(MOST_ROWS);
         let mut table = terminal::table(&[
             "what moves the final stick",
-            "value, SI",
-            "s per SI unit",
-            "half a last digit, s",
+            "s per unit",
+            "half a last digit",
+            "by slope, s",
+            "rerun -, s",
+            "rerun +, s",
+            "",
         ]);
-        for (p, by, half) in rows {
+        let number = |x: Option<f64>| x.map_or_else(|| "unknown".to_owned(), |x| format!("{x:.1e}"));
+        // Each remark once, with the reruns that it is about.
+        let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
+        for row in rows {
+            let rerun = |side: usize| {
+                let Some(reruns) = &row.reruns else {
+                    return String::new();
+                };
+                match (reruns[side].shift, reruns[side].outcome) {
+                    (Some(shift), Outcome::SameEvents) => format!("{shift:+.1e} "),
+                    (Some(shift), _) => format!("{shift:+.1e}*"),
+                    (None, outcome) => format!("{}*", outcome.name()),
+                }
+            };
             table.add_row([
-                format!("{}, {}", p.path, p.unit),
-                format!("{}", p.value),
-                format!("{by:.2e}"),
-                half.map_or_else(|| "unknown".to_owned(), |half| format!("{half:.1e}")),
+                format!("{}, {}", row.parameter.path, row.parameter.unit),
+                row.slope
+                    .map_or_else(|| "none".to_owned(), |slope| format!("{slope:.2e}")),
+                number(row.half_last_digit),
+                number(row.predicted()),
+                rerun(0),
+                rerun(1),
+                row.nonlinear()
+                    .filter(|not| *not)
+                    .map_or("", |_| "nonlinear")
+                    .to_owned(),
             ]);
+            for (rerun, sign) in row.reruns.iter().flatten().zip(["-", "+"]) {
+                if rerun.remark.is_empty() {
+                    continue;
+                }
+                let what = format!("{} {sign}", row.parameter.path);
+                match remarks.iter_mut().find(|remark| remark.0 == rerun.remark) {
+                    Some((_, about)) => about.push(what),
+                    None => remarks.push((&rerun.remark, vec![what])),
+                }
+            }
         }
-        terminal::align_right(&mut table, 1..4);
-        Some(terminal::show(&table).trim_end().to_owned())
+        terminal::align_right(&mut table, 1..6);
+        if left_out > 0 {
+            table.add_row([format!("... {left_out} more, which move it less")]);
+        }
+        let mut text = terminal::show(&table).trim_end().to_owned();
+        for (remark, about) in remarks {
+            text += &format!("\n* {}: {remark}", about.join(", "));
+        }
+        if let Some(reason) = &found.without_reruns {
+            text += &format!("\nSlopes only: {reason}.");
+        }
+        if !found.held.is_empty() {
+            text += &format!("\n{}", found.held);
+        }
+        Some(text)
     }
 
     fn conditioning(&self) -> String {
@@ -289,12 +321,14 @@ impl Report<'_> {
             .enumerate()
             .map(|(column, p)| {
                 let by: Vec<f64> = c.linearised.events.iter().map(|e| e.by_parameter[column]).collect();
+                let row = self.final_stick.map(|found| &found.rows[column]);
                 json!({
                     "parameter": p.path,
                     "unit": p.unit,
                     "value": p.value,
-                    "half_last_digit": self.half_last_digit(&p.path),
+                    "half_last_digit": row.and_then(|row| row.half_last_digit),
                     "time_sensitivity": by,
+                    "final_stick": row.map(final_stick),
                 })
             })
             .collect();
@@ -320,10 +354,27 @@ impl Report<'_> {
             "channels": c.bands.channels.iter().map(channel).collect::<Vec<Value>>(),
             "stretches": c.bands.stretches.iter().map(stretch).collect::<Vec<Value>>(),
             "sensitivity": sensitivity,
+            "final_stick": self.final_stick.map(|found| json!({
+                "time": found.time,
+                "held": found.held,
+                "without_reruns": found.without_reruns,
+            })),
+            "warnings": c.warnings.iter().map(ToString::to_string).collect::<Vec<String>>(),
             "oracle": oracle,
             "seconds": self.seconds,
         })
     }
+}
+
+fn final_stick(row: &Sensitivity) -> Value {
+    let rerun = |side: usize| row.reruns.as_ref().map(|reruns| &reruns[side]);
+    json!({
+        "slope": row.slope,
+        "by_slope": row.predicted(),
+        "minus": rerun(0),
+        "plus": rerun(1),
+        "nonlinear": row.nonlinear(),
+    })
 }
 
 fn channel(channel: &ChannelBand) -> Value {
@@ -373,7 +424,12 @@ fn row(event: &CertifiedEvent) -> Vec<String> {
 }
 
 /// For the file.
-pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<&OracleSolution>) -> CertificateTables {
+pub(super) fn tables(
+    certificate: &Certificate,
+    result: &[Event],
+    final_stick: Option<&FinalStick>,
+    exact: Option<&OracleSolution>,
+) -> CertificateTables {
     let c = certificate;
     let missing = |x: Option<f64>| x.unwrap_or(f64::NAN);
     let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
@@ -428,6 +484,7 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
             .collect(),
         oracle: exact.map(csv).unwrap_or_default(),
         parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
+        final_stick: final_stick_columns(final_stick, parameters.len()),
         sensitivity: (0..result.len())
             .map(|index| match c.linearised.events.get(index) {
                 // Of the same event of the same sequence only.
@@ -435,6 +492,52 @@ pub(super) fn tables(certificate: &Certificate, result: &[Event], exact: Option<
                 _ => vec![f64::NAN; parameters.len()],
             })
             .collect(),
+    }
+}
+
+/// What half a last digit of each of so many parameters does to the final stick; nothing is known without one.
+fn final_stick_columns(found: Option<&FinalStick>, parameters: usize) -> SensitivityTables {
+    let row = |column: usize| found.map(|found| &found.rows[column]);
+    let numbers = |of: &dyn Fn(&Sensitivity) -> Option<f64>| -> Vec<f64> {
+        (0..parameters)
+            .map(|column| row(column).and_then(of).unwrap_or(f64::NAN))
+            .collect()
+    };
+    let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
+    let codes = |side: usize| -> Vec<i8> {
+        let code = |column| rerun(column, side).map_or(SensitivityTables::NONE, |rerun| rerun.outcome.code());
+        (0..parameters).map(code).collect()
+    };
+    let sticks = |side: usize| -> Vec<i64> {
+        let count = |column| {
+            rerun(column, side)
+                .and_then(|rerun| rerun.sticks)
+                .map_or(-1, |sticks| sticks as i64)
+        };
+        (0..parameters).map(count).collect()
+    };
+    let shifts = |side: usize| numbers(&|row| row.reruns.as_ref()?[side].shift);
+    let nonlinear = |column| match row(column).and_then(Sensitivity::nonlinear) {
+        Some(nonlinear) => i8::from(nonlinear),
+        None => SensitivityTables::NONE,
+    };
+    SensitivityTables {
+        half_last_digit: numbers(&|row| row.half_last_digit),
+        shift: [shifts(0), shifts(1)],
+        outcome: [codes(0), codes(1)],
+        outcomes: Outcome::ALL.map(|o| (o.code(), o.name())).to_vec(),
+        sticks: [sticks(0), sticks(1)],
+        nonlinear: (0..parameters).map(nonlinear).collect(),
+        texts: vec![
+            ("held", found.map_or_else(String::new, |found| found.held.clone())),
+            (
+                "without_reruns",
+                found.map_or_else(
+                    || "no final stick that is converged".to_owned(),
+                    |found| found.without_reruns.clone().unwrap_or_default(),
+                ),
+            ),
+        ],
     }
 }
 

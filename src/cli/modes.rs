@@ -170,7 +170,10 @@ fn damping_table(modes: &Modes) -> String {
 
 fn stability(modes: &Modes) -> String {
     let sentence = match modes.stability {
-        Stability::Lost => return modes.instability.as_ref().map(loss).unwrap_or_default(),
+        Stability::Lost => {
+            let lost = modes.instability.as_ref();
+            return lost.map(|lost| loss(lost, modes.natural_period)).unwrap_or_default();
+        }
         Stability::FrictionDoesNotFall => {
             "Steady sliding is stable at every speed and force: friction does not fall with speed (decay 0, or \
              low_speed not above high_speed)."
@@ -186,7 +189,7 @@ fn stability(modes: &Modes) -> String {
     format!("{sentence}\n")
 }
 
-fn loss(lost: &Instability) -> String {
+fn loss(lost: &Instability, natural_period: f64) -> String {
     let mut table = terminal::table(&[]);
     let folds = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}"));
     let speed = |x: f64| format!("{x:.6} rad/s");
@@ -211,6 +214,10 @@ fn loss(lost: &Instability) -> String {
         ),
         ("eigenvalue crossing", crossing),
         ("growth rate at the loss", format!("{:.4} 1/s", lost.growth_rate)),
+        (
+            "unstable until smooth sliding stops",
+            format!("{:.3e} s, {:.3} T_n", lost.window(), lost.window() / natural_period),
+        ),
         ("growth exponent G", format!("{:.2}", lost.growth_exponent)),
         ("first stick", onset),
         ("growth up to the first stick", format!("{:.2}", lost.growth_to_onset)),
@@ -220,7 +227,14 @@ fn loss(lost: &Instability) -> String {
     ] {
         table.add_row([name.to_owned(), value]);
     }
-    terminal::show(&table)
+    // Quasi-steady friction, along which growth is counted, means nothing over a fraction of an oscillation.
+    let note = if lost.window() < natural_period {
+        "The unstable window is shorter than one oscillation: nothing can swing up in it, and the\n\
+         growth that is counted is that of the one fall of the speed to the stop.\n"
+    } else {
+        ""
+    };
+    format!("{}{note}", terminal::show(&table))
 }
 
 fn hertz(frequency: f64) -> String {

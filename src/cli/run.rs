@@ -3,11 +3,11 @@
 use super::arguments::{Common, RunOptions};
 use super::progress::RunBar;
 use super::{CommandError, End, complain, print, print_json, provenance, terminal};
-use crate::analysis::Summary;
 use crate::analysis::headline::is_paper_case;
+use crate::analysis::warning::warnings;
+use crate::analysis::{Summary, Warning};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
-use crate::model::axial::AxialMotion;
 use crate::results::{
     Extra, Header, Overwrite, ResultError, ResultFile, ResultWriter, SavedRows, Status, StickSlipTable,
 };
@@ -108,7 +108,10 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
     };
     let summary = Summary::of_run(&case.parameters, &report);
-    let warnings = warnings(&summary, &case, report.initial_energy);
+    let warnings: Vec<String> = warnings(&case, &summary, report.initial_energy)
+        .iter()
+        .map(Warning::to_string)
+        .collect();
     let status = match &failure {
         Some(error) => Status::Failed(error.to_string()),
         None if report.interrupted => Status::Interrupted,
@@ -265,100 +268,6 @@ pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
         .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     Ok(flag)
-}
-
-/// An energy balance open by more than this part of the energy at stake means that the run cannot be trusted: the
-/// defaults close it to 1e-13, and a run at rtol 1e-3 still to 1e-7.
-const OPEN_BALANCE: f64 = 1e-6;
-
-/// What closes an open balance. The axial motion is in closed form, which no tolerance makes more accurate: over a
-/// change of force that is far faster than the oscillation its parts are large, and cancel.
-fn balance_remedy(case: &Case) -> String {
-    let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
-    let shortest = axial.shortest_change();
-    let period = std::f64::consts::TAU * (case.parameters.axial.mass / case.parameters.axial.stiffness).sqrt();
-    if shortest < SUDDEN * period {
-        format!(
-            "The force changes within {shortest:.1e} s, so much faster than the axial oscillation of {period:.1e} s that \
-             its work is lost in rounding: make it change more slowly, or use actuation.rise_time = 0, which is a step"
-        )
-    } else {
-        "Leave the solver's atol_ keys to their defaults, use a smaller solver.rtol, or use --method auto".to_owned()
-    }
-}
-
-/// A change of force within this part of the axial period costs six digits of the axial motion and more.
-const SUDDEN: f64 = 1e-6;
-
-fn warnings(summary: &Summary, case: &Case, initial_energy: f64) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let axial_energy = case.parameters.axial.stiffness * summary.axial_displacement.powi(2);
-    let stake = axial_energy.max(initial_energy);
-    if summary.energy_residual > OPEN_BALANCE * stake {
-        warnings.push(format!(
-            "the energy balance does not close: it is off by {:.1e} J, with {stake:.1e} J at stake, so the \
-             energies and angles of this result, at least, are not accurate. {}",
-            summary.energy_residual,
-            balance_remedy(case),
-        ));
-    }
-    if !case.solver.method.locates_events() {
-        warnings.push(
-            "the events of this run are those that its steps happened to show: nothing was located, and its own noise may \
-             have started the stick-slip. It is there to be studied beside a run by another method"
-                .to_owned(),
-        );
-    }
-    if summary.noise_determined {
-        let (g, all) = (
-            summary.growth_to_onset.unwrap_or(0.0),
-            summary.growth_exponent.unwrap_or(0.0),
-        );
-        let why = if case.parameters.perturbations.is_empty() {
-            "no perturbation is set"
-        } else {
-            "no perturbation is given before rounding errors have grown past it"
-        };
-        warnings.push(format!(
-            "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
-             t = {:.6} s, and until the first stick whatever deviates from smooth sliding grows by e^{g:.0} (of the \
-             growth exponent G = {all:.1} up to where smooth sliding itself would stick); {why}, so the onset, the \
-             counts and every event after it belong to this solver and this tolerance, and change with both. For a \
-             result that converges set a perturbation well above rounding, such as \
-             --set 'perturbation=[{{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}}]'",
-            summary.instability_time.unwrap_or(f64::NAN),
-        ));
-    }
-    // Where a run was cut short, that is why.
-    if summary.end >= case.output.end_time {
-        warnings.extend(kick_warnings(summary));
-    }
-    warnings
-}
-
-/// About kicks that a run did not come to, though it came to its end.
-fn kick_warnings(summary: &Summary) -> Vec<String> {
-    let (end, waiting) = (summary.end, summary.kicks_without_instability);
-    let late = summary.kicks_never_given.saturating_sub(waiting);
-    let mut warnings = Vec::new();
-    if late > 0 {
-        warnings.push(format!(
-            "{late} of the kicks never came: the run ended at t = {end} s, before {} time; set a later output.end_time, \
-             or an earlier time of the kick",
-            if late == 1 { "its" } else { "their" },
-        ));
-    }
-    if waiting > 0 {
-        let why = if summary.sticks > 0 {
-            "steady sliding did not lose its stability before the first stick".to_owned()
-        } else {
-            format!("the run ended at t = {end} s, before sliding lost its stability or came to a stick")
-        };
-        warnings.push(format!(
-            "{waiting} of the kicks set at the instability never came: {why}"
-        ));
-    }
-    warnings
 }
 
 /// A further attribute of /stick_slip; NaN where there is no value.

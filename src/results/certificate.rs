@@ -45,8 +45,35 @@ pub struct CertificateTables {
     pub oracle: String,
     /// (path, unit) of each parameter.
     pub parameters: Vec<(String, String)>,
+    /// What half a last digit of each does.
+    pub final_stick: SensitivityTables,
     /// d(event time)/d(parameter), s per unit: a row of all parameters for each event.
     pub sensitivity: Vec<Vec<f64>>,
+}
+
+/// What half a unit in the last written digit of each parameter does to the final stick: one value for each parameter; of
+/// pairs the first is half a unit lower, the second half a unit higher.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SensitivityTables {
+    /// In the unit of the parameter; NaN if it is not written as a number.
+    pub half_last_digit: Vec<f64>,
+    /// How much later the final stick of the rerun is, s; NaN without one.
+    pub shift: [Vec<f64>; 2],
+    /// Code of what the rerun came to, or [`SensitivityTables::NONE`].
+    pub outcome: [Vec<i8>; 2],
+    /// (code, name) of what a rerun can come to.
+    pub outcomes: Vec<schema::Flag>,
+    /// Number of sticks of the rerun; -1 without one.
+    pub sticks: [Vec<i64>; 2],
+    /// 0 linear, 1 nonlinear, or [`SensitivityTables::NONE`].
+    pub nonlinear: Vec<i8>,
+    /// Texts that are attributes of /sensitivity.
+    pub texts: Vec<(&'static str, String)>,
+}
+
+impl SensitivityTables {
+    /// The code where no rerun was made.
+    pub const NONE: i8 = -1;
 }
 
 /// The error bands of a channel of the trajectory: one for each stretch, NaN where nothing can be said.
@@ -303,7 +330,60 @@ fn sensitivity(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         "d(event time)/d(parameter), s for each unit of the parameter (attribute parameter_units of the group)",
     )?;
     raw::attach_scale(&table, &event, 0)?;
-    raw::attach_scale(&table, &parameter, 1)
+    raw::attach_scale(&table, &parameter, 1)?;
+    final_stick(group, &tables.final_stick, &parameter)
+}
+
+fn final_stick(group: &Group, tables: &SensitivityTables, parameter: &hdf5::Dataset) -> hdf5::Result<()> {
+    for (name, text) in &tables.texts {
+        write_text_attribute(group, name, text)?;
+    }
+    column(
+        group,
+        "half_last_digit",
+        &tables.half_last_digit,
+        "1",
+        "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)",
+        parameter,
+    )?;
+    for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
+        column(
+            group,
+            &format!("shift_{name}"),
+            &tables.shift[side],
+            "s",
+            &format!("how much later the final stick is with the parameter half_last_digit {where_to}, by a run"),
+            parameter,
+        )?;
+        let outcome = column(
+            group,
+            &format!("outcome_{name}"),
+            &tables.outcome[side],
+            "1",
+            "what that run came to",
+            parameter,
+        )?;
+        let none = (SensitivityTables::NONE, "not-made");
+        flags(&outcome, &[&[none], tables.outcomes.as_slice()].concat())?;
+        column(
+            group,
+            &format!("sticks_{name}"),
+            &tables.sticks[side],
+            "1",
+            "number of sticks of that run; -1 without one",
+            parameter,
+        )?;
+    }
+    let nonlinear = column(
+        group,
+        "nonlinear",
+        &tables.nonlinear,
+        "1",
+        "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events",
+        parameter,
+    )?;
+    let none = (SensitivityTables::NONE, "unknown");
+    flags(&nonlinear, &[none, (0, "linear"), (1, "nonlinear")])
 }
 
 /// A dimension of the group with its coordinate, 0, 1, ...

@@ -26,7 +26,7 @@ mod work_precision;
 mod writer;
 
 pub use attributes::{AttributeValue, MetaValue};
-pub use certificate::{BandColumns, CertificateTables, write_certified};
+pub use certificate::{BandColumns, CertificateTables, SensitivityTables, write_certified};
 pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};

@@ -1,0 +1,253 @@
+//! What a run's user should know before the result is used.
+
+use super::Summary;
+use crate::case::Case;
+use crate::model::axial::AxialMotion;
+use crate::simulation::{Method, SolverOptions};
+use std::fmt;
+
+/// An energy balance open by more than this part of the energy at stake means that the run cannot be trusted: the
+/// defaults close it to 1e-13, and a run at rtol 1e-3 still to 1e-7.
+const OPEN_BALANCE: f64 = 1e-6;
+
+/// A change of force within this part of the axial period costs six digits of the axial motion and more.
+const SUDDEN: f64 = 1e-6;
+
+/// A perturbation that lets a run converge, as an option of the program.
+pub const KICK_OPTION: &str = "--set 'perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}]'";
+
+/// Something that makes a result less than it seems. Displayed as one paragraph with what to do about it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The energy balance is open by more than any accurate run leaves it.
+    OpenBalance {
+        /// Largest |residual|, J.
+        residual: f64,
+        /// Energy that the run had to begin with or stores axially, whichever is larger, J.
+        stake: f64,
+        /// What closes it.
+        remedy: BalanceRemedy,
+    },
+    /// The method locates no events: they are known to a step.
+    EventsNotLocated,
+    /// The stick-slip is amplified rounding.
+    NoiseDetermined {
+        /// When sliding loses its stability, s; NaN if that is not known.
+        instability: f64,
+        /// e-folds from there to the first stick.
+        growth_to_onset: f64,
+        /// G, e-folds.
+        growth_exponent: f64,
+        /// Whether the case has perturbations, which then come too late or are too small.
+        perturbed: bool,
+    },
+    /// The run ended before the times of kicks.
+    KicksAfterTheEnd {
+        /// How many.
+        count: usize,
+        /// The end of the run, s.
+        end: f64,
+    },
+    /// Kicks wait for a loss of stability that did not come.
+    KicksWithoutInstability {
+        /// How many.
+        count: usize,
+        /// The end of the run, s.
+        end: f64,
+        /// Whether the run has a stick, before which it should have come.
+        stuck: bool,
+    },
+}
+
+/// What closes an open energy balance.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BalanceRemedy {
+    /// The force changes in `change` (s), over so small a part of the axial `period` (s) that the parts of the closed form
+    /// are large and cancel, which no tolerance makes more accurate.
+    SlowerForce {
+        /// s.
+        change: f64,
+        /// s.
+        period: f64,
+    },
+    /// The solver's settings were too loose: these.
+    Tolerances(SolverOptions),
+}
+
+/// All warnings of a run of the case that came to `summary`, with `initial_energy` (J) at its start.
+pub fn warnings(case: &Case, summary: &Summary, initial_energy: f64) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let axial_energy = case.parameters.axial.stiffness * summary.axial_displacement.powi(2);
+    let stake = axial_energy.max(initial_energy);
+    if summary.energy_residual > OPEN_BALANCE * stake {
+        warnings.push(Warning::OpenBalance {
+            residual: summary.energy_residual,
+            stake,
+            remedy: balance_remedy(case),
+        });
+    }
+    if !case.solver.method.locates_events() {
+        warnings.push(Warning::EventsNotLocated);
+    }
+    if summary.noise_determined {
+        warnings.push(Warning::NoiseDetermined {
+            instability: summary.instability_time.unwrap_or(f64::NAN),
+            growth_to_onset: summary.growth_to_onset.unwrap_or(0.0),
+            growth_exponent: summary.growth_exponent.unwrap_or(0.0),
+            perturbed: !case.parameters.perturbations.is_empty(),
+        });
+    }
+    // Where a run was cut short, that is why.
+    if summary.end >= case.output.end_time {
+        let (end, waiting) = (summary.end, summary.kicks_without_instability);
+        let late = summary.kicks_never_given.saturating_sub(waiting);
+        if late > 0 {
+            warnings.push(Warning::KicksAfterTheEnd { count: late, end });
+        }
+        if waiting > 0 {
+            let stuck = summary.sticks > 0;
+            warnings.push(Warning::KicksWithoutInstability {
+                count: waiting,
+                end,
+                stuck,
+            });
+        }
+    }
+    warnings
+}
+
+fn balance_remedy(case: &Case) -> BalanceRemedy {
+    let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
+    let change = axial.shortest_change();
+    let period = std::f64::consts::TAU * (case.parameters.axial.mass / case.parameters.axial.stiffness).sqrt();
+    if change < SUDDEN * period {
+        BalanceRemedy::SlowerForce { change, period }
+    } else {
+        BalanceRemedy::Tolerances(case.solver.clone())
+    }
+}
+
+/// The relative tolerance below which a method gains nothing more: its further steps round as much as they resolve. By the
+/// errors of the ladder's runs (docs/accuracy.md); the multistep methods and the pairs of low order gain down to 1e-13.
+fn floor(method: Method) -> f64 {
+    match method {
+        Method::Series => SolverOptions::default().rtol,
+        _ if method.resolving_table() == Some(Method::BEST_PAIR) => SolverOptions::default().rtol,
+        _ => 1e-13,
+    }
+}
+
+/// What makes a result of these settings more accurate, as a sentence.
+pub fn finer(solver: &SolverOptions) -> String {
+    let (method, rtol) = (solver.method.name(), solver.rtol);
+    let better = solver.rtol > floor(solver.method);
+    match solver.method {
+        _ if solver.fixed_step.is_some() => "Use a smaller solver.fixed_step, or solver.rtol in its place".to_owned(),
+        Method::Paper => "Use solver.method = \"auto\" or \"series\", which locate events".to_owned(),
+        Method::Series if better => "Use a smaller solver.rtol".to_owned(),
+        Method::Series => format!(
+            "With series at rtol {rtol:e} only rounding to double precision is left; what is exact is told by certify \
+             --oracle"
+        ),
+        _ if better => "Use a smaller solver.rtol, or solver.method = \"series\"".to_owned(),
+        _ => format!(
+            "Use solver.method = \"series\": at rtol {rtol:e} {method} is as accurate as it gets, and below takes more \
+             steps, which round more often"
+        ),
+    }
+}
+
+impl fmt::Display for BalanceRemedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BalanceRemedy::SlowerForce { change, period } => write!(
+                f,
+                "The force changes within {change:.1e} s, so much faster than the axial oscillation of {period:.1e} s that \
+                 its work is lost in rounding: make it change more slowly, or use actuation.rise_time = 0, which is a step"
+            ),
+            BalanceRemedy::Tolerances(solver) => {
+                let defaults = SolverOptions::default();
+                let given = [solver.atol_twist, solver.atol_rate, solver.atol_speed];
+                let mut ways = Vec::with_capacity(3);
+                if given.iter().any(Option::is_some) {
+                    ways.push("leave the solver's atol_ keys to their defaults");
+                }
+                if solver.fixed_step.is_some() {
+                    ways.push("use a smaller solver.fixed_step");
+                } else if solver.rtol > defaults.rtol {
+                    ways.push("use a smaller solver.rtol");
+                }
+                ways.push(match solver.method {
+                    Method::Auto => "use --method series",
+                    _ => "use --method auto",
+                });
+                let ways = match ways.split_last() {
+                    Some((last, [])) => (*last).to_owned(),
+                    Some((last, others)) => format!("{}, or {last}", others.join(", ")),
+                    None => String::new(),
+                };
+                let (first, rest) = ways.split_at(1.min(ways.len()));
+                write!(f, "{}{rest}", first.to_uppercase())
+            }
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Warning::OpenBalance {
+                residual,
+                stake,
+                remedy,
+            } => write!(
+                f,
+                "the energy balance does not close: it is off by {residual:.1e} J, with {stake:.1e} J at stake, so the \
+                 energies and angles of this result, at least, are not accurate. {remedy}"
+            ),
+            Warning::EventsNotLocated => f.write_str(
+                "the events of this run are those that its steps happened to show: nothing was located, and its own noise \
+                 may have started the stick-slip. It is there to be studied beside a run by another method",
+            ),
+            Warning::NoiseDetermined {
+                instability,
+                growth_to_onset: g,
+                growth_exponent: all,
+                perturbed,
+            } => {
+                let why = if *perturbed {
+                    "no perturbation is given before rounding errors have grown past it"
+                } else {
+                    "no perturbation is set"
+                };
+                write!(
+                    f,
+                    "this stick-slip is amplified rounding error, not a property of the model. Sliding loses stability at \
+                     t = {instability:.6} s, and until the first stick whatever deviates from smooth sliding grows by \
+                     e^{g:.0} (of the growth exponent G = {all:.1} up to where smooth sliding itself would stick); {why}, \
+                     so the onset, the counts and every event after it belong to this solver and this tolerance, and \
+                     change with both. For a result that converges set a perturbation well above rounding, such as \
+                     {KICK_OPTION}"
+                )
+            }
+            Warning::KicksAfterTheEnd { count, end } => write!(
+                f,
+                "{count} of the kicks never came: the run ended at t = {end} s, before {} time; set a later \
+                 output.end_time, or an earlier time of the kick",
+                if *count == 1 { "its" } else { "their" },
+            ),
+            Warning::KicksWithoutInstability { count, end, stuck } => {
+                write!(f, "{count} of the kicks set at the instability never came: ")?;
+                if *stuck {
+                    f.write_str("steady sliding did not lose its stability before the first stick")
+                } else {
+                    write!(
+                        f,
+                        "the run ended at t = {end} s, before sliding lost its stability or came to a stick"
+                    )
+                }
+            }
+        }
+    }
+}
