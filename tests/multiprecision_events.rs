@@ -124,7 +124,7 @@ fn multiprecision_slow_manifold() {
             let mut y = [0.0; 8];
             y[ROTOR_SPEED] = value("theta_dot");
             y[ROTOR_TWIST_RATE] = value("theta_dot") - value("phi2_dot");
-            let slow = on_slow_manifold(&model, 1.0, (force, 0.0), &y);
+            let slow = on_slow_manifold(&model, 1.0, (force, 0.0), &y).state;
             for (component, name) in [
                 (ROTOR_TWIST, "rotor_twist"),
                 (STATOR_TWIST, "stator_twist"),

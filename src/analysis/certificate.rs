@@ -319,8 +319,10 @@ fn judge(
         .iter()
         .map(|run| !shares_errors(run, case.solver.method))
         .collect();
+    let by_series = witnesses.iter().position(|run| run.method == Method::Series);
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
     let around_witnesses: Vec<Vec<f64>> = distances.iter().map(around).collect();
+    let series = by_series.map(|index| &around_witnesses[index]);
     let auto: Option<Vec<f64>> = finest_auto(ladder).map(|run| around(&single(run)));
     let mut lost: Option<Verdict> = None;
     result
@@ -341,7 +343,10 @@ fn judge(
                 .fold(f64::INFINITY, f64::min);
             let own = auto.as_ref().map_or(0.0, |d| d[index]);
             let own = if own.is_nan() { f64::INFINITY } else { own };
-            let uncertainty = 2.0 * nearest + own + rounding;
+            // Another witness may be near by chance; `series` is the finest, and has its say.
+            let finest = series.map_or(0.0, |d| d[index]);
+            let apart = (2.0 * nearest).max(if finest.is_nan() { 0.0 } else { finest });
+            let uncertainty = apart + own + rounding;
             let timed =
                 matches!(event.kind, EventKind::Corner | EventKind::Kick) && distances.iter().all(|d| d[index] == 0.0);
             if lost.is_none() && event.kind.in_mode_word() {

@@ -11,7 +11,7 @@ use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
 use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::slow_momentum;
+use crate::model::slow_manifold::{on_slow_manifold, slow_momentum};
 use crate::model::torsion::{TorsionModel, index::*};
 use crate::model::{KickTime, Mode, Parameters};
 use crate::simulation::{Event, EventKind, MemoryRecorder, RunFailure, SolverOptions, simulate};
@@ -26,10 +26,6 @@ pub(super) type Dynamic = SVector<f64, DYNAMIC>;
 
 /// Columns before those of the parameters: unit deviations from the loss of stability on, and from the last event on.
 const HEAD: usize = 2 * DYNAMIC;
-
-/// A run with a kick of less than this many times the noise that it meets keeps that noise; else the kick is added to smooth
-/// sliding itself, which is free of it (docs/methods.md, Perturbations).
-const KICK_ABOVE_NOISE: f64 = 1e3;
 
 /// `stop` is asked after so many steps: some ten times a millisecond.
 const STEPS_BETWEEN_QUESTIONS: usize = 16;
@@ -195,7 +191,7 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
     propagation.restart();
     let mut events: Vec<LinearisedEvent> = Vec::with_capacity(recorder.events.len());
     let mut speed_at_instability = None;
-    let mut kicked = false;
+    let mut given_up = Dynamic::zeros();
     let mut moved: Option<DVector<f64>> = None;
     let mut start: Option<Node> = None;
     let mut samples = recorder.samples.iter().peekable();
@@ -231,12 +227,10 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
                 propagation.shift(case, event, mode)
             }
         };
-        let kick = (event.after.relative_velocity - event.before.relative_velocity).abs();
-        let noise = f64::EPSILON * speed_at_instability.unwrap_or(f64::INFINITY) * propagation.growth().exp();
-        if event.kind == EventKind::Kick && !kicked && kick > KICK_ABOVE_NOISE * noise {
+        if let Some(error) = propagation.manifold_error(event, mode) {
             propagation.keep_slow_part(event, mode);
+            given_up += error;
         }
-        kicked |= event.kind == EventKind::Kick && speed_at_instability.is_some();
         propagation.pass(event, mode, &row, inherited.is_some());
         if Some(index) == unstable {
             speed_at_instability = Some(event.before.relative_velocity.abs());
@@ -276,6 +270,7 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
             moved = Some(row);
         } else {
             rounding.state(&propagation.since_last(), &after.state);
+            rounding.add(&std::mem::replace(&mut given_up, Dynamic::zeros()));
             propagation.restart();
         }
         start = Some(after);
@@ -498,6 +493,32 @@ impl Propagation<'_> {
     /// What unit deviations at the last event have become.
     fn since_last(&self) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
         self.deviations.fixed_view::<DYNAMIC, DYNAMIC>(0, DYNAMIC).into_owned()
+    }
+
+    /// How far each component can be off in the state that a kick has been added to, if that is the slow manifold; `None` if
+    /// it is the state before the event.
+    fn manifold_error(&self, event: &Event, before: Mode) -> Option<Dynamic> {
+        let (old, new) = (Node::before(event).state, Node::after(event).state);
+        // A kick changes rates only, and not the rotor's.
+        let kept = [ROTOR_TWIST, STATOR_TWIST, ROTOR_SPEED]
+            .iter()
+            .all(|&k| old[k] == new[k]);
+        if event.kind != EventKind::Kick || before.sense() == 0 || kept {
+            return None;
+        }
+        let axial = self.equations.axial.at(event.time);
+        let pressing = (axial.pressing_force, axial.pressing_rate);
+        let slow = on_slow_manifold(
+            &self.equations.torsion,
+            f64::from(before.sense()),
+            pressing,
+            &extended(&old),
+        );
+        // Rounding is counted elsewhere.
+        Some(match slow.settled {
+            true => Dynamic::zeros(),
+            false => Dynamic::from_column_slice(&slow.error[..DYNAMIC]),
+        })
     }
 
     /// Before a kick that is added to the slow manifold: of a deviation since the last event only the momentum is left, which

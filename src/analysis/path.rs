@@ -4,7 +4,7 @@ use super::linearised::{DYNAMIC, Dynamic};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{Event, MemoryRecorder, OutputOptions, OutputWindow, Sample, State};
+use crate::simulation::{Event, MemoryRecorder, OutputOptions, OutputWindow, Sample, Segment, State};
 use std::iter::Peekable;
 
 /// Samples in a natural period where the fast mode moves: a cubic between them is good to 1e-6 of its amplitude.
@@ -82,6 +82,12 @@ pub(super) fn nodes_before<'a>(
     nodes
 }
 
+/// Whether the fast mode may move in a segment: it does in a stick and where the disks are apart, and in a slip where steps
+/// have to resolve it.
+fn moves_fast(segment: &Segment) -> bool {
+    segment.mode.sense() == 0 || segment.resolved != Some(false)
+}
+
 /// Samples for the linearisation of a run whose events and segments are known: dense wherever the fast mode moves,
 /// up to the last event.
 pub(super) fn resolving_output(case: &Case, run: &MemoryRecorder) -> OutputOptions {
@@ -90,7 +96,7 @@ pub(super) fn resolving_output(case: &Case, run: &MemoryRecorder) -> OutputOptio
     let resolved: Vec<_> = run
         .segments
         .iter()
-        .filter(|segment| segment.solver != "esdirk" && segment.start < last)
+        .filter(|segment| segment.start < last && moves_fast(segment))
         .collect();
     let whole: f64 = resolved.iter().map(|segment| segment.end - segment.start).sum();
     let period = TorsionModel::new(&case.parameters).natural_period();

@@ -8,6 +8,8 @@
 //! - the state, where a segment ends and where the next one begins, a rounding of each component;
 //! - the clock, which adds up the lengths of the segments.
 //!
+//! Where a kick is added to the slow manifold, the error of that manifold's series comes with it.
+//!
 //! The first two kinds of rounding are the same in every segment, and are added by their size. Those of states and of the
 //! clock are as many as there are events and have no preferred sign: their squares are added.
 
@@ -57,6 +59,11 @@ impl Rounding {
     pub fn state(&mut self, since: &SMatrix<f64, DYNAMIC, DYNAMIC>, y: &Dynamic) {
         let fresh = y.map(|size| ROUNDINGS_OF_STATE * variance(size));
         self.state = since * self.state * since.transpose() + SMatrix::from_diagonal(&fresh);
+    }
+
+    /// Each component is off by so much besides.
+    pub fn add(&mut self, error: &Dynamic) {
+        self.state += SMatrix::from_diagonal(&error.map(|size| size * size));
     }
 
     /// The clock reads `t` (s) at an event that the state sets off: a sum.

@@ -216,6 +216,7 @@ impl ResultFile {
                 solver: solver
                     .ok_or_else(|| self.unknown("a segment's solver", solvers[row]))?
                     .1,
+                resolved: None,
                 steps: steps[row],
                 rhs_evaluations: rhs[row],
                 jacobian_evaluations: jacobians[row],

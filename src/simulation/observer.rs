@@ -92,11 +92,11 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.recorder.sample(&sample)
     }
 
-    /// Records a segment from `span.0` to `span.1` (s), with what it cost.
+    /// Records a segment at `location` from `span.0` to `span.1` (s), with what it cost.
     pub(super) fn end_segment(
         &mut self,
         span: (f64, f64),
-        mode: Mode,
+        location: &Location,
         solver: &'static str,
         c: &Counters,
     ) -> Result<(), ObserverError> {
@@ -124,8 +124,9 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.recorder.segment(&Segment {
             start,
             end,
-            mode,
+            mode: location.mode,
             solver,
+            resolved: Some(location.resolved),
             steps: c.steps,
             rhs_evaluations: c.rhs_evaluations,
             jacobian_evaluations: c.jacobian_evaluations,
@@ -194,7 +195,7 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
 
     fn segment(&mut self, report: &SegmentReport<Location>) -> Result<(), ObserverError> {
         let span = (report.start, report.end);
-        self.end_segment(span, report.location.mode, report.solver.name(), &report.counters)
+        self.end_segment(span, &report.location, report.solver.name(), &report.counters)
     }
 
     fn progress(&mut self, t: f64, location: &Location) -> ControlFlow<()> {

@@ -357,7 +357,7 @@ impl Run<'_> {
         let span = (self.segment_start, self.time);
         self.segment_start = self.time;
         self.recording
-            .end_segment(span, self.location().mode, SOLVER, &counters)
+            .end_segment(span, &self.location(), SOLVER, &counters)
             .map_err(RunError::Observer)
     }
 

@@ -155,6 +155,8 @@ pub struct Segment {
     /// Which solver integrated it: "cvode-bdf", "cvode-adams", "erk", "esdirk", "closed-form", "series" or
     /// "paper".
     pub solver: &'static str,
+    /// Whether its steps had to resolve the fast torsional mode; `None` if it is from a file, where that is not written.
+    pub resolved: Option<bool>,
     pub steps: u64,
     pub rhs_evaluations: u64,
     pub jacobian_evaluations: u64,

@@ -7,7 +7,7 @@ use crate::hybrid::{ChosenSolver, Rules, Transition};
 use crate::model::axial::ContactChange;
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::stability::{Forecast, QuietStretch};
-use crate::model::torsion::{DIMENSION, TorsionState};
+use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::model::{Mode, Parameters};
 use std::sync::Arc;
 
@@ -25,6 +25,10 @@ pub const LARGEST_HASTE: f64 = 0.01;
 
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
 const NOISE_OF_KICK: f64 = 1e-3;
+
+/// The error of the slow manifold's series may be this share of the deviation of the computed state from it, for the
+/// deviation to be the state's.
+const ERROR_OF_MANIFOLD: f64 = 0.1;
 
 /// While the fast mode is resolved, how often (in its periods) it is asked whether it still has to be.
 const REPLAN_PERIODS: f64 = 50.0;
@@ -201,15 +205,18 @@ impl BrakeRules {
         if self.plan.follows_smooth_sliding() && mode.sense() != 0 && self.foresee_smooth_sliding(t, y) {
             return;
         }
-        self.calm_from = match mode {
-            Mode::SlipForward | Mode::SlipBackward => {
-                let w = self.brake.torsion.relative_velocity(y);
-                self.forecast(t, w)
-                    .time_of_damping(CALM_E_FOLDS)
-                    .unwrap_or(f64::INFINITY)
-            }
-            Mode::Stick | Mode::Separated => f64::INFINITY,
-        };
+        self.calm_from = self.time_of_calm(mode, t, y);
+    }
+
+    /// From when on what excites the fast mode at `t` will be gone; infinite if nothing says so.
+    fn time_of_calm(&mut self, mode: Mode, t: f64, y: &[f64]) -> f64 {
+        let sense = f64::from(mode.sense());
+        if sense == 0.0 || self.brake.stability_margin(sense, t, y) < 0.0 {
+            return f64::INFINITY;
+        }
+        let w = self.brake.torsion.relative_velocity(y);
+        let calm = self.forecast(t, w).time_of_damping(CALM_E_FOLDS);
+        calm.unwrap_or(f64::INFINITY)
     }
 
     /// Whether the slip at `t` stays smooth sliding up to the next corner of F, or where none is left to its stop: the
@@ -237,7 +244,8 @@ impl BrakeRules {
     /// Where sliding has been undisturbed for long, exact sliding is on the slow manifold, and what the computed state
     /// has beside it is rounding, amplified since the loss of stability. A kick of 1e-4 rad/s that is added to the
     /// manifold itself keeps four more digits than one that is added to that noise. A deviation that is too large for
-    /// noise is left alone.
+    /// noise is left alone, and so is one that the manifold's own error may account for: where friction changes fast, its
+    /// series is less accurate than what an integrator keeps since the loss of stability.
     fn before_kick(&self, location: &Location, t: f64, y: &[f64], delta: f64) -> Vec<f64> {
         let Brake { torsion, axial, .. } = &*self.brake;
         if t < self.calm_from || !axial.is_silent(t) {
@@ -248,9 +256,24 @@ impl BrakeRules {
         let mut state: TorsionState = [0.0; DIMENSION];
         state.copy_from_slice(y);
         let slow = on_slow_manifold(torsion, f64::from(location.mode.sense()), pressing, &state);
-        let deviation = torsion.relative_velocity(&slow) - torsion.relative_velocity(y);
-        if deviation.abs() < NOISE_OF_KICK * delta.abs() {
-            slow.to_vec()
+        let deviation = torsion.relative_velocity(&slow.state) - torsion.relative_velocity(y);
+        let frequency = torsion.natural_angular_frequency();
+        let size = |of: &dyn Fn(usize) -> f64| {
+            [ROTOR_TWIST, ROTOR_TWIST_RATE, STATOR_TWIST, STATOR_TWIST_RATE]
+                .map(|k| {
+                    let weight = if matches!(k, ROTOR_TWIST | STATOR_TWIST) {
+                        frequency
+                    } else {
+                        1.0
+                    };
+                    weight * of(k).abs()
+                })
+                .into_iter()
+                .fold(0.0, f64::max)
+        };
+        let better = slow.settled || size(&|k| slow.error[k]) < ERROR_OF_MANIFOLD * size(&|k| slow.state[k] - state[k]);
+        if better && deviation.abs() < NOISE_OF_KICK * delta.abs() {
+            slow.state.to_vec()
         } else {
             y.to_vec()
         }
@@ -266,6 +289,7 @@ impl BrakeRules {
     /// The location after a change of mode, with the step regime planned.
     fn enter(&mut self, mode: Mode, watch: Watch, t: f64, y: &[f64]) -> Location {
         self.smooth_until = f64::NEG_INFINITY;
+        self.calm_from = self.time_of_calm(mode, t, y);
         let mut location = Location {
             mode,
             resolved: true,

@@ -57,6 +57,7 @@ pub fn segment(number: usize) -> Segment {
         end: (number + 1) as f64 * 1e-2,
         mode: Mode::ALL[number % 4],
         solver: ["cvode-bdf", "cvode-adams", "erk", "esdirk", "closed-form"][number % 5],
+        resolved: None,
         steps,
         rhs_evaluations: steps * 9,
         jacobian_evaluations: steps / 10,
