@@ -19,6 +19,7 @@ pub mod stability_path;
 pub mod stick_slip;
 pub mod summary;
 pub mod truth;
+pub mod witness;
 pub mod work_precision;
 
 pub use crate::simulation::{Cycle, CycleStatistics};
@@ -28,3 +29,4 @@ pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;
 pub use stick_slip::StickSlip;
 pub use summary::Summary;
+pub use witness::{Witness, witness};
