@@ -520,7 +520,7 @@ fn cli_run_has_a_witness() {
     assert!(json(&stdout).get("witness").is_none(), "{stdout}");
 }
 
-/// The witness of `cvode` is another method; where the onset is noise no alarm is raised; of what takes long there is none.
+/// The witness of `cvode` is another method; where the onset is noise no alarm is raised.
 #[test]
 fn cli_run_witnesses_differ_where_they_must() {
     let folder = Folder::new();
@@ -541,17 +541,7 @@ fn cli_run_witnesses_differ_where_they_must() {
     );
     let paper = witness(&["--method", "paper"]);
     assert_eq!(paper["testimony"], "sequence-differs", "{paper}");
-    // Sliding on for ever, with hardly any damping.
-    let long = witness(&[
-        "--set",
-        "torsion.damping=0",
-        "--set",
-        "perturbation=[]",
-        "--set",
-        "output={end_time=6, interval=1}",
-    ]);
-    assert_eq!(long["testimony"], "left-out", "{long}");
-    for said in [own, noise, paper, long] {
+    for said in [own, noise, paper] {
         assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
     }
 }
