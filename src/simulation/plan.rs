@@ -1,6 +1,6 @@
 //! Which solver integrates which location, and how accurately: the one home of every tolerance.
 
-use super::brake::{Location, Watch};
+use super::brake::Location;
 use super::options::{Method, SolverOptions};
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::torsion::{DIMENSION, TorsionModel, index};
@@ -45,10 +45,6 @@ const STRIDE: f64 = 5.0;
 /// multistep method begins with steps of 1e-11 s, after which the relative velocity of a breakaway is not yet
 /// above its rounding; a step of a one-step method is long past that.
 const SETTLING: f64 = 1e-7;
-
-/// Of `cvode`, the absolute tolerance of the twist rates before the first stick over that after it. A tenth at rtol 1e-13 is
-/// what the rounding of the torques leaves.
-const BEFORE_STICK: f64 = 0.1;
 
 /// Adams' method of `cvode`. With CVODE's own coefficient, 0.1, its iteration often ends after one round: that
 /// is an explicit method, whose stability holds order and step down.
@@ -165,11 +161,6 @@ impl Plan {
             ] {
                 tolerances.absolute[index] = rtol * scale;
             }
-        }
-        // Until the first stick the oscillation is that of a kick, far below the speeds of stick-slip.
-        if location.resolved && location.watch != Watch::Off && self.absolute[1].is_none() {
-            tolerances.absolute[index::ROTOR_TWIST_RATE] *= BEFORE_STICK;
-            tolerances.absolute[index::STATOR_TWIST_RATE] *= BEFORE_STICK;
         }
         let bound = location.resolved.then_some(self.period / STEPS_PER_PERIOD);
         ChosenSolver {
