@@ -268,6 +268,13 @@ fn runs(criterion: &mut Criterion) {
     let auto = || {
         black_box(run(black_box(&input), &mut NoRecorder));
     };
+    let cvode_input = paper(Method::Cvode, END);
+    let by_cvode = || {
+        black_box(run(black_box(&cvode_input), &mut NoRecorder));
+    };
+    let [cvode, beside] = medians_by_turns(&by_cvode, &auto, 1);
+    let ratio = cvode.as_secs_f64() / beside.as_secs_f64();
+    println!("cvode {cvode:.2?}, auto {beside:.2?} a run: {ratio:.1} times as long");
     let [plain, auto] = medians_by_turns(&plain, &auto, 1);
     let ratio = plain.as_secs_f64() / auto.as_secs_f64();
     println!("plain-bdf-1e-12 {plain:.2?}, auto {auto:.2?} a run: {ratio:.1} times as long");

@@ -89,6 +89,7 @@ fn accuracy(method: Method) -> Accuracy {
     let (time, state) = match method {
         Method::Auto | Method::Series => (1e-11, 1e-9),
         Method::Erk | Method::Esdirk | Method::ErkPair(_) => (1e-10, 1e-8),
+        Method::Cvode => (1e-9, 1e-7),
         Method::CvodeBdf | Method::CvodeAdams => (1e-8, 1e-5),
         Method::Paper => unreachable!("it locates nothing"),
     };
@@ -165,7 +166,7 @@ fn hold_against_oracle(name: &str, parameters: &Parameters, end: f64, method: Me
             (s.time, s.mode, computed, expected)
         })
         .collect();
-    let cvode = matches!(method, Method::CvodeBdf | Method::CvodeAdams);
+    let cvode = matches!(method, Method::Cvode | Method::CvodeBdf | Method::CvodeAdams);
     for (k, channel) in CHANNELS.iter().enumerate() {
         if cvode && *channel == "slip" {
             continue; // see analytic_quadratures_by_every_method
@@ -210,10 +211,10 @@ fn analytic_constant_friction_by_every_method() {
         for method in Method::KINDS {
             let recorder = hold_against_oracle(name, &short_brake(friction, rise_time), 0.2, method);
             assert!(recorder.samples.iter().filter(|s| s.mode == Mode::Stick).count() > 100);
-            let stick_solver = if matches!(method, Method::Auto | Method::Series) {
-                "closed-form"
-            } else {
-                method.name()
+            let stick_solver = match method {
+                Method::Auto | Method::Series => "closed-form",
+                Method::Cvode => "cvode-adams",
+                _ => method.name(),
             };
             let sticks = recorder.segments.iter().filter(|s| s.mode == Mode::Stick);
             assert!(sticks.clone().count() > 0 && sticks.clone().all(|s| s.solver == stick_solver));

@@ -123,7 +123,7 @@ fn cli_run_methods_agree() {
         "-q",
     ];
     let mut words: Vec<(&str, Vec<Event>)> = Vec::new();
-    for method in ["auto", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series"] {
+    for method in ["auto", "cvode", "cvode-bdf", "cvode-adams", "erk", "esdirk", "series"] {
         let name = format!("{method}.h5");
         let (stdout, stderr) = output(
             folder.stickslip(&["run", "--method", method, "-o", &name]).args(quick),
@@ -478,4 +478,70 @@ fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
         stderr.contains("warning: the energy balance does not close"),
         "{stderr}"
     );
+}
+
+/// The witness is one line under the table, the same in JSON and in the file, and can be left out.
+#[test]
+fn cli_run_has_a_witness() {
+    let folder = Folder::new();
+    let attribute = |name: &str| {
+        let file = hdf5::File::open(folder.path("paper.h5")).unwrap();
+        let group = file.group("witness").ok()?;
+        group
+            .attr(name)
+            .unwrap()
+            .read_scalar::<hdf5::types::VarLenUnicode>()
+            .ok()
+    };
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run"]), 0);
+    assert_eq!(stderr, "");
+    let lines: Vec<&str> = stdout.lines().filter(|line| line.starts_with("witness ")).collect();
+    let [line] = lines[..] else { panic!("{stdout}") };
+    assert!(
+        line.starts_with("witness cvode: the same 95 events, all within "),
+        "{line}"
+    );
+    assert_eq!(attribute("statement").unwrap().as_str(), line);
+    assert_eq!(attribute("testimony").unwrap().as_str(), "same-sequence");
+
+    let (stdout, _) = output(&mut folder.stickslip(&["run", "--json"]), 0);
+    let witness = &json(&stdout)["witness"];
+    assert_eq!(witness["method"], "cvode");
+    assert_eq!(witness["testimony"], "same-sequence");
+    assert_eq!(witness["events"], 95);
+    assert_eq!(witness["agreeing_events"], 95);
+    // What both promise by default.
+    assert!(witness["largest_difference"].as_f64().unwrap() < 2e-9, "{witness}");
+
+    let (stdout, _) = output(&mut folder.stickslip(&["run", "--no-witness"]), 0);
+    assert!(!stdout.contains("witness"), "{stdout}");
+    assert!(attribute("statement").is_none());
+    let (stdout, _) = output(&mut folder.stickslip(&["run", "--no-witness", "--json"]), 0);
+    assert!(json(&stdout).get("witness").is_none(), "{stdout}");
+}
+
+/// The witness of `cvode` is another method; where the onset is noise no alarm is raised.
+#[test]
+fn cli_run_witnesses_differ_where_they_must() {
+    let folder = Folder::new();
+    let witness = |arguments: &[&str]| {
+        let (stdout, _) = output(folder.stickslip(&["run", "--json"]).args(arguments), 0);
+        json(&stdout)["witness"].clone()
+    };
+    let own = witness(&["--method", "cvode"]);
+    assert_eq!(
+        (&own["method"], &own["testimony"]),
+        (&"series".into(), &"same-sequence".into())
+    );
+    let noise = witness(&["unperturbed"]);
+    assert_eq!(noise["testimony"], "noise-determined", "{noise}");
+    assert!(
+        noise["statement"].as_str().unwrap().contains("amplified rounding"),
+        "{noise}"
+    );
+    let paper = witness(&["--method", "paper"]);
+    assert_eq!(paper["testimony"], "sequence-differs", "{paper}");
+    for said in [own, noise, paper] {
+        assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
+    }
 }

@@ -5,19 +5,20 @@
 mod common;
 use std::fmt::Write as _;
 use stickslip::case::{Case, CaseSource};
-use stickslip::simulation::Segment;
+use stickslip::simulation::{Method, Segment, SolverOptions};
 
 /// One counter of a segment.
 type Counter = fn(&Segment) -> u64;
 
 /// Sums over the segments of each solver.
-fn counters(case: &str) -> String {
+fn counters(case: &str, method: Method) -> String {
     let Case {
         parameters,
         solver,
         output,
         ..
     } = Case::parse(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+    let solver = SolverOptions { method, ..solver };
     let (recorder, _) = common::run(&parameters, &solver, &output);
     let mut solvers: Vec<&'static str> = recorder.segments.iter().map(|s| s.solver).collect();
     solvers.sort_unstable();
@@ -52,10 +53,15 @@ fn counters(case: &str) -> String {
 
 #[test]
 fn regression_counters_of_paper_by_auto() {
-    insta::assert_snapshot!("paper", counters("paper"));
+    insta::assert_snapshot!("paper", counters("paper", Method::Auto));
 }
 
 #[test]
 fn regression_counters_of_paper_si_by_auto() {
-    insta::assert_snapshot!("paper-si", counters("paper-si"));
+    insta::assert_snapshot!("paper-si", counters("paper-si", Method::Auto));
+}
+
+#[test]
+fn regression_counters_of_paper_by_cvode() {
+    insta::assert_snapshot!("paper-cvode", counters("paper", Method::Cvode));
 }

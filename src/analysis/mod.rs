@@ -24,6 +24,7 @@ pub mod stick_slip;
 pub mod summary;
 pub mod truth;
 pub mod warning;
+pub mod witness;
 pub mod work_precision;
 
 pub use crate::simulation::{Cycle, CycleStatistics};
@@ -34,3 +35,4 @@ pub use modes::Modes;
 pub use stick_slip::StickSlip;
 pub use summary::Summary;
 pub use warning::Warning;
+pub use witness::{Witness, witness};

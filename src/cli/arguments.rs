@@ -86,6 +86,9 @@ pub(super) struct RunOptions {
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Leave out the witness, a second run by another method that the result is held against.
+    #[arg(long)]
+    pub no_witness: bool,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,

@@ -21,7 +21,6 @@ pub(super) struct Report<'a> {
     pub title: &'a str,
     pub certificate: &'a Certificate,
     pub exact: Option<&'a OracleSolution>,
-    pub result: &'a [Event],
     /// What moves the final stick; `None` if that is no result.
     pub final_stick: Option<&'a FinalStick>,
     pub file: String,

@@ -2,10 +2,11 @@
 
 use super::arguments::{Common, RunOptions};
 use super::progress::RunBar;
-use super::{CommandError, End, complain, print, print_json, provenance, terminal};
+use super::{CommandError, End, complain, print, print_json, provenance, terminal, witness};
 use crate::analysis::headline::is_paper_case;
 use crate::analysis::warning::warnings;
-use crate::analysis::{Summary, Warning};
+use crate::analysis::witness::Remembering;
+use crate::analysis::{Summary, Warning, Witness};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
 use crate::results::{
@@ -51,6 +52,9 @@ struct RunDocument<'a> {
     /// Only where the file could not be written to its end: what it has for certain. It is marked interrupted.
     #[serde(skip_serializing_if = "Option::is_none")]
     saved: Option<SavedRows>,
+    /// What another method made of the same case; not of a run that is not complete.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    witness: Option<&'a Witness>,
     warnings: &'a [String],
     /// Of a failed run only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -88,11 +92,12 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         case.solver.method.name(),
         case.solver.rtol
     );
+    let mut recorder = Remembering::new(&mut writer);
     let result = simulate(
         &case.parameters,
         &case.solver,
         &case.output,
-        &mut writer,
+        &mut recorder,
         &mut |progress| {
             bar.show(progress);
             if stop.load(Ordering::Relaxed) {
@@ -103,6 +108,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         },
     );
     bar.finish();
+    let sequence = recorder.into_sequence();
     let (report, failure) = match result {
         Ok(report) => (report, None),
         Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
@@ -122,7 +128,18 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let write_failed = matches!(&failure, Some(failure) if matches!(failure.error, RunError::Observer(_)));
     let table = stick_slip_table(&summary);
     let wall_time = clock.elapsed().as_secs_f64();
-    let (file, unsaved) = match writer.finish(status, &table, wall_time) {
+    // Beside a complete run only, and never a reason for it to fail.
+    let witness = (status == Status::Complete && !options.no_witness)
+        .then(|| {
+            crate::analysis::witness(&case, &sequence, summary.noise_determined, &|| {
+                stop.load(Ordering::Relaxed)
+            })
+        })
+        .flatten();
+    let said = witness
+        .as_ref()
+        .map_or(Ok(()), |witness| writer.witness(&witness::attributes(witness)));
+    let (file, unsaved) = match said.and_then(|()| writer.finish(status, &table, wall_time)) {
         Ok(file) => (file, None),
         Err(error) => (partial, Some(error.to_string())),
     };
@@ -139,12 +156,16 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             wall_time,
             summary: &summary,
             saved: (write_failed || unsaved.is_some()).then_some(saved),
+            witness: witness.as_ref(),
             warnings: &warnings,
             error,
         })?;
     } else if !common.quiet && error.is_none() {
         let beside_paper = is_paper_case(&case.parameters);
         print(&terminal::run_report(&case, &summary, beside_paper, wall_time))?;
+        if let Some(witness) = &witness {
+            print(&format!("\n{}\n", witness.statement))?;
+        }
         print(&format!("\n{}\n", file.display()))?;
     }
     if !common.quiet {

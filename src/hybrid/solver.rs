@@ -2,8 +2,8 @@
 
 use super::Dynamics;
 use crate::sundials::{
-    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, OdeSystem, Outcome,
-    SolverError, Stepping, Task, Tolerances,
+    Cvode, CvodeOptions, Direction, Erk, ErkOptions, ErkTable, Esdirk, EsdirkTable, Integrator, Multistep, OdeSystem,
+    Outcome, SolverError, Stepping, Task, Tolerances,
 };
 use nalgebra::DMatrixViewMut;
 use std::sync::Arc;
@@ -16,6 +16,11 @@ pub enum SolverKind {
         max_order: u32,
     },
     CvodeAdams,
+    /// CVODE with these options. For `settling` (s) after a segment's start its guards count as being on their allowed side.
+    Cvode {
+        options: CvodeOptions,
+        settling: f64,
+    },
     Erk(ErkTable),
     Esdirk(EsdirkTable),
     /// [`Dynamics::closed_state`].
@@ -30,6 +35,10 @@ impl SolverKind {
         match self {
             SolverKind::CvodeBdf { .. } => "cvode-bdf",
             SolverKind::CvodeAdams => "cvode-adams",
+            SolverKind::Cvode { options, .. } => match options.method {
+                Multistep::Adams => "cvode-adams",
+                Multistep::Bdf => "cvode-bdf",
+            },
             SolverKind::Erk(_) => "erk",
             SolverKind::Esdirk(_) => "esdirk",
             SolverKind::ClosedForm => "closed-form",
@@ -56,6 +65,8 @@ pub(super) struct Flow<D: Dynamics> {
     pub(super) location: D::Location,
     /// Time of the segment's start.
     pub(super) origin: f64,
+    /// How long guards count as being on their allowed side, s.
+    settling: f64,
 }
 
 impl<D: Dynamics> OdeSystem for Flow<D> {
@@ -77,7 +88,7 @@ impl<D: Dynamics> OdeSystem for Flow<D> {
 
     fn roots(&mut self, tau: f64, y: &[f64], values: &mut [f64]) {
         self.dynamics.guard_values(&self.location, self.origin + tau, y, values);
-        if tau == 0.0 {
+        if tau <= self.settling {
             for (index, (value, guard)) in values.iter_mut().zip(self.dynamics.guards(&self.location)).enumerate() {
                 let beyond = self.dynamics.starts_beyond(&self.location, self.origin, y, index);
                 match guard.direction {
@@ -140,6 +151,7 @@ impl<D: Dynamics> Pool<D> {
                     dynamics: self.dynamics.clone(),
                     location,
                     origin: t,
+                    settling: 0.0,
                 };
                 let one_step = matches!(chosen.kind, SolverKind::Erk(_) | SolverKind::Esdirk(_));
                 let probe = if one_step {
@@ -161,6 +173,10 @@ impl<D: Dynamics> Pool<D> {
             let flow = solver.system_mut();
             flow.location = location;
             flow.origin = t;
+            flow.settling = match chosen.kind {
+                SolverKind::Cvode { settling, .. } => settling,
+                _ => 0.0,
+            };
             solver.set_tolerances(&chosen.tolerances)?;
         }
         solver.restart(0.0, y)?;
@@ -245,6 +261,7 @@ fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Resul
             Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?)
         }
         SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
+        SolverKind::Cvode { options, .. } => Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?),
         SolverKind::Erk(table) => {
             let stepping = chosen.fixed_step.map_or_else(Stepping::default, Stepping::fixed);
             Box::new(Erk::new(flow, ErkOptions { table, stepping }, 0.0, y, tolerances)?)

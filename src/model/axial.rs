@@ -376,6 +376,12 @@ impl AxialMotion {
         piece.start + piece.silent_after
     }
 
+    /// When the ringing that the last corner before `t` has set going has died by so many e-folds, s; infinite if it never
+    /// does.
+    pub fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
+        self.piece_at(t).start + e_folds / self.oscillator.slowest_decay()
+    }
+
     /// The first corner after `t`, s.
     pub fn next_corner(&self, t: f64) -> Option<f64> {
         let end = self.piece_at(t).end;

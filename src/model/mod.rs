@@ -13,6 +13,7 @@ pub mod oscillator;
 pub mod parameters;
 pub mod slip_series;
 pub mod slow_manifold;
+pub mod slow_stick;
 pub mod stability;
 pub mod torsion;
 

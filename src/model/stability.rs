@@ -19,6 +19,8 @@ const MOST_STEPS: usize = 100_000;
 pub struct Forecast {
     /// (t (s), damping in e-folds of the relative mode since the start).
     path: Vec<(f64, f64)>,
+    /// (t (s), |omega_r| (rad/s)) at the same times.
+    speeds: Vec<(f64, f64)>,
     /// When sliding turns unstable, or the relative velocity reaches zero, whichever comes first.
     pub trouble: Option<f64>,
 }
@@ -34,6 +36,7 @@ impl Forecast {
         let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.applied_force(t).max(0.0));
         let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
         let mut path = vec![(t, damping)];
+        let mut speeds = vec![(t, x)];
         let mut trouble = None;
         let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
         let finest = x / FINEST;
@@ -67,8 +70,9 @@ impl Forecast {
             t += step;
             damping += here / (2.0 * surface) * step;
             path.push((t, damping));
+            speeds.push((t, x));
         }
-        Forecast { path, trouble }
+        Forecast { path, speeds, trouble }
     }
 
     /// The latest time before which `e_folds` of damping still lie ahead of the trouble; `None` without trouble.
@@ -77,6 +81,11 @@ impl Forecast {
         let last = self.path.last()?.1 - e_folds;
         let quiet = self.path.windows(2).rev().find(|pair| pair[0].1 <= last);
         Some(quiet.map_or(self.path[0].0, |pair| between(pair, last)))
+    }
+
+    /// The first time at which the relative velocity is no more than `speed` (rad/s), if it comes to that.
+    pub fn time_of_speed(&self, speed: f64) -> Option<f64> {
+        self.speeds.iter().find(|(_, x)| *x <= speed).map(|(t, _)| *t)
     }
 
     /// The time by which `e_folds` of damping have passed since the start, if that comes before any trouble.

@@ -42,4 +42,4 @@ pub use sweep_writer::{
 pub(crate) use target::folder_of;
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
-pub use writer::{Header, ResultWriter, SavedRows, Status};
+pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttribute, WitnessAttributes};

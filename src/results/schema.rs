@@ -46,6 +46,8 @@ pub mod group {
     /// Only in certified files, as [`SENSITIVITY`].
     pub const CERTIFICATE: &str = "certificate";
     pub const SENSITIVITY: &str = "sensitivity";
+    /// Only where a witness ran beside the run.
+    pub const WITNESS: &str = "witness";
     pub const INPUT: &str = "input";
     pub const META: &str = "meta";
     pub const RUNS: &str = "runs";

@@ -68,6 +68,13 @@ impl Status {
     }
 }
 
+/// An attribute of /witness: its name, its value, and of a number the unit and the description.
+pub type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
+
+/// The attributes of /witness.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WitnessAttributes(pub Vec<WitnessAttribute>);
+
 /// Rows that are on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct SavedRows {
@@ -188,6 +195,26 @@ impl ResultWriter {
         // The folder's entry too; not every system can, and the file itself is safe by now.
         let _ = fs::File::open(target::folder_of(&self.path)).and_then(|folder| folder.sync_all());
         Ok(self.path.clone())
+    }
+
+    /// Writes /witness: what another method made of the case. Once, before [`Self::finish`].
+    ///
+    /// # Errors
+    ///
+    /// A failure to write; [`Self::finish`] then leaves the partial file.
+    pub fn witness(&mut self, attributes: &WitnessAttributes) -> Result<(), ResultError> {
+        self.with_open(|open| {
+            let group = create_group(&open.file, schema::group::WITNESS)?;
+            attributes.0.iter().try_for_each(|(name, value, companions)| {
+                match value {
+                    MetaValue::Text(text) => write_text_attribute(&group, name, text)?,
+                    MetaValue::Number(number) => write_number_attribute(&group, name, *number)?,
+                }
+                companions.map_or(Ok(()), |(units, long_name)| {
+                    write_companions(&group, name, units, long_name)
+                })
+            })
+        })
     }
 
     /// Closes the file, with whatever is buffered.

@@ -4,6 +4,7 @@ use super::series::BrakeStepper;
 use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard, Stepper};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{Breakaway, ClosedForm};
+use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
 use crate::model::{BreakawayTest, Mode, Parameters};
 use nalgebra::DMatrixViewMut;
@@ -35,6 +36,8 @@ pub struct Brake {
     pub torsion: TorsionModel,
     pub axial: AxialMotion,
     pub closed_form: ClosedForm,
+    /// Where there is one, sticks that are not [`Location::resolved`] move by their slower mode alone.
+    pub slow_stick: Option<SlowStick>,
 }
 
 const STOPPING: Guard = Guard {
@@ -78,6 +81,7 @@ impl Brake {
             torsion,
             axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
             closed_form: ClosedForm::new(&torsion),
+            slow_stick: None,
         }
     }
 
@@ -118,7 +122,10 @@ impl Dynamics for Brake {
         match location.mode {
             Mode::SlipForward => self.torsion.slip_rhs(1.0, self.contact_force(t), y, dydt),
             Mode::SlipBackward => self.torsion.slip_rhs(-1.0, self.contact_force(t), y, dydt),
-            Mode::Stick => self.torsion.stick_rhs(y, dydt),
+            Mode::Stick => match &self.slow_stick {
+                Some(slow) if !location.resolved => slow.rhs(y, dydt),
+                _ => self.torsion.stick_rhs(y, dydt),
+            },
             Mode::Separated => self.torsion.separated_rhs(y, dydt),
         }
     }

@@ -22,6 +22,7 @@ pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Se
 
 use crate::hybrid::{self, ChosenSolver, Limits, RunError, Start};
 use crate::model::axial::AxialMotion;
+use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::{DIMENSION, index::ROTOR_SPEED};
 use crate::model::{Mode, Parameters};
 use brake::{Brake, Location, Watch};
@@ -143,8 +144,12 @@ pub fn simulate(
     if solver.method == Method::Paper {
         return procedure::run(parameters, solver, output, recorder, control);
     }
-    let brake = Arc::new(Brake::new(parameters));
+    let mut brake = Brake::new(parameters);
     let plan = Plan::new(parameters, brake.axial.largest_force(), solver);
+    if plan.follows_slow_stick() {
+        brake.slow_stick = Some(SlowStick::new(&brake.torsion));
+    }
+    let brake = Arc::new(brake);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
     let mut state = vec![0.0; DIMENSION];
     state[ROTOR_SPEED] = parameters.initial.speed;

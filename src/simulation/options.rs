@@ -7,6 +7,8 @@ use crate::sundials::ErkTable;
 pub enum Method {
     /// The combination chosen by measurement: see [`crate::simulation`].
     Auto,
+    /// CVODE for everything, by the method, order and tolerance that are best in each phase: see [`crate::simulation::plan`].
+    Cvode,
     /// CVODE BDF for everything.
     CvodeBdf,
     /// CVODE Adams for everything.
@@ -55,8 +57,9 @@ const PAIRS: [(&str, ErkTable); 23] = [
 
 impl Method {
     /// One method of each kind that locates events. Every method is in [`Method::all`].
-    pub const KINDS: [Method; 6] = [
+    pub const KINDS: [Method; 7] = [
         Method::Auto,
+        Method::Cvode,
         Method::CvodeBdf,
         Method::CvodeAdams,
         Method::Erk,
@@ -77,6 +80,7 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Method::Auto => "auto",
+            Method::Cvode => "cvode",
             Method::CvodeBdf => "cvode-bdf",
             Method::CvodeAdams => "cvode-adams",
             Method::Erk => "erk",

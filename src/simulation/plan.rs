@@ -5,7 +5,8 @@ use super::options::{Method, SolverOptions};
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::torsion::{DIMENSION, TorsionModel, index};
 use crate::model::{Mode, Parameters};
-use crate::sundials::{EsdirkTable, Tolerances};
+use crate::sundials::{CvodeOptions, EsdirkTable, ShortSteps, Tolerances};
+use std::f64::consts::TAU;
 
 /// Absolute tolerance of the slip displacement at relative tolerance 1, rad.
 const SLIP_SCALE: f64 = 1.0;
@@ -32,6 +33,25 @@ const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
 const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
 const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
 const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+
+/// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
+/// hundred restarts.
+const CVODE_TIGHTENING: f64 = 1e-3;
+
+/// |h lambda| of the fast mode from which BDF of order 4 is stable near the imaginary axis (4.7), and a little.
+const STRIDE: f64 = 5.0;
+
+/// Of the natural period, for how long after its start a segment of `cvode` counts its guards as being on their allowed side. A
+/// multistep method begins with steps of 1e-11 s, after which the relative velocity of a breakaway is not yet
+/// above its rounding; a step of a one-step method is long past that.
+const SETTLING: f64 = 1e-7;
+
+/// Adams' method of `cvode`. With CVODE's own coefficient, 0.1, its iteration often ends after one round: that
+/// is an explicit method, whose stability holds order and step down.
+const CVODE_ADAMS: CvodeOptions = CvodeOptions {
+    convergence: Some(0.01),
+    ..CvodeOptions::ADAMS
+};
 
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
@@ -80,6 +100,80 @@ impl Plan {
         self.method == Method::Series
     }
 
+    /// Whether a stick whose fast oscillation has died is followed by its slower mode alone.
+    pub fn follows_slow_stick(&self) -> bool {
+        self.method == Method::Cvode
+    }
+
+    /// Whether steps resolve whatever rings, from the start on: BDF of order above 2 strides over a dead oscillation, not
+    /// over a live one.
+    pub fn resolves_all_ringing(&self) -> bool {
+        self.method == Method::Cvode
+    }
+
+    /// BDF for smooth sliding: over the fast mode at order 2, and higher once the steps are long enough to be stable.
+    fn striding_bdf(&self) -> CvodeOptions {
+        CvodeOptions {
+            max_order: Some(4),
+            short_steps: Some(ShortSteps {
+                max_order: 2,
+                until: STRIDE * self.period / TAU,
+            }),
+            ..CvodeOptions::BDF
+        }
+    }
+
+    /// The relative velocity (rad/s) below which smooth sliding bends too much for steps that stride over the fast mode.
+    ///
+    /// The friction law's exponential puts a part into the twists whose fifth derivative, by which BDF of order 4 errs,
+    /// is (alpha omega_r')^5 times its size; where a step of [`STRIDE`] would err by more than the tolerance, the shorter
+    /// steps of Adams' method cost less.
+    pub fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
+        let friction = model.friction;
+        let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
+        let largest = friction.low_speed.max(friction.high_speed);
+        let slowing = largest * model.contact.radius * largest_force / inertia;
+        let bend = (friction.decay * slowing * STRIDE * self.period / TAU).powi(5) / 5.0;
+        let share = (friction.low_speed - friction.high_speed).abs() / (0.5 * largest);
+        (share * bend / self.cvode_sliding()).ln() / friction.decay
+    }
+
+    /// The relative tolerance of `cvode` in smooth sliding.
+    fn cvode_sliding(&self) -> f64 {
+        (CVODE_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED)
+    }
+
+    fn by_cvode(&self, kind: SolverKind, location: &Location) -> ChosenSolver {
+        let striding = !location.resolved && location.mode != Mode::Stick;
+        let rtol = match (location.mode, location.resolved) {
+            // The slower mode alone, which no event follows but far later ones: the tolerance itself.
+            (Mode::Stick, false) => self.rtol.max(SMALLEST_RESOLVED),
+            _ => self.cvode_sliding(),
+        };
+        let mut tolerances = self.tolerances(rtol);
+        if striding {
+            // Nothing depends on the quadratures, and of order 2 they alone would hold the step below a stride.
+            let rtol = self.rtol.max(SMALLEST_SLIDING);
+            for (index, scale) in [
+                (index::SLIP, 20.0 * SLIP_SCALE),
+                (index::FRICTION_LOSS, self.energy),
+                (index::DAMPING_LOSS, self.energy),
+            ] {
+                tolerances.absolute[index] = rtol * scale;
+            }
+        }
+        let bound = self.longest_step(location);
+        ChosenSolver {
+            kind,
+            tolerances,
+            max_step: match (bound, self.max_step) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            },
+            fixed_step: None,
+        }
+    }
+
     pub fn solver(&self, location: &Location) -> ChosenSolver {
         let kind = if self.closed_form(location.mode) {
             SolverKind::ClosedForm
@@ -92,6 +186,14 @@ impl Plan {
                 (Method::CvodeBdf, false) if location.mode != Mode::Stick => SolverKind::CvodeBdf { max_order: 2 },
                 (Method::CvodeBdf, _) => SolverKind::CvodeBdf { max_order: 5 },
                 (Method::CvodeAdams, _) => SolverKind::CvodeAdams,
+                (Method::Cvode, false) if location.mode != Mode::Stick => SolverKind::Cvode {
+                    options: self.striding_bdf(),
+                    settling: 0.0,
+                },
+                (Method::Cvode, _) => SolverKind::Cvode {
+                    options: CVODE_ADAMS,
+                    settling: SETTLING * self.period,
+                },
                 (Method::Series, _) => SolverKind::Series,
                 (Method::Paper, _) => unreachable!("the paper's procedure steps by itself"),
             }
@@ -109,6 +211,9 @@ impl Plan {
                 fixed_step: None,
             };
         }
+        if self.method == Method::Cvode {
+            return self.by_cvode(kind, location);
+        }
         let bdf = self.method == Method::CvodeBdf;
         let rtol = match (location.resolved, bdf) {
             (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_BDF),
@@ -117,9 +222,7 @@ impl Plan {
             (false, true) => self.rtol.max(SMALLEST_BDF),
             (false, false) => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
         };
-        let bound = location
-            .resolved
-            .then_some(self.period / STEPS_PER_PERIOD * self.share_of_step());
+        let bound = self.longest_step(location);
         let max_step = match (bound, self.max_step) {
             _ if self.fixed_step.is_some() => None,
             (Some(a), Some(b)) => Some(a.min(b)),
@@ -133,6 +236,13 @@ impl Plan {
         }
     }
 
+    /// Where steps have to resolve the fast mode, the longest of them, s.
+    fn longest_step(&self, location: &Location) -> Option<f64> {
+        location
+            .resolved
+            .then_some(self.period / STEPS_PER_PERIOD * self.share_of_step())
+    }
+
     /// What the longest step is multiplied by, a number near 1 of each method's own. Thousands of steps of one length change
     /// the rotor's speed and the clock by the same amount each, so that their sums are rounded in the same direction over and
     /// over. Of methods with the same step the errors would be the same, and no distance between them would tell.
@@ -143,6 +253,7 @@ impl Plan {
             Method::CvodeAdams => 2.0,
             Method::CvodeBdf => 3.0,
             Method::Esdirk => 4.0,
+            Method::Cvode => 5.0,
         };
         1.0 - number / f64::from(1 << 20)
     }

@@ -6,6 +6,7 @@ use super::record::EventKind;
 use crate::hybrid::{ChosenSolver, Rules, Transition};
 use crate::model::axial::ContactChange;
 use crate::model::slow_manifold::on_slow_manifold;
+use crate::model::slow_stick::SlowStick;
 use crate::model::stability::{Forecast, QuietStretch};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::model::{Mode, Parameters};
@@ -149,6 +150,14 @@ impl BrakeRules {
         let (resolved, regime) = match location.mode {
             // Free surfaces have no guard to miss; the solver's own error control follows them.
             _ if self.plan.closed_form(location.mode) => (false, Regime::Keep),
+            Mode::Stick | Mode::Separated if self.plan.resolves_all_ringing() => {
+                let rate = SlowStick::new(&self.brake.torsion).fast_decay;
+                if excited {
+                    (true, Regime::Relax(t + QUIET_E_FOLDS / rate))
+                } else {
+                    (false, Regime::Keep)
+                }
+            }
             Mode::Separated => (false, Regime::Keep),
             // Decays at c_t / 2J at least as fast as the slip's relative mode at full margin.
             Mode::Stick => {
@@ -167,10 +176,19 @@ impl BrakeRules {
                 if brake.stability_margin(sense, t, y) < 0.0 {
                     (true, ask_again)
                 } else {
+                    let (mut silent, mut bent) = (t, f64::NEG_INFINITY);
+                    if self.plan.resolves_all_ringing() {
+                        silent = brake.axial.dies_by(t, QUIET_E_FOLDS);
+                        bent = self
+                            .plan
+                            .bent_sliding(&brake.torsion, brake.axial.highest_pressing_force_after(t));
+                    }
                     let forecast = self.forecast(t, w);
                     let quiet_until = forecast.last_quiet_time(QUIET_E_FOLDS).unwrap_or(f64::INFINITY);
+                    let quiet_until = quiet_until.min(forecast.time_of_speed(bent).unwrap_or(f64::INFINITY));
                     if excited {
-                        match forecast.time_of_damping(QUIET_E_FOLDS) {
+                        let calm = forecast.time_of_damping(QUIET_E_FOLDS).map(|calm| calm.max(silent));
+                        match calm {
                             Some(calm) if calm < quiet_until => (true, Regime::Relax(calm)),
                             _ => (true, ask_again),
                         }
@@ -417,7 +435,7 @@ impl Rules<Brake> for BrakeRules {
             self.last_corner = corner;
             self.disturb(location.mode, t, y);
             let mut after = *location;
-            let excited = location.resolved;
+            let excited = location.resolved || self.plan.resolves_all_ringing() && location.mode.sense() != 0;
             after.resolved = self.look_ahead(location, t, y, excited);
             return vec![Transition {
                 kind: Some(EventKind::Corner),
@@ -460,7 +478,8 @@ impl Rules<Brake> for BrakeRules {
         if matches!(self.regime, Regime::Relax(_)) && self.plan.follows_smooth_sliding() && location.mode.sense() != 0 {
             self.foresee_smooth_sliding(t, y);
         }
-        let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved;
+        let excited =
+            matches!(self.regime, Regime::Ask(_)) && location.resolved || t == 0.0 && self.plan.resolves_all_ringing();
         let mut after = *location;
         after.resolved = match self.regime {
             Regime::Resolve(_) => {

@@ -31,7 +31,7 @@ pub enum Nonlinear {
 }
 
 /// What a [`Cvode`] is made with.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CvodeOptions {
     /// Which methods.
     pub method: Multistep,
@@ -41,6 +41,22 @@ pub struct CvodeOptions {
     pub max_order: Option<u32>,
     /// Whether BDF lowers its order where it would be unstable near the imaginary axis. (`CVodeSetStabLimDet`)
     pub stability_limit_detection: bool,
+    /// How far below the local error the iteration of a step has to converge; None for CVODE's own 0.1. An explicit method
+    /// is made of an implicit one by too few iterations, and loses its stability. (`CVodeSetNonlinConvCoef`)
+    pub convergence: Option<f64>,
+    /// A lower order as long as steps are short; None for none.
+    pub short_steps: Option<ShortSteps>,
+}
+
+/// Orders of BDF above 2 are unstable near the imaginary axis, but there only where the step is short against the
+/// oscillation: of order 3, 4 and 5 up to |h lambda| of 1.9, 4.7 and 9.7. After a start the order therefore stays low until
+/// a step has got past that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShortSteps {
+    /// Highest order until a step is longer than `until`. (`CVodeSetMaxOrd`)
+    pub max_order: u32,
+    /// s.
+    pub until: f64,
 }
 
 impl CvodeOptions {
@@ -50,6 +66,8 @@ impl CvodeOptions {
         nonlinear: Nonlinear::FixedPoint { acceleration: 0 },
         max_order: None,
         stability_limit_detection: false,
+        convergence: None,
+        short_steps: None,
     };
 
     /// BDF with Newton iteration: for stiff systems.
@@ -58,6 +76,8 @@ impl CvodeOptions {
         nonlinear: Nonlinear::Newton,
         max_order: None,
         stability_limit_detection: false,
+        convergence: None,
+        short_steps: None,
     };
 }
 
@@ -77,6 +97,10 @@ pub struct Cvode<S: OdeSystem> {
     memory: Memory,
     newton: Option<DenseNewton>,
     _fixed_point: Option<FixedPointSolver>,
+    /// Highest order of all, and of short steps, as long as those last.
+    max_order: c_int,
+    short_steps: Option<ShortSteps>,
+    climbing: bool,
     core: Core<S>,
 }
 
@@ -127,6 +151,9 @@ impl<S: OdeSystem> Cvode<S> {
             memory,
             newton: None,
             _fixed_point: None,
+            max_order: 0,
+            short_steps: options.short_steps,
+            climbing: false,
             core,
         };
         this.core.shared_mut().clock = this.memory.0;
@@ -153,12 +180,43 @@ impl<S: OdeSystem> Cvode<S> {
             }
         }
         if let Some(order) = options.max_order {
-            cv!(this, CVodeSetMaxOrd(c_int::try_from(order).unwrap_or(c_int::MAX)))?;
+            cv!(this, CVodeSetMaxOrd(order_of(order)))?;
+        }
+        if let Some(coefficient) = options.convergence {
+            positive("coefficient of convergence", coefficient)?;
+            cv!(this, CVodeSetNonlinConvCoef(coefficient))?;
+        }
+        if let Some(short) = options.short_steps {
+            positive("end of short steps", short.until)?;
         }
         if options.stability_limit_detection {
             cv!(this, CVodeSetStabLimDet(1))?;
         }
+        this.max_order = order_of(options.max_order.unwrap_or(match options.method {
+            Multistep::Adams => 12,
+            Multistep::Bdf => 5,
+        }));
+        this.start_climbing()?;
         Ok(this)
+    }
+
+    /// Back to the order of short steps, at a start.
+    fn start_climbing(&mut self) -> Result<(), SolverError> {
+        self.climbing = self.short_steps.is_some();
+        match self.short_steps {
+            Some(short) => cv!(self, CVodeSetMaxOrd(order_of(short.max_order))),
+            None => Ok(()),
+        }
+    }
+
+    /// Out of line, to keep the path of a plain step short.
+    #[inline(never)]
+    fn climb(&mut self, short: ShortSteps) -> Result<(), SolverError> {
+        if self.last_step_size()? > short.until {
+            self.climbing = false;
+            cv!(self, CVodeSetMaxOrd(self.max_order))?;
+        }
+        Ok(())
     }
 
     fn init_crossings(&mut self) -> Result<(), SolverError> {
@@ -212,6 +270,7 @@ impl<S: OdeSystem> Integrator for Cvode<S> {
     fn restart(&mut self, t0: f64, y0: &[f64]) -> Result<(), SolverError> {
         self.core.take_initial_state(t0, y0)?;
         cv!(self, CVodeReInit(t0, self.core.state.raw()))?;
+        self.start_climbing()?;
         cv!(self, CVodeClearStopTime())?;
         self.init_crossings()?;
         self.core.restarted(t0);
@@ -274,6 +333,9 @@ impl<S: OdeSystem> Integrator for Cvode<S> {
             _ => return Err(self.failed(code, time)),
         };
         self.core.succeed(time);
+        if let Some(short) = self.short_steps.filter(|_| self.climbing) {
+            self.climb(short)?;
+        }
         if outcome == Outcome::Roots {
             self.find_crossings()?;
         }
@@ -348,6 +410,11 @@ impl<S: OdeSystem> Integrator for Cvode<S> {
         counters.last_order = last_order.unsigned_abs();
         Ok(counters)
     }
+}
+
+/// An order as C has it.
+fn order_of(order: u32) -> c_int {
+    c_int::try_from(order).unwrap_or(c_int::MAX)
 }
 
 /// A counter of C: a long that is never negative.

@@ -60,7 +60,7 @@ mod flags;
 mod stepping;
 mod tables;
 
-pub use cvode::{Cvode, CvodeOptions, Multistep, Nonlinear};
+pub use cvode::{Cvode, CvodeOptions, Multistep, Nonlinear, ShortSteps};
 pub use erk::{Erk, ErkOptions};
 pub use error::{Callback, Failure, NonFinite, SolverError};
 pub use esdirk::{Esdirk, EsdirkOptions, Predictor};

@@ -1,0 +1,238 @@
+//! The witness of a run: what another method makes of the same case, told in one line beside the result.
+//!
+//! It is no certificate: one method at one tolerance, without the rounding that all methods share. It does tell a result
+//! that two solvers agree on from one that is a solver's own.
+
+use crate::case::Case;
+use crate::simulation::{
+    Cycle, Event, EventKind, MemoryRecorder, Method, OutputOptions, Recorder, RecorderError, Sample, Segment,
+    SolverOptions, simulate,
+};
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// So often the witness is asked whether it goes on, once in 256 steps and once in each segment, before it is given up.
+/// That is about a second, and unlike a time it is the same on every machine: so identical runs say the same.
+const MOST_QUESTIONS: u32 = 6_000;
+
+/// Sequences of more events than this are not kept for the comparison.
+const MOST_EVENTS: usize = 20_000;
+
+/// The sequence of events of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sequence {
+    events: Vec<(EventKind, f64)>,
+    incomplete: bool,
+}
+
+impl Sequence {
+    /// Of events that are all at hand, in order.
+    pub fn of_events<'a>(events: impl IntoIterator<Item = &'a Event>) -> Self {
+        let mut sequence = Sequence::default();
+        events.into_iter().for_each(|event| sequence.push(event));
+        sequence
+    }
+
+    fn push(&mut self, event: &Event) {
+        if !event.kind.in_mode_word() {
+            return;
+        }
+        if self.events.len() < MOST_EVENTS {
+            self.events.push((event.kind, event.time));
+        } else {
+            self.incomplete = true;
+        }
+    }
+}
+
+/// Passes a run on to its recorder, and keeps its sequence of events.
+pub struct Remembering<'a> {
+    recorder: &'a mut dyn Recorder,
+    sequence: Sequence,
+}
+
+impl<'a> Remembering<'a> {
+    /// For a run into `recorder`.
+    pub fn new(recorder: &'a mut dyn Recorder) -> Self {
+        Remembering {
+            recorder,
+            sequence: Sequence::default(),
+        }
+    }
+
+    /// What has been kept.
+    pub fn into_sequence(self) -> Sequence {
+        self.sequence
+    }
+}
+
+impl Recorder for Remembering<'_> {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.recorder.sample(sample)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.sequence.push(event);
+        self.recorder.event(event)
+    }
+
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.recorder.segment(segment)
+    }
+
+    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
+        self.recorder.cycle(cycle)
+    }
+
+    fn stores_events(&self) -> bool {
+        self.recorder.stores_events()
+    }
+}
+
+/// What a witness says of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Testimony {
+    /// The same sequence of events.
+    SameSequence,
+    /// Another sequence.
+    SequenceDiffers,
+    /// Another sequence, or the same at other times, of a run whose onset is amplified rounding: no two methods agree.
+    NoiseDetermined,
+    /// It was given up, as it takes too long.
+    LeftOut,
+    /// It failed.
+    Failed,
+}
+
+impl Testimony {
+    /// The name in result files and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Testimony::SameSequence => "same-sequence",
+            Testimony::SequenceDiffers => "sequence-differs",
+            Testimony::NoiseDetermined => "noise-determined",
+            Testimony::LeftOut => "left-out",
+            Testimony::Failed => "failed",
+        }
+    }
+}
+
+/// A run of another method beside a result.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Witness {
+    /// Name of its method.
+    pub method: &'static str,
+    /// Its relative tolerance.
+    pub rtol: f64,
+    pub testimony: Testimony,
+    /// Number of events in its sequence, as far as it came.
+    pub events: usize,
+    /// Of these, how many agree in kind with the result's, from the first on.
+    pub agreeing_events: usize,
+    /// Largest difference of the times of those, s; `None` without any.
+    pub largest_difference: Option<f64>,
+    /// One line of at most 80 characters.
+    pub statement: String,
+}
+
+/// The method that bears witness of a result: `cvode`, and of its own results `series`, which shares nothing with it.
+pub fn witness_of(method: Method) -> Method {
+    match method {
+        Method::Cvode => Method::Series,
+        _ => Method::Cvode,
+    }
+}
+
+/// Runs the witness of a result: of this case, with this sequence of events, its onset amplified rounding or not.
+///
+/// The tolerance is that of the case, at most the default; absolute tolerances and fixed steps of the case are left to the
+/// result. `stop` is asked now and then; `None` if it says so.
+pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
+    let method = witness_of(case.solver.method);
+    let solver = SolverOptions {
+        method,
+        rtol: case.solver.rtol.min(SolverOptions::default().rtol),
+        max_events: case.solver.max_events,
+        ..SolverOptions::default()
+    };
+    let output = OutputOptions {
+        end_time: case.output.end_time,
+        interval: case.output.end_time,
+        windows: Vec::new(),
+        steps: false,
+    };
+    let mut recorder = MemoryRecorder::default();
+    let mut questions = 0;
+    let ended = simulate(&case.parameters, &solver, &output, &mut recorder, &mut |_| {
+        questions += 1;
+        if questions > MOST_QUESTIONS || stop() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    let own = Sequence::of_events(&recorder.events);
+    let (testimony, detail) = match ended {
+        Err(failure) => (
+            Testimony::Failed,
+            format!("it failed at {:.6} s", end_of(&failure.report)),
+        ),
+        Ok(report) if report.interrupted && questions <= MOST_QUESTIONS => return None,
+        Ok(report) if report.interrupted => (
+            Testimony::LeftOut,
+            "left out, as it takes more than a second".to_owned(),
+        ),
+        Ok(_) if result.incomplete || own.incomplete => (
+            Testimony::LeftOut,
+            format!("left out, with more than {MOST_EVENTS} events"),
+        ),
+        Ok(_) => compare(&own, result, noise_determined),
+    };
+    let pairs = || own.events.iter().zip(&result.events).take_while(|(a, b)| a.0 == b.0);
+    Some(Witness {
+        method: method.name(),
+        rtol: solver.rtol,
+        testimony,
+        events: own.events.len(),
+        agreeing_events: pairs().count(),
+        largest_difference: pairs().map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max),
+        statement: format!("witness {}: {detail}", method.name()),
+    })
+}
+
+fn end_of(report: &crate::simulation::RunReport) -> f64 {
+    report.events.last().map_or(report.end, |event| event.time)
+}
+
+fn compare(own: &Sequence, result: &Sequence, noise_determined: bool) -> (Testimony, String) {
+    let (own, result) = (&own.events, &result.events);
+    let agreeing = own.iter().zip(result).take_while(|(a, b)| a.0 == b.0).count();
+    let difference = own.iter().zip(result).take(agreeing).map(|(a, b)| (a.1 - b.1).abs());
+    let largest = difference.fold(0.0, f64::max);
+    let same = agreeing == own.len() && agreeing == result.len();
+    if noise_determined {
+        let number = own.len();
+        let detail = format!("{number} events at times of its own, as the onset is amplified rounding");
+        return (Testimony::NoiseDetermined, detail);
+    }
+    if same {
+        let detail = match agreeing {
+            0 => "no event either".to_owned(),
+            1 => format!("the same event, within {largest:.1e} s"),
+            _ => format!("the same {agreeing} events, all within {largest:.1e} s"),
+        };
+        return (Testimony::SameSequence, detail);
+    }
+    let at = own
+        .get(agreeing)
+        .or_else(|| result.get(agreeing))
+        .map_or(0.0, |event| event.1);
+    let detail = format!(
+        "{} events for {}, other ones from number {} on, at {at:.6} s",
+        own.len(),
+        result.len(),
+        agreeing + 1
+    );
+    (Testimony::SequenceDiffers, detail)
+}
