@@ -226,12 +226,10 @@ fn cli_a_candidate_may_come_through_a_pipe() {
 #[test]
 fn cli_names_that_a_sweep_needs_are_refused_first() {
     let folder = Folder::new();
-    folder.write(
-        "s.toml",
-        "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, 21]\n[keep]\n\
-         trajectory = true\n",
-    );
-    for name in ["a.journal", "a.runs"] {
+    let study =
+        "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, 21]\n";
+    for (name, keep) in [("a.journal", ""), ("a.runs", "[keep]\ntrajectory = true\n")] {
+        folder.write("s.toml", format!("{study}{keep}"));
         let said = refusal(&mut folder.stickslip(&["sweep", "s.toml", "-o", name]));
         assert!(said.contains(name) && said.contains("-o"), "{said}");
         assert_eq!(folder.names(), ["s.toml"]);
@@ -244,7 +242,7 @@ fn cli_names_that_are_not_utf8_are_said_to_be() {
     use std::os::unix::ffi::OsStrExt;
     let folder = Folder::new();
     let name = std::ffi::OsStr::from_bytes(b"a\xff.h5");
-    let mut command = folder.short_run(&["-o"]);
+    let mut command = folder.stickslip(&["run", "-o"]);
     let said = refusal(command.arg(name));
     assert!(said.contains("UTF-8") && !said.contains("disk"), "{said}");
 }
