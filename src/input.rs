@@ -10,8 +10,9 @@ pub(crate) const LARGEST_TEXT: u64 = 8 << 20;
 /// A line of a table is no longer, bytes.
 pub(crate) const LONGEST_LINE: usize = 16 << 20;
 
-/// The text of a small file, and what is wrong with it: the operating system's error, or the line that is not UTF-8.
-pub(crate) fn text(path: &Path) -> io::Result<Result<String, usize>> {
+/// The text of a small file, and what is wrong with it: the operating system's error, or the line that is not UTF-8, if
+/// it is a text of some other encoding.
+pub(crate) fn text(path: &Path) -> io::Result<Result<String, Option<usize>>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LARGEST_TEXT {
@@ -21,7 +22,8 @@ pub(crate) fn text(path: &Path) -> io::Result<Result<String, usize>> {
     }
     Ok(String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        valid.iter().filter(|&&byte| byte == b'\n').count() + 1
+        let is_binary = error.as_bytes().iter().any(|byte| matches!(byte, 0..=8 | 14..=26));
+        (!is_binary).then(|| valid.iter().filter(|&&byte| byte == b'\n').count() + 1)
     }))
 }
 

@@ -183,7 +183,7 @@ fn cli_what_is_wrong_in_a_study_has_its_line() {
     for (text, place) in [
         (
             format!("[set]\nfriction.decay = -1\n{axis}"),
-            "s.toml:3: set.friction.decay: must not be",
+            "s.toml:3: set.friction.decay: no point",
         ),
         (
             format!("[set]\nsolver = {{ rtol = \"a\" }}\n{axis}"),

@@ -126,8 +126,8 @@ fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
             2 if at < bytes.len() => bytes[at] = random.next() as u8,
             3 => drop(bytes.drain(at..at + length)),
             4 => {
-                let again =
-                    bytes[at..at + length].repeat(1 + random.below(if random.below(50) == 0 { 5000 } else { 3 }));
+                let most = if random.below(50) == 0 { 5000 } else { 3 };
+                let again = bytes[at..at + length].repeat(1 + random.below(most));
                 bytes.splice(at..at, again);
             }
             5 => drop(bytes.splice(at..at, WORDS[random.below(WORDS.len())].iter().copied())),

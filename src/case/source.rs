@@ -96,8 +96,11 @@ pub(crate) fn toml_text(path: &Path, kind: &str) -> Result<String, CaseError> {
         CaseError::one(&label, "", message)
     })?;
     text.map_err(|line| {
-        let message = format!("not a {kind} file: expected TOML, which is UTF-8 text; save the file as UTF-8");
-        CaseError::one(format!("{label}:{line}"), "", message)
+        let message = format!("not a {kind} file: expected TOML, which is UTF-8 text");
+        match line {
+            Some(line) => CaseError::one(format!("{label}:{line}"), "", message + "; save the file as UTF-8"),
+            None => CaseError::one(&label, "", message),
+        }
     })
 }
 

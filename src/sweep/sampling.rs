@@ -115,11 +115,12 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
     for (column, name) in table.headers().map_err(bad)?.iter().enumerate() {
         let name = name.trim_start_matches('\u{feff}').replace('[', ".").replace(']', "");
         let Some(key) = key_of(&name) else {
-            // What is no slip of the pen is not quoted: the file may be no table of points, and what it says none of our
-            // business.
+            // What is neither a slip of the pen nor a word is not quoted: the file may be no table of points, and what it
+            // says none of our business.
             let known = crate::case::schema::keys().iter().map(|key| key.path);
             let what = match crate::case::suggest(&name, known) {
                 Some(close) => format!("a case has no key {} (did you mean {close}?)", quoted(&name)),
+                None if is_word(&name) => format!("a case has no key {}", quoted(&name)),
                 None => format!("column {} is not named after a key of a case", column + 1),
             };
             return Err(format!(
@@ -157,6 +158,12 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
         ));
     }
     Ok((axes, rows))
+}
+
+/// Whether it could be the name of a column, and hardly anything that is to be kept secret: a few letters.
+fn is_word(name: &str) -> bool {
+    const LONGEST: usize = 24;
+    name.len() <= LONGEST && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c == '.')
 }
 
 fn cell_value(cell: &str) -> Value {

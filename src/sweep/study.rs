@@ -333,8 +333,8 @@ fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> b
 /// The problems of a point, in the words of the study: at the line of `[set]` that has the value, if one has.
 pub(crate) fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
     let problems = error.problems.into_iter().map(|problem| {
+        let message = format!("no point of the study is a valid case: {}", problem.message);
         let Some(set) = problem.place.strip_prefix("--set ") else {
-            let message = format!("no point of the study is a valid case: {}", problem.message);
             return Problem { message, ..problem };
         };
         let written = settings.iter().rev().find(|setting| setting.key() == set);
@@ -342,11 +342,11 @@ pub(crate) fn relabelled(error: CaseError, settings: &[Override], label: &str) -
             Some(origin) => Problem {
                 place: origin.to_owned(),
                 key: format!("set.{}", problem.key),
-                message: problem.message,
+                message,
             },
             None => Problem {
                 place: label.to_owned(),
-                message: format!("no point of the study is a valid case: {}", problem.message),
+                message,
                 ..problem
             },
         }

@@ -71,7 +71,8 @@ impl Mapping {
         let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
         let text = text.map_err(|line| {
             let what = "not a mapping: expected TOML, which is UTF-8 text";
-            CompareError::content(path, format!("line {line}"), what, "save the file as UTF-8")
+            let place = line.map_or_else(String::new, |line| format!("line {line}"));
+            CompareError::content(path, place, what, "save the file as UTF-8")
         })?;
         let document = Document::parse(text.as_str()).map_err(|error| {
             let line = error.span().map_or(1, |span| line_of(&text, span.start));
