@@ -196,17 +196,22 @@ fn solver() -> impl Strategy<Value = SolverOptions> {
         optional(),
         optional(),
         1usize..1_000_000_000,
+        (proptest::option::of(1usize..1_000_000_000), optional()),
     )
         .prop_map(
-            |(method, rtol, atol_twist, atol_rate, atol_speed, max_step, max_events)| SolverOptions {
-                fixed_step: None,
-                method,
-                rtol,
-                atol_twist,
-                atol_rate,
-                atol_speed,
-                max_step,
-                max_events,
+            |(method, rtol, atol_twist, atol_rate, atol_speed, max_step, max_events, (max_steps, max_wall_time))| {
+                SolverOptions {
+                    fixed_step: None,
+                    method,
+                    rtol,
+                    atol_twist,
+                    atol_rate,
+                    atol_speed,
+                    max_step,
+                    max_events,
+                    max_steps,
+                    max_wall_time,
+                }
             },
         )
 }

@@ -326,6 +326,8 @@ impl Tool {
         };
         let limits = Limits {
             max_events: 10_000,
+            max_steps: None,
+            foreseen_steps: None,
             chatter_count: 10,
         };
         let mut log = Log::default();

@@ -68,6 +68,7 @@ fn cvode(method: Multistep, nonlinear: Nonlinear) -> Cvode<Oscillator> {
         nonlinear,
         max_order: None,
         stability_limit_detection: false,
+        ..CvodeOptions::ADAMS
     };
     Cvode::new(Oscillator::with_jacobian(), options, 0.0, &START, &tight()).unwrap()
 }

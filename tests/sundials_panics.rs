@@ -87,8 +87,7 @@ fn cvode(system: Grenade, method: Multistep, nonlinear: Nonlinear) -> Cvode<Gren
     let options = CvodeOptions {
         method,
         nonlinear,
-        max_order: None,
-        stability_limit_detection: false,
+        ..CvodeOptions::ADAMS
     };
     Cvode::new(system, options, 0.0, &[1.0], &tolerances()).unwrap()
 }

@@ -200,8 +200,7 @@ fn published_van_der_pol_by_adams_and_bdf() {
         let options = CvodeOptions {
             method,
             nonlinear,
-            max_order: None,
-            stability_limit_detection: false,
+            ..CvodeOptions::ADAMS
         };
         let tolerances = Tolerances::uniform(0.0, 1e-6, 2);
         let mut solver = Cvode::new(VanDerPol { jacobian }, options, 0.0, &[2.0, 0.0], &tolerances).unwrap();

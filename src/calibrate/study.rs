@@ -2,8 +2,10 @@
 
 use super::target::{self, Target};
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, Override, Problem, Setting};
-use crate::sweep::{Axis, BuiltInStudy, Reader, Study, StudySource, read_axis, read_base, read_settings, whole_number};
+use crate::case::{Case, CaseError, Override, Setting};
+use crate::sweep::{
+    Axis, BuiltInStudy, Reader, Study, StudySource, read_axis, read_base, read_settings, relabelled, whole_number,
+};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
@@ -141,19 +143,7 @@ impl CalibrationStudy {
                 Err(error) => first = first.or(Some(error)),
             }
         }
-        let problems = first.map_or_else(Vec::new, |error| error.problems);
-        let problems = problems.into_iter().map(|problem| Problem {
-            place: if problem.place.starts_with("--set ") {
-                label.to_owned()
-            } else {
-                problem.place
-            },
-            message: format!("no point in the ranges is a valid case: {}", problem.message),
-            ..problem
-        });
-        Err(CaseError {
-            problems: problems.collect(),
-        })
+        first.map_or(Ok(()), |error| Err(relabelled(error, &self.runs.settings, label)))
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::case::document::{Node, Value};
 use crate::case::quantity::{self, Dimension};
 use crate::case::suggest;
+use crate::quote::shown;
 use crate::sweep::{QUANTITIES, Quantity, Reader, Values, quantity_index};
 
 /// A measured number.
@@ -225,10 +226,14 @@ fn unknown(name: &str) -> String {
         .filter(|quantity| is_measured(quantity))
         .map(|quantity| quantity.name);
     match suggest(name, names.clone()) {
-        Some(close) => format!("a run has no quantity \"{name}\" to measure; did you mean {close}?"),
+        Some(close) => format!(
+            "a run has no quantity \"{name}\" to measure; did you mean {close}?",
+            name = shown(name)
+        ),
         None => format!(
             "a run has no quantity \"{name}\" to measure; there are {}",
-            names.collect::<Vec<_>>().join(", ")
+            names.collect::<Vec<_>>().join(", "),
+            name = shown(name)
         ),
     }
 }

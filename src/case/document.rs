@@ -1,5 +1,6 @@
 //! The case file as a tree of values, each of which knows its place: a line of the file, or an override.
 
+use crate::quote::{quoted, shown};
 use toml_edit::{Document, Item, Table, TableLike, TomlError, Value as TomlValue};
 
 use super::error::{CaseError, Problem};
@@ -55,7 +56,7 @@ impl Value {
         match self {
             Value::Table(_) => "a table".to_owned(),
             Value::Array(_) => "an array".to_owned(),
-            Value::Text(text) => format!("the text \"{text}\""),
+            Value::Text(text) => format!("the text \"{text}\"", text = shown(text)),
             Value::Integer(number) => format!("the number {number}"),
             Value::Float(number) => format!("the number {number:?}"),
             Value::Flag(flag) => flag.to_string(),
@@ -111,7 +112,7 @@ fn syntax_message(error: &TomlError, text: &str) -> String {
     let what = error.span().and_then(|span| text.get(span)).unwrap_or_default();
     // The parser quotes what it stumbled over, except for a key.
     if message == "duplicate key" {
-        format!("not valid TOML: {message} {what}")
+        format!("not valid TOML: {message} {}", shown(what))
     } else {
         format!("not valid TOML: {message}")
     }
@@ -199,11 +200,23 @@ fn from_value(value: &TomlValue, at: usize, place: PlaceAt) -> Node {
 }
 
 /// A value set from outside the file, by the dotted path of its key.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Override {
     /// As given, with `[0]` written as `.0`.
     path: String,
     value: Value,
+    /// Where it was written, if that is another file.
+    origin: Option<String>,
+}
+
+/// What is set, and not where that was written.
+impl std::fmt::Debug for Override {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Override")
+            .field("path", &self.path)
+            .field("value", &self.value)
+            .finish()
+    }
 }
 
 impl Override {
@@ -228,14 +241,15 @@ impl Override {
                 place(),
                 "",
                 format!(
-                    "\"{}\" is not a key: expected a dotted path, such as torsion.damping",
-                    key.trim()
+                    "{} is not a key: expected a dotted path, such as torsion.damping",
+                    quoted(key.trim())
                 ),
             ));
         }
         Ok(Override {
             value: override_value(value.trim(), &path),
             path,
+            origin: None,
         })
     }
 
@@ -249,16 +263,24 @@ impl Override {
         Override {
             path: path.to_owned(),
             value: Value::Float(value),
+            origin: None,
         }
     }
 
-    /// Sets what a node of another document says.
-    pub(crate) fn of_node(path: &str, node: &Node) -> Override {
+    /// Where it was written, as `study.toml:12`, if that is a file.
+    pub(crate) fn origin(&self) -> Option<&str> {
+        self.origin.as_deref()
+    }
+
+    /// Sets what a node of another document says, which messages call `label`.
+    pub(crate) fn of_node(path: &str, node: &Node, label: &str) -> Override {
+        let origin = Some(node.place.show(label));
         let mut node = node.clone();
         re_place(&mut node, &Place::Override(path.to_owned()));
         Override {
             path: path.to_owned(),
             value: node.value,
+            origin,
         }
     }
 
@@ -273,6 +295,7 @@ impl Override {
         Override {
             path: path.to_owned(),
             value,
+            origin: None,
         }
     }
 

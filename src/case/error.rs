@@ -1,5 +1,6 @@
 //! What is wrong with a case, and where.
 
+use crate::quote::shown;
 use std::fmt;
 
 /// Everything found wrong with a case file, its overrides or a value set in a case.
@@ -24,16 +25,20 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.place.strip_prefix("--set ") {
+        // What is the user's own, and of any length.
+        let key = shown(&self.key);
+        let set = self.place.strip_prefix("--set ");
+        let place = set.map_or_else(|| self.place.clone(), |set| format!("--set {}", shown(set)));
+        match set {
             // An override already names its key, or the table that has it.
-            Some(set) if set == self.key || self.key.is_empty() => write!(f, "{}: ", self.place)?,
+            Some(set) if set == self.key || self.key.is_empty() => write!(f, "{place}: ")?,
             // What is wrong may be another key's value, with which the override does not go together.
             Some(set) if !self.key.starts_with(set) => {
                 let verb = if self.message.starts_with("missing") { "is " } else { "" };
-                write!(f, "{}: then {} {verb}", self.place, self.key)?;
+                write!(f, "{place}: then {key} {verb}")?;
             }
             _ => {
-                for part in [&self.place, &self.key].into_iter().filter(|part| !part.is_empty()) {
+                for part in [&place, &key].into_iter().filter(|part| !part.is_empty()) {
                     write!(f, "{part}: ")?;
                 }
             }

@@ -32,8 +32,8 @@ pub use error::{CaseError, Problem};
 pub(crate) use reader::number_of;
 pub(crate) use setting::read_setting;
 pub use setting::{Setting, key_of};
-pub(crate) use source::words;
 pub use source::{CaseSource, Origin};
+pub(crate) use source::{toml_text, words};
 
 use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};
 use crate::oracle::ExactParameters;
@@ -130,6 +130,11 @@ impl Case {
 pub(crate) fn suggest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // Below this similarity, suggestions on misspelt keys are more often wrong than right.
     const CLOSE: f64 = 0.8;
+    // No name is as long; and what it costs to compare grows with the length.
+    const LONGEST: usize = 100;
+    if unknown.len() > LONGEST {
+        return None;
+    }
     let unknown = unknown.to_lowercase();
     known
         .map(|name| (name, strsim::jaro_winkler(&unknown, &name.to_lowercase())))

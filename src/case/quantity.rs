@@ -7,6 +7,7 @@
 //! The radian is a unit of its own here, so that `deg`, `rev` and `rpm` convert and a misplaced angle is found,
 //! but it may be left out: `N m` is accepted where `N m/rad` is meant, `1/s` where `rad/s` is.
 
+use crate::quote::shown;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Pow, ToPrimitive, Zero};
@@ -152,6 +153,8 @@ const LARGEST_POWER: i32 = 9;
 /// Decimal exponents beyond this are outside double precision, whatever the unit.
 const LARGEST_EXPONENT: i32 = 400;
 const LONGEST_NUMBER: usize = 100;
+/// Every symbol of a longer expression, bytes, would be looked up and multiplied.
+const LONGEST_UNIT: usize = 200;
 
 /// `text` in the SI unit of `dimension`: the exact product, rounded once to the nearest double.
 ///
@@ -160,7 +163,10 @@ const LONGEST_NUMBER: usize = 100;
 pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
     match exact(text, dimension)?.to_f64() {
         Some(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("\"{text}\" is too large for double precision")),
+        _ => Err(format!(
+            "\"{text}\" is too large for double precision",
+            text = shown(text)
+        )),
     }
 }
 
@@ -173,18 +179,28 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
         format!(
             "\"{text}\" is not a quantity: expected {}, such as {}",
             expectation(dimension),
-            written(dimension)
+            written(dimension),
+            text = shown(text)
         )
     })?;
     if dimension == Dimension::Number {
         return Err(format!(
-            "expected a plain number, without quotes or unit, but got \"{text}\""
+            "expected a plain number, without quotes or unit, but got \"{text}\"",
+            text = shown(text)
         ));
     }
     if expression.is_empty() {
         return Err(format!(
             "\"{text}\" has no unit: write {number} without quotes if it is in {}, or add the unit, such as {}",
             dimension.unit(),
+            written(dimension),
+            text = shown(text)
+        ));
+    }
+    if expression.len() > LONGEST_UNIT {
+        return Err(format!(
+            "a unit of more than {LONGEST_UNIT} characters is not accepted; expected {}, such as {}",
+            expectation(dimension),
             written(dimension)
         ));
     }
@@ -197,7 +213,8 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
         return Err(format!(
             "expected {}, but \"{text}\" is {}",
             expectation(dimension),
-            describe(unit.exponents)
+            describe(unit.exponents),
+            text = shown(text)
         ));
     }
     Ok(number * unit.value)
@@ -211,7 +228,8 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
 pub(crate) fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), String> {
     let plain = dimension == Dimension::Number;
     let number = split_number(text).filter(|(_, unit)| !plain || unit.is_empty());
-    let (number, unit) = number.ok_or_else(|| format!("\"{text}\" is not {}", expectation(dimension)))?;
+    let (number, unit) =
+        number.ok_or_else(|| format!("\"{text}\" is not {}", expectation(dimension), text = shown(text)))?;
     let value = if plain {
         decimal(number)?
     } else {
@@ -225,7 +243,10 @@ pub(crate) fn printed(text: &str, dimension: Dimension) -> Result<(f64, f64), St
     let half = if plain { half } else { half * expand(unit)?.value };
     match (value.to_f64(), half.to_f64()) {
         (Some(value), Some(half)) if value.is_finite() && half.is_finite() => Ok((value, half)),
-        _ => Err(format!("\"{text}\" is too large for double precision")),
+        _ => Err(format!(
+            "\"{text}\" is too large for double precision",
+            text = shown(text)
+        )),
     }
 }
 
@@ -391,7 +412,10 @@ fn expand(expression: &str) -> Result<Exact, String> {
 }
 
 fn malformed(expression: &str, why: &str) -> String {
-    format!("the unit \"{expression}\" cannot be read: {why}")
+    format!(
+        "the unit \"{expression}\" cannot be read: {why}",
+        expression = shown(expression)
+    )
 }
 
 /// The power at the start of `text` (1 if there is none) and the rest; `None` if the power is malformed.
@@ -446,5 +470,5 @@ fn unknown_unit(symbol: &str) -> String {
             None => format!("the units are {}", known.collect::<Vec<_>>().join(" ")),
         },
     };
-    format!("unknown unit \"{symbol}\": {hint}")
+    format!("unknown unit \"{symbol}\": {hint}", symbol = shown(symbol))
 }

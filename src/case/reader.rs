@@ -7,6 +7,7 @@ use super::quantity::{self, Dimension};
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
 use super::{Case, CaseSource, suggest};
 use crate::model::KickTime;
+use crate::quote::shown;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
     let label = source.label();
@@ -345,7 +346,8 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
                 Value::Text(word) if !word.contains(|c: char| c.is_ascii_digit()) => {
                     return Err(whole(format!(
                         "expected a time, s, or \"{}\", but got \"{word}\"",
-                        schema::INSTABILITY
+                        schema::INSTABILITY,
+                        word = shown(word)
                     )));
                 }
                 other => KickTime::At(number(other, Dimension::Time, Domain::NotNegative).map_err(whole)?),
@@ -393,7 +395,7 @@ pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Res
     };
     match domain.complaint(number) {
         None => Ok(number),
-        Some(complaint) => Err(format!("{complaint}, but is {}", shown(value, number, dimension))),
+        Some(complaint) => Err(format!("{complaint}, but is {}", written(value, number, dimension))),
     }
 }
 
@@ -407,9 +409,9 @@ pub(crate) fn number_of(node: &Node, path: &str) -> Result<f64, String> {
 }
 
 /// The value as written, and in SI if it was written in another unit.
-fn shown(value: &Value, number: f64, dimension: Dimension) -> String {
+fn written(value: &Value, number: f64, dimension: Dimension) -> String {
     match value {
-        Value::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit()),
+        Value::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit(), text = shown(text)),
         _ => format!("{number:?}"),
     }
 }
@@ -424,7 +426,12 @@ pub(super) fn choice(value: &Value, names: &[&'static str]) -> Result<&'static s
     };
     names.iter().find(|name| *name == text).copied().ok_or_else(|| {
         let hint = suggest(text, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
-        format!("expected {}, but got \"{text}\"{}", listed(), hint.unwrap_or_default())
+        format!(
+            "expected {}, but got \"{text}\"{}",
+            listed(),
+            hint.unwrap_or_default(),
+            text = shown(text)
+        )
     })
 }
 

@@ -458,6 +458,18 @@ const KEYS: &[Key] = &[
         Kind::Count(field!(solver.max_events)),
     ),
     key(
+        "solver.max_steps",
+        "steps after which a run is ended with an error",
+        Default("none, but a run that foresees 3e7 steps in a segment is ended"),
+        Kind::Count(optional!(solver.max_steps)),
+    ),
+    key(
+        "solver.max_wall_time",
+        "wall time after which a run is ended with an error",
+        Default("none"),
+        Kind::Number(D::Time, Positive, optional!(solver.max_wall_time)),
+    ),
+    key(
         "output.end_time",
         "when the run ends",
         Default("10 s"),

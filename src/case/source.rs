@@ -1,5 +1,6 @@
 //! The text of a case and where it is from.
 
+use crate::quote::shown;
 use std::path::{Path, PathBuf};
 
 use super::builtin;
@@ -28,13 +29,8 @@ impl CaseSource {
     /// # Errors
     /// If the file cannot be read, or is not UTF-8 text.
     pub fn file(path: &Path) -> Result<CaseSource, CaseError> {
-        let label = path.display().to_string();
-        let bytes = std::fs::read(path)
-            .map_err(|error| CaseError::one(&label, "", format!("the case file cannot be read: {}", words(&error))))?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| CaseError::one(&label, "", "not a case file: expected TOML, which is UTF-8 text"))?;
         Ok(CaseSource {
-            text,
+            text: toml_text(path, "case")?,
             origin: Origin::File(path.to_owned()),
         })
     }
@@ -54,7 +50,8 @@ impl CaseSource {
                 "",
                 format!(
                     "there is no built-in case \"{name}\"{hint}; there are {}, and any TOML file by its path",
-                    names.join(", ")
+                    names.join(", "),
+                    name = shown(name)
                 ),
             ));
         };
@@ -89,6 +86,22 @@ impl CaseSource {
             Origin::BuiltIn(name) => name.clone(),
         }
     }
+}
+
+/// The text of a TOML file of this kind: "case", "study".
+pub(crate) fn toml_text(path: &Path, kind: &str) -> Result<String, CaseError> {
+    let label = path.display().to_string();
+    let text = crate::input::text(path).map_err(|error| {
+        let message = format!("the {kind} file cannot be read: {}", words(&error));
+        CaseError::one(&label, "", message)
+    })?;
+    text.map_err(|line| {
+        let message = format!("not a {kind} file: expected TOML, which is UTF-8 text");
+        match line {
+            Some(line) => CaseError::one(format!("{label}:{line}"), "", message + "; save the file as UTF-8"),
+            None => CaseError::one(&label, "", message),
+        }
+    })
 }
 
 /// The operating system's error with what to do about it.

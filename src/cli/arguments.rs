@@ -34,6 +34,22 @@ pub(super) struct Common {
     pub json: bool,
 }
 
+/// What every run of a command may take.
+#[derive(Debug, Args)]
+pub(super) struct Budget {
+    /// End a run after this wall time, s or with a unit [default: none].
+    #[arg(long, value_name = "T")]
+    max_wall_time: Option<String>,
+}
+
+impl Budget {
+    /// The overrides of the case, with the budget as one of them.
+    pub fn over(&self, set: &[String]) -> Vec<String> {
+        let budget = self.max_wall_time.iter().map(|t| format!("solver.max_wall_time={t}"));
+        set.iter().cloned().chain(budget).collect()
+    }
+}
+
 /// When a progress bar is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum ProgressChoice {
@@ -89,6 +105,8 @@ pub(super) struct RunOptions {
     /// Leave out the witness, a second run by another method that the result is held against.
     #[arg(long)]
     pub no_witness: bool,
+    #[command(flatten)]
+    pub budget: Budget,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
@@ -148,6 +166,8 @@ pub(super) struct CertifyOptions {
     /// Override a key, such as solver.rtol=1e-12; for a case only.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub budget: Budget,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,
@@ -179,6 +199,8 @@ pub(super) struct SweepOptions {
     /// Override a key of the base case.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub budget: Budget,
     /// Replace any file, and start anew.
     #[arg(long)]
     pub force: bool,
@@ -220,6 +242,8 @@ pub(super) struct CalibrateOptions {
     /// Override a key of the base case.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub budget: Budget,
     /// Replace any file, not only a result of this program.
     #[arg(long)]
     pub force: bool,

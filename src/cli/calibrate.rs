@@ -12,7 +12,6 @@ use crate::case::{CaseError, Override};
 use crate::results::{Overwrite, ResultError, SweepHeader, check_target};
 use crate::sweep::StudySource;
 use serde::Serialize;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -168,7 +167,7 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
         CalibrationStudy::built_in(&options.study)?
     };
     let mut overrides = Vec::with_capacity(options.set.len() + 1);
-    for setting in &options.set {
+    for setting in &options.budget.over(&options.set) {
         overrides.push(Override::parse(setting)?);
     }
     if let Some(method) = &options.method {
@@ -219,11 +218,7 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
     }
     text += &case.resolved();
     // Beside its name first, so that a full disk leaves no half of a case.
-    let folder = crate::results::folder_of(path);
-    let mut file = tempfile::NamedTempFile::new_in(&folder).map_err(|error| failed(&error))?;
-    file.write_all(text.as_bytes()).map_err(|error| failed(&error))?;
-    file.persist(path).map_err(|error| failed(&error.error))?;
-    Ok(())
+    crate::results::target::write_whole(path, &[text.as_bytes()]).map_err(|error| failed(&error))
 }
 
 fn document<'a>(

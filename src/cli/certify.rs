@@ -46,7 +46,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             "--digits {digits}: from 1 to {most} digits can be asked for{remedy}"
         )));
     }
-    let input = read_input(&options.case, &options.set, None).map_err(without_case)?;
+    let input = read_input(&options.case, &options.budget.over(&options.set), None).map_err(without_case)?;
     if matches!(input.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
@@ -91,9 +91,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
         Ok(examined)
     });
-    if result.own {
-        let _ = std::fs::remove_file(&result.path);
-    }
+    drop(result.scratch);
     let Examined {
         certificate,
         final_stick,
@@ -171,8 +169,19 @@ struct Obtained {
     path: PathBuf,
     /// Its events, and its rows as far as they are compared.
     record: MemoryRecorder,
-    /// Whether the file was made here, and goes again.
-    own: bool,
+    /// Where the file was made here, and goes again.
+    scratch: Option<Scratch>,
+}
+
+/// A result file that is made on the way, and removed with its partial file however the command ends.
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        for path in [&self.0, &crate::results::partial_path(&self.0)] {
+            let _ = std::fs::remove_file(path);
+        }
+    }
 }
 
 /// The given result file, or a run of the case beside the target; `None` if it was interrupted.
@@ -190,16 +199,14 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
         return Ok(Some(Obtained {
             path: path.clone(),
             record: read_back(&file, &input.case).map_err(bad_file)?,
-            own: false,
+            scratch: None,
         }));
     }
     let stem = target.file_stem().unwrap_or_default().to_string_lossy();
     let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
     let case = &input.case;
-    let failed = |text: String| {
-        let _ = std::fs::remove_file(crate::results::partial_path(&path));
-        CommandError::Computation(text)
-    };
+    let scratch = Scratch(path.clone());
+    let failed = CommandError::Computation;
     let mut writer = ResultWriter::create(
         &path,
         Overwrite::OwnResults,
@@ -220,8 +227,6 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
     )
     .map_err(|failure| failed(failure.to_string()))?;
     if report.interrupted {
-        drop(writer);
-        let _ = std::fs::remove_file(crate::results::partial_path(&path));
         return Ok(None);
     }
     let summary = Summary::of_run(&case.parameters, &report);
@@ -236,7 +241,7 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
     Ok(Some(Obtained {
         record: record.map_err(|error| failed(error.to_string()))?,
         path,
-        own: true,
+        scratch: Some(scratch),
     }))
 }
 

@@ -2,7 +2,7 @@
 
 use super::arguments::{Common, MergeOptions};
 use super::{CommandError, End, print, print_json};
-use crate::results::{MergeError, ResultError};
+use crate::results::MergeError;
 use serde::Serialize;
 
 /// The JSON document of a merger.
@@ -63,9 +63,7 @@ pub(super) fn merge(options: &MergeOptions, common: &Common) -> Result<End, Comm
 
 fn command_error(error: &MergeError) -> CommandError {
     match error {
-        MergeError::File(ResultError::Io { .. } | ResultError::Write { .. } | ResultError::DiskFull { .. }) => {
-            CommandError::Computation(error.to_string())
-        }
+        MergeError::File(inner) if inner.is_of_the_system() => CommandError::Computation(error.to_string()),
         _ => CommandError::Input(error.to_string()),
     }
 }

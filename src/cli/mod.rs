@@ -21,6 +21,7 @@ mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
 
+use crate::quote;
 use arguments::Command;
 use std::process::ExitCode;
 
@@ -56,7 +57,7 @@ impl CommandError {
             CommandError::Input(text) => (text, 2),
             CommandError::Computation(text) => (text, 1),
         };
-        complain(text);
+        complain(&quote::lines(text));
         ExitCode::from(status)
     }
 }
@@ -78,6 +79,10 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         .format_target(false)
         .format_timestamp(None)
         .init();
+    // Else a limit on the size of files would end the program without a word; so it is an error of the write.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
+        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     match command {
         Command::Run(options) => run::run(&options, &common),
         Command::Certify(options) => certify::certify(&options, &common),
@@ -93,10 +98,10 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     }
 }
 
-/// Writes to standard output; a reader that has gone away (`stickslip case paper | head`) is no error.
+/// Writes to standard output, without what would steer a terminal; a reader that has gone away (`stickslip case paper | head`) is no error.
 fn print(text: &str) -> Result<(), CommandError> {
     use std::io::Write;
-    match std::io::stdout().write_all(text.as_bytes()) {
+    match std::io::stdout().write_all(quote::for_terminal(text).as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::Computation(format!(
             "writing to standard output failed: {error}"
         ))),
@@ -106,7 +111,8 @@ fn print(text: &str) -> Result<(), CommandError> {
 
 /// Says something on standard error; if that is closed there is nobody left to tell.
 fn complain(text: &str) {
-    let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("stickslip: {text}\n").as_bytes());
+    let text = quote::for_terminal(&format!("stickslip: {text}\n"));
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
 }
 
 /// One JSON document on standard output.

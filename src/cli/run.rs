@@ -68,7 +68,11 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         case,
         text,
         files,
-    } = read_input(&options.case, &options.set, options.method.as_deref())?;
+    } = read_input(
+        &options.case,
+        &options.budget.over(&options.set),
+        options.method.as_deref(),
+    )?;
     let path = options.output.clone().unwrap_or_else(|| default_output(&source));
     let overwrite = if options.force {
         Overwrite::Force
@@ -76,10 +80,6 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         Overwrite::OwnResults
     };
     let header = header(&case, text);
-    // Else a limit on the size of files would end the program without a word; so it is an error of the write.
-    #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
-        .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
     let mut writer = ResultWriter::create(&path, overwrite, &files, &header).map_err(bad_file)?;
@@ -223,7 +223,11 @@ pub(super) fn bad_case(error: CaseError) -> CommandError {
 }
 
 pub(super) fn bad_file(error: ResultError) -> CommandError {
-    CommandError::Input(error.to_string())
+    if error.is_of_the_system() {
+        CommandError::Computation(error.to_string())
+    } else {
+        CommandError::Input(error.to_string())
+    }
 }
 
 /// The case from a file, a result file or the built-in ones, with its overrides.

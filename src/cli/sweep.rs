@@ -119,6 +119,10 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
     }
     let mut crew = ranks.crew();
     if study.keep.trajectory {
+        if folder == path {
+            let what = "the results of its runs";
+            return Err(CommandError::Input(ResultError::Reserved { path, what }.to_string()));
+        }
         std::fs::create_dir_all(&folder)
             .map_err(|error| CommandError::Input(format!("{}: cannot be created: {error}", folder.display())))?;
     }
@@ -224,7 +228,7 @@ fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
         StudySource::built_in(&options.study)?
     };
     let mut overrides = Vec::with_capacity(options.set.len() + 1);
-    for setting in &options.set {
+    for setting in &options.budget.over(&options.set) {
         overrides.push(Override::parse(setting)?);
     }
     if let Some(method) = &options.method {
@@ -242,7 +246,7 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         | SweepError::TooManyShards { .. }
         | SweepError::BoundaryInShards => CommandError::Input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
-            ResultError::Io { .. } | ResultError::Write { .. } | ResultError::DiskFull { .. } => {
+            _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);
                 CommandError::Computation(format!(
                     "{text}. What was computed is in {}; --resume goes on from there",

@@ -19,7 +19,7 @@ mod run;
 mod solver;
 mod stepper;
 
-pub use run::{Finish, Limits, RunError, Start, run};
+pub use run::{Finish, Limits, Overflow, RunError, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
 pub use stepper::{Advance, Stepper, StepperError};
 

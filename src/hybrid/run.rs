@@ -15,6 +15,18 @@ const STEPS_BETWEEN_QUESTIONS: u32 = 256;
 /// and after so many samples, which can be far denser than the steps.
 const SAMPLES_BETWEEN_QUESTIONS: u32 = 1024;
 
+/// So many steps and restarts in a row that do not move the time by its rounding at the end are a standstill.
+const STANDSTILL: u32 = 10_000;
+
+/// Steps over which the pace of a run is taken,
+const STRIDE: u32 = 100_000;
+
+/// of which a stretch of closed form that is searched in vain is worth so many,
+const SEARCH: u32 = 5000;
+
+/// and restarts are steps, too: a run of many short segments may be faster later, and is given more.
+const MOST_RESTARTS: f64 = 1e10;
+
 /// Where a run starts.
 #[derive(Debug, Clone)]
 pub struct Start<L> {
@@ -30,6 +42,10 @@ pub struct Limits {
     pub max_events: usize,
     /// This many counted transitions within [`Rules::chatter_window`] are chattering.
     pub chatter_count: usize,
+    /// Most steps of the solvers.
+    pub max_steps: Option<u64>,
+    /// A segment whose pace would take it more steps than this is ended.
+    pub foreseen_steps: Option<f64>,
 }
 
 /// Where a run ended.
@@ -86,8 +102,57 @@ pub enum RunError {
         component: usize,
         value: f64,
     },
+    #[error("a value is not finite at t = {time:.12} s in {location}: {what} is {value}")]
+    Overflow {
+        time: f64,
+        location: String,
+        what: &'static str,
+        value: f64,
+    },
+    #[error("the budget of {budget} steps is used up at t = {time:.12} s in {location}")]
+    TooManySteps { time: f64, budget: u64, location: String },
+    #[error("the budget of {budget} s of wall time is used up at t = {time:.12} s in {location}")]
+    OutOfTime { time: f64, budget: f64, location: String },
+    #[error("the run stands still at t = {time:.12} s in {location}: {why}")]
+    Standstill { time: f64, location: String, why: String },
+    #[error(
+        "the run makes no progress at t = {time:.12} s in {location}: the last {STRIDE} steps of {solver} came {covered:.1e} s \
+         on, and {ahead:.1e} s lie ahead, more than {most:.0e} such steps"
+    )]
+    NoProgress {
+        time: f64,
+        location: String,
+        solver: &'static str,
+        covered: f64,
+        ahead: f64,
+        most: f64,
+    },
     #[error(transparent)]
     Observer(ObserverError),
+}
+
+/// What an observer says of a value that is not finite: a failure of the run, and not of the observer.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{what} is {value} at t = {time:.12} s")]
+pub struct Overflow {
+    pub time: f64,
+    pub what: &'static str,
+    pub value: f64,
+}
+
+impl RunError {
+    /// The error of an observer in a location.
+    pub(crate) fn observed(error: ObserverError, location: impl FnOnce() -> String) -> RunError {
+        match error.downcast::<Overflow>() {
+            Ok(overflow) => RunError::Overflow {
+                time: overflow.time,
+                location: location(),
+                what: overflow.what,
+                value: overflow.value,
+            },
+            Err(error) => RunError::Observer(error),
+        }
+    }
 }
 
 fn duration(window: f64) -> String {
@@ -104,6 +169,8 @@ enum SegmentEnd {
     Guards(Vec<usize>),
     /// It reached its stop time.
     Stop,
+    /// The search for its guards came so far, and goes on from there.
+    Search,
     /// The observer asked for an end.
     Interrupted,
 }
@@ -136,6 +203,7 @@ where
         sampled: 0,
         interrupted_at: None,
         sample: vec![0.0; dynamics.dimension()],
+        pace: Pace::new(start.time, end_time),
     };
     let interrupted = run.to(end_time, rules)?;
     Ok(Finish {
@@ -165,6 +233,35 @@ struct Run<'a, D: Dynamics, O> {
     interrupted_at: Option<f64>,
     /// Scratch for interpolated states.
     sample: Vec<f64>,
+    pace: Pace,
+}
+
+/// How fast a run gets on.
+struct Pace {
+    end_time: f64,
+    /// All steps.
+    steps: u64,
+    /// The last time that the run has come on to, and steps and restarts since.
+    came_to: f64,
+    idle: u32,
+    /// Where the present stride began, its steps and restarts, and whether the segment is another one since.
+    from: f64,
+    taken: u32,
+    restarted: bool,
+}
+
+impl Pace {
+    fn new(start: f64, end_time: f64) -> Self {
+        Pace {
+            end_time,
+            steps: 0,
+            came_to: start,
+            idle: 0,
+            from: start,
+            taken: 0,
+            restarted: false,
+        }
+    }
 }
 
 impl<D: Dynamics, O> Run<'_, D, O> {
@@ -182,6 +279,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 }
                 let transitions = rules.at_time_event(&self.location, self.time, &self.state);
                 self.apply(rules, transitions, "a time event")?;
+                self.count_restart()?;
             }
             if self.time >= end_time {
                 break;
@@ -202,6 +300,10 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             if let Err(RunError::Observer(error)) = end {
                 return Err(RunError::Observer(error));
             }
+            // Samples up to there have been handed out.
+            if let Err(RunError::Overflow { time, .. }) = &end {
+                self.time = self.time.max(*time);
+            }
             // Before a failure is passed on: what was sampled until then has its segment, too.
             let report = SegmentReport {
                 start,
@@ -210,9 +312,11 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 solver: chosen.kind,
                 counters,
             };
-            self.observer.segment(&report).map_err(RunError::Observer)?;
+            self.observer.segment(&report).map_err(|error| self.observed(error))?;
+            let mut searching = false;
             match end? {
                 SegmentEnd::Stop => {}
+                SegmentEnd::Search => searching = true,
                 SegmentEnd::Interrupted => return Ok(true),
                 SegmentEnd::Guards(fired) => {
                     let transitions = rules.at_guards(&self.location, self.time, &self.state, &fired);
@@ -222,6 +326,11 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             }
             if self.observer.progress(self.time, &self.location).is_break() {
                 return Ok(true);
+            }
+            if searching {
+                self.get_on(stop, "the search for a breakaway", SEARCH)?;
+            } else {
+                self.count_restart()?;
             }
         }
         self.samples_until::<R>(self.time, true, |run, _| {
@@ -244,7 +353,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         let (after, end) = match dynamics.closed_end(&location, start, &state, span) {
             ClosedEnd::Guard { after, index } if after < span => (after, SegmentEnd::Guards(vec![index])),
             // The run goes on with a new segment.
-            ClosedEnd::Unknown { after } if start + after < stop => (after, SegmentEnd::Stop),
+            ClosedEnd::Unknown { after } if start + after < stop => (after, SegmentEnd::Search),
             _ => (span, SegmentEnd::Stop),
         };
         let end_time = if after < span { start + after } else { stop };
@@ -304,9 +413,10 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             if self.observer.wants_steps() {
                 self.observer
                     .step(self.time, &location, &self.state)
-                    .map_err(RunError::Observer)?;
+                    .map_err(|error| self.observed(error))?;
             }
-            steps += 1;
+            self.count_step(stop, chosen.kind.name())?;
+            steps = steps.wrapping_add(1);
             if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.observer.progress(self.time, &location).is_break()
             {
                 break SegmentEnd::Interrupted;
@@ -396,10 +506,11 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 if self.observer.wants_steps() {
                     self.observer
                         .step(self.time, &location, &self.state)
-                        .map_err(RunError::Observer)?;
+                        .map_err(|error| self.observed(error))?;
                 }
                 last_step.advance(tau, &self.state);
-                steps += 1;
+                self.count_step(stop, chosen.kind.name())?;
+                steps = steps.wrapping_add(1);
                 if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS)
                     && self.observer.progress(self.time, &location).is_break()
                 {
@@ -475,13 +586,14 @@ impl<D: Dynamics, O> Run<'_, D, O> {
     {
         loop {
             let due = self.observer.next_sample_time();
-            if due > t || (due == t && !inclusive) {
+            // A time that is no number is never reached.
+            if !(due < t || (due == t && inclusive)) {
                 return Ok(());
             }
             fill(self, due)?;
             self.observer
                 .sample(due, &self.location, &self.sample)
-                .map_err(RunError::Observer)?;
+                .map_err(|error| self.observed(error))?;
             self.sampled = self.sampled.wrapping_add(1);
             if self.sampled.is_multiple_of(SAMPLES_BETWEEN_QUESTIONS)
                 && self.observer.progress(due, &self.location).is_break()
@@ -511,7 +623,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                         (&self.location, &self.state),
                         (&transition.location, &transition.state),
                     )
-                    .map_err(RunError::Observer)?;
+                    .map_err(|error| self.observed(error))?;
                 if rules.counts(&kind) {
                     self.count(rules, guard)?;
                 }
@@ -548,6 +660,71 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             }
         }
         Ok(())
+    }
+
+    fn observed(&self, error: ObserverError) -> RunError {
+        RunError::observed(error, || self.dynamics.describe(&self.location))
+    }
+
+    /// Counts a step of a segment that ends at `stop`.
+    fn count_step(&mut self, stop: f64, solver: &'static str) -> Result<(), RunError> {
+        self.pace.steps += 1;
+        if let Some(budget) = self.limits.max_steps.filter(|&budget| self.pace.steps > budget) {
+            return Err(RunError::TooManySteps {
+                time: self.time,
+                budget,
+                location: self.dynamics.describe(&self.location),
+            });
+        }
+        self.get_on(stop, solver, 1)
+    }
+
+    /// Counts the end of a segment, or what is done at an instant.
+    fn count_restart(&mut self) -> Result<(), RunError> {
+        self.pace.restarted = true;
+        self.get_on(self.pace.end_time, "the solvers", 1)
+    }
+
+    /// Ends a run that does not come on; `taken` says how many steps it has taken for this.
+    fn get_on(&mut self, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
+        let pace = &mut self.pace;
+        if self.time > pace.came_to + f64::EPSILON * pace.end_time {
+            (pace.came_to, pace.idle) = (self.time, 0);
+        } else {
+            pace.idle += 1;
+        }
+        if pace.idle > STANDSTILL {
+            return Err(RunError::Standstill {
+                time: pace.came_to,
+                location: self.dynamics.describe(&self.location),
+                why: format!("{STANDSTILL} steps and restarts in a row have not moved the time"),
+            });
+        }
+        pace.taken += taken;
+        if pace.taken < STRIDE {
+            return Ok(());
+        }
+        let covered = self.time - pace.from;
+        let (ahead, most) = if pace.restarted {
+            (
+                pace.end_time - self.time,
+                self.limits.foreseen_steps.map(|_| MOST_RESTARTS),
+            )
+        } else {
+            (stop - self.time, self.limits.foreseen_steps)
+        };
+        (pace.from, pace.taken, pace.restarted) = (self.time, 0, false);
+        match most {
+            Some(most) if ahead * f64::from(STRIDE) > covered * most => Err(RunError::NoProgress {
+                time: self.time,
+                location: self.dynamics.describe(&self.location),
+                solver,
+                covered,
+                ahead,
+                most,
+            }),
+            _ => Ok(()),
+        }
     }
 
     fn check_finite(&self) -> Result<(), RunError> {

@@ -72,8 +72,7 @@ impl ClosedForm {
             0.0, 0.0, -k / j, -c_t / j,
         );
         let separated_energy = Matrix4::from_diagonal(&Vector4::new(elastic, i * j / (i + j), elastic, j));
-        let flow = |a, energy| LinearFlow::new(a, energy).expect("the energy of positive inertias is positive");
-        let stick = flow(stick, stick_energy);
+        let stick = LinearFlow::new(stick, stick_energy);
         let (rotor, stator) = match model.contact.breakaway_test {
             BreakawayTest::Transmitted => (0.5, 0.5),
             BreakawayTest::Stator => (0.0, 1.0),
@@ -88,7 +87,7 @@ impl ClosedForm {
         ClosedForm {
             model: *model,
             omega,
-            separated: flow(separated, separated_energy),
+            separated: LinearFlow::new(separated, separated_energy),
             stick,
             tested,
         }

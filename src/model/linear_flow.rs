@@ -37,8 +37,11 @@ pub struct Functional {
 
 impl LinearFlow {
     /// `a` must be scaled so that its entries are of one size; `energy` is P, symmetric positive definite.
-    pub fn new(a: Matrix4<f64>, energy: Matrix4<f64>) -> Option<Self> {
-        let energy_inverse = energy.try_inverse()?;
+    ///
+    /// Where the energy has no inverse in double precision, every state of the flow is NaN: a run then says that its
+    /// state is not finite.
+    pub fn new(a: Matrix4<f64>, energy: Matrix4<f64>) -> Self {
+        let energy_inverse = energy.try_inverse().unwrap_or(Matrix4::repeat(f64::NAN));
         let norm = a.abs().row_sum().max().max(a.abs().column_sum().max());
         // ||A h|| <= 1/16: the Taylor series of order 11 leaves 16^-12/12!, 1e-23.
         let base = 2f64.powi(-((16.0 * norm).log2().ceil() as i32));
@@ -55,13 +58,13 @@ impl LinearFlow {
             // (1 + E)^2 - 1
             changes.push(last * 2.0 + last * last);
         }
-        Some(LinearFlow {
+        LinearFlow {
             a,
             energy,
             energy_inverse,
             base,
             changes,
-        })
+        }
     }
 
     pub fn functional(&self, row: RowVector4<f64>) -> Functional {
@@ -78,16 +81,22 @@ impl LinearFlow {
     /// exp(A tau) x for tau >= 0.
     pub fn advance(&self, x: &Vector4<f64>, tau: f64) -> Vector4<f64> {
         let units = (tau / self.base).floor();
+        if !units.is_finite() {
+            return Vector4::repeat(f64::NAN);
+        }
         let longest = (1u64 << LEVELS) as f64;
         let mut x = *x;
-        let mut whole = units;
-        while whole >= longest {
-            for _ in 0..2 {
-                x += self.changes[LEVELS - 1] * x;
+        // Beyond the table the doubling goes on, at most to the largest double: heavy damping over a long time.
+        let mut beyond = (units / longest).floor();
+        let mut bits = (units - beyond * longest) as u64;
+        let mut change = self.changes[LEVELS - 1];
+        while beyond >= 1.0 {
+            change = change * 2.0 + change * change;
+            if beyond % 2.0 == 1.0 {
+                x += change * x;
             }
-            whole -= longest;
+            beyond = (beyond / 2.0).floor();
         }
-        let mut bits = whole as u64;
         let mut k = 0;
         while bits != 0 {
             if bits & 1 == 1 {

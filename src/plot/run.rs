@@ -63,6 +63,7 @@ impl Run {
                 interrupted: *file.status() != Status::Complete,
             });
         }
+        file.check_times()?;
         let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
         let times = (first(0)?, first(rows - 1)?);
         let events = file.events()?;

@@ -1,9 +1,9 @@
 //! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
 use super::{raster, svg};
-use crate::results::target::{folder_of, same_file};
+use crate::results::target::{folder_of, same_file, write_whole};
 use std::fs;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// Bytes at the start of a file in which a signature stands.
@@ -151,18 +151,7 @@ pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> 
 /// # Errors
 /// Of the operating system.
 pub fn write(path: &Path, product: Product, parts: &[&[u8]]) -> Result<(), TargetError> {
-    let failed = |error| failed(path, product, "writing", error);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".stickslip-");
-    // As for any file that a program makes, and not for its owner alone; the umask takes from it.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder_of(path)).map_err(failed)?;
-    for part in parts {
-        file.write_all(part).map_err(failed)?;
-    }
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
+    write_whole(path, parts).map_err(|error| failed(path, product, "writing", error))
 }
 
 fn failed(path: &Path, product: Product, action: &'static str, source: io::Error) -> TargetError {

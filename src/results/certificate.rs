@@ -110,16 +110,23 @@ pub fn write_certified(
 ) -> Result<(), ResultError> {
     target::check_target(to, overwrite, &[from.to_owned()])?;
     let partial: PathBuf = target::partial_path(to);
-    fs::copy(from, &partial).map_err(|error| ResultError::io(&partial, "copying the result", error))?;
-    let written = hdf5::File::open_rw(&partial).and_then(|file| {
+    let whole = copy_with(from, &partial, tables).and_then(|()| {
+        fs::rename(&partial, to).map_err(|error| ResultError::io(to, "giving the finished file its name", error))
+    });
+    if whole.is_err() {
+        // Half a copy would stand in the way of the next.
+        let _ = fs::remove_file(&partial);
+    }
+    whole
+}
+
+fn copy_with(from: &Path, partial: &Path, tables: &CertificateTables) -> Result<(), ResultError> {
+    fs::copy(from, partial).map_err(|error| ResultError::io(partial, "copying the result", error))?;
+    let written = hdf5::File::open_rw(partial).and_then(|file| {
         add(&file, tables)?;
         file.flush()
     });
-    if let Err(error) = written {
-        let _ = fs::remove_file(&partial);
-        return Err(ResultError::write(&partial, false, &error));
-    }
-    fs::rename(&partial, to).map_err(|error| ResultError::io(to, "giving the finished file its name", error))
+    written.map_err(|error| ResultError::write(partial, false, &error))
 }
 
 fn add(file: &hdf5::File, tables: &CertificateTables) -> hdf5::Result<()> {

@@ -11,6 +11,10 @@ pub enum ResultError {
     IsInput { path: PathBuf },
     #[error("{path}: this is a folder; name a file in it with -o, for example {}", .path.join("result.h5").display())]
     IsFolder { path: PathBuf },
+    #[error("{}: the name is not UTF-8, which those of HDF5 files are here; choose another name with -o", .path.display())]
+    NotUtf8 { path: PathBuf },
+    #[error("{path}: a sweep keeps {what} under this name; choose another name with -o, such as {}", .path.with_extension("h5").display())]
+    Reserved { path: PathBuf, what: &'static str },
     #[error("{path}: not a usable file name; name a file with -o")]
     NoFileName { path: PathBuf },
     #[error("{path}: the folder {folder} does not exist; create it, or choose another with -o")]
@@ -76,6 +80,16 @@ pub enum ResultError {
     Newer { path: PathBuf, found: i64, known: i64 },
     #[error("{path}: truncated or damaged ({detail}); copy it again, or repeat the run")]
     Damaged { path: PathBuf, detail: String },
+    #[error(
+        "{path}: row {row} of /trajectory/time is {time:?} s, after {before:?} s, and times increase; it was not written by \
+         this program, or was changed since: repeat the run"
+    )]
+    Times {
+        path: PathBuf,
+        row: usize,
+        time: f64,
+        before: f64,
+    },
     #[error("{path}: has no {what}; it was not written by this program, or was changed since")]
     Missing { path: PathBuf, what: String },
     #[error("{path}: {what} has an unknown code {code}; use a newer version of the program")]
@@ -112,6 +126,17 @@ fn and_kept(kept: &bool) -> &'static str {
 }
 
 impl ResultError {
+    /// Whether the system failed to write or read, and nothing is wrong with what was asked for.
+    pub fn is_of_the_system(&self) -> bool {
+        matches!(
+            self,
+            ResultError::Io { .. }
+                | ResultError::Write { .. }
+                | ResultError::DiskFull { .. }
+                | ResultError::TooLarge { .. }
+        )
+    }
+
     /// An error of the HDF5 library while `path` was written.
     pub(super) fn write(path: &Path, kept: bool, error: &hdf5::Error) -> Self {
         let (path, detail) = (path.to_owned(), describe(error));

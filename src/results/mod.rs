@@ -22,6 +22,7 @@ mod sweep_virtual;
 mod sweep_writer;
 mod table;
 pub(crate) mod target;
+mod times;
 mod work_precision;
 mod writer;
 

@@ -26,6 +26,26 @@ pub fn partial_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// Writes `parts` one after the other under a temporary name beside `path`, which becomes `path` when all is written: a
+/// file is there in whole or not at all.
+///
+/// # Errors
+/// Of the operating system; nothing is left of the file then.
+pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
+    use std::io::Write;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".stickslip-");
+    // As for any file that a program makes, and not for its owner alone; the umask takes from it.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder_of(path))?;
+    for part in parts {
+        file.write_all(part)?;
+    }
+    file.persist(path)?;
+    Ok(())
+}
+
 /// The folder that holds `path`, "." where it names none.
 pub(crate) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
@@ -41,6 +61,9 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
 /// `path` or its partial file is one of the `inputs`, a folder, in a folder that is missing, or a
 /// file that `overwrite` does not let the run replace; or another program holds a lock on it.
 pub fn check_target(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<(), ResultError> {
+    if path.to_str().is_none() {
+        return Err(ResultError::NotUtf8 { path: path.to_owned() });
+    }
     if path.file_name().is_none() && !path.is_dir() {
         return Err(ResultError::NoFileName { path: path.to_owned() });
     }
@@ -182,6 +205,10 @@ impl WriteLock {
         name.push(partial.file_name().unwrap_or_default());
         name.push(".lock");
         let path = partial.with_file_name(name);
+        // A link there was not made by this program: what it leads to is neither created nor locked.
+        if fs::symlink_metadata(&path).is_ok_and(|found| found.is_symlink()) {
+            return Err(ResultError::Foreign { path });
+        }
         loop {
             let file = OpenOptions::new()
                 .write(true)
@@ -217,7 +244,9 @@ impl WriteLock {
 
 impl Drop for WriteLock {
     fn drop(&mut self) {
-        // Removed while the lock is held, so that nobody else's file is removed.
+        // Removed while the lock is held, so that nobody else's file is removed; the sibling is there only where what was
+        // to be written failed half-way.
+        let _ = fs::remove_file(self.sibling());
         let _ = fs::remove_file(&self.path);
     }
 }

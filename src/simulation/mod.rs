@@ -17,7 +17,7 @@ mod readings;
 mod runge_kutta;
 
 pub use digest::{Cycle, CycleStatistics, EventDigest};
-pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
+pub use options::{FORESEEN_STEPS, Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
 use crate::hybrid::{self, ChosenSolver, Limits, RunError, Start};
@@ -108,6 +108,18 @@ fn remedy(error: &RunError) -> &'static str {
              contact.breakaway_test = \"transmitted\" is free of it"
         }
         RunError::TooManyEvents { .. } => ". Raise solver.max_events if so many are expected",
+        RunError::Overflow { .. } => {
+            ". The case is beyond what double precision can hold: check its numbers and their units"
+        }
+        RunError::TooManySteps { .. } => {
+            ". Raise solver.max_steps if so many are expected, or try another solver.method"
+        }
+        RunError::OutOfTime { .. } => ". Raise --max-wall-time (solver.max_wall_time), or try another solver.method",
+        RunError::Standstill { .. } => ". Check the numbers of the case and their units, or try another solver.method",
+        RunError::NoProgress { .. } => {
+            ". Check the numbers of the case and their units, or try another solver.method or a larger solver.rtol; if so \
+             many steps are meant, say how many with solver.max_steps"
+        }
         RunError::Observer(_) => "",
     }
 }
@@ -159,16 +171,25 @@ pub fn simulate(
         axial: parameters.axial,
     };
     let mut recording = Recording::new(readings, parameters, output, recorder, control, &state);
+    recording.limit_wall_time(solver.max_wall_time);
     let start = Start {
         time: 0.0,
         location,
         state,
     };
+    // Who says how long the steps are, or how many, knows how many that makes.
+    let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
     let limits = Limits {
         max_events: solver.max_events,
         chatter_count: CHATTER_COUNT,
+        max_steps: solver.max_steps.map(|steps| steps as u64),
+        foreseen_steps: foresee.then_some(FORESEEN_STEPS),
     };
     let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
+    let result = match result {
+        Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
+        other => other,
+    };
     let mut report = recording.into_report();
     report.count_kicks(parameters, rules.kicks_never_given());
     report.stopped_smoothly = rules.stopped_smoothly();

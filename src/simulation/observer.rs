@@ -3,13 +3,14 @@
 use super::brake::Location;
 use super::digest::EventDigest;
 use super::readings::Readings;
-use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment};
+use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
 use super::sampling::SampleTimes;
 use super::{OutputOptions, Progress, RunReport, SolverWork};
-use crate::hybrid::{Observer, ObserverError, SegmentReport};
+use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport};
 use crate::model::{Mode, Parameters};
 use crate::sundials::Counters;
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 /// Feeds a [`Recorder`] from the automaton, or from the paper's procedure.
 pub(super) struct Recording<'a, R> {
@@ -24,6 +25,24 @@ pub(super) struct Recording<'a, R> {
     counted: usize,
     work_perturbation: f64,
     report: RunReport,
+    /// Most wall time (s), since when it counts, and whether it has run out.
+    wall_time: Option<f64>,
+    started: Instant,
+    out_of_time: bool,
+}
+
+/// The first value that is not finite, with its name.
+fn overflow<'v>(
+    time: f64,
+    names: &'static [(&'static str, &'static str, &'static str)],
+    values: impl IntoIterator<Item = &'v f64>,
+) -> Result<(), Overflow> {
+    let found = names.iter().zip(values).find(|(_, value)| !value.is_finite());
+    found.map_or(Ok(()), |((what, ..), &value)| Err(Overflow { time, what, value }))
+}
+
+fn check_state(time: f64, state: &State) -> Result<(), Overflow> {
+    overflow(time, State::DESCRIPTIONS, &state.values())
 }
 
 impl<'a, R: Readings> Recording<'a, R> {
@@ -51,6 +70,29 @@ impl<'a, R: Readings> Recording<'a, R> {
                 initial_energy,
                 ..RunReport::default()
             },
+            wall_time: None,
+            started: Instant::now(),
+            out_of_time: false,
+        }
+    }
+
+    /// From now on, so much wall time (s) is left.
+    pub(super) fn limit_wall_time(&mut self, most: Option<f64>) {
+        (self.wall_time, self.started) = (most, Instant::now());
+    }
+
+    /// Of a run that was ended early.
+    ///
+    /// # Errors
+    /// It was ended because its wall time had run out.
+    pub(super) fn in_time(&self, time: f64, location: &Location) -> Result<(), RunError> {
+        match self.wall_time.filter(|_| self.out_of_time) {
+            Some(budget) => Err(RunError::OutOfTime {
+                time,
+                budget,
+                location: format!("mode {}", location.mode.name()),
+            }),
+            None => Ok(()),
         }
     }
 
@@ -58,7 +100,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.report
     }
 
-    fn channels(&mut self, t: f64, mode: Mode, y: &[f64]) -> Channels {
+    fn channels(&mut self, t: f64, mode: Mode, y: &[f64]) -> Result<Channels, Overflow> {
         let mut channels = self.readings.channels(t, mode, y);
         let c = &mut channels;
         c.work_perturbation = self.work_perturbation;
@@ -66,8 +108,9 @@ impl<'a, R: Readings> Recording<'a, R> {
             - c.work_applied
             - c.work_perturbation
             - self.report.initial_energy;
+        overflow(t, Channels::DESCRIPTIONS, &c.values())?;
         self.report.energy_residual = self.report.energy_residual.max(c.energy_residual.abs());
-        channels
+        Ok(channels)
     }
 
     fn record(&mut self, t: f64, location: &Location, y: &[f64]) -> Result<(), ObserverError> {
@@ -81,12 +124,14 @@ impl<'a, R: Readings> Recording<'a, R> {
         } else {
             self.segments
         };
-        let channels = self.channels(t, location.mode, y);
+        let state = self.readings.state(t, location.mode, y);
+        check_state(t, &state)?;
+        let channels = self.channels(t, location.mode, y)?;
         let sample = Sample {
             time: t,
             mode: location.mode,
             segment,
-            state: self.readings.state(t, location.mode, y),
+            state,
             channels,
         };
         self.recorder.sample(&sample)
@@ -175,7 +220,7 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
             self.work_perturbation += self.readings.kinetic_energy(after.1) - self.readings.kinetic_energy(before.1);
         }
         self.counted += usize::from(kind.in_mode_word());
-        self.channels(t, after.0.mode, after.1);
+        self.channels(t, after.0.mode, after.1)?;
         let event = Event {
             time: t,
             kind,
@@ -185,6 +230,9 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
             after: self.readings.state(t, after.0.mode, after.1),
             internal_force: self.readings.internal_force(before.1),
         };
+        check_state(t, &event.before)?;
+        check_state(t, &event.after)?;
+        overflow(t, &[("internal_force", "", "")], [&event.internal_force])?;
         if !self.recorder.stores_events() {
             self.report.events.push(event);
         }
@@ -199,6 +247,12 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
     }
 
     fn progress(&mut self, t: f64, location: &Location) -> ControlFlow<()> {
+        if let Some(most) = self.wall_time
+            && self.started.elapsed().as_secs_f64() > most
+        {
+            self.out_of_time = true;
+            return ControlFlow::Break(());
+        }
         (self.control)(Progress {
             time: t,
             mode: location.mode,

@@ -140,7 +140,16 @@ pub struct SolverOptions {
     pub fixed_step: Option<f64>,
     /// Most transitions of a run before it is ended with an error.
     pub max_events: usize,
+    /// Most steps of a run before it is ended with an error. Without it, and without a length of the steps, a run is ended
+    /// that foresees more than [`FORESEEN_STEPS`] in a segment.
+    pub max_steps: Option<usize>,
+    /// Wall time after which a run is ended with an error, s.
+    pub max_wall_time: Option<f64>,
 }
+
+/// A segment that would take more steps than this at its pace makes no progress: at two to ten microseconds each it would take minutes, where
+/// the steps of an ordinary run are counted in thousands.
+pub const FORESEEN_STEPS: f64 = 3e7;
 
 impl Default for SolverOptions {
     fn default() -> Self {
@@ -153,6 +162,8 @@ impl Default for SolverOptions {
             max_step: None,
             fixed_step: None,
             max_events: 100_000,
+            max_steps: None,
+            max_wall_time: None,
         }
     }
 }

@@ -86,7 +86,8 @@ pub(super) fn run(
         Contact::Separated
     };
     let readings = AbsoluteReadings { model: &model };
-    let recording = Recording::new(readings, parameters, output, recorder, control, &state);
+    let mut recording = Recording::new(readings, parameters, output, recorder, control, &state);
+    recording.limit_wall_time(solver.max_wall_time);
     let (kicks, waiting_kicks) = parameters.kicks();
     let watch = if contact == Contact::Stick {
         Watch::Off
@@ -110,8 +111,12 @@ pub(super) fn run(
         counters: Counters::default(),
         counted: 0,
         max_events: solver.max_events,
+        max_steps: solver.max_steps.map(|steps| steps as u64),
     };
-    let result = run.to(output.end_time);
+    let result = match run.to(output.end_time) {
+        Ok(true) => run.recording.in_time(run.time, &run.location()).map(|()| true),
+        other => other,
+    };
     let waiting = run.waiting_kicks.len();
     let end = run.time;
     let mut report = run.recording.into_report();
@@ -146,6 +151,7 @@ struct Run<'a> {
     counters: Counters,
     counted: usize,
     max_events: usize,
+    max_steps: Option<u64>,
 }
 
 impl Run<'_> {
@@ -171,10 +177,17 @@ impl Run<'_> {
             self.end_of_step()?;
             steps += 1;
             let location = self.location();
+            if let Some(budget) = self.max_steps.filter(|&budget| steps > budget) {
+                return Err(RunError::TooManySteps {
+                    time: self.time,
+                    budget,
+                    location: describe(&location),
+                });
+            }
             if self.recording.wants_steps() && self.time < end {
                 self.recording
                     .step(self.time, &location, &self.state)
-                    .map_err(RunError::Observer)?;
+                    .map_err(|error| observed(error, &location))?;
             }
             if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &location).is_break()
             {
@@ -188,7 +201,7 @@ impl Run<'_> {
             let due = self.recording.next_sample_time();
             self.recording
                 .sample(due, &location, &self.state)
-                .map_err(RunError::Observer)?;
+                .map_err(|error| observed(error, &location))?;
         }
         Ok(false)
     }
@@ -255,7 +268,7 @@ impl Run<'_> {
             };
             self.recording
                 .sample(due, &location, &sample)
-                .map_err(RunError::Observer)?;
+                .map_err(|error| observed(error, &location))?;
         }
     }
 
@@ -338,7 +351,7 @@ impl Run<'_> {
         let after = self.location();
         self.recording
             .event(self.time, kind, (&before, &self.state), (&after, &state))
-            .map_err(RunError::Observer)?;
+            .map_err(|error| observed(error, &after))?;
         self.state = state;
         self.counted += usize::from(kind.in_mode_word());
         if self.counted > self.max_events {
@@ -356,9 +369,10 @@ impl Run<'_> {
         let counters = std::mem::take(&mut self.counters);
         let span = (self.segment_start, self.time);
         self.segment_start = self.time;
+        let location = self.location();
         self.recording
-            .end_segment(span, &self.location(), SOLVER, &counters)
-            .map_err(RunError::Observer)
+            .end_segment(span, &location, SOLVER, &counters)
+            .map_err(|error| observed(error, &location))
     }
 
     fn location(&self) -> Location {
@@ -388,13 +402,19 @@ impl Run<'_> {
 
     /// A step that rounding swallows.
     fn stuck(&self) -> RunError {
-        let error: ObserverError = format!(
-            "the paper's procedure stands still at t = {:.12} s: its step of {:.1e} s is below the resolution of the time",
-            self.time, self.counters.last_step
-        )
-        .into();
-        RunError::Observer(error)
+        RunError::Standstill {
+            time: self.time,
+            location: describe(&self.location()),
+            why: format!(
+                "a step of {:.1e} s is below the resolution of the time",
+                self.counters.last_step
+            ),
+        }
     }
+}
+
+fn observed(error: ObserverError, location: &Location) -> RunError {
+    RunError::observed(error, || describe(location))
 }
 
 fn describe(location: &Location) -> String {

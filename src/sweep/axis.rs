@@ -91,7 +91,7 @@ impl Axis {
 }
 
 /// More values on one axis are a slip of the pen.
-const MOST_LEVELS: u64 = 10_000_000;
+const MOST_LEVELS: u64 = 4_000_000;
 
 const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
 

@@ -6,6 +6,7 @@ use super::reading::{Reader, whole_number};
 use super::study::Study;
 use crate::case::document::{Node, Value};
 use crate::case::{Setting, suggest};
+use crate::quote::shown;
 
 /// A condition on one quantity of a run's summary.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +42,8 @@ impl Criterion {
     pub fn parse(text: &str) -> Result<Criterion, String> {
         let Some((sign, comparison)) = COMPARISONS.into_iter().find(|(sign, _)| text.contains(sign)) else {
             return Err(format!(
-                "expected a quantity, one of >= > <= <, and a number, as in \"stick_count >= 2\", but got \"{text}\""
+                "expected a quantity, one of >= > <= <, and a number, as in \"stick_count >= 2\", but got \"{text}\"",
+                text = shown(text)
             ));
         };
         let (name, number) = text.split_once(sign).unwrap_or((text, ""));
@@ -49,10 +51,14 @@ impl Criterion {
         let Some(quantity) = quantity_index(name) else {
             let names = QUANTITIES.iter().map(|quantity| quantity.name);
             return Err(match suggest(name, names.clone()) {
-                Some(close) => format!("a run has no quantity \"{name}\"; did you mean {close}?"),
+                Some(close) => format!(
+                    "a run has no quantity \"{name}\"; did you mean {close}?",
+                    name = shown(name)
+                ),
                 None => format!(
                     "a run has no quantity \"{name}\"; there are {}",
-                    names.collect::<Vec<_>>().join(", ")
+                    names.collect::<Vec<_>>().join(", "),
+                    name = shown(name)
                 ),
             });
         };
@@ -63,7 +69,8 @@ impl Criterion {
                 threshold,
             }),
             _ => Err(format!(
-                "\"{number}\" is not a number; times are in s, as in \"onset_time > 6.975\""
+                "\"{number}\" is not a number; times are in s, as in \"onset_time > 6.975\"",
+                number = shown(number)
             )),
         }
     }
@@ -158,7 +165,10 @@ pub(super) fn read_boundary(reader: &mut Reader, node: &Node, axes: &[Axis]) -> 
                     reader.report(
                         given,
                         &path,
-                        format!("\"{key}\" is not the key of an axis given by from, to and count"),
+                        format!(
+                            "\"{key}\" is not the key of an axis given by from, to and count",
+                            key = shown(&key)
+                        ),
                     );
                 }
                 found

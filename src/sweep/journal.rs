@@ -7,6 +7,7 @@
 use super::quantities::Outcome;
 use super::record::{FRAME, checked, decode, encode};
 use crate::results::ResultError;
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -15,9 +16,6 @@ const MAGIC: &[u8; 8] = b"SSJRNL1\n";
 
 /// A longer record is damage: a run of 100,000 events takes 3 MB.
 const LONGEST_RECORD: u32 = 1 << 30;
-
-/// Marks a point of which there is no record.
-const NOWHERE: u64 = u64::MAX;
 
 /// `map.h5` has its journal in `map.journal`, next to it.
 pub fn journal_path(path: &Path) -> PathBuf {
@@ -88,9 +86,8 @@ pub struct Journal {
     file: File,
     /// Where the next record goes.
     end: u64,
-    /// Where the record of each point is.
-    offsets: Vec<u64>,
-    points: u64,
+    /// Where the record of each point is: by what is there, as a number may be any.
+    offsets: BTreeMap<u64, u64>,
     /// The bytes of a group under way.
     buffer: Vec<u8>,
 }
@@ -118,8 +115,7 @@ impl Journal {
         let mut journal = Journal {
             path: path.to_owned(),
             end: 0,
-            offsets: Vec::new(),
-            points: 0,
+            offsets: BTreeMap::new(),
             buffer: Vec::new(),
             file: file.try_clone().map_err(|error| failed("opening the journal", error))?,
         };
@@ -143,8 +139,8 @@ impl Journal {
             _ if own && found == header => {
                 journal.end = header.len() as u64;
                 journal.scan(length)?;
-                if existing == Existing::Refuse && journal.points > 0 {
-                    let (path, points) = (path.to_owned(), journal.points);
+                if existing == Existing::Refuse && journal.points() > 0 {
+                    let (path, points) = (path.to_owned(), journal.points());
                     return Err(JournalError::Unfinished { path, points });
                 }
                 let end = journal.end;
@@ -167,7 +163,7 @@ impl Journal {
 
     /// How many points it holds.
     pub fn points(&self) -> u64 {
-        self.points
+        self.offsets.len() as u64
     }
 
     /// Where it is.
@@ -238,7 +234,8 @@ impl Journal {
     pub fn absorb(&mut self, other: &mut Journal) -> Result<(), JournalError> {
         const GROUP: usize = 256;
         let mut group = Vec::new();
-        for number in 0..other.offsets.len() as u64 {
+        let numbers: Vec<u64> = other.offsets.keys().copied().collect();
+        for number in numbers {
             if !self.holds(number)
                 && let Some(outcome) = other.read(number)?
             {
@@ -309,19 +306,11 @@ impl Journal {
     }
 
     fn offset(&self, number: u64) -> Option<u64> {
-        let offset = *self.offsets.get(usize::try_from(number).ok()?)?;
-        (offset != NOWHERE).then_some(offset)
+        self.offsets.get(&number).copied()
     }
 
     fn note(&mut self, number: u64, offset: u64) {
-        let Ok(index) = usize::try_from(number) else {
-            return;
-        };
-        if index >= self.offsets.len() {
-            self.offsets.resize(index + 1, NOWHERE);
-        }
-        self.points += u64::from(self.offsets[index] == NOWHERE);
-        self.offsets[index] = offset;
+        self.offsets.insert(number, offset);
     }
 }
 

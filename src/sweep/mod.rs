@@ -44,4 +44,4 @@ pub use sampling::SampleMethod;
 pub use shard::Shard;
 pub use source::{BuiltInStudy, STUDIES, StudySource};
 pub use study::{Design, Keep, Point, STUDY_RTOL, Study};
-pub(crate) use study::{read_base, read_settings};
+pub(crate) use study::{read_base, read_settings, relabelled};

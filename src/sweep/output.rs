@@ -162,6 +162,14 @@ pub fn sweep_with(
     let part = options.shard.map(|shard| Part::of(study, shard)).transpose()?;
     check_target(path, options.overwrite, &study.files)?;
     let journal_file = journal_path(path);
+    if journal_file == path {
+        let what = "the outcomes of its points";
+        return Err(ResultError::Reserved {
+            path: path.to_owned(),
+            what,
+        }
+        .into());
+    }
     if study.files.contains(&journal_file) {
         return Err(ResultError::IsInput { path: journal_file }.into());
     }

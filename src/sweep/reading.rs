@@ -2,6 +2,7 @@
 
 use crate::case::document::{Node, Value};
 use crate::case::{CaseError, Problem, schema, suggest};
+use crate::quote::shown;
 
 /// Collects what is wrong with a study.
 pub(crate) struct Reader {
@@ -64,11 +65,13 @@ impl Reader {
         match suggest(path, known) {
             Some(close) => format!(
                 "a case has no key \"{path}\"; did you mean {}?",
-                close.replace("[]", ".0")
+                close.replace("[]", ".0"),
+                path = shown(path)
             ),
             None => format!(
                 "a case has no key \"{path}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
-                 perturbation.0.relative_velocity"
+                 perturbation.0.relative_velocity",
+                path = shown(path)
             ),
         }
     }

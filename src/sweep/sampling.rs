@@ -3,6 +3,7 @@
 use super::axis::{Axis, one_for_all};
 use crate::case::document::Value;
 use crate::case::{Setting, key_of};
+use crate::quote::quoted;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::path::Path;
@@ -20,6 +21,17 @@ pub enum SampleMethod {
 pub(super) const MOST_SOBOL_POINTS: u64 = 1 << 16;
 /// See [`MOST_SOBOL_POINTS`].
 pub(super) const MOST_SOBOL_AXES: usize = 256;
+
+/// Memory that the points of a sample or a table may take, bytes.
+const MEMORY: u64 = 512 << 20;
+
+/// How many points with so many axes may be drawn, if it is less than `count`.
+pub(super) fn too_many(axes: usize, count: u64) -> Option<u64> {
+    // A row of settings and, while a sample is drawn, one of shares, each an allocation of its own.
+    let row = 96 + axes as u64 * (size_of::<Setting>() + size_of::<f64>()) as u64;
+    let most = MEMORY / row;
+    (count > most).then_some(most)
+}
 
 /// A sample of the axes: `count` rows with one value for each axis, the same for the same seed everywhere.
 pub(super) fn draw(axes: &[Axis], method: SampleMethod, count: usize, seed: u32) -> Vec<Vec<Setting>> {
@@ -70,14 +82,20 @@ fn unit(random: &mut impl Rng) -> f64 {
 /// A text that says what is wrong with the file, and in which line.
 pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), String> {
     let file = path.display();
+    let unreadable = |error: &std::io::Error| {
+        let what = crate::case::words(error).replace("TOML", "CSV");
+        format!("{file}: the table of points cannot be read: {what}")
+    };
+    if path.exists() && !path.is_file() && !path.is_dir() {
+        return Err(format!(
+            "{file}: no table of points, but a device or a pipe; name a CSV file"
+        ));
+    }
+    let opened = std::fs::File::open(path).map_err(|error| unreadable(&error))?;
     let mut table = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_path(path)
-        .map_err(|error| match error.kind() {
-            csv::ErrorKind::Io(io) => format!("{file}: the table of points cannot be read: {}", crate::case::words(io)),
-            _ => format!("{file}: the table of points cannot be read: {error}"),
-        })?;
+        .from_reader(crate::input::Lines::new(opened));
     let bad = |error: csv::Error| match error.kind() {
         csv::ErrorKind::UnequalLengths {
             pos, expected_len, len, ..
@@ -85,15 +103,28 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
             "{file}:{}: {len} values for {expected_len} keys; give each row one value for each key",
             pos.as_ref().map_or(0, csv::Position::line)
         ),
+        csv::ErrorKind::Io(io) => unreadable(io),
+        csv::ErrorKind::Utf8 { pos, .. } => format!(
+            "{file}:{}: not UTF-8; save the file as UTF-8",
+            pos.as_ref().map_or(0, csv::Position::line)
+        ),
         _ => format!("{file}: not a table of points (CSV): {error}"),
     };
     let mut axes = Vec::new();
     let mut keys = Vec::new();
-    for name in table.headers().map_err(bad)? {
+    for (column, name) in table.headers().map_err(bad)?.iter().enumerate() {
         let name = name.trim_start_matches('\u{feff}').replace('[', ".").replace(']', "");
         let Some(key) = key_of(&name) else {
+            // What is neither a slip of the pen nor a word is not quoted: the file may be no table of points, and what it
+            // says none of our business.
+            let known = crate::case::schema::keys().iter().map(|key| key.path);
+            let what = match crate::case::suggest(&name, known) {
+                Some(close) => format!("a case has no key {} (did you mean {close}?)", quoted(&name)),
+                None if is_word(&name) => format!("a case has no key {}", quoted(&name)),
+                None => format!("column {} is not named after a key of a case", column + 1),
+            };
             return Err(format!(
-                "{file}:1: a case has no key \"{name}\"; the first line names the keys, such as friction.decay,torsion.damping"
+                "{file}:1: {what}; the first line names the keys, such as friction.decay,torsion.damping"
             ));
         };
         if axes.iter().any(|axis: &Axis| axis.keys[0] == name) {
@@ -105,6 +136,11 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
     let mut rows = Vec::new();
     for record in table.records() {
         let record = record.map_err(bad)?;
+        if let Some(most) = too_many(axes.len(), rows.len() as u64 + 1) {
+            return Err(format!(
+                "{file}: more than {most} points, which is what memory is given for; split the table in several studies"
+            ));
+        }
         let line = record.position().map_or(0, csv::Position::line);
         let row: Result<Vec<Setting>, String> = record
             .iter()
@@ -122,6 +158,12 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
         ));
     }
     Ok((axes, rows))
+}
+
+/// Whether it could be the name of a column, and hardly anything that is to be kept secret: a few letters.
+fn is_word(name: &str) -> bool {
+    const LONGEST: usize = 24;
+    name.len() <= LONGEST && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c == '.')
 }
 
 fn cell_value(cell: &str) -> Value {

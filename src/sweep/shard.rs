@@ -2,6 +2,7 @@
 
 use super::output::SweepError;
 use super::study::{Design, Study};
+use crate::quote::shown;
 use crate::results::Partition;
 use std::fmt;
 
@@ -34,10 +35,15 @@ impl Shard {
             .split_once('/')
             .and_then(|(index, count)| Some((index.trim().parse().ok()?, count.trim().parse().ok()?)));
         match pair {
-            Some((index, count)) => Shard::new(index, count)
-                .ok_or_else(|| format!("\"{text}\" is no shard: K/N with K from 1 to N, N at most {MOST_SHARDS}")),
+            Some((index, count)) => Shard::new(index, count).ok_or_else(|| {
+                format!(
+                    "\"{text}\" is no shard: K/N with K from 1 to N, N at most {MOST_SHARDS}",
+                    text = shown(text)
+                )
+            }),
             None => Err(format!(
-                "\"{text}\" is no shard: write K/N, such as 3/8 for the third of eight, or slurm in the task of a job array"
+                "\"{text}\" is no shard: write K/N, such as 3/8 for the third of eight, or slurm in the task of a job array",
+                text = shown(text)
             )),
         }
     }
@@ -49,7 +55,8 @@ impl Shard {
                 Some(text) => match text.trim().parse() {
                     Ok(number) => Ok(Some(number)),
                     Err(_) => Err(format!(
-                        "slurm: {name} is \"{text}\", not a whole number; give the shard as K/N"
+                        "slurm: {name} is \"{text}\", not a whole number; give the shard as K/N",
+                        text = shown(&text)
                     )),
                 },
             }

@@ -1,6 +1,7 @@
 //! The text of a study and where it is from.
 
-use crate::case::{CaseError, suggest, words};
+use crate::case::{CaseError, suggest, toml_text};
+use crate::quote::shown;
 use std::path::{Path, PathBuf};
 
 /// A study that comes with the program: the files of `data/studies`.
@@ -32,11 +33,7 @@ impl StudySource {
     /// # Errors
     /// If the file cannot be read, or is not UTF-8 text.
     pub fn file(path: &Path) -> Result<StudySource, CaseError> {
-        let label = path.display().to_string();
-        let bytes = std::fs::read(path)
-            .map_err(|error| CaseError::one(&label, "", format!("the study file cannot be read: {}", words(&error))))?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| CaseError::one(&label, "", "not a study file: expected TOML, which is UTF-8 text"))?;
+        let text = toml_text(path, "study")?;
         let name = path
             .file_stem()
             .map_or_else(|| "study".into(), |stem| stem.to_string_lossy());
@@ -71,7 +68,8 @@ impl StudySource {
                 let message = format!(
                     "there is no built-in study \"{name}\"{hint}; there {} {}, and any TOML file by its path",
                     if names.len() == 1 { "is" } else { "are" },
-                    names.join(", ")
+                    names.join(", "),
+                    name = shown(name)
                 );
                 Err(CaseError::one("", "", message))
             }

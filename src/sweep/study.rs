@@ -66,6 +66,9 @@ pub struct Point {
 /// More points than this are a slip of the pen: years of computing.
 const MOST_POINTS: u64 = 1_000_000_000;
 
+/// And so are more values on all axes together: of two axes, no grid has as many points.
+const MOST_LEVELS: usize = 4_000_000;
+
 const STUDY_KEYS: &[&str] = &["title", "case", "set", "axis", "sample", "points", "keep", "boundary"];
 
 /// So many points, evenly spread, are built before the first run: if none is valid, the study is at fault.
@@ -90,13 +93,20 @@ impl Study {
         }
         settings.extend(overrides.iter().cloned());
         let sampled = root.at("sample").is_some();
-        let mut axes = Vec::new();
+        let (mut axes, mut levels) = (Vec::new(), 0);
         match root.at("axis").map(|node| (node, &node.value)) {
             None => {}
             Some((_, Value::Array(elements))) => {
                 for (index, element) in elements.iter().enumerate() {
                     let axis = axis::read(&mut reader, element, &format!("axis.{index}"), sampled);
                     if let Some(axis) = axis {
+                        levels += axis.levels.len();
+                        if levels > MOST_LEVELS {
+                            let message =
+                                format!("the axes have more than {MOST_LEVELS} values in all; give them fewer");
+                            reader.report(element, &format!("axis.{index}"), message);
+                            break;
+                        }
                         check_keys_once(&mut reader, element, &format!("axis.{index}"), &axes, &axis);
                         axes.push(axis);
                     }
@@ -250,7 +260,12 @@ impl Study {
         add("stickslip sweep 1");
         add(env!("CARGO_PKG_VERSION"));
         add(&self.base.text);
-        add(&format!("{:?}", self.settings));
+        // How long a run may take is no part of what it computes: a study is resumed with another budget.
+        let settings = self
+            .settings
+            .iter()
+            .filter(|setting| setting.key() != "solver.max_wall_time");
+        add(&format!("{:?}", settings.collect::<Vec<_>>()));
         add(&format!("{STUDY_RTOL}"));
         for axis in &self.axes {
             add(&format!("{:?} {:?} {:?}", axis.keys, axis.range, axis.levels));
@@ -270,7 +285,7 @@ impl Study {
                 return self
                     .case_at(&corner)
                     .map(drop)
-                    .map_err(|error| relabelled(error, &label));
+                    .map_err(|error| relabelled(error, &self.settings, &label));
             }
             _ => self
                 .point_count()
@@ -289,7 +304,7 @@ impl Study {
                 Err(error) => first = first.or(Some(error)),
             }
         }
-        first.map_or(Ok(()), |error| Err(relabelled(error, &label)))
+        first.map_or(Ok(()), |error| Err(relabelled(error, &self.settings, &label)))
     }
 }
 
@@ -315,16 +330,26 @@ fn gives_tolerance(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> b
         || document::read(&base.text, "").is_ok_and(|root| root.at(KEY).is_some())
 }
 
-/// The problems of a point, in the words of the study.
-fn relabelled(error: CaseError, label: &str) -> CaseError {
-    let problems = error.problems.into_iter().map(|problem| Problem {
-        place: if problem.place.starts_with("--set ") {
-            label.to_owned()
-        } else {
-            problem.place
-        },
-        message: format!("no point of the study is a valid case: {}", problem.message),
-        ..problem
+/// The problems of a point, in the words of the study: at the line of `[set]` that has the value, if one has.
+pub(crate) fn relabelled(error: CaseError, settings: &[Override], label: &str) -> CaseError {
+    let problems = error.problems.into_iter().map(|problem| {
+        let message = format!("no point of the study is a valid case: {}", problem.message);
+        let Some(set) = problem.place.strip_prefix("--set ") else {
+            return Problem { message, ..problem };
+        };
+        let written = settings.iter().rev().find(|setting| setting.key() == set);
+        match written.and_then(Override::origin) {
+            Some(origin) => Problem {
+                place: origin.to_owned(),
+                key: format!("set.{}", problem.key),
+                message,
+            },
+            None => Problem {
+                place: label.to_owned(),
+                message,
+                ..problem
+            },
+        }
     });
     CaseError {
         problems: problems.collect(),
@@ -383,7 +408,7 @@ pub(crate) fn read_settings(reader: &mut Reader, node: &Node, path: &str, settin
                 let hint = reader.unknown_case_key(path);
                 reader.report(node, &format!("set.{path}"), hint);
             }
-            settings.push(Override::of_node(path, node));
+            settings.push(Override::of_node(path, node, &reader.label));
         }
     }
 }
@@ -492,6 +517,14 @@ fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Ve
         None => Some(0),
     };
     let (method, count, seed) = (method?, count?, seed?);
+    if let Some(most) = sampling::too_many(axes.len(), count) {
+        let message = format!(
+            "{count} points of {} axes are more than the {most} that memory is given for; draw fewer, or split the study",
+            axes.len()
+        );
+        reader.report(node.at("count").unwrap_or(node), "sample.count", message);
+        return None;
+    }
     if method == SampleMethod::Sobol && axes.len() > MOST_SOBOL_AXES {
         let message = format!(
             "{} axes are more than the {MOST_SOBOL_AXES} of a Sobol sequence; use latin-hypercube",

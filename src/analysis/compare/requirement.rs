@@ -2,6 +2,7 @@
 
 use super::statistics::STATISTICS;
 use super::{ChannelErrors, Comparison};
+use crate::quote::shown;
 
 /// A bound on one number of a comparison.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,14 +42,20 @@ impl Requirement {
             return Err(format!(
                 "--require {text}: unknown metric \"{metric}\"; there are {}, {}",
                 METRICS.join(", "),
-                STATISTICS.map(|s| s.0).join(", ")
+                STATISTICS.map(|s| s.0).join(", "),
+                metric = shown(metric)
             ));
         }
         let bound = bound
             .parse::<f64>()
             .ok()
             .filter(|bound| bound.is_finite())
-            .ok_or_else(|| format!("--require {text}: \"{bound}\" is not a number; write one, such as onset<1e-6"))?;
+            .ok_or_else(|| {
+                format!(
+                    "--require {text}: \"{bound}\" is not a number; write one, such as onset<1e-6",
+                    bound = shown(bound)
+                )
+            })?;
         Ok(Requirement {
             text: text.to_owned(),
             metric: metric.to_owned(),

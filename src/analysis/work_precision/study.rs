@@ -1,7 +1,8 @@
 //! The study file: TOML, with the same care for places and remedies as a case.
 
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseSource, Override, Problem, builtin, number_of, suggest};
+use crate::case::{Case, CaseError, CaseSource, Override, Problem, builtin, number_of, suggest, toml_text};
+use crate::quote::shown;
 use crate::simulation::Method;
 use std::path::{Path, PathBuf};
 
@@ -83,7 +84,7 @@ impl Study {
     pub fn find(name: &str) -> Result<Study, CaseError> {
         let path = Path::new(name);
         if path.exists() || name.contains(std::path::MAIN_SEPARATOR) || path.extension().is_some() {
-            let CaseSource { text, .. } = CaseSource::file(path)?;
+            let text = toml_text(path, "study")?;
             let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             let folder = path.parent().unwrap_or(Path::new(""));
             let mut study = Study::parse(&text, name, &stem, folder)?;
@@ -94,7 +95,8 @@ impl Study {
             let names: Vec<&str> = STUDIES.iter().map(|study| study.name).collect();
             let message = format!(
                 "there is no built-in study \"{name}\"; there are {}, and any TOML file by its path",
-                names.join(", ")
+                names.join(", "),
+                name = shown(name)
             );
             return Err(CaseError::one("", "", message));
         };
@@ -313,7 +315,8 @@ impl Reader<'_> {
             let message = format!(
                 "there is no method \"{name}\"{}; there are {}",
                 hint.unwrap_or_default(),
-                names.join(", ")
+                names.join(", "),
+                name = shown(name)
             );
             CaseError::one(node.place.show(self.label), key, message)
         })

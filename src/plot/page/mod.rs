@@ -63,6 +63,7 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
             interrupted: *file.status() == Status::Interrupted,
         });
     }
+    file.check_times()?;
     let run = json(&Document::of(file)?)?;
     let script = SCRIPTS.concat();
     let fixed = TEMPLATE.len() + STYLE.len() + script.len() + run.len() + file.title().len() * 6 + MARGIN;

@@ -1,7 +1,10 @@
 //! Columns of CSV files.
 
 use super::super::CompareError;
+use super::source::Source;
 use super::table::{BLOCK, Pass, Table};
+use crate::input::Lines;
+use crate::quote::shown;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -14,7 +17,7 @@ const PREAMBLE: usize = 1000;
 /// which the last one before the numbers may be the header.
 #[derive(Debug)]
 pub struct CsvTable {
-    path: PathBuf,
+    source: Source,
     separator: u8,
     headers: Vec<Header>,
     /// The first line is data; without a comment that names them, the columns are called #1, #2, ...
@@ -32,9 +35,9 @@ impl CsvTable {
     ///
     /// # Errors
     /// No such file, an empty one, or one that is no text.
-    pub fn open(path: &Path) -> Result<CsvTable, CompareError> {
-        let file = File::open(path).map_err(|error| CompareError::io(path, &error))?;
-        let mut lines = BufReader::new(file).split(b'\n').take(PREAMBLE);
+    pub(super) fn open(source: Source) -> Result<CsvTable, CompareError> {
+        let path = source.path();
+        let mut lines = BufReader::new(Lines::new(source.file()?)).split(b'\n').take(PREAMBLE);
         let mut comment = String::new();
         let header = loop {
             match lines.next() {
@@ -67,12 +70,6 @@ impl CsvTable {
             .into_iter()
             .find(|&s| header.as_bytes().contains(&s))
             .unwrap_or(b',');
-        let mut table = CsvTable {
-            path: path.to_owned(),
-            separator,
-            headers: Vec::new(),
-            bare: false,
-        };
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
             .delimiter(separator)
@@ -87,8 +84,8 @@ impl CsvTable {
             .iter()
             .map(|f| String::from_utf8_lossy(f).trim().to_owned())
             .collect();
-        table.bare = fields.iter().all(|field| field.parse::<f64>().is_ok());
-        table.headers = if !table.bare {
+        let bare = fields.iter().all(|field| field.parse::<f64>().is_ok());
+        let headers = if !bare {
             fields.iter().map(|field| Header::parse(field)).collect()
         } else if let Some(headers) = headers_in(&comment, fields.len()) {
             headers
@@ -100,7 +97,12 @@ impl CsvTable {
                 })
                 .collect()
         };
-        Ok(table)
+        Ok(CsvTable {
+            source,
+            separator,
+            headers,
+            bare,
+        })
     }
 
     fn position(&self, name: &str) -> Option<usize> {
@@ -108,8 +110,8 @@ impl CsvTable {
         exact.or_else(|| self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name)))
     }
 
-    fn reader(&self) -> Result<csv::Reader<File>, CompareError> {
-        let file = File::open(&self.path).map_err(|error| CompareError::io(&self.path, &error))?;
+    fn reader(&self) -> Result<csv::Reader<Lines<File>>, CompareError> {
+        let file = Lines::new(self.source.file()?);
         let mut reader = ReaderBuilder::new()
             .has_headers(!self.bare)
             .delimiter(self.separator)
@@ -126,14 +128,23 @@ impl CsvTable {
 
     fn failed(&self, error: &csv::Error) -> CompareError {
         let place = error.position().map_or(String::new(), |p| format!("line {}", p.line()));
-        CompareError::content(&self.path, place, error.to_string(), "correct the file")
+        CompareError::content(self.source.path(), place, error.to_string(), "correct the file")
     }
 
     fn positions(&self, columns: &[String]) -> Result<Vec<usize>, CompareError> {
         let position = |name: &String| {
             self.position(name).ok_or_else(|| {
-                let what = format!("has no column \"{name}\"; its columns are {}", self.names().join(", "));
-                CompareError::content(&self.path, "", what, "name the column with --column or in a mapping")
+                let what = format!(
+                    "has no column \"{name}\"; its columns are {}",
+                    super::listed(&self.names()),
+                    name = shown(name)
+                );
+                CompareError::content(
+                    self.source.path(),
+                    "",
+                    what,
+                    "name the column with --column or in a mapping",
+                )
             })
         };
         columns.iter().map(position).collect()
@@ -163,7 +174,7 @@ impl Header {
 
 impl Table for CsvTable {
     fn path(&self) -> &Path {
-        &self.path
+        self.source.path()
     }
 
     fn names(&self) -> Vec<String> {
@@ -180,7 +191,7 @@ impl Table for CsvTable {
 
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
         Ok(Box::new(CsvPass {
-            path: self.path.clone(),
+            path: self.source.path().to_owned(),
             positions: self.positions(columns)?,
             names: columns.to_vec(),
             fields: self.headers.len(),
@@ -237,7 +248,7 @@ struct CsvPass {
     names: Vec<String>,
     fields: usize,
     separator: u8,
-    reader: csv::Reader<File>,
+    reader: csv::Reader<Lines<File>>,
     record: ByteRecord,
 }
 
@@ -279,8 +290,8 @@ impl Pass for CsvPass {
                 let Some(value) = value else {
                     let what = format!(
                         "column {}: \"{}\" is no number",
-                        self.names[k],
-                        String::from_utf8_lossy(field)
+                        shown(&self.names[k]),
+                        shown(&String::from_utf8_lossy(field))
                     );
                     return Err(self.fault(line, what, "write numbers as 1.5e-3, with a decimal point"));
                 };

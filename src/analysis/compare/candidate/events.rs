@@ -6,6 +6,7 @@ use super::csv::CsvTable;
 use super::hdf5::ForeignTable;
 use super::mapping::{Mapping, known_kind};
 use super::npz::NpzTable;
+use super::source::Source;
 use super::table::Table;
 use super::unit_factor;
 use crate::case::quantity::Dimension;
@@ -74,15 +75,17 @@ pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<
 }
 
 fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
-    let mut start = [0; 4];
-    let mut file = std::fs::File::open(path).map_err(|error| CompareError::io(path, &error))?;
-    let length = std::io::Read::read(&mut file, &mut start).map_err(|error| CompareError::io(path, &error))?;
-    Ok(match &start[..length] {
-        b"\x89HDF" => Box::new(ForeignTable {
-            file: ForeignFile::open(path)?,
-        }),
-        [b'P', b'K', ..] => Box::new(NpzTable::open(path)?),
-        _ => Box::new(CsvTable::open(path)?),
+    let source = Source::open(path)?;
+    let start = source.head()?;
+    if start.starts_with(b"\x89HDF") {
+        super::refuse_pipe(&source)?;
+        let file = ForeignFile::open(path)?;
+        return Ok(Box::new(ForeignTable { file }));
+    }
+    Ok(if start.starts_with(b"PK") {
+        Box::new(NpzTable::open(&source)?)
+    } else {
+        Box::new(CsvTable::open(source)?)
     })
 }
 

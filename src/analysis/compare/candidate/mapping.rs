@@ -3,6 +3,7 @@
 use super::super::{Channel, CompareError};
 use crate::case::quantity::{self, Dimension};
 use crate::case::suggest;
+use crate::quote::shown;
 use crate::simulation::EventKind;
 use std::path::{Path, PathBuf};
 use toml_edit::{Document, Item, TableLike};
@@ -67,7 +68,12 @@ impl Mapping {
     /// # Errors
     /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
     pub fn file(path: &Path) -> Result<Mapping, CompareError> {
-        let text = std::fs::read_to_string(path).map_err(|error| CompareError::io(path, &error))?;
+        let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
+        let text = text.map_err(|line| {
+            let what = "not a mapping: expected TOML, which is UTF-8 text";
+            let place = line.map_or_else(String::new, |line| format!("line {line}"));
+            CompareError::content(path, place, what, "save the file as UTF-8")
+        })?;
         let document = Document::parse(text.as_str()).map_err(|error| {
             let line = error.span().map_or(1, |span| line_of(&text, span.start));
             let what = format!("not TOML: {}", error.message().trim());
@@ -267,14 +273,22 @@ pub(super) fn known_kind(name: &str) -> Result<EventKind, String> {
     kind.ok_or_else(|| {
         format!(
             "unknown kind of event \"{name}\"; there are {}",
-            EventKind::ALL.map(EventKind::name).join(", ")
+            EventKind::ALL.map(EventKind::name).join(", "),
+            name = shown(name)
         )
     })
 }
 
 fn unknown(place: &str, name: &str, known: &[&str]) -> String {
     match suggest(name, known.iter().copied()) {
-        Some(close) => format!("{place}: unknown name \"{name}\"; did you mean {close}?"),
-        None => format!("{place}: unknown name \"{name}\"; there are {}", known.join(", ")),
+        Some(close) => format!(
+            "{place}: unknown name \"{name}\"; did you mean {close}?",
+            name = shown(name)
+        ),
+        None => format!(
+            "{place}: unknown name \"{name}\"; there are {}",
+            known.join(", "),
+            name = shown(name)
+        ),
     }
 }

@@ -6,6 +6,7 @@ mod hdf5;
 mod mapping;
 mod npz;
 mod rows;
+mod source;
 mod table;
 
 pub use mapping::{Column, Mapping};
@@ -16,12 +17,13 @@ use super::reference::Physics;
 use super::{Channel, CompareError, Found};
 use crate::case::quantity::Dimension;
 use crate::case::{Case, CaseSource};
+use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile};
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
 use npz::NpzTable;
 use rows::Supply;
-use std::io::Read;
+use source::Source;
 use std::path::{Path, PathBuf};
 
 /// Names of the column of times where nothing else is said.
@@ -49,13 +51,10 @@ impl Candidate {
     /// If it is of no known format, damaged, lacks a time column, has neither events nor a relative velocity, or if
     /// the mapping names what it does not have.
     pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
-        if path.is_dir() {
-            return Err(CompareError::content(path, "", "this is a folder", "name a file in it"));
-        }
-        let mut start = [0; 8];
-        let mut file = std::fs::File::open(path).map_err(|error| CompareError::io(path, &error))?;
-        let length = file.read(&mut start).map_err(|error| CompareError::io(path, &error))?;
-        if start[..length].starts_with(b"\x89HDF") {
+        let source = Source::open(path)?;
+        let start = source.head()?;
+        if start.starts_with(b"\x89HDF") {
+            refuse_pipe(&source)?;
             return match ResultFile::open(path) {
                 Ok(file) => Candidate::own(path, file, physics),
                 Err(ResultError::NotAResult { .. }) => {
@@ -65,13 +64,13 @@ impl Candidate {
                 Err(error) => Err(error.into()),
             };
         }
-        if start[..length].starts_with(b"PK") {
-            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(path)?), mapping);
+        if start.starts_with(b"PK") {
+            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping);
         }
         let named_hdf5 = path
             .extension()
             .is_some_and(|e| ["h5", "hdf5", "nc"].iter().any(|known| e == *known));
-        if named_hdf5 || start[..length].contains(&0) {
+        if named_hdf5 || start.contains(&0) {
             let remedy = "it was cut off or is of another format: give HDF5, NPZ or CSV";
             return Err(CompareError::content(
                 path,
@@ -80,7 +79,7 @@ impl Candidate {
                 remedy,
             ));
         }
-        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(path)?), mapping)
+        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(source)?), mapping)
     }
 
     /// One of this program's results.
@@ -268,6 +267,20 @@ impl Candidate {
     }
 }
 
+/// HDF5 reads here and there in a file.
+fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
+    if source.is_piped() {
+        let remedy = "save it in a file, and name that";
+        return Err(CompareError::content(
+            source.path(),
+            "",
+            "HDF5 came through a pipe",
+            remedy,
+        ));
+    }
+    Ok(())
+}
+
 /// The case kept in a result file.
 pub(super) fn case_of(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
     Case::parse(&CaseSource::result(path, file.resolved()?), &[]).map_err(|source| CompareError::Case {
@@ -290,7 +303,12 @@ fn unit_factor(
         None => Ok(1.0),
         Some(unit) => mapping::factor(&unit, dimension).map_err(|what| {
             let remedy = "say its unit in a mapping, or as --column CHANNEL=COLUMN:UNIT";
-            CompareError::content(table.path(), name, format!("its unit \"{unit}\": {what}"), remedy)
+            CompareError::content(
+                table.path(),
+                name,
+                format!("its unit \"{unit}\": {what}", unit = shown(&unit)),
+                remedy,
+            )
         }),
     }
 }
@@ -301,7 +319,7 @@ fn absent(table: &dyn Table, name: &str) -> CompareError {
         Some(close) => format!("did you mean {close}?"),
         None => format!("there are {}", listed(&names)),
     };
-    let what = format!("has no column \"{name}\"; {hint}");
+    let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
     CompareError::content(table.path(), "", what, "correct the mapping or the option --column")
 }
 
@@ -311,5 +329,13 @@ fn listed(names: &[String]) -> String {
     }
     const MOST: usize = 20;
     let more = if names.len() > MOST { ", ..." } else { "" };
-    format!("{}{more}", names[..names.len().min(MOST)].join(", "))
+    format!(
+        "{}{more}",
+        names
+            .iter()
+            .take(MOST)
+            .map(|name| shown(name))
+            .collect::<Vec<_>>()
+            .join(", ")
+    )
 }

@@ -1,11 +1,22 @@
 //! Columns of NumPy's NPZ archives (and single NPY arrays).
 
 use super::super::CompareError;
+use super::source::Source;
 use super::table::{BLOCK, Pass, Slice, Table};
+use crate::quote::shown;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+
+/// The header of an array is no longer, bytes.
+const LONGEST_HEADER: u64 = 1 << 20;
+
+/// Compressed members are unpacked into a temporary file, up to so many bytes in all.
+const MOST_UNPACKED: u64 = 4 << 30;
+
+/// Bytes of a wide array that are read at once, at least a row.
+const MOST_READ: usize = 4 << 20;
 
 /// An NPZ archive. Members that are stored as they are (`numpy.savez`) are read in place; compressed ones are unpacked
 /// into a temporary file.
@@ -39,42 +50,67 @@ impl NpzTable {
     ///
     /// # Errors
     /// No such file, no zip archive, a damaged one, or none with arrays of numbers.
-    pub fn open(path: &Path) -> Result<NpzTable, CompareError> {
-        let open = || File::open(path).map_err(|error| CompareError::io(path, &error));
+    pub(super) fn open(source: &Source) -> Result<NpzTable, CompareError> {
+        let path = source.path();
+        let open = || source.file();
         let damaged = |what: String| CompareError::content(path, "", what, "write it again with numpy.savez");
         let mut archive = zip::ZipArchive::new(open()?).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
         let mut table = NpzTable {
             path: path.to_owned(),
             arrays: Vec::new(),
         };
+        let mut unpacked = MOST_UNPACKED;
         for index in 0..archive.len() {
-            let mut member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
+            let member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
             let name = member.name().map_err(|error| damaged(error.to_string()))?.into_owned();
             let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
                 continue;
             };
             let stored = member.compression() == zip::CompressionMethod::Stored;
             let mut file;
+            let length;
             if stored {
                 file = open()?;
                 let start = member
                     .data_start()
                     .ok_or_else(|| damaged(format!("{name} has no data")))?;
+                let whole = file.metadata().map_err(|error| CompareError::io(path, &error))?.len();
+                length = member.size().min(whole.saturating_sub(start));
                 file.seek(SeekFrom::Start(start))
                     .map_err(|error| CompareError::io(path, &error))?;
             } else {
                 file = tempfile::tempfile().map_err(|error| CompareError::io(&std::env::temp_dir(), &error))?;
-                std::io::copy(&mut member, &mut file).map_err(|error| damaged(format!("{name}: {error}")))?;
+                length = std::io::copy(&mut member.take(unpacked + 1), &mut file)
+                    .map_err(|error| damaged(format!("{}: {error}", shown(&name))))?;
+                unpacked = unpacked.checked_sub(length).ok_or_else(|| {
+                    let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
+                    let remedy = "write it with numpy.savez, which does not compress";
+                    CompareError::content(path, "", what, remedy)
+                })?;
                 file.rewind().map_err(|error| CompareError::io(path, &error))?;
             }
-            let header = NpyHeader::from_reader(&mut file).map_err(|error| damaged(format!("{name}: {error}")))?;
-            let start = file.stream_position().map_err(|error| CompareError::io(path, &error))?;
+            let first = file.stream_position().map_err(|error| CompareError::io(path, &error))?;
+            // The header is read as a whole, so that its length is not taken on trust.
+            let mut head = Vec::new();
+            std::io::Read::by_ref(&mut file)
+                .take(length.min(LONGEST_HEADER))
+                .read_to_end(&mut head)
+                .map_err(|error| CompareError::io(path, &error))?;
+            if header_end(&head).is_none_or(|end| end > head.len() as u64) {
+                return Err(damaged(format!("{} has no whole header", shown(&name))));
+            }
+            let mut cursor = std::io::Cursor::new(head);
+            let header = NpyHeader::from_reader(&mut cursor)
+                .map_err(|error| damaged(format!("{}: {}", shown(&name), shown(&error.to_string()))))?;
+            let start = first + cursor.position();
             if let Some(element) = Element::of(&header.dtype()) {
+                let shape = shape_of(&header, element, length.saturating_sub(cursor.position()))
+                    .ok_or_else(|| damaged(format!("{} is longer than its member of the archive", shown(&name))))?;
                 table.arrays.push(Array {
                     name,
                     file,
                     start,
-                    shape: header.shape().iter().map(|&n| n as usize).collect(),
+                    shape,
                     fortran: header.order() == Order::Fortran,
                     element,
                 });
@@ -95,7 +131,7 @@ impl NpzTable {
         let slice = Slice::parse(name);
         let fault = |what: String, remedy: &str| CompareError::content(&self.path, name, what, remedy);
         let array = self.find(slice.array).ok_or_else(|| {
-            let what = format!("there is no such array; there are {}", self.names().join(", "));
+            let what = format!("there is no such array; there are {}", super::listed(&self.names()));
             fault(what, "name one of them with --column or in a mapping")
         })?;
         if array.element.kind == TypeChar::UnicodeStr {
@@ -122,6 +158,28 @@ impl NpzTable {
     }
 }
 
+/// Where the header of an array ends by its own account, bytes; `None` if there is none.
+fn header_end(head: &[u8]) -> Option<u64> {
+    let field = |from: usize, to: usize| head.get(from..to).filter(|_| head.starts_with(b"\x93NUMPY"));
+    match head.get(6)? {
+        1 => Some(10 + u64::from(u16::from_le_bytes(field(8, 10)?.try_into().ok()?))),
+        _ => Some(12 + u64::from(u32::from_le_bytes(field(8, 12)?.try_into().ok()?))),
+    }
+}
+
+/// The shape of an array whose elements are within so many bytes.
+fn shape_of(header: &NpyHeader, element: Element, bytes: u64) -> Option<Vec<usize>> {
+    let mut elements = 1u64;
+    let mut shape = Vec::with_capacity(header.shape().len());
+    for &n in header.shape() {
+        elements = elements.checked_mul(n)?;
+        shape.push(usize::try_from(n).ok()?);
+    }
+    // Of texts without a letter there is one for each byte at most, too.
+    let needed = elements.checked_mul(element.bytes.max(1) as u64)?;
+    (needed <= bytes).then_some(shape)
+}
+
 impl Array {
     /// Start, stride and number of the elements of a slice, whichever way the array is stored.
     fn elements(&self, slice: &Slice<'_>) -> Option<(usize, usize, usize)> {
@@ -145,11 +203,15 @@ impl Element {
         let known = match kind {
             TypeChar::Float => matches!(size, 4 | 8),
             TypeChar::Int | TypeChar::Uint => matches!(size, 1 | 2 | 4 | 8),
-            TypeChar::Bool => true,
+            TypeChar::Bool => size == 1,
             TypeChar::UnicodeStr => true,
             _ => false,
         };
-        let bytes = if kind == TypeChar::UnicodeStr { 4 * size } else { size };
+        let bytes = if kind == TypeChar::UnicodeStr {
+            size.checked_mul(4)?
+        } else {
+            size
+        };
         let big = text.endianness() == Endianness::Big;
         known.then_some(Element { kind, bytes, big })
     }
@@ -295,23 +357,28 @@ impl Column {
             return Ok(());
         }
         let (size, step) = (self.element.bytes, self.stride * self.element.bytes);
-        self.bytes.resize((rows - 1) * step + size, 0);
-        // Clones of a file share one position.
-        let read = self
-            .file
-            .seek(SeekFrom::Start(self.next))
-            .and_then(|_| self.file.read_exact(&mut self.bytes));
-        read.map_err(|error| {
-            let what = format!("ends too early ({error})");
-            CompareError::content(
-                &self.path,
-                self.name.as_str(),
-                what,
-                "the file was cut off: write it again",
-            )
-        })?;
-        column.extend((0..rows).map(|k| self.element.value(&self.bytes[k * step..k * step + size])));
-        self.next += (rows * step) as u64;
+        // What lies between the elements of a column of a wide array is read with them, so not all rows at once.
+        let at_once = (MOST_READ / step.max(1)).max(1);
+        while column.len() < rows {
+            let rows = at_once.min(rows - column.len());
+            self.bytes.resize((rows - 1) * step + size, 0);
+            // Clones of a file share one position.
+            let read = self
+                .file
+                .seek(SeekFrom::Start(self.next))
+                .and_then(|_| self.file.read_exact(&mut self.bytes));
+            read.map_err(|error| {
+                let what = format!("ends too early ({error})");
+                CompareError::content(
+                    &self.path,
+                    self.name.as_str(),
+                    what,
+                    "the file was cut off: write it again",
+                )
+            })?;
+            column.extend((0..rows).map(|k| self.element.value(&self.bytes[k * step..k * step + size])));
+            self.next += (rows * step) as u64;
+        }
         self.left -= rows;
         Ok(())
     }

@@ -1,0 +1,425 @@
+//! A file that the program did not write yields an error or a result, and nothing else: no panic, no hang, no memory
+//! out of all proportion.
+//!
+//! Seeds of every kind of text input are damaged at random, the same way every time, and read. `cargo test` takes a few
+//! hundred of each; `STICKSLIP_HOSTILE=10000 cargo test --release --test property_hostile_input -- --nocapture` takes
+//! so many of each and prints what they came to. What such campaigns have found stands among the seeds.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use stickslip::analysis::compare::{Mapping, Reference};
+use stickslip::analysis::work_precision;
+use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
+use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
+use stickslip::simulation::{NoRecorder, simulate};
+use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
+
+mod compare_common;
+
+/// Files of each kind, unless the environment says how many.
+const FILES: u64 = 300;
+
+/// No file may take longer, s: a machine under load needs a hundredth of it.
+const LONGEST: f64 = 10.0;
+
+/// Nor more memory than this, bytes.
+const MOST_MEMORY: usize = 1 << 30;
+
+/// Counts what is allocated, and the most that was.
+struct Counting;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        PEAK.fetch_max(
+            NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size(),
+            Ordering::Relaxed,
+        );
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// SplitMix64: the same numbers everywhere.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound.max(1) as u64) as usize
+    }
+}
+
+/// What people and other programs put where it does not belong.
+const WORDS: &[&[u8]] = &[
+    b"0",
+    b"-1",
+    b"1e308",
+    b"-1e-308",
+    b"5e-324",
+    b"1e200",
+    b"nan",
+    b"inf",
+    b"-inf",
+    b"4294967295",
+    b"9223372036854775807",
+    b"18446744073709551616",
+    b"true",
+    b"\"\"",
+    b"[]",
+    b"{}",
+    b"[[",
+    b"]]",
+    b"=",
+    b".",
+    b",",
+    b";",
+    b"#",
+    b"\"",
+    b"'",
+    b"\n",
+    b"\r\n",
+    b"\0",
+    b"\x1b[2J",
+    b"m s\xb2",
+    b"\xff\xfe",
+    b"\xe2\x80\xae",
+    b"%b",
+    b"/dev/zero",
+    b"/etc/passwd",
+    b"..",
+    b" m",
+    b"1e-12",
+    b"100000000",
+];
+
+/// One seed with some damage.
+fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
+    let mut bytes = seeds[random.below(seeds.len())].clone();
+    for _ in 0..1 + random.below(4) {
+        let at = random.below(bytes.len() + 1);
+        let length = random.below(40).min(bytes.len() - at);
+        match random.below(9) {
+            0 => bytes.truncate(at),
+            1 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
+            2 if at < bytes.len() => bytes[at] = random.next() as u8,
+            3 => drop(bytes.drain(at..at + length)),
+            4 => {
+                let most = if random.below(50) == 0 { 5000 } else { 3 };
+                let again = bytes[at..at + length].repeat(1 + random.below(most));
+                bytes.splice(at..at, again);
+            }
+            5 => drop(bytes.splice(at..at, WORDS[random.below(WORDS.len())].iter().copied())),
+            6 => drop(bytes.splice(at..at + length, WORDS[random.below(WORDS.len())].iter().copied())),
+            // A value of a text, up to the end of its line.
+            7 => {
+                let places: Vec<usize> = (0..bytes.len())
+                    .filter(|&k| bytes[k] == b'=' || bytes[k] == b',')
+                    .collect();
+                if !places.is_empty() {
+                    let from = places[random.below(places.len())] + 1;
+                    let stop = |byte: &u8| matches!(byte, b'\n' | b',' | b']' | b'}');
+                    let to = bytes[from..].iter().position(stop).map_or(bytes.len(), |k| from + k);
+                    bytes.splice(from..to, WORDS[random.below(WORDS.len())].iter().copied());
+                }
+            }
+            _ => {
+                let other = &seeds[random.below(seeds.len())];
+                let from = random.below(other.len());
+                let to = (from + random.below(200)).min(other.len());
+                bytes.splice(at..at, other[from..to].iter().copied());
+            }
+        }
+    }
+    bytes
+}
+
+/// Reads damaged files of one kind by `read`, which says whether the file was refused.
+fn campaign(kind: &str, seeds: &[Vec<u8>], read: impl Fn(&[u8]) -> Result<(), String>) {
+    let files = std::env::var("STICKSLIP_HOSTILE").map_or(FILES, |count| count.parse().expect("a number of files"));
+    // Left behind by a crash.
+    let kept = std::env::temp_dir().join(format!("stickslip-hostile-{kind}-{}", std::process::id()));
+    let (mut refused, mut longest, mut peak) = (0, 0.0_f64, 0);
+    for number in 0..files + seeds.len() as u64 {
+        let bytes = match seeds.get(number as usize) {
+            Some(seed) => seed.clone(),
+            None => damaged(seeds, &mut Random(number)),
+        };
+        std::fs::write(&kept, &bytes).unwrap();
+        let (clock, before) = (Instant::now(), NOW.load(Ordering::Relaxed));
+        PEAK.store(before, Ordering::Relaxed);
+        let result = catch_unwind(AssertUnwindSafe(|| read(&bytes)));
+        let (seconds, memory) = (clock.elapsed().as_secs_f64(), PEAK.load(Ordering::Relaxed) - before);
+        let case = || format!("{kind} {number}, kept as {}", kept.display());
+        let Ok(result) = result else {
+            panic!("{}: panicked", case());
+        };
+        if let Err(message) = result {
+            refused += 1;
+            assert!(!message.is_empty(), "{}", case());
+        }
+        assert!(seconds < LONGEST, "{}: {seconds} s", case());
+        assert!(memory < MOST_MEMORY, "{}: {memory} bytes", case());
+        (longest, peak) = (longest.max(seconds), peak.max(memory));
+    }
+    std::fs::remove_file(&kept).unwrap();
+    println!(
+        "{kind}: {files} files, {refused} refused, at most {longest:.2} s and {:.1} MB",
+        peak as f64 / 1e6
+    );
+}
+
+fn texts(texts: &[&str]) -> Vec<Vec<u8>> {
+    texts.iter().map(|text| text.as_bytes().to_vec()).collect()
+}
+
+/// One after the other, as they share the count of memory.
+#[test]
+fn property_hostile_files_are_refused_or_read() {
+    cases();
+    studies();
+    tables();
+    archives();
+    mappings();
+    journals();
+}
+
+/// A case is read, and if it is valid run for a moment.
+fn cases() {
+    let mut seeds: Vec<Vec<u8>> = builtin::CASES
+        .iter()
+        .map(|case| case.text.as_bytes().to_vec())
+        .collect();
+    let paper = builtin::CASES[0].text;
+    // Found: an inertia beyond doubles panicked, and such speeds stood still or gave nothing but NaN.
+    for damage in [
+        "[torsion]\nrotor_inertia = 5e-324\n",
+        "[initial]\nspeed = 1e200\n",
+        "[initial]\nspeed = 1e-300\n",
+    ] {
+        let (table, line) = damage.split_once('\n').unwrap();
+        let key = line.split_once(" =").unwrap().0;
+        let lines = paper
+            .lines()
+            .map(|old| if old.starts_with(key) { line.trim_end() } else { old });
+        assert!(paper.contains(table));
+        seeds.push(lines.collect::<Vec<_>>().join("\n").into_bytes());
+    }
+    let limits: Vec<Override> = ["solver.max_steps=1000", "solver.max_wall_time=2"]
+        .map(|text| Override::parse(text).unwrap())
+        .into();
+    campaign("case", &seeds, |bytes| {
+        let text = String::from_utf8(bytes.to_vec()).map_err(|error| error.to_string())?;
+        let source = CaseSource {
+            text,
+            origin: Origin::File(PathBuf::from("hostile.toml")),
+        };
+        let mut case = Case::parse(&source, &limits).map_err(|error| error.to_string())?;
+        // Samples by the million are meant by whoever asks for them.
+        case.output.interval = case.output.interval.max(case.output.end_time / 1e5);
+        case.output.windows.clear();
+        let run = simulate(
+            &case.parameters,
+            &case.solver,
+            &case.output,
+            &mut NoRecorder,
+            &mut |_| ControlFlow::Continue(()),
+        );
+        run.map(drop).map_err(|failure| failure.to_string())
+    });
+}
+
+fn studies() {
+    let mut seeds = texts(&[
+        "title = \"a grid\"\ncase = \"paper\"\n[set]\ninitial.speed = \"900 rpm\"\n[[axis]]\nkey = \"friction.decay\"\n\
+         values = [1, 2, 3]\n[[axis]]\nkey = [\"torsion.damping\"]\nfrom = 10\nto = 20\ncount = 5\nspacing = \"log\"\n\
+         [keep]\nevents = true\n",
+        "case = \"paper-si\"\n[sample]\nmethod = \"latin-hypercube\"\ncount = 20\nseed = 3\n[[axis]]\nkey = \"friction.decay\"\n\
+         from = 1\nto = 5\n[[axis]]\nkey = \"solver.method\"\nvalues = [\"auto\", \"series\"]\n",
+        "case = \"paper\"\n[sample]\nmethod = \"sobol\"\ncount = 100000000\n[[axis]]\nkey = \"friction.decay\"\nfrom = 1\nto = 5\n",
+        "case = \"paper\"\n[sample]\nmethod = \"latin-hypercube\"\ncount = 100000000\n[[axis]]\nkey = \"friction.decay\"\n\
+         from = 1\nto = 5\n",
+        "case = \"paper\"\npoints = \"/dev/zero\"\n",
+        "case = \"paper\"\npoints = \"/etc/passwd\"\n",
+    ]);
+    seeds.extend(STUDIES.iter().map(|study| study.text.as_bytes().to_vec()));
+    seeds.extend(CALIBRATIONS.iter().map(|study| study.text.as_bytes().to_vec()));
+    seeds.extend(
+        work_precision::STUDIES
+            .iter()
+            .map(|study| study.text.as_bytes().to_vec()),
+    );
+    campaign("study", &seeds, |bytes| {
+        let text = String::from_utf8(bytes.to_vec()).map_err(|error| error.to_string())?;
+        let source = StudySource {
+            text: text.clone(),
+            path: None,
+            name: "hostile".to_owned(),
+        };
+        let sweep = Study::parse(source.clone(), &[]).map(drop);
+        let calibration = CalibrationStudy::parse(source, &[]).map(drop);
+        let precision = work_precision::Study::parse(&text, "hostile.toml", "hostile", Path::new("")).map(drop);
+        sweep.or(calibration).or(precision).map_err(|error| error.to_string())
+    });
+}
+
+/// A short run to hold tables against.
+fn reference() -> (tempfile::TempDir, Reference) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("reference.h5");
+    compare_common::run(&path, "release", &["output.window=[]", "output.interval=1e-3"]);
+    let reference = Reference::open(&path).unwrap();
+    (folder, reference)
+}
+
+/// Rows of a candidate that has nothing to do with the reference.
+fn rows() -> impl Iterator<Item = [f64; 3]> {
+    (0..200).map(|k| {
+        let t = f64::from(k) * 6e-3;
+        [t, 1.0 - t, 1e-4 * t]
+    })
+}
+
+fn compared(reference: &Reference, folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> Result<(), String> {
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    let compared = reference.compare(&path, &Mapping::default());
+    compared.map(drop).map_err(|error| error.to_string())
+}
+
+fn tables() {
+    let (folder, reference) = reference();
+    let mut table = "time [s],relative_velocity [rad/s],rotor_twist\n".to_owned();
+    let mut blanks = "# t w\n".to_owned();
+    for [t, w, u] in rows() {
+        table += &format!("{t},{w},{u}\n");
+        blanks += &format!("{t}  {w}\n");
+    }
+    let events = "time,kind\n0.1,stick\n0.2,slip\n0.3,separation\n".to_owned();
+    // Found: a unit of 5 kB took four seconds.
+    let unit = table.replace("[s]", &format!("[{}]", "N m ".repeat(1300)));
+    let seeds = texts(&[&table, &blanks, &events, &unit]);
+    campaign("csv", &seeds, |bytes| {
+        compared(&reference, &folder, "hostile.csv", bytes)
+    });
+}
+
+/// One array as NumPy writes it.
+fn npy(version: u8, shape: &str, values: &[f64]) -> Vec<u8> {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY".to_vec();
+    bytes.extend([version, 0]);
+    match version {
+        1 => bytes.extend((header.len() as u16).to_le_bytes()),
+        _ => bytes.extend((header.len() as u32).to_le_bytes()),
+    }
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+fn archive(members: &[(&str, Vec<u8>)], method: zip::CompressionMethod) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, bytes) in members {
+        let options = zip::write::SimpleFileOptions::default().compression_method(method);
+        archive.start_file(format!("{name}.npy"), options).unwrap();
+        archive.write_all(bytes).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+fn archives() {
+    use zip::CompressionMethod::{Deflated, Stored};
+    let (folder, reference) = reference();
+    let [t, w]: [Vec<f64>; 2] = std::array::from_fn(|k| rows().map(|row| row[k]).collect());
+    let whole = [
+        ("time", npy(1, "(200,)", &t)),
+        ("relative_velocity", npy(1, "(200,)", &w)),
+    ];
+    let wrapping = [
+        ("time", npy(1, "(4294967296, 4294967296)", &t)),
+        ("relative_velocity", npy(1, "(200,)", &w)),
+    ];
+    let mut endless = npy(2, "(200,)", &t);
+    endless[8..12].fill(0xff);
+    let endless = [("time", endless), ("relative_velocity", npy(2, "(200,)", &w))];
+    let seeds = [&whole, &wrapping, &endless];
+    let seeds: Vec<Vec<u8>> = seeds
+        .iter()
+        .flat_map(|members| [archive(&members[..], Stored), archive(&members[..], Deflated)])
+        .collect();
+    for bytes in &seeds[2..] {
+        let refusal = compared(&reference, &folder, "hostile.npz", bytes).unwrap_err();
+        assert!(refusal.contains("time"), "{refusal}");
+    }
+    campaign("npz", &seeds, |bytes| {
+        compared(&reference, &folder, "hostile.npz", bytes)
+    });
+}
+
+fn mappings() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.toml");
+    let seeds = texts(&[
+        "time = { name = \"t\", unit = \"ms\" }\n[channels]\nrelative_velocity = \"w\"\nrotor_twist = { name = \"u\", unit = \
+         \"urad\" }\n[events]\ntime = \"te\"\nkind = \"what\"\n[events.kinds]\nS = \"stick\"\n[detection]\n\
+         velocity_tolerance = 1e-9\nhysteresis = 3\n",
+    ]);
+    campaign("mapping", &seeds, |bytes| {
+        std::fs::write(&path, bytes).unwrap();
+        Mapping::file(&path).map(drop).map_err(|error| error.to_string())
+    });
+}
+
+fn journals() {
+    const DIGEST: &str = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.journal");
+    let outcomes: Vec<Outcome> = (0..8)
+        .map(|number| Outcome {
+            // Found: memory was asked for by the largest number.
+            number: if number == 7 { 1 << 60 } else { number },
+            result: match number % 3 {
+                0 => Err(format!("point {number} failed")),
+                _ => Ok([0.5; QUANTITIES.len()]),
+            },
+            events: Vec::<EventRow>::new(),
+        })
+        .collect();
+    let mut journal = Journal::open(&path, DIGEST, Existing::Discard).unwrap();
+    journal.append(&outcomes).unwrap();
+    drop(journal);
+    let seeds = [std::fs::read(&path).unwrap()];
+    campaign("journal", &seeds, |bytes| {
+        std::fs::write(&path, bytes).unwrap();
+        let mut journal = Journal::open(&path, DIGEST, Existing::Resume).map_err(|error| error.to_string())?;
+        let (mut found, other) = (0, folder.path().join("other.journal"));
+        for number in (0..8).chain([1 << 60, u64::MAX]) {
+            found += u64::from(journal.read(number).map_err(|error| error.to_string())?.is_some());
+        }
+        assert!(found <= journal.points());
+        let mut copy = Journal::open(&other, DIGEST, Existing::Discard).map_err(|error| error.to_string())?;
+        copy.absorb(&mut journal).map_err(|error| error.to_string())
+    });
+}
