@@ -32,6 +32,9 @@ pub(super) struct Common {
     /// Print one JSON document on standard output.
     #[arg(long, global = true, display_order = 104)]
     pub json: bool,
+    /// Read what an HDF5 file refers to in other files, if you trust it: links, data, virtual datasets elsewhere.
+    #[arg(long, global = true, display_order = 105)]
+    pub follow_external: bool,
 }
 
 /// When a progress bar is shown.

@@ -77,6 +77,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         .format_target(false)
         .format_timestamp(None)
         .init();
+    crate::results::follow_external(common.follow_external);
     match command {
         Command::Run(options) => run::run(&options, &common),
         Command::Certify(options) => certify::certify(&options, &common),

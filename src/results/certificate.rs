@@ -4,15 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hdf5::Group;
+use serde::{Deserialize, Serialize};
 
 use super::attributes::{write_number_attribute, write_text_attribute};
 use super::schema::{self, attribute};
 use super::table::create_group;
 use super::target::{self, Overwrite};
-use super::{ResultError, raw};
+use super::{ResultError, raw, source};
 
 /// What is added, in the form in which it is stored: tables of equal columns.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct CertificateTables {
     /// One for each event, s; NaN where the event is not converged.
     pub time_uncertainty: Vec<f64>,
@@ -27,8 +28,10 @@ pub struct CertificateTables {
     /// One for each run: method, relative tolerance, events that agree, largest distance (s).
     pub ladder: Vec<(String, f64, i64, f64)>,
     /// Texts that are attributes of /certificate: verdict, and what to do.
+    #[serde(borrow)]
     pub texts: Vec<(&'static str, String)>,
     /// Numbers that are attributes of /certificate.
+    #[serde(borrow)]
     pub numbers: Vec<(&'static str, f64)>,
     /// One for each stretch between events: start and end (s), code of the mode, uncertainty of the times at its ends (s;
     /// NaN where it is not converged).
@@ -44,7 +47,7 @@ pub struct CertificateTables {
 }
 
 /// The error bands of a channel of the trajectory: one for each stretch, NaN where nothing can be said.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandColumns {
     /// Of the channel.
     pub name: &'static str,
@@ -78,15 +81,18 @@ pub fn write_certified(
     target::check_target(to, overwrite, &[from.to_owned()])?;
     let partial: PathBuf = target::partial_path(to);
     fs::copy(from, &partial).map_err(|error| ResultError::io(&partial, "copying the result", error))?;
-    let written = hdf5::File::open_rw(&partial).and_then(|file| {
-        add(&file, tables)?;
-        file.flush()
-    });
-    if let Err(error) = written {
+    if let Err(error) = source::add_certificate(&partial, tables) {
         let _ = fs::remove_file(&partial);
-        return Err(ResultError::write(&partial, false, &error));
+        return Err(error);
     }
     fs::rename(&partial, to).map_err(|error| ResultError::io(to, "giving the finished file its name", error))
+}
+
+/// Adds the certificate to an open file: called where a damaged one does no harm.
+pub(super) fn add_to(path: &Path, tables: &CertificateTables) -> hdf5::Result<()> {
+    let file = hdf5::File::open_rw(path)?;
+    add(&file, tables)?;
+    file.flush()
 }
 
 fn add(file: &hdf5::File, tables: &CertificateTables) -> hdf5::Result<()> {

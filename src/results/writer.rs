@@ -96,7 +96,7 @@ pub struct ResultWriter {
     saved: SavedRows,
     started: Instant,
     /// Last, so that it is dropped after the file is closed.
-    _lock: WriteLock,
+    lock: WriteLock,
 }
 
 impl std::fmt::Debug for ResultWriter {
@@ -137,7 +137,7 @@ impl ResultWriter {
             open: Some(open?),
             saved: SavedRows::default(),
             started: Instant::now(),
-            _lock: lock,
+            lock,
         })
     }
 
@@ -151,7 +151,7 @@ impl ResultWriter {
     /// When it is called decides where the file keeps its blocks: identical runs give identical
     /// bytes only if they call it at the same rows.
     pub fn flush(&mut self) -> Result<(), ResultError> {
-        self.with_open(|open| open.append_all().and_then(|()| open.flush()))
+        self.with_open(|open, lock| open.append_all().and_then(|()| open.flush(lock)))
     }
 
     /// What the file has for certain: the rows of the last good flush.
@@ -175,7 +175,7 @@ impl ResultWriter {
         if self.open.is_none() && status != Status::Complete {
             return Ok(self.partial.clone());
         }
-        self.with_open(|open| open.finish(&status, stick_slip, wall_time_s))?;
+        self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
         let synced = fs::File::open(&self.partial).and_then(|file| file.sync_all());
         synced.map_err(|error| ResultError::io(&self.partial, "saving the file", error))?;
@@ -192,15 +192,19 @@ impl ResultWriter {
 
     /// Closes the file, with whatever is buffered.
     fn close(&mut self) -> Result<(), ResultError> {
-        match self.open.take() {
-            Some(open) => open
-                .close()
-                .map_err(|error| ResultError::write(&self.partial, true, &error)),
-            None => Ok(()),
-        }
+        let Some(open) = self.open.take() else {
+            return Ok(());
+        };
+        self.lock.count_flush();
+        let closed = open.close();
+        self.lock.count_flush();
+        closed.map_err(|error| ResultError::write(&self.partial, true, &error))
     }
 
-    fn with_open(&mut self, action: impl FnOnce(&mut Open) -> hdf5::Result<()>) -> Result<(), ResultError> {
+    fn with_open(
+        &mut self,
+        action: impl FnOnce(&mut Open, &mut WriteLock) -> hdf5::Result<()>,
+    ) -> Result<(), ResultError> {
         let Some(open) = &mut self.open else {
             let detail = "an earlier write failed".to_owned();
             return Err(ResultError::Write {
@@ -209,7 +213,7 @@ impl ResultWriter {
                 kept: true,
             });
         };
-        let result = action(open);
+        let result = action(open, &mut self.lock);
         self.saved = open.saved;
         result.map_err(|error| {
             let error = ResultError::write(&self.partial, true, &error);
@@ -222,9 +226,9 @@ impl ResultWriter {
 
     /// Appends a row to a table, and whatever that completes to the file.
     fn record(&mut self, table: usize, cells: impl IntoIterator<Item = Cell>) -> Result<(), RecorderError> {
-        self.with_open(|open| {
+        self.with_open(|open, lock| {
             if open.tables[table].push(cells) {
-                open.append_block(table)
+                open.append_block(table, lock)
             } else {
                 Ok(())
             }
@@ -408,7 +412,7 @@ impl Open {
 
     /// Appends a table that has completed a chunk. The trajectory takes the other tables along, so
     /// that what is on disk reaches to one time.
-    fn append_block(&mut self, table: usize) -> hdf5::Result<()> {
+    fn append_block(&mut self, table: usize, lock: &mut WriteLock) -> hdf5::Result<()> {
         if table == TRAJECTORY {
             self.append_all()?;
         } else {
@@ -418,13 +422,16 @@ impl Open {
         let new = samples - self.saved.samples;
         let much = new > 0 && new as f64 >= FLUSH_SHARE * self.saved.samples as f64;
         if much || self.flushed.is_none_or(|flushed| flushed.elapsed() >= FLUSH_INTERVAL) {
-            self.flush()?;
+            self.flush(lock)?;
         }
         Ok(())
     }
 
-    fn flush(&mut self) -> hdf5::Result<()> {
-        self.file.flush()?;
+    fn flush(&mut self, lock: &mut WriteLock) -> hdf5::Result<()> {
+        lock.count_flush();
+        let flushed = self.file.flush();
+        lock.count_flush();
+        flushed?;
         self.flushed = Some(Instant::now());
         self.saved = SavedRows {
             samples: self.tables[TRAJECTORY].written(),
@@ -438,7 +445,13 @@ impl Open {
         self.tables.iter_mut().try_for_each(TableWriter::append)
     }
 
-    fn finish(&mut self, status: &Status, stick_slip: &StickSlipTable, wall_time_s: f64) -> hdf5::Result<()> {
+    fn finish(
+        &mut self,
+        status: &Status,
+        stick_slip: &StickSlipTable,
+        wall_time_s: f64,
+        lock: &mut WriteLock,
+    ) -> hdf5::Result<()> {
         let table = &mut self.tables[STICK_SLIP];
         let rows = stick_slip
             .stick_duration
@@ -483,11 +496,11 @@ impl Open {
         }
         self.append_all()?;
         // All the rest is on disk before the file says that it is complete.
-        self.file.flush()?;
+        self.flush(lock)?;
         self.file
             .attr(schema::root::STATUS)?
             .write_scalar(&text_value(status.name())?)?;
-        self.file.flush()
+        self.flush(lock)
     }
 
     fn close(self) -> hdf5::Result<()> {
