@@ -33,12 +33,25 @@ fn with_run() -> Folder {
 
 /// A file of another program: a time and a relative velocity.
 fn write_candidate(path: &Path) -> hdf5::File {
-    let file = hdf5::File::create(path).unwrap();
+    let file = create(path).unwrap();
     let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
     for name in ["time", "relative_velocity"] {
         file.new_dataset_builder().with_data(&times).create(name).unwrap();
     }
     file
+}
+
+/// Opens a file to change it. Without HDF5's lock, which the programs that other tests start would inherit.
+fn open(path: impl AsRef<Path>) -> hdf5::Result<hdf5::File> {
+    hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .open_rw(path)
+}
+
+fn create(path: impl AsRef<Path>) -> hdf5::Result<hdf5::File> {
+    hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .create(path)
 }
 
 /// Replaces all that is `from` in a file by as many other bytes.
@@ -95,7 +108,7 @@ fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
 fn regression_links_that_lead_back_are_followed_once() {
     let folder = with_run();
     {
-        let file = hdf5::File::open_rw(folder.path("run.h5")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
         file.link_soft("/", "whole").unwrap();
         file.group("events").unwrap().link_hard("/", "whole").unwrap();
         let other = write_candidate(&folder.path("cycle.h5"));
@@ -113,7 +126,7 @@ fn regression_links_that_lead_back_are_followed_once() {
 fn regression_groups_within_groups_have_an_end() {
     let folder = with_run();
     {
-        let file = hdf5::File::open_rw(folder.path("run.h5")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
         let mut group = file.create_group("deep").unwrap();
         for _ in 0..20_000 {
             group = group.create_group("g").unwrap();
@@ -131,10 +144,10 @@ fn regression_groups_within_groups_have_an_end() {
 fn regression_values_that_are_not_stored_are_not_read() {
     let folder = with_run();
     {
-        let file = hdf5::File::open_rw(folder.path("run.h5")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
         let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
         empty.create("empty").unwrap();
-        let other = hdf5::File::create(folder.path("wide.h5")).unwrap();
+        let other = create(folder.path("wide.h5")).unwrap();
         let wide = other.new_dataset::<f64>().shape([1, 1 << 40]);
         wide.create("time").unwrap();
         wide.create("relative_velocity").unwrap();
@@ -151,7 +164,7 @@ fn regression_values_that_are_not_stored_are_not_read() {
 fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
     let folder = with_run();
     {
-        let file = hdf5::File::open_rw(folder.path("run.h5")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
         let input = file.group("input").unwrap();
         for name in ["case", "resolved"] {
             input.unlink(name).unwrap();
@@ -168,7 +181,7 @@ fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
 fn regression_more_events_than_are_stored_are_an_error() {
     let folder = with_run();
     {
-        let file = hdf5::File::open_rw(folder.path("run.h5")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
         for name in file.group("events").unwrap().member_names().unwrap() {
             file.dataset(&format!("events/{name}"))
                 .unwrap()
@@ -189,7 +202,7 @@ fn regression_more_events_than_are_stored_are_an_error() {
 /// Changes a copy of a shard's file, and merges it.
 fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
     std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
-    change(&hdf5::File::open_rw(folder.path("changed.h5")).unwrap());
+    change(&open(folder.path("changed.h5")).unwrap());
     for more in [&[][..], &["--virtual"]] {
         let arguments = [&["merge", "changed.h5", "2.h5", "-o", "merged.h5"][..], more].concat();
         refused(folder, &arguments, words);
@@ -225,7 +238,7 @@ fn regression_a_shard_that_lies_about_its_study_is_refused() {
     };
     merge_changed(&folder, shape(&[1 << 32, 1 << 32]), &["study_shape"]);
     merge_changed(&folder, shape(&[1 << 40, 1 << 40]), &["study_shape"]);
-    merge_changed(&folder, shape(&[2, 3]), &["study_shape"]);
+    merge_changed(&folder, shape(&[2, 3]), &["division"]);
     merge_changed(&folder, shape(&[0]), &["study_shape"]);
     merge_changed(&folder, shape(&[1 << 36]), &["point"]);
     for name in ["study_axes", "study_variables"] {
@@ -254,16 +267,16 @@ fn regression_other_files_are_read_only_on_demand() {
     {
         let secret = write_candidate(&folder.path("secret.h5"));
         drop(secret);
-        let links = hdf5::File::create(folder.path("links.h5")).unwrap();
+        let links = create(folder.path("links.h5")).unwrap();
         for name in ["time", "relative_velocity"] {
             links.link_external("secret.h5", name, name).unwrap();
         }
-        let file = hdf5::File::open_rw(folder.path("run.h5")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
         file.unlink("events").unwrap();
         file.link_external("secret.h5", "/", "events").unwrap();
         std::fs::write(folder.path("numbers"), [0; 800]).unwrap();
-        let external = hdf5::File::create(folder.path("external.h5")).unwrap();
-        let virtual_file = hdf5::File::create(folder.path("virtual.h5")).unwrap();
+        let external = create(folder.path("external.h5")).unwrap();
+        let virtual_file = create(folder.path("virtual.h5")).unwrap();
         let secret = folder.path("secret.h5");
         for name in ["time", "relative_velocity"] {
             let stored = external.new_dataset::<f64>().shape([100]).external("numbers", 0, 800);
@@ -312,7 +325,7 @@ fn regression_a_growing_file_can_be_read_at_any_time() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     let mut rows = Vec::new();
-    for _ in 0..30 {
+    for _ in 0..12 {
         let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
         assert_eq!(code, 0, "{stderr}");
         assert!(stderr.contains("still being written"), "{stderr}");

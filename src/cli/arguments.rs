@@ -55,6 +55,8 @@ pub(super) enum Command {
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
+    /// Say whether a file of this program is as it was written.
+    Check(CheckOptions),
     /// Run a study: many cases, a map, a critical curve.
     Sweep(SweepOptions),
     /// Put the shards of a sweep together.
@@ -237,6 +239,13 @@ fn jobs(text: &str) -> Result<usize, String> {
         Ok(count) if (1..=MOST_JOBS).contains(&count) => Ok(count),
         _ => Err(format!("give a number of threads from 1 to {MOST_JOBS}")),
     }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckOptions {
+    /// A file of this program.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
 }
 
 #[derive(Debug, Args)]

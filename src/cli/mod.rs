@@ -5,6 +5,7 @@ mod calibrate;
 mod case_command;
 mod certify;
 mod certify_report;
+mod check;
 mod compare;
 mod inspect;
 mod merge;
@@ -85,6 +86,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Sweep(options) => sweep::sweep(&options, &common),
         Command::Merge(options) => merge::merge(&options, &common),
         Command::Calibrate(options) => calibrate::calibrate(&options, &common),
+        Command::Check(options) => check::check(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),

@@ -92,6 +92,7 @@ pub fn write_certified(
 pub(super) fn add_to(path: &Path, tables: &CertificateTables) -> hdf5::Result<()> {
     let file = hdf5::File::open_rw(path)?;
     add(&file, tables)?;
+    super::checksums::write(&file)?;
     file.flush()
 }
 

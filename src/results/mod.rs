@@ -6,6 +6,8 @@
 
 mod attributes;
 mod certificate;
+mod check;
+mod checksums;
 mod contents;
 mod error;
 mod foreign;
@@ -28,6 +30,7 @@ mod writer;
 
 pub use attributes::{AttributeValue, MetaValue};
 pub use certificate::{BandColumns, CertificateTables, write_certified};
+pub use check::{CheckReport, Problem, check};
 pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};

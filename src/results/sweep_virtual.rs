@@ -129,8 +129,9 @@ impl Shards<'_> {
             before += length;
             // HDF5 has no empty mapping.
             for patch in patches.iter().filter(|_| length > 0) {
+                // HDF5 takes `%b` in the name of a source for a number that it fills in.
                 builder = builder.virtual_map(
-                    &source.path,
+                    source.path.replace('%', "%%"),
                     &inside,
                     [length],
                     selection(std::slice::from_ref(&patch.rows)),

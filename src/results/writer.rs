@@ -11,7 +11,7 @@ use super::attributes::{
 use super::schema;
 use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, WriteLock};
-use super::{ResultError, StickSlipTable};
+use super::{ResultError, StickSlipTable, checksums};
 use crate::model::Mode;
 use crate::simulation::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 
@@ -495,6 +495,7 @@ impl Open {
             write_text_attribute(&self.file, schema::root::FAILURE, message)?;
         }
         self.append_all()?;
+        checksums::write(&self.file)?;
         // All the rest is on disk before the file says that it is complete.
         self.flush(lock)?;
         self.file

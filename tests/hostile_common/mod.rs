@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A command may take so long before it counts as one that never ends. Not a measurement: it is far above what any needs.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(240);
 /// Memory of a process, in KiB of address space, so that what asks for more fails.
 const MEMORY_KIB: usize = 1 << 20;
 

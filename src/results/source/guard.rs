@@ -39,7 +39,7 @@ mod imp {
     /// Memory of the process, in bytes of address space.
     const MEMORY: u64 = 768 << 20;
     /// Processor time for one request: none takes a tenth of it that makes its way.
-    const PROCESSOR: Duration = Duration::from_secs(5);
+    const PROCESSOR: Duration = Duration::from_secs(3);
     /// Time for one request, most of it spent waiting for a disk or a network.
     const PATIENCE: Duration = Duration::from_secs(120);
     /// How often the two are looked at.
@@ -181,6 +181,8 @@ mod imp {
         // Where a system has no such limit, the one on time remains.
         let _ = setrlimit(Resource::As, limit(MEMORY));
         let _ = setrlimit(Resource::Core, limit(0));
+        // A limit on the size of files is an error of the write.
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
         // One that computes does not see that the program has been killed.
         let parent = std::os::unix::process::parent_id();
         std::thread::Builder::new().stack_size(64 << 10).spawn(move || {

@@ -177,6 +177,16 @@ impl Source {
         Err(ResultError::Growing { path: path.to_owned() })
     }
 
+    /// A file that this process has written and still has open.
+    pub(super) fn of_open(file: &hdf5::File) -> Source {
+        Source {
+            path: PathBuf::from(file.filename()),
+            growing: false,
+            link: Mutex::new(Link::Here(Box::new(Server::of_open(file)))),
+            known: Mutex::default(),
+        }
+    }
+
     fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
         let link = Link::new().map_err(|lost| error_of(path, lost))?;
         let source = Source {

@@ -105,8 +105,9 @@ pub(crate) struct DatasetInfo {
     pub(crate) chunk: Option<Vec<usize>>,
     /// Chunks in the file.
     pub(crate) chunks: Option<usize>,
-    /// Whether every chunk has a Fletcher-32 checksum.
-    pub(crate) checked: bool,
+    /// Whether damage to its values is somebody else's to notice: every chunk has a Fletcher-32 checksum, or they are in
+    /// another file.
+    pub(crate) covered: bool,
 }
 
 impl DatasetInfo {

@@ -19,7 +19,7 @@ use crate::results::error::describe;
 use crate::results::raw::{self, Class, Opened};
 
 /// Most members of a group, and most attributes of an object.
-const MEMBERS: usize = 65_536;
+const MEMBERS: usize = 16_384;
 const ATTRIBUTES: usize = 4_096;
 /// Bytes of the values of an attribute.
 const ATTRIBUTE_BYTES: usize = 1 << 20;
@@ -69,6 +69,16 @@ fn refused<T>(what: String) -> Result<T, Fault> {
 type Answered<T> = Result<T, Fault>;
 
 impl Server {
+    /// Of a file that this process has written and still has open.
+    pub(super) fn of_open(file: &hdf5::File) -> Self {
+        Server {
+            file: Some(file.clone()),
+            length: u64::MAX,
+            follow_external: true,
+            ..Server::default()
+        }
+    }
+
     /// Answers a request; the bytes are those of an answer that has numbers.
     pub(super) fn answer(&mut self, request: &Request) -> Answered<(Answer, Vec<u8>)> {
         let answer = match request {
@@ -341,13 +351,16 @@ impl Server {
         if size > UNSTORED.max(stored) {
             return refused(format!("/{path} claims {size} values and stores {stored}"));
         }
-        let checked = chunk.is_some() && dataset.filters().contains(&Filter::Fletcher32);
+        let covered = match chunk {
+            Some(_) => dataset.filters().contains(&Filter::Fletcher32),
+            None => dataset.layout() == Layout::Virtual,
+        };
         Ok(DatasetInfo {
             shape,
             holds,
             chunk,
             chunks,
-            checked,
+            covered,
         })
     }
 
