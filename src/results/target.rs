@@ -163,7 +163,7 @@ fn lock_path(path: &Path) -> PathBuf {
 ///
 /// The lock is on a hidden file next to it (`.paper.partial.h5.lock`) and not on the partial file:
 /// HDF5 readers take a lock on what they open, and would be refused. The operating system drops
-/// the lock of a run that is killed; the empty lock file it leaves is taken over by the next run.
+/// the lock of a run that is killed; the lock file it leaves is taken over by the next run.
 #[derive(Debug)]
 pub(super) struct WriteLock {
     path: PathBuf,
