@@ -118,7 +118,7 @@ impl ForeignFile {
                 if info.size() > CODES {
                     return Err(self.source.refused(format!("/{name} has {} codes", info.size())));
                 }
-                let codes = self.source.read::<i64>(name, &[0..info.size()])?;
+                let codes = self.source.read_rows::<i64>(name, 0..info.size())?;
                 Ok(codes.iter().map(i64::to_string).collect())
             }
             _ => Err(self.missing(format!("texts or whole numbers in {name}"))),
@@ -146,7 +146,7 @@ impl ForeignColumn {
     /// # Errors
     /// If the file is damaged there.
     pub fn read(&self, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.source.read(&self.name, &[range])
+        self.source.read_rows(&self.name, range)
     }
 
     /// Elements `range` of row `row` of a variable of two dimensions.

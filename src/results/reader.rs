@@ -388,7 +388,7 @@ impl ResultFile {
         if range.end > size {
             return Err(self.missing(&format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
         }
-        self.source.read(&format!("{group}/{name}"), &[range])
+        self.source.read_rows(&format!("{group}/{name}"), range)
     }
 
     /// A column: one dimension of numbers, or a scalar text.

@@ -376,7 +376,7 @@ impl<T: Numeric> Blocks<T> {
             self.start = row;
             let end = (row + BLOCK).min(self.length);
             let source: &Source = &self.file.source;
-            self.rows = source.read(&self.name, &[row..end])?;
+            self.rows = source.read_rows(&self.name, row..end)?;
         }
         Ok(self.rows.get(row - self.start).copied())
     }

@@ -301,6 +301,11 @@ impl Source {
         }
     }
 
+    /// Rows of a dataset of one dimension.
+    pub(super) fn read_rows<T: Numeric>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
+        self.read(path, std::slice::from_ref(&rows))
+    }
+
     /// Hands a whole dataset to `take`, about `block` values at a time.
     pub(super) fn blocks<T: Numeric>(
         &self,
@@ -321,7 +326,10 @@ impl Source {
         for start in (0..rows).step_by((block / row).max(1)) {
             let end = rows.min(start + (block / row).max(1));
             if row <= server::VALUES {
-                take(self.read(path, &[start..end].into_iter().chain(rest.clone()).collect::<Vec<_>>())?);
+                take(self.read(
+                    path,
+                    &std::iter::once(start..end).chain(rest.clone()).collect::<Vec<_>>(),
+                )?);
                 continue;
             }
             // Wide rows, in pieces of their own.
@@ -329,7 +337,7 @@ impl Source {
             let across: usize = inner[wide + 1..].iter().product();
             let step = (block / across.max(1)).max(1);
             for from in (0..inner[wide]).step_by(step) {
-                let mut part: Vec<Range<usize>> = [start..end].into_iter().chain(rest.clone()).collect();
+                let mut part: Vec<Range<usize>> = std::iter::once(start..end).chain(rest.clone()).collect();
                 part[wide + 1] = from..inner[wide].min(from + step);
                 take(self.read(path, &part)?);
             }

@@ -132,12 +132,14 @@ impl Server {
         self.length = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
         self.follow_external = opening.follow_external;
         self.growing = opening.growing;
-        let mut cache = hdf5::file::MetadataCacheConfig::default();
         // What has been read of where the data are is not read again: the writer may have changed it since.
-        cache.evictions_enabled = false;
-        cache.incr_mode = CacheIncreaseMode::Off;
-        cache.decr_mode = CacheDecreaseMode::Off;
-        cache.flash_incr_mode = FlashIncreaseMode::Off;
+        let cache = hdf5::file::MetadataCacheConfig {
+            evictions_enabled: false,
+            incr_mode: CacheIncreaseMode::Off,
+            decr_mode: CacheDecreaseMode::Off,
+            flash_incr_mode: FlashIncreaseMode::Off,
+            ..Default::default()
+        };
         let file = hdf5::File::with_options()
             .with_fapl(|access| {
                 access.file_locking(!opening.growing);
@@ -519,13 +521,13 @@ fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
             let text = attribute.read_scalar::<VarLenAscii>().ok();
             text.map(|text| lossy(text.as_bytes()))
         }
-        Class::Integer { .. } => attribute.read_raw::<i64>().ok().and_then(|values| match &values[..] {
-            [value] if scalar => Some(AttributeValue::Integer(*value)),
-            _ => Some(AttributeValue::Integers(values)),
+        Class::Integer { .. } => attribute.read_raw::<i64>().ok().map(|values| match &values[..] {
+            [value] if scalar => AttributeValue::Integer(*value),
+            _ => AttributeValue::Integers(values),
         }),
-        Class::Float => attribute.read_raw::<f64>().ok().and_then(|values| match &values[..] {
-            [value] if scalar => Some(AttributeValue::Number(*value)),
-            _ => Some(AttributeValue::Numbers(values)),
+        Class::Float => attribute.read_raw::<f64>().ok().map(|values| match &values[..] {
+            [value] if scalar => AttributeValue::Number(*value),
+            _ => AttributeValue::Numbers(values),
         }),
         _ => None,
     })
