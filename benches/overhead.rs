@@ -12,6 +12,7 @@
 //!
 //! The lines "of the time of C alone" are the answer: the shortest time of each, taken by turns in one run. Criterion's
 //! own times of the two, minutes apart, move by more than the ratio on a machine that does other things, too.
+#![allow(unsafe_code)] // the C functions alone
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrixViewMut;

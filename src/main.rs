@@ -3,6 +3,15 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    if let Some(end) = stickslip::results::serve_if_asked() {
+        return end;
+    }
+    if let Err(error) = stickslip::results::read_apart() {
+        eprintln!(
+            "stickslip: the program cannot find itself ({error}), and needs to, to read files in a process apart"
+        );
+        return ExitCode::from(1);
+    }
     let arguments = match stickslip::cli::Arguments::read() {
         Ok(arguments) => arguments,
         Err(refusal) => return refusal.report(),

@@ -98,7 +98,7 @@ fn h5dump_sees_plain_columns() {
         .map(|table| table.variables.len())
         .sum::<usize>();
     for (what, count) in [
-        ("DATASET \"", columns + 2),
+        ("DATASET \"", columns + 3),
         ("CHECKSUM FLETCHER32", columns),
         ("PREPROCESSING SHUFFLE", columns),
     ] {

@@ -32,6 +32,9 @@ pub(super) struct Common {
     /// Print one JSON document on standard output.
     #[arg(long, global = true, display_order = 104)]
     pub json: bool,
+    /// Read what an HDF5 file refers to in other files, if you trust it: links, data, virtual datasets elsewhere.
+    #[arg(long, global = true, display_order = 105)]
+    pub follow_external: bool,
 }
 
 /// What every run of a command may take.
@@ -68,6 +71,8 @@ pub(super) enum Command {
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
+    /// Say whether a file of this program is as it was written.
+    Check(CheckOptions),
     /// Run a study: many cases, a map, a critical curve.
     Sweep(SweepOptions),
     /// Put the shards of a sweep together.
@@ -261,6 +266,13 @@ fn jobs(text: &str) -> Result<usize, String> {
         Ok(count) if (1..=MOST_JOBS).contains(&count) => Ok(count),
         _ => Err(format!("give a number of threads from 1 to {MOST_JOBS}")),
     }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckOptions {
+    /// A file of this program.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
 }
 
 #[derive(Debug, Args)]

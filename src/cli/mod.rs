@@ -5,6 +5,7 @@ mod calibrate;
 mod case_command;
 mod certify;
 mod certify_report;
+mod check;
 mod compare;
 mod inspect;
 mod merge;
@@ -83,6 +84,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
         .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
+    crate::results::follow_external(common.follow_external);
     match command {
         Command::Run(options) => run::run(&options, &common),
         Command::Certify(options) => certify::certify(&options, &common),
@@ -90,6 +92,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Sweep(options) => sweep::sweep(&options, &common),
         Command::Merge(options) => merge::merge(&options, &common),
         Command::Calibrate(options) => calibrate::calibrate(&options, &common),
+        Command::Check(options) => check::check(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),

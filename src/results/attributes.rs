@@ -1,7 +1,7 @@
 //! Attributes of HDF5 files: their values, written and read.
 
-use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
-use hdf5::{Attribute, Group, Location};
+use hdf5::types::VarLenUnicode;
+use hdf5::{Group, Location};
 use serde::Serialize;
 
 use super::{raw, schema};
@@ -63,59 +63,4 @@ pub(super) fn write_input(group: &Group, name: &str, text: &str, long_name: &str
     let dataset = raw::write_text(group, name, text)?;
     write_text_attribute(&dataset, schema::attribute::UNITS, "1")?;
     write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)
-}
-
-pub(super) fn text_attribute(location: &Location, name: &str) -> Option<String> {
-    match attribute_value(&location.attr(name).ok()?)? {
-        AttributeValue::Text(text) => Some(text),
-        _ => None,
-    }
-}
-
-/// All attributes in alphabetical order.
-pub(super) fn all(location: &Location) -> hdf5::Result<Vec<(String, AttributeValue)>> {
-    let mut names = location.attr_names()?;
-    names.sort();
-    let mut attributes = Vec::with_capacity(names.len());
-    for name in names {
-        if let Some(value) = attribute_value(&location.attr(&name)?) {
-            attributes.push((name, value));
-        }
-    }
-    Ok(attributes)
-}
-
-/// The value of an attribute; `None` for what is HDF5's own (references of dimension scales).
-pub(super) fn attribute_value(attribute: &Attribute) -> Option<AttributeValue> {
-    let scalar = attribute.is_scalar();
-    match attribute.dtype().ok()?.to_descriptor().ok()? {
-        TypeDescriptor::VarLenUnicode if scalar => {
-            let text = attribute.read_scalar::<VarLenUnicode>().ok()?;
-            Some(AttributeValue::Text(text.as_str().to_owned()))
-        }
-        TypeDescriptor::VarLenAscii if scalar => {
-            let text = attribute.read_scalar::<VarLenAscii>().ok()?;
-            Some(AttributeValue::Text(text.as_str().to_owned()))
-        }
-        TypeDescriptor::FixedUnicode(_) | TypeDescriptor::FixedAscii(_) => {
-            raw::read_text(attribute).ok()?.map(AttributeValue::Text)
-        }
-        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => {
-            let values = attribute.read_raw::<i64>().ok()?;
-            Some(if scalar {
-                AttributeValue::Integer(values[0])
-            } else {
-                AttributeValue::Integers(values)
-            })
-        }
-        TypeDescriptor::Float(_) => {
-            let values = attribute.read_raw::<f64>().ok()?;
-            Some(if scalar {
-                AttributeValue::Number(values[0])
-            } else {
-                AttributeValue::Numbers(values)
-            })
-        }
-        _ => None,
-    }
 }

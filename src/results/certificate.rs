@@ -4,15 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hdf5::Group;
+use serde::{Deserialize, Serialize};
 
 use super::attributes::{write_number_attribute, write_text_attribute};
 use super::schema::{self, attribute};
 use super::table::create_group;
 use super::target::{self, Overwrite};
-use super::{ResultError, raw};
+use super::{ResultError, raw, source};
 
 /// What is added, in the form in which it is stored: tables of equal columns.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct CertificateTables {
     /// One for each event, s; NaN where the event is not converged.
     pub time_uncertainty: Vec<f64>,
@@ -33,8 +34,10 @@ pub struct CertificateTables {
     /// One for each run: method, relative tolerance, events that agree, largest distance (s).
     pub ladder: Vec<(String, f64, i64, f64)>,
     /// Texts that are attributes of /certificate: verdict, and what to do.
+    #[serde(borrow)]
     pub texts: Vec<(&'static str, String)>,
     /// Numbers that are attributes of /certificate.
+    #[serde(borrow)]
     pub numbers: Vec<(&'static str, f64)>,
     /// One for each stretch between events: start and end (s), code of the mode, uncertainty of the times at its ends (s;
     /// NaN where it is not converged).
@@ -53,7 +56,7 @@ pub struct CertificateTables {
 
 /// What half a unit in the last written digit of each parameter does to the final stick: one value for each parameter; of
 /// pairs the first is half a unit lower, the second half a unit higher.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SensitivityTables {
     /// In the unit of the parameter; NaN if it is not written as a number.
     pub half_last_digit: Vec<f64>,
@@ -62,12 +65,14 @@ pub struct SensitivityTables {
     /// Code of what the rerun came to, or [`SensitivityTables::NONE`].
     pub outcome: [Vec<i8>; 2],
     /// (code, name) of what a rerun can come to.
-    pub outcomes: Vec<schema::Flag>,
+    #[serde(borrow)]
+    pub outcomes: Vec<(i8, &'static str)>,
     /// Number of sticks of the rerun; -1 without one.
     pub sticks: [Vec<i64>; 2],
     /// 0 linear, 1 nonlinear, or [`SensitivityTables::NONE`].
     pub nonlinear: Vec<i8>,
     /// Texts that are attributes of /sensitivity.
+    #[serde(borrow)]
     pub texts: Vec<(&'static str, String)>,
 }
 
@@ -77,7 +82,7 @@ impl SensitivityTables {
 }
 
 /// The error bands of a channel of the trajectory: one for each stretch, NaN where nothing can be said.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandColumns {
     /// Of the channel.
     pub name: &'static str,
@@ -122,11 +127,15 @@ pub fn write_certified(
 
 fn copy_with(from: &Path, partial: &Path, tables: &CertificateTables) -> Result<(), ResultError> {
     fs::copy(from, partial).map_err(|error| ResultError::io(partial, "copying the result", error))?;
-    let written = hdf5::File::open_rw(partial).and_then(|file| {
-        add(&file, tables)?;
-        file.flush()
-    });
-    written.map_err(|error| ResultError::write(partial, false, &error))
+    source::add_certificate(partial, tables)
+}
+
+/// Adds the certificate to an open file: called where a damaged one does no harm.
+pub(super) fn add_to(path: &Path, tables: &CertificateTables) -> hdf5::Result<()> {
+    let file = hdf5::File::open_rw(path)?;
+    add(&file, tables)?;
+    super::checksums::write(&file)?;
+    file.flush()
 }
 
 fn add(file: &hdf5::File, tables: &CertificateTables) -> hdf5::Result<()> {

@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
-use hdf5::{Dataset, Group, Hyperslab, IndexType, IterationOrder, Selection, SliceOrIndex};
-use ndarray::IxDyn;
 use serde::Serialize;
 
-use super::attributes::{self, AttributeValue, text_attribute};
+use super::attributes::AttributeValue;
 use super::schema::{self, attribute};
-use super::{ResultError, ResultFile, target};
+use super::source::{DatasetInfo, Kind, Source};
+use super::{ResultError, ResultFile};
 
 /// What a file of this program holds, for a listing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,6 +15,8 @@ pub struct Contents {
     /// Attributes of the root and of the groups.
     pub attributes: Vec<AttributeInfo>,
     pub variables: Vec<VariableInfo>,
+    /// Whether a run was still writing the file; it is listed as the last flush left it.
+    pub growing: bool,
 }
 
 /// About so many values are read at a time.
@@ -31,16 +31,15 @@ impl Contents {
         match ResultFile::open(path) {
             Ok(file) => file.contents(),
             Err(ResultError::AnotherKind { .. }) => {
-                let file = target::open_to_read(path)?;
-                let version = file.attr(schema::root::FORMAT_VERSION);
+                let source = Source::open(path)?;
                 let known = i64::from(schema::FORMAT_VERSION);
-                match version.and_then(|attribute| attribute.read_scalar::<i64>()) {
-                    Ok(found) if found > known => Err(ResultError::Newer {
+                match source.attribute("", schema::root::FORMAT_VERSION)? {
+                    Some(AttributeValue::Integer(found)) if found > known => Err(ResultError::Newer {
                         path: path.to_owned(),
                         found,
                         known,
                     }),
-                    _ => of_file(path, &file),
+                    _ => of_file(&source),
                 }
             }
             Err(error) => Err(error),
@@ -49,58 +48,79 @@ impl Contents {
 }
 
 /// Everything in a file, group by group.
-pub(super) fn of_file(path: &Path, file: &hdf5::File) -> Result<Contents, ResultError> {
+pub(super) fn of_file(source: &Source) -> Result<Contents, ResultError> {
     let mut contents = Contents {
         attributes: Vec::new(),
         variables: Vec::new(),
+        growing: source.is_growing(),
     };
-    list("/", file, &mut contents).map_err(|error| ResultError::read(path, &error))?;
+    list(source, "", &mut contents)?;
+    source.walk(&mut |path, member| match &member.is {
+        Kind::Group(_) => list(source, path, &mut contents),
+        Kind::Dataset(info) => {
+            let group = path
+                .strip_suffix(&member.name)
+                .unwrap_or_default()
+                .trim_end_matches('/');
+            let variable = describe(source, &format!("/{group}"), path, &member.name, info)?;
+            contents.variables.push(variable);
+            Ok(())
+        }
+        Kind::Not(fault) => Err(source.fault(fault)),
+        Kind::Other => Ok(()),
+    })?;
     Ok(contents)
 }
 
-fn list(path: &str, group: &Group, contents: &mut Contents) -> hdf5::Result<()> {
-    for (name, value) in attributes::all(group)? {
+/// Adds the attributes of a group.
+fn list(source: &Source, group: &str, contents: &mut Contents) -> Result<(), ResultError> {
+    for (name, value) in source.attributes(group)? {
         contents.attributes.push(AttributeInfo {
-            group: path.to_owned(),
+            group: format!("/{group}"),
             name,
             value,
         });
     }
-    // In the order of creation where the file knows it.
-    let names = group
-        .member_names_by(IndexType::CreationOrder, IterationOrder::Increasing)
-        .or_else(|_| group.member_names())?;
-    for name in names {
-        if let Ok(dataset) = group.dataset(&name) {
-            contents.variables.push(describe(path, name, &dataset)?);
-        } else if let Ok(child) = group.group(&name) {
-            list(&format!("{}/{name}", path.trim_end_matches('/')), &child, contents)?;
-        }
-    }
     Ok(())
 }
 
-fn describe(group: &str, name: String, dataset: &Dataset) -> hdf5::Result<VariableInfo> {
-    let descriptor = dataset.dtype()?.to_descriptor()?;
-    let shape = dataset.shape();
-    let bounds = if is_number(&descriptor) && !shape.is_empty() {
-        bounds(dataset, &shape)?
+fn describe(
+    source: &Source,
+    group: &str,
+    path: &str,
+    name: &str,
+    info: &DatasetInfo,
+) -> Result<VariableInfo, ResultError> {
+    let attributes = source.attributes(path)?;
+    let find = |name: &str| {
+        attributes
+            .iter()
+            .find(|(known, _)| known == name)
+            .map(|(_, value)| value.clone())
+    };
+    let bounds = if info.holds.is_number() && !info.shape.is_empty() {
+        bounds(source, path, info, find(attribute::FILL_VALUE))?
     } else {
         None
     };
-    let codes = dataset
-        .attr(attribute::FLAG_VALUES)
-        .and_then(|values| values.read_raw::<i64>())
-        .unwrap_or_default();
-    let meanings = text_attribute(dataset, attribute::FLAG_MEANINGS).unwrap_or_default();
+    let codes = match find(attribute::FLAG_VALUES) {
+        Some(AttributeValue::Integers(codes)) => codes,
+        Some(AttributeValue::Integer(code)) => vec![code],
+        _ => Vec::new(),
+    };
+    let text = |name: &str| match find(name) {
+        Some(AttributeValue::Text(text)) => Some(text),
+        _ => None,
+    };
+    let meanings = text(attribute::FLAG_MEANINGS).unwrap_or_default();
     let flags = codes.into_iter().zip(meanings.split_whitespace());
     Ok(VariableInfo {
         group: group.to_owned(),
-        name,
-        kind: type_name(&descriptor),
-        shape,
-        units: text_attribute(dataset, attribute::UNITS),
-        long_name: text_attribute(dataset, attribute::LONG_NAME),
+        name: name.to_owned(),
+        kind: info.holds.name(),
+        shape: info.shape.clone(),
+        units: text(attribute::UNITS),
+        long_name: text(attribute::LONG_NAME),
         flags: flags
             .map(|(value, meaning)| FlagInfo {
                 value,
@@ -112,25 +132,29 @@ fn describe(group: &str, name: String, dataset: &Dataset) -> hdf5::Result<Variab
     })
 }
 
-/// Least and largest value, a block of rows after the other.
-fn bounds(dataset: &Dataset, shape: &[usize]) -> hdf5::Result<Option<(f64, f64)>> {
-    let fill = dataset
-        .attr(attribute::FILL_VALUE)
-        .and_then(|fill| fill.read_raw::<f64>())
-        .ok()
-        .and_then(|fill| fill.first().copied());
-    let row: usize = shape[1..].iter().product();
-    let rows = (BLOCK / row.max(1)).max(1);
+/// Least and largest value, a block after the other.
+fn bounds(
+    source: &Source,
+    path: &str,
+    info: &DatasetInfo,
+    fill: Option<AttributeValue>,
+) -> Result<Option<(f64, f64)>, ResultError> {
+    let fill = match fill {
+        Some(AttributeValue::Number(fill)) => Some(fill),
+        Some(AttributeValue::Integer(fill)) => Some(fill as f64),
+        Some(AttributeValue::Numbers(fill)) => fill.first().copied(),
+        Some(AttributeValue::Integers(fill)) => fill.first().map(|&fill| fill as f64),
+        _ => None,
+    };
     let mut bounds: Option<(f64, f64)> = None;
-    for start in (0..shape[0]).step_by(rows) {
-        let mut slices = vec![SliceOrIndex::from(start..shape[0].min(start + rows))];
-        slices.extend(shape[1..].iter().map(|&length| SliceOrIndex::from(0..length)));
-        let block = Selection::Hyperslab(Hyperslab::from(slices));
-        let values = dataset.read_slice::<f64, _, IxDyn>(block)?;
-        for &value in values.iter().filter(|value| !value.is_nan() && Some(**value) != fill) {
+    source.blocks(path, &info.shape, BLOCK, &mut |values: Vec<f64>| {
+        for value in values
+            .into_iter()
+            .filter(|value| !value.is_nan() && Some(*value) != fill)
+        {
             bounds = Some(bounds.map_or((value, value), |(least, most)| (least.min(value), most.max(value))));
         }
-    }
+    })?;
     Ok(bounds)
 }
 
@@ -191,27 +215,4 @@ pub struct AddedColumn {
 pub struct FlagInfo {
     pub value: i64,
     pub meaning: String,
-}
-
-pub(super) fn is_number(descriptor: &TypeDescriptor) -> bool {
-    matches!(
-        descriptor,
-        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) | TypeDescriptor::Float(_)
-    )
-}
-
-/// The name that NumPy has for a type.
-pub(super) fn type_name(descriptor: &TypeDescriptor) -> String {
-    let bits = |size: &IntSize| 8 * *size as usize;
-    match descriptor {
-        TypeDescriptor::Integer(size) => format!("int{}", bits(size)),
-        TypeDescriptor::Unsigned(size) => format!("uint{}", bits(size)),
-        TypeDescriptor::Float(FloatSize::U4) => "float32".to_owned(),
-        TypeDescriptor::Float(_) => "float64".to_owned(),
-        TypeDescriptor::FixedAscii(_)
-        | TypeDescriptor::FixedUnicode(_)
-        | TypeDescriptor::VarLenAscii
-        | TypeDescriptor::VarLenUnicode => "string".to_owned(),
-        other => format!("{other:?}").to_lowercase(),
-    }
 }

@@ -90,6 +90,16 @@ pub enum ResultError {
         time: f64,
         before: f64,
     },
+    #[error("{path}: {what}; no file of this program is so, and reading it would take too much: see docs/limits.md")]
+    BeyondLimits { path: PathBuf, what: String },
+    #[error(
+        "{path}: {what} is kept in another file, which is read only with --follow-external; give it if you trust the file"
+    )]
+    Elsewhere { path: PathBuf, what: String },
+    #[error("{path}: still being written, and it changed whenever it was read; try again")]
+    Growing { path: PathBuf },
+    #[error("{path}: the run that was writing it has just ended; look at the file that it was to become")]
+    Ended { path: PathBuf },
     #[error("{path}: has no {what}; it was not written by this program, or was changed since")]
     Missing { path: PathBuf, what: String },
     #[error("{path}: {what} has an unknown code {code}; use a newer version of the program")]
@@ -139,7 +149,12 @@ impl ResultError {
 
     /// An error of the HDF5 library while `path` was written.
     pub(super) fn write(path: &Path, kept: bool, error: &hdf5::Error) -> Self {
-        let (path, detail) = (path.to_owned(), describe(error));
+        Self::write_detail(path, kept, describe(error))
+    }
+
+    /// The same in HDF5's words.
+    pub(super) fn write_detail(path: &Path, kept: bool, detail: String) -> Self {
+        let path = path.to_owned();
         if detail.contains("No space left") || detail.contains("quota") {
             ResultError::DiskFull { path, kept }
         } else if detail.contains("File too large") {
@@ -149,9 +164,9 @@ impl ResultError {
         }
     }
 
-    /// An error of the HDF5 library while `path` was read.
-    pub(super) fn read(path: &Path, error: &hdf5::Error) -> Self {
-        let (path, detail) = (path.to_owned(), describe(error));
+    /// What HDF5 says while `path` is read.
+    pub(super) fn read_detail(path: &Path, detail: String) -> Self {
+        let path = path.to_owned();
         if detail.contains("unable to lock file") || detail.contains("already open for write") {
             ResultError::InUse { path }
         } else {
@@ -176,7 +191,7 @@ impl ResultError {
 
 /// The outermost and the innermost message of HDF5's error stack, with the operating system's own
 /// words where there are any.
-fn describe(error: &hdf5::Error) -> String {
+pub(super) fn describe(error: &hdf5::Error) -> String {
     let Some(stack) = error.stack() else {
         return error.to_string();
     };

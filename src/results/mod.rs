@@ -6,6 +6,8 @@
 
 mod attributes;
 mod certificate;
+mod check;
+mod checksums;
 mod contents;
 mod error;
 mod foreign;
@@ -13,6 +15,7 @@ mod partition;
 mod raw;
 mod reader;
 pub mod schema;
+mod source;
 mod stick_slip;
 mod sweep_columns;
 mod sweep_file;
@@ -28,11 +31,13 @@ mod writer;
 
 pub use attributes::{AttributeValue, MetaValue};
 pub use certificate::{BandColumns, CertificateTables, SensitivityTables, write_certified};
+pub use check::{CheckReport, Problem, check};
 pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use partition::{Partition, Patch, Stride};
 pub use reader::ResultFile;
+pub use source::{follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
 pub use sweep_file::SweepFile;
 pub use sweep_merge::{MergeError, MergeOptions, MergeReport, merge};

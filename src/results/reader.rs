@@ -3,17 +3,18 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use hdf5::{Dataset, Group, Location};
-
-use super::attributes::{self, AttributeValue, attribute_value, text_attribute};
-use super::contents::{self, AddedColumn, AddedGroup, Contents, is_number};
+use super::attributes::AttributeValue;
+use super::contents::{self, AddedColumn, AddedGroup, Contents};
 use super::schema::{self, attribute, group, root};
-use super::{Extra, ResultError, Status, StickSlipTable, raw, target};
+use super::source::{DatasetInfo, Kind, Numeric, Source};
+use super::{Extra, ResultError, Status, StickSlipTable};
 use crate::model::Mode;
 use crate::simulation::{Channels, Event, EventKind, Sample, Segment, State};
 
 /// Rows read at a time.
 const BLOCK: usize = 65_536;
+/// Most events, segments and cycles that are held at once: 0.5 GB of events.
+const MOST_ROWS: usize = 1 << 21;
 
 /// A result file, open for reading.
 ///
@@ -22,7 +23,7 @@ const BLOCK: usize = 65_536;
 #[derive(Debug)]
 pub struct ResultFile {
     path: PathBuf,
-    file: hdf5::File,
+    source: Source,
     status: Status,
     title: String,
 }
@@ -36,8 +37,8 @@ impl ResultFile {
     /// locked by a program that writes it.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let path = path.to_owned();
-        let file = target::open_to_read(&path)?;
-        let found = text_attribute(&file, root::FORMAT);
+        let source = Source::open(&path)?;
+        let found = source.text_attribute("", root::FORMAT)?;
         if found.as_deref() != Some(schema::FORMAT) {
             let own = schema::FORMATS.into_iter().find(|own| found.as_deref() == Some(*own));
             return Err(match own {
@@ -47,11 +48,11 @@ impl ResultFile {
         }
         let mut result = ResultFile {
             path,
-            file,
+            source,
             status: Status::Interrupted,
             title: String::new(),
         };
-        let found = match result.attribute(&result.file, root::FORMAT_VERSION)? {
+        let found = match result.attribute("", root::FORMAT_VERSION)? {
             AttributeValue::Integer(version) => version,
             _ => return Err(result.missing("integer root attribute format_version")),
         };
@@ -65,7 +66,7 @@ impl ResultFile {
         }
         result.status = match result.text(root::STATUS)?.as_str() {
             "complete" => Status::Complete,
-            "failed" => Status::Failed(text_attribute(&result.file, root::FAILURE).unwrap_or_default()),
+            "failed" => Status::Failed(result.source.text_attribute("", root::FAILURE)?.unwrap_or_default()),
             _ => Status::Interrupted,
         };
         result.title = result.text(root::TITLE)?;
@@ -81,13 +82,20 @@ impl ResultFile {
         &self.status
     }
 
+    /// Whether a run was still writing the file when it was opened; it is read as the last flush left it.
+    pub fn is_growing(&self) -> bool {
+        self.source.is_growing()
+    }
+
     pub fn title(&self) -> &str {
         &self.title
     }
 
     /// A root attribute that is a text: see [`schema::root`].
     pub fn text(&self, name: &str) -> Result<String, ResultError> {
-        text_attribute(&self.file, name).ok_or_else(|| self.missing(&format!("text in root attribute {name}")))
+        self.source
+            .text_attribute("", name)?
+            .ok_or_else(|| self.missing(&format!("text in root attribute {name}")))
     }
 
     /// The TOML text as it was given.
@@ -102,7 +110,7 @@ impl ResultFile {
 
     /// The attributes of /meta, in alphabetical order.
     pub fn meta(&self) -> Result<Vec<(String, AttributeValue)>, ResultError> {
-        self.attributes_of(&*self.group(group::META)?)
+        self.attributes_of(group::META)
     }
 
     /// Samples that every column of the trajectory has.
@@ -112,7 +120,7 @@ impl ResultFile {
 
     /// Rows `range` of a column of the trajectory, as numbers.
     pub fn column(&self, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
-        self.values(&self.dataset(group::TRAJECTORY, name)?, range)
+        self.values(group::TRAJECTORY, name, range)
     }
 
     /// A column of the trajectory, block by block.
@@ -120,14 +128,15 @@ impl ResultFile {
         &self,
         name: &str,
     ) -> Result<impl Iterator<Item = Result<Vec<f64>, ResultError>>, ResultError> {
-        let dataset = self.dataset(group::TRAJECTORY, name)?;
-        Ok(blocks(self.sample_count()?).map(move |range| self.values(&dataset, range)))
+        self.dataset(group::TRAJECTORY, name)?;
+        let name = name.to_owned();
+        Ok(blocks(self.sample_count()?).map(move |range| self.values(group::TRAJECTORY, &name, range)))
     }
 
     /// Rows `range` of the trajectory.
     pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
         let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
-        let segments: Vec<i32> = self.values(&self.dataset(group::TRAJECTORY, "segment")?, range.clone())?;
+        let segments: Vec<i32> = self.values(group::TRAJECTORY, "segment", range.clone())?;
         let times = self.column("time", range.clone())?;
         let column = |(name, _, _): &(&str, &str, &str)| self.column(name, range.clone());
         let states = State::DESCRIPTIONS.iter().map(column).collect::<Result<Vec<_>, _>>()?;
@@ -159,19 +168,25 @@ impl ResultFile {
 
     /// Every event, in order of time.
     pub fn events(&self) -> Result<Vec<Event>, ResultError> {
-        let all = 0..self.rows(&schema::events())?;
-        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
-            self.values(&self.dataset(group::EVENTS, name)?, all.clone())
-        };
+        let rows = self.few(&schema::events())?;
+        let mut events = Vec::with_capacity(rows);
+        for all in blocks(rows) {
+            events.extend(self.some_events(all)?);
+        }
+        Ok(events)
+    }
+
+    fn some_events(&self, all: Range<usize>) -> Result<Vec<Event>, ResultError> {
+        let column = |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::EVENTS, name, all.clone()) };
         let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {
             State::DESCRIPTIONS
                 .iter()
                 .map(|(name, _, _)| column(&format!("{name}_{side}")))
                 .collect()
         };
-        let kinds: Vec<i8> = self.values(&self.dataset(group::EVENTS, "kind")?, all.clone())?;
+        let kinds: Vec<i8> = self.values(group::EVENTS, "kind", all.clone())?;
         let modes = self.modes(group::EVENTS, "mode_after", all.clone())?;
-        let segments: Vec<i32> = self.values(&self.dataset(group::EVENTS, "segment")?, all.clone())?;
+        let segments: Vec<i32> = self.values(group::EVENTS, "segment", all.clone())?;
         let (times, forces) = (column("time")?, column("internal_force")?);
         let (before, after) = (side("before")?, side("after")?);
         let event = |row: usize| {
@@ -186,22 +201,20 @@ impl ResultFile {
                 internal_force: forces[row],
             })
         };
-        all.map(event).collect()
+        (0..all.len()).map(event).collect()
     }
 
     /// Every segment, in order of time.
     pub fn segments(&self) -> Result<Vec<Segment>, ResultError> {
-        let all = 0..self.rows(&schema::segments())?;
-        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
-            self.values(&self.dataset(group::SEGMENTS, name)?, all.clone())
-        };
+        let all = 0..self.few(&schema::segments())?;
+        let column = |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::SEGMENTS, name, all.clone()) };
         let counts = |name: &str| -> Result<Vec<u64>, ResultError> {
-            let values: Vec<i64> = self.values(&self.dataset(group::SEGMENTS, name)?, all.clone())?;
+            let values: Vec<i64> = self.values(group::SEGMENTS, name, all.clone())?;
             Ok(values.into_iter().map(|value| value.max(0) as u64).collect())
         };
         let (starts, ends, last_steps) = (column("start")?, column("end")?, column("last_step")?);
         let modes = self.modes(group::SEGMENTS, "mode", all.clone())?;
-        let solvers: Vec<i8> = self.values(&self.dataset(group::SEGMENTS, "solver")?, all.clone())?;
+        let solvers: Vec<i8> = self.values(group::SEGMENTS, "solver", all.clone())?;
         let orders = counts("last_order")?;
         let (steps, rhs) = (counts("steps")?, counts("rhs_evaluations")?);
         let (jacobians, setups) = (counts("jacobian_evaluations")?, counts("linear_solver_setups")?);
@@ -234,7 +247,7 @@ impl ResultFile {
 
     /// The statistics of stick-slip; `None` in a file whose run was killed before they were written.
     pub fn stick_slip(&self) -> Result<Option<StickSlipTable>, ResultError> {
-        let attributes = self.attributes_of(&*self.group(group::STICK_SLIP)?)?;
+        let attributes = self.attributes_of(group::STICK_SLIP)?;
         if attributes.is_empty() {
             return Ok(None);
         }
@@ -251,10 +264,9 @@ impl ResultFile {
             Some(AttributeValue::Integer(value)) => u64::try_from(*value).unwrap_or(0),
             _ => 0,
         };
-        let all = 0..self.rows(&schema::stick_slip())?;
-        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
-            self.values(&self.dataset(group::STICK_SLIP, name)?, all.clone())
-        };
+        let all = 0..self.few(&schema::stick_slip())?;
+        let column =
+            |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::STICK_SLIP, name, all.clone()) };
         let mut table = StickSlipTable {
             stick_duration: column("stick_duration")?,
             slip_duration: column("slip_duration")?,
@@ -283,39 +295,55 @@ impl ResultFile {
     /// # Errors
     /// If it cannot be read.
     pub fn contents(&self) -> Result<Contents, ResultError> {
-        contents::of_file(&self.path, &self.file)
+        contents::of_file(&self.source)
     }
 
     /// What a group holds that later versions of the program, or others, have added: its attributes,
     /// and its one-dimensional numeric variables with up to `limit` of their first values; `None`
     /// if there is no such group.
     pub fn added_group(&self, name: &str, limit: usize) -> Result<Option<AddedGroup>, ResultError> {
-        let Ok(group) = self.file.group(name) else {
-            return Ok(None);
+        let members = match self.source.members(name) {
+            Ok(members) => members,
+            Err(ResultError::Damaged { .. }) if !self.has(name)? => return Ok(None),
+            Err(error) => return Err(error),
         };
         let mut columns = Vec::new();
-        for name in group.member_names().map_err(|error| self.failed(&error))? {
-            let Ok(dataset) = group.dataset(&name) else { continue };
-            let kind = dataset.dtype().and_then(|kind| kind.to_descriptor());
-            if dataset.ndim() == 1 && kind.is_ok_and(|kind| is_number(&kind)) {
+        for member in members {
+            let Kind::Dataset(info) = member.is else { continue };
+            if info.shape.len() == 1 && info.holds.is_number() {
+                let path = format!("{name}/{}", member.name);
                 columns.push(AddedColumn {
-                    units: text_attribute(&dataset, attribute::UNITS),
-                    long_name: text_attribute(&dataset, attribute::LONG_NAME),
-                    rows: dataset.size(),
-                    values: self.values(&dataset, 0..dataset.size().min(limit))?,
-                    name,
+                    units: self.source.text_attribute(&path, attribute::UNITS)?,
+                    long_name: self.source.text_attribute(&path, attribute::LONG_NAME)?,
+                    rows: info.size(),
+                    values: self.values(name, &member.name, 0..info.size().min(limit))?,
+                    name: member.name,
                 });
             }
         }
-        let attributes = self.attributes_of(&group)?;
+        let attributes = self.attributes_of(name)?;
         Ok(Some(AddedGroup { attributes, columns }))
     }
 
+    /// Whether the file has something of this name.
+    fn has(&self, name: &str) -> Result<bool, ResultError> {
+        Ok(self.source.members("")?.iter().any(|member| member.name == name))
+    }
+
     fn input(&self, name: &str) -> Result<String, ResultError> {
-        let dataset = self.dataset(group::INPUT, name)?;
-        raw::read_text(&dataset)
-            .map_err(|error| self.failed(&error))?
+        self.dataset(group::INPUT, name)?;
+        self.source
+            .text(&format!("{}/{name}", group::INPUT))?
             .ok_or_else(|| self.missing(&format!("text in /{}/{name}", group::INPUT)))
+    }
+
+    /// The rows of a table that is read as a whole.
+    fn few(&self, table: &schema::Table) -> Result<usize, ResultError> {
+        let rows = self.rows(table)?;
+        if rows > MOST_ROWS {
+            return Err(self.source.refused(format!("/{} has {rows} rows", table.group)));
+        }
+        Ok(rows)
     }
 
     /// Rows that every column of a table has. A run that was killed in the middle of a flush may
@@ -323,12 +351,21 @@ impl ResultFile {
     fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
         let mut rows = usize::MAX;
         for variable in &table.variables {
-            let dataset = self.dataset(table.group, &variable.name)?;
-            let mut sound = dataset.size().min(rows);
+            let info = self.dataset(table.group, &variable.name)?;
+            let mut sound = info.size().min(rows);
             if self.status != Status::Complete {
-                let chunk = dataset.chunk().and_then(|shape| shape.first().copied()).unwrap_or(1);
-                sound = sound.min(dataset.num_chunks().unwrap_or(0) * chunk);
-                while sound > 0 && dataset.read_slice_1d::<f64, _>(sound - 1..sound).is_err() {
+                let chunk = info
+                    .chunk
+                    .as_ref()
+                    .and_then(|shape| shape.first().copied())
+                    .unwrap_or(1)
+                    .max(1);
+                sound = sound.min(info.chunks.unwrap_or(0).saturating_mul(chunk));
+                while sound > 0
+                    && self
+                        .values::<f64>(table.group, &variable.name, sound - 1..sound)
+                        .is_err()
+                {
                     sound = (sound - 1) / chunk * chunk;
                 }
             }
@@ -338,7 +375,7 @@ impl ResultFile {
     }
 
     fn modes(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<Mode>, ResultError> {
-        let codes: Vec<i8> = self.values(&self.dataset(group, name)?, range)?;
+        let codes: Vec<i8> = self.values(group, name, range)?;
         let mode = |code: i8| Mode::ALL.into_iter().find(|mode| mode.code() == code);
         codes
             .into_iter()
@@ -346,44 +383,48 @@ impl ResultFile {
             .collect()
     }
 
-    fn values<T: hdf5::H5Type>(&self, dataset: &Dataset, range: Range<usize>) -> Result<Vec<T>, ResultError> {
-        let size = dataset.size();
+    fn values<T: Numeric>(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<T>, ResultError> {
+        let info = self.dataset(group, name)?;
+        let size = info.size();
         if range.end > size {
-            return Err(self.missing(&format!("row {} in {}, but {size} rows", range.end - 1, dataset.name())));
+            return Err(self.missing(&format!("row {} in /{group}/{name}, but {size} rows", range.end - 1)));
         }
-        let values = dataset
-            .read_slice_1d::<T, _>(range)
-            .map_err(|error| self.failed(&error))?;
-        Ok(values.into_raw_vec_and_offset().0)
+        self.source.read_rows(&format!("{group}/{name}"), range)
     }
 
-    fn group(&self, name: &str) -> Result<Group, ResultError> {
-        self.file.group(name).map_err(|_| {
-            let there = self.file.member_names().unwrap_or_default();
-            self.missing(&format!("group /{name} (there are: {})", there.join(", ")))
+    /// A column: one dimension of numbers, or a scalar text.
+    fn dataset(&self, group: &str, name: &str) -> Result<DatasetInfo, ResultError> {
+        let info = self.source.dataset(&format!("{group}/{name}"))?;
+        let info = match info {
+            Some(info) => info,
+            None if self.has(group)? => return Err(self.missing(&format!("variable /{group}/{name}"))),
+            None => {
+                let there: Vec<String> = self.source.members("")?.into_iter().map(|member| member.name).collect();
+                return Err(self.missing(&format!("group /{group} (there are: {})", there.join(", "))));
+            }
+        };
+        if group != group::INPUT && (info.shape.len() != 1 || !info.holds.is_number()) {
+            let what = format!(
+                "column of numbers /{group}/{name}, but {} of shape {:?}",
+                info.holds.name(),
+                info.shape
+            );
+            return Err(self.missing(&what));
+        }
+        Ok(info)
+    }
+
+    fn attribute(&self, object: &str, name: &str) -> Result<AttributeValue, ResultError> {
+        self.source
+            .attribute(object, name)?
+            .ok_or_else(|| self.missing(&format!("attribute {name} in /{object}")))
+    }
+
+    fn attributes_of(&self, group: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        self.source.attributes(group).map_err(|error| match error {
+            ResultError::Damaged { .. } if !self.has(group).unwrap_or(true) => self.missing(&format!("group /{group}")),
+            error => error,
         })
-    }
-
-    fn dataset(&self, group: &str, name: &str) -> Result<Dataset, ResultError> {
-        self.group(group)?
-            .dataset(name)
-            .map_err(|_| self.missing(&format!("variable /{group}/{name}")))
-    }
-
-    fn attribute(&self, location: &Location, name: &str) -> Result<AttributeValue, ResultError> {
-        location
-            .attr(name)
-            .ok()
-            .and_then(|attribute| attribute_value(&attribute))
-            .ok_or_else(|| self.missing(&format!("attribute {name} in {}", location.name())))
-    }
-
-    fn attributes_of(&self, location: &Location) -> Result<Vec<(String, AttributeValue)>, ResultError> {
-        attributes::all(location).map_err(|error| self.failed(&error))
-    }
-
-    fn failed(&self, error: &hdf5::Error) -> ResultError {
-        ResultError::read(&self.path, error)
     }
 
     fn missing(&self, what: &str) -> ResultError {

@@ -61,6 +61,8 @@ pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
 pub const INPUT_CASE: &str = "case";
 /// Every parameter in SI and in full precision, in /input.
 pub const INPUT_RESOLVED: &str = "resolved";
+/// The checksums of what HDF5 does not check.
+pub const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta that the writer itself adds: seconds from creation to the end, NaN until then.
 pub const META_WALL_TIME: &str = "wall_time_s";
 
@@ -69,6 +71,8 @@ pub mod attribute {
     pub const UNITS: &str = "units";
     pub const FILL_VALUE: &str = "_FillValue";
     pub const LONG_NAME: &str = "long_name";
+    /// What HDF5 itself notes of dimension scales.
+    pub const OF_HDF5: [&str; 4] = ["CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"];
     pub const FLAG_VALUES: &str = "flag_values";
     pub const FLAG_MEANINGS: &str = "flag_meanings";
     /// Suffix of the companion that holds the unit of an attribute that is a quantity.

@@ -1,47 +1,31 @@
 //! Reads the file of a sweep.
 
-use std::path::{Path, PathBuf};
+use std::ops::Range;
+use std::path::Path;
 
-use super::attributes::text_attribute;
+use super::ResultError;
+use super::attributes::AttributeValue;
 use super::schema;
+use super::source::{DatasetInfo, Kind, Source};
 use super::sweep_writer::{DIGEST, FAILURES, POINT};
-use super::{ResultError, raw, target};
 
 /// A sweep file, open for reading.
 #[derive(Debug)]
 pub struct SweepFile {
-    path: PathBuf,
-    pub(super) file: hdf5::File,
+    pub(super) source: Source,
 }
 
 /// Opens an HDF5 file of this or an earlier version of the program, whatever its format.
 pub(super) fn open_checked(path: &Path) -> Result<SweepFile, ResultError> {
-    if !path.exists() {
-        return Err(ResultError::NotFound { path: path.to_owned() });
-    }
-    if path.is_dir() {
-        return Err(ResultError::FolderIsNoResult { path: path.to_owned() });
-    }
-    if !target::has_hdf5_signature(path)? {
-        return Err(ResultError::NotHdf5 { path: path.to_owned() });
-    }
-    let file = hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(false))
-        .open(path)
-        .map_err(|error| ResultError::read(path, &error))?;
-    let version = file
-        .attr(schema::root::FORMAT_VERSION)
-        .and_then(|attribute| attribute.read_scalar::<i64>());
-    match version {
-        Ok(found) if found > i64::from(schema::FORMAT_VERSION) => Err(ResultError::Newer {
+    let source = Source::open(path)?;
+    let known = i64::from(schema::FORMAT_VERSION);
+    match source.attribute("", schema::root::FORMAT_VERSION)? {
+        Some(AttributeValue::Integer(found)) if found > known => Err(ResultError::Newer {
             path: path.to_owned(),
             found,
-            known: i64::from(schema::FORMAT_VERSION),
+            known,
         }),
-        _ => Ok(SweepFile {
-            path: path.to_owned(),
-            file,
-        }),
+        _ => Ok(SweepFile { source }),
     }
 }
 
@@ -66,16 +50,14 @@ impl SweepFile {
 
     /// Where it is.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.source.path()
     }
 
     /// A text attribute of the file, such as `title`, `status` or `study_digest`, or of a group, as in
     /// `boundary/criterion`.
     pub fn text(&self, name: &str) -> Option<String> {
-        match name.rsplit_once('/') {
-            Some((group, name)) => text_attribute(&*self.file.group(group).ok()?, name),
-            None => text_attribute(&self.file, name),
-        }
+        let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
+        self.source.text_attribute(group, name).ok()?
     }
 
     /// The digest of its study.
@@ -85,21 +67,16 @@ impl SweepFile {
 
     /// A text attribute of a variable.
     pub fn attribute(&self, variable: &str, name: &str) -> Option<String> {
-        text_attribute(&*self.file.dataset(variable).ok()?, name)
+        self.source.text_attribute(variable, name).ok()?
     }
 
     /// The names of the variables in a group, `/` for the points themselves; none if there is no such group.
     pub fn variables(&self, group: &str) -> Vec<String> {
-        let group = self.file.group(group);
-        group.and_then(|group| group.member_names()).map_or_else(
-            |_| Vec::new(),
-            |names| {
-                names
-                    .into_iter()
-                    .filter(|name| self.file.group(name).is_err())
-                    .collect()
-            },
-        )
+        let members = self.source.members(group.trim_matches('/')).unwrap_or_default();
+        let variables = members
+            .into_iter()
+            .filter(|member| !matches!(member.is, Kind::Group(_)));
+        variables.map(|member| member.name).collect()
     }
 
     /// The dimensions of a variable.
@@ -107,10 +84,11 @@ impl SweepFile {
     /// # Errors
     /// If there is none of that name.
     pub fn shape(&self, variable: &str) -> Result<Vec<usize>, ResultError> {
-        self.file
-            .dataset(variable)
-            .map(|dataset| dataset.shape())
-            .map_err(|_| self.missing(variable))
+        self.dataset(variable).map(|info| info.shape)
+    }
+
+    pub(super) fn dataset(&self, variable: &str) -> Result<DatasetInfo, ResultError> {
+        self.source.dataset(variable)?.ok_or_else(|| self.missing(variable))
     }
 
     /// A whole variable as numbers, the last dimension fastest; whole numbers are converted.
@@ -118,10 +96,9 @@ impl SweepFile {
     /// # Errors
     /// If there is none of that name, or it cannot be read.
     pub fn numbers(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
-        let dataset = self.file.dataset(variable).map_err(|_| self.missing(variable))?;
-        dataset
-            .read_raw::<f64>()
-            .map_err(|error| ResultError::read(&self.path, &error))
+        let info = self.dataset(variable)?;
+        let all: Vec<Range<usize>> = info.shape.iter().map(|&length| 0..length).collect();
+        self.source.read(variable, &all)
     }
 
     /// The points that failed, each with its message.
@@ -130,19 +107,18 @@ impl SweepFile {
     /// If they cannot be read.
     pub fn failures(&self) -> Result<Vec<(u64, String)>, ResultError> {
         let group = FAILURES.0;
-        if self.file.group(group).is_err() {
+        let point = format!("{group}/{POINT}");
+        if self.source.dataset(&point)?.is_none() {
             return Ok(Vec::new());
         }
-        let numbers = self.numbers(&format!("{group}/{POINT}"))?;
-        let name = format!("{group}/message");
-        let dataset = self.file.dataset(&name).map_err(|_| self.missing(&name))?;
-        let texts = raw::read_texts(&dataset).map_err(|error| ResultError::read(&self.path, &error))?;
+        let numbers = self.numbers(&point)?;
+        let texts = self.source.texts(&format!("{group}/message"))?;
         Ok(numbers.into_iter().map(|number| number as u64).zip(texts).collect())
     }
 
     pub(super) fn missing(&self, what: &str) -> ResultError {
         ResultError::Missing {
-            path: self.path.clone(),
+            path: self.path().to_owned(),
             what: format!("variable {what}"),
         }
     }

@@ -3,13 +3,14 @@
 //! Its points lie in a table, whatever the study's own layout; `point` has their numbers in the study. Root attributes
 //! say which shard of how many it is; the axes of a grid are in /axes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 
-use hdf5::{Dataset, H5Type};
-
-use super::attributes::{MetaValue, write_text_attribute};
+use super::ResultError;
+use super::attributes::{AttributeValue, MetaValue, write_text_attribute};
 use super::partition::Partition;
 use super::schema::{self, attribute, root};
+use super::source::{Numeric, Source};
 use super::sweep_columns::write_axis;
 use super::sweep_file::{SweepFile, open_checked};
 use super::sweep_writer::{
@@ -17,7 +18,6 @@ use super::sweep_writer::{
     SweepLayout, SweepPlan, SweepRow, SweepVariable,
 };
 use super::table::create_group;
-use super::{ResultError, raw};
 
 /// Root attributes: which shard, counted from 1, and of how many.
 const SHARD: &str = "shard";
@@ -31,6 +31,11 @@ const AXES: &str = "study_axes";
 const VARIABLES: &str = "study_variables";
 /// Root attribute: the names of the attributes of /meta, in order.
 const META: &str = "study_meta";
+/// Most points of a study, and most axes or variables of a point: far more than anyone computes.
+const POINTS: usize = 1 << 40;
+/// Most shards of a study.
+const SHARDS: usize = 1 << 20;
+const NAMES: usize = 4096;
 /// Group with the coordinates of a grid.
 const AXES_GROUP: &str = "axes";
 
@@ -81,7 +86,7 @@ pub(super) fn describe(
 /// The file of a shard, open for reading.
 #[derive(Debug)]
 pub struct ShardFile {
-    inner: SweepFile,
+    inner: Arc<SweepFile>,
     /// Counted from 0.
     shard: usize,
     partition: Partition,
@@ -103,36 +108,43 @@ impl ShardFile {
             path: path.to_owned(),
             what: format!("usable attribute {what}"),
         };
-        let number = |name: &str| {
-            let value = inner
-                .file
-                .attr(name)
-                .and_then(|attribute| attribute.read_scalar::<i64>());
-            value
-                .ok()
-                .and_then(|value| usize::try_from(value).ok())
-                .filter(|&value| value >= 1)
-                .ok_or_else(|| damaged(name))
+        let positive = |value: i64| usize::try_from(value).ok().filter(|&value| value >= 1);
+        let number = |name: &str| match inner.source.attribute("", name)? {
+            Some(AttributeValue::Integer(value)) => positive(value).ok_or_else(|| damaged(name)),
+            _ => Err(damaged(name)),
         };
         let (shard, count) = (number(SHARD)? - 1, number(SHARD_COUNT)?);
-        let shape = inner.file.attr(SHAPE).and_then(|attribute| attribute.read_raw::<i64>());
-        let shape: Vec<usize> = shape
-            .map_err(|_| damaged(SHAPE))?
-            .into_iter()
-            .filter_map(|length| usize::try_from(length).ok().filter(|&length| length >= 1))
-            .collect();
+        let shape: Option<Vec<usize>> = match inner.source.attribute("", SHAPE)? {
+            Some(AttributeValue::Integers(lengths)) => lengths.into_iter().map(positive).collect(),
+            _ => None,
+        };
+        let shape = shape.ok_or_else(|| damaged(SHAPE))?;
         let layout = match inner.text(LAYOUT).as_deref() {
             Some("grid") => SweepLayout::Grid,
             Some("table") => SweepLayout::Table,
             _ => return Err(damaged(LAYOUT)),
         };
-        if shape.is_empty() || shard >= count {
+        let points = shape
+            .iter()
+            .try_fold(1_usize, |points, &length| points.checked_mul(length));
+        if shape.is_empty() || points.is_none_or(|points| points > POINTS) {
             return Err(damaged(SHAPE));
         }
+        if shard >= count || count > SHARDS || points.is_none_or(|points| count > points) {
+            return Err(damaged(SHARD_COUNT));
+        }
+        let partition = Partition::new(&shape, count);
+        let (rows, expected) = (inner.shape(POINT)?, partition.size(shard));
+        if rows != [expected] {
+            return Err(ResultError::Missing {
+                path: path.to_owned(),
+                what: format!("column {POINT} of {expected} points, but one of shape {rows:?}"),
+            });
+        }
         Ok(ShardFile {
-            inner,
+            inner: Arc::new(inner),
             shard,
-            partition: Partition::new(&shape, count),
+            partition,
             layout,
             shape,
         })
@@ -181,14 +193,18 @@ impl ShardFile {
     /// # Errors
     /// If it cannot be read.
     pub fn event_count(&self) -> Result<usize, ResultError> {
-        if !self.keeps_events() {
+        if !self.keeps_events()? {
             return Ok(0);
         }
-        Ok(self.inner.shape(&format!("{}/{POINT}", EVENTS.0))?[0])
+        match self.inner.shape(&format!("{}/{POINT}", EVENTS.0))?[..] {
+            [events] => Ok(events),
+            _ => Err(self.inner.missing(&format!("{}/{POINT} of one dimension", EVENTS.0))),
+        }
     }
 
-    fn keeps_events(&self) -> bool {
-        self.inner.file.group(EVENTS.0).is_ok()
+    fn keeps_events(&self) -> Result<bool, ResultError> {
+        let members = self.inner.source.members("")?;
+        Ok(members.iter().any(|member| member.name == EVENTS.0))
     }
 
     /// What it says about its study.
@@ -196,20 +212,16 @@ impl ShardFile {
         let text = |name: &str| self.inner.text(name).ok_or_else(|| self.inner.missing(name));
         let input = |name: &str| {
             let name = format!("{}/{name}", schema::group::INPUT);
-            let dataset = self.inner.file.dataset(&name).map_err(|_| self.inner.missing(&name))?;
-            let found = raw::read_text(&dataset).map_err(|error| ResultError::read(self.path(), &error))?;
-            found.ok_or_else(|| self.inner.missing(&name))
+            self.inner.dataset(&name)?;
+            self.inner.source.text(&name)?.ok_or_else(|| self.inner.missing(&name))
         };
         let mut meta = Vec::new();
         for name in text(META)?.split_whitespace() {
-            let path = format!("{}/{name}", schema::group::META);
-            let number = || {
-                let group = self.inner.file.group(schema::group::META).ok()?;
-                group.attr(name).ok()?.read_scalar::<f64>().ok()
-            };
-            let value = match self.inner.text(&path) {
-                Some(text) => MetaValue::Text(text),
-                None => MetaValue::Number(number().ok_or_else(|| self.inner.missing(&path))?),
+            let value = match self.inner.source.attribute(schema::group::META, name)? {
+                Some(AttributeValue::Text(text)) => MetaValue::Text(text),
+                Some(AttributeValue::Number(number)) => MetaValue::Number(number),
+                Some(AttributeValue::Integer(number)) => MetaValue::Number(number as f64),
+                _ => return Err(self.inner.missing(&format!("{}/{name}", schema::group::META))),
             };
             meta.push((name.to_owned(), value));
         }
@@ -229,7 +241,13 @@ impl ShardFile {
     pub(super) fn plan(&self) -> Result<SweepPlan, ResultError> {
         let names = |list: &str| -> Result<Vec<String>, ResultError> {
             let text = self.inner.text(list).ok_or_else(|| self.inner.missing(list))?;
-            Ok(text.split_whitespace().map(str::to_owned).collect())
+            let names: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+            if names.is_empty() || names.len() > NAMES {
+                let what = format!("usable attribute {list}: 1 to {NAMES} names");
+                let path = self.path().to_owned();
+                return Err(ResultError::Missing { path, what });
+            }
+            Ok(names)
         };
         let mut axes = Vec::new();
         for name in names(AXES)? {
@@ -250,13 +268,27 @@ impl ShardFile {
         let mut variables = Vec::new();
         for name in names(VARIABLES)? {
             let attribute = |what: &str| self.inner.attribute(&name, what).unwrap_or_default();
-            let dataset = self.inner.file.dataset(&name).map_err(|_| self.inner.missing(&name))?;
-            let fill = dataset.attr("_FillValue").and_then(|fill| fill.read_raw::<i64>());
+            self.inner.dataset(&name)?;
+            let count_fill = match self.inner.source.attribute(&name, attribute::FILL_VALUE)? {
+                Some(AttributeValue::Integer(fill)) => Some(fill),
+                Some(AttributeValue::Integers(fill)) => fill.first().copied(),
+                _ => None,
+            };
             variables.push(SweepVariable {
                 units: attribute(attribute::UNITS),
                 long_name: attribute(attribute::LONG_NAME),
-                count_fill: fill.ok().and_then(|fill| fill.first().copied()),
+                count_fill,
                 name,
+            });
+        }
+        let fits = match self.layout {
+            SweepLayout::Grid => axes.iter().map(|axis| axis.values.len()).eq(self.shape.iter().copied()),
+            SweepLayout::Table => self.shape.len() == 1,
+        };
+        if !fits {
+            return Err(ResultError::Missing {
+                path: self.path().to_owned(),
+                what: format!("usable attribute {SHAPE}: it is {:?}", self.shape),
             });
         }
         Ok(SweepPlan {
@@ -264,14 +296,13 @@ impl ShardFile {
             axes,
             variables,
             points: self.shape.iter().product(),
-            keep_events: self.keeps_events(),
+            keep_events: self.keeps_events()?,
             shard: None,
         })
     }
 
     /// Its points one by one, in the order of their numbers.
     pub(super) fn rows(&self, plan: &SweepPlan) -> Result<ShardRows, ResultError> {
-        let path = self.path().to_owned();
         let axes: &[SweepAxis] = match self.layout {
             SweepLayout::Grid => &[],
             SweepLayout::Table => &plan.axes,
@@ -304,15 +335,19 @@ impl ShardFile {
             failures: self.failures()?.into_iter().rev().collect(),
             events,
             next: 0,
-            path,
+            file: Arc::clone(&self.inner),
         })
     }
 
-    fn column<T: H5Type + Copy>(&self, name: &str) -> Result<Blocks<T>, ResultError> {
-        let dataset = self.inner.file.dataset(name).map_err(|_| self.inner.missing(name))?;
+    fn column<T: Numeric>(&self, name: &str) -> Result<Blocks<T>, ResultError> {
+        let info = self.inner.dataset(name)?;
+        let ([length], true) = (&info.shape[..], info.holds.is_number()) else {
+            return Err(self.inner.missing(&format!("{name} that is a column of numbers")));
+        };
         Ok(Blocks {
-            length: dataset.size(),
-            dataset,
+            length: *length,
+            file: Arc::clone(&self.inner),
+            name: name.to_owned(),
             start: 0,
             rows: Vec::new(),
         })
@@ -324,30 +359,40 @@ const BLOCK: usize = 4096;
 
 /// A column, read in blocks from its beginning on.
 struct Blocks<T> {
-    dataset: Dataset,
+    file: Arc<SweepFile>,
+    name: String,
     length: usize,
     start: usize,
     rows: Vec<T>,
 }
 
-impl<T: H5Type + Copy> Blocks<T> {
+impl<T: Numeric> Blocks<T> {
     /// The value of a row at or after the last that was asked for; `None` beyond the end.
-    fn at(&mut self, row: usize) -> hdf5::Result<Option<T>> {
+    fn at(&mut self, row: usize) -> Result<Option<T>, ResultError> {
         if row >= self.length {
             return Ok(None);
         }
         if row >= self.start + self.rows.len() {
             self.start = row;
             let end = (row + BLOCK).min(self.length);
-            self.rows = self.dataset.read_slice_1d(row..end)?.to_vec();
+            let source: &Source = &self.file.source;
+            self.rows = source.read_rows(&self.name, row..end)?;
         }
         Ok(self.rows.get(row - self.start).copied())
+    }
+
+    /// The value of a row that the other columns have.
+    fn value(&mut self, row: usize) -> Result<T, ResultError> {
+        self.at(row)?.ok_or_else(|| {
+            self.file
+                .missing(&format!("{} with a row {row}, as its neighbours have", self.name))
+        })
     }
 }
 
 /// The points of a shard, one by one.
 pub(super) struct ShardRows {
-    path: PathBuf,
+    file: Arc<SweepFile>,
     number: Blocks<i64>,
     status: Blocks<i8>,
     coordinates: Vec<Blocks<f64>>,
@@ -370,17 +415,16 @@ struct EventRows {
 }
 
 impl EventRows {
-    fn of_point(&mut self, number: i64) -> hdf5::Result<Vec<SweepCell>> {
+    fn of_point(&mut self, number: i64) -> Result<Vec<SweepCell>, ResultError> {
         let mut cells = Vec::new();
-        let short = "columns of different lengths";
         while self.point.at(self.next)? == Some(number) {
             let row = self.next;
             cells.push((
-                self.time.at(row)?.ok_or(short)?,
-                self.kind.at(row)?.ok_or(short)?,
-                self.mode_after.at(row)?.ok_or(short)?,
-                self.relative_velocity.at(row)?.ok_or(short)?,
-                self.internal_force.at(row)?.ok_or(short)?,
+                self.time.value(row)?,
+                self.kind.value(row)?,
+                self.mode_after.value(row)?,
+                self.relative_velocity.value(row)?,
+                self.internal_force.value(row)?,
             ));
             self.next += 1;
         }
@@ -391,17 +435,15 @@ impl EventRows {
 impl ShardRows {
     /// The next point, which has to be the one of this number.
     pub(super) fn next(&mut self, number: u64) -> Result<SweepRow, ResultError> {
-        let row = self
-            .read(number)
-            .map_err(|error| ResultError::read(&self.path, &error))?;
+        let row = self.read(number)?;
         self.next += 1;
         row.ok_or_else(|| ResultError::Missing {
-            path: self.path.clone(),
+            path: self.file.path().to_owned(),
             what: format!("point {number} where it belongs"),
         })
     }
 
-    fn read(&mut self, number: u64) -> hdf5::Result<Option<SweepRow>> {
+    fn read(&mut self, number: u64) -> Result<Option<SweepRow>, ResultError> {
         let at = self.next;
         let expected = i64::try_from(number).unwrap_or(i64::MAX);
         let (Some(found), Some(status)) = (self.number.at(at)?, self.status.at(at)?) else {
@@ -410,18 +452,17 @@ impl ShardRows {
         if found != expected || status == POINT_STATUSES[2].0 {
             return Ok(None);
         }
-        let short = "columns of different lengths";
         let mut row = SweepRow {
             number,
             ..SweepRow::default()
         };
         for column in &mut self.coordinates {
-            row.coordinates.push(column.at(at)?.ok_or(short)?);
+            row.coordinates.push(column.value(at)?);
         }
         if status == POINT_STATUSES[0].0 {
             let mut values = Vec::with_capacity(self.values.len());
             for (column, fill) in &mut self.values {
-                let value = column.at(at)?.ok_or(short)?;
+                let value = column.value(at)?;
                 let nothing = fill.is_some_and(|fill| value == fill as f64);
                 values.push(if nothing { f64::NAN } else { value });
             }

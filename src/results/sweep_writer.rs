@@ -13,7 +13,7 @@ use super::sweep_shard::{self, ShardPlan};
 use super::sweep_virtual::Storage;
 use super::table::{self, create_group};
 use super::target::{self, Overwrite, WriteLock};
-use super::{ResultError, Status, raw};
+use super::{ResultError, Status, checksums, raw};
 
 /// Name of the variable that says what came of a point.
 pub(super) const POINT_STATUS: &str = "status";
@@ -272,6 +272,7 @@ impl SweepWriter {
         let closed = (|| {
             columns.flush()?;
             columns.finish(&file)?;
+            checksums::write(&file)?;
             write_text_attribute(&file, schema::root::STATUS, status.name())?;
             drop(columns);
             file.close()

@@ -5,8 +5,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::ResultError;
-use super::attributes::text_attribute;
 use super::schema;
+use super::source::Source;
 
 /// What a run may replace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -120,36 +120,11 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
         return Ok(false);
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    match hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(true))
-        .open(path)
-    {
-        Ok(file) => {
-            Ok(text_attribute(&file, schema::root::FORMAT).is_some_and(|f| schema::FORMATS.contains(&f.as_str())))
-        }
-        Err(error) => match ResultError::read(path, &error) {
-            busy @ ResultError::InUse { .. } => Err(busy),
-            _ => Ok(stem.ends_with(".partial")),
-        },
+    match Source::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
+        Ok(format) => Ok(format.is_some_and(|format| schema::FORMATS.contains(&format.as_str()))),
+        Err(busy @ ResultError::InUse { .. }) => Err(busy),
+        Err(_) => Ok(stem.ends_with(".partial")),
     }
-}
-
-/// Opens an HDF5 file for reading, locked where the file system has locks.
-pub(super) fn open_to_read(path: &Path) -> Result<hdf5::File, ResultError> {
-    let path = path.to_owned();
-    if !path.exists() {
-        return Err(ResultError::NotFound { path });
-    }
-    if path.is_dir() {
-        return Err(ResultError::FolderIsNoResult { path });
-    }
-    if !has_hdf5_signature(&path)? {
-        return Err(ResultError::NotHdf5 { path });
-    }
-    hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(true))
-        .open(&path)
-        .map_err(|error| ResultError::read(&path, &error))
 }
 
 /// Whether the file starts as HDF5 files do (after a user block of 0, 512, 1024, ... bytes).
@@ -187,30 +162,52 @@ pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
+/// How often a flush of the file at `path` has begun or ended: an odd number during one. `None` if nobody writes it.
+pub(super) fn flushes(path: &Path) -> Option<u64> {
+    let mut lock = File::open(lock_path(path)).ok()?;
+    match lock.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => {
+            let mut bytes = [0; 8];
+            Some(lock.read_exact(&mut bytes).map_or(0, |()| u64::from_le_bytes(bytes)))
+        }
+        _ => None,
+    }
+}
+
+/// Of the file at `path`: `.paper.partial.h5.lock`.
+fn lock_path(path: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(".lock");
+    path.with_file_name(name)
+}
+
 /// The right to write one partial file, held until it is dropped.
 ///
 /// The lock is on a hidden file next to it (`.paper.partial.h5.lock`) and not on the partial file:
 /// HDF5 readers take a lock on what they open, and would be refused. The operating system drops
-/// the lock of a run that is killed; the empty lock file it leaves is taken over by the next run.
+/// the lock of a run that is killed; the lock file it leaves is taken over by the next run.
 #[derive(Debug)]
 pub(super) struct WriteLock {
     path: PathBuf,
-    _file: File,
+    file: File,
+    /// Of beginnings and ends of flushes.
+    count: u64,
 }
 
 impl WriteLock {
     /// Takes the lock, without waiting.
     pub(super) fn take(partial: &Path) -> Result<Self, ResultError> {
-        let mut name = std::ffi::OsString::from(".");
-        name.push(partial.file_name().unwrap_or_default());
-        name.push(".lock");
-        let path = partial.with_file_name(name);
+        let path = lock_path(partial);
         // A link there was not made by this program: what it leads to is neither created nor locked.
         if fs::symlink_metadata(&path).is_ok_and(|found| found.is_symlink()) {
             return Err(ResultError::Foreign { path });
         }
+        // Whoever asks whether the file is being written holds the lock for a moment.
+        let mut patience = 5;
         loop {
             let file = OpenOptions::new()
+                .read(true)
                 .write(true)
                 .create(true)
                 .truncate(false)
@@ -218,6 +215,11 @@ impl WriteLock {
                 .map_err(|error| ResultError::io(partial, "creating the file", error))?;
             match file.try_lock() {
                 Ok(()) => {}
+                Err(TryLockError::WouldBlock) if patience > 0 => {
+                    patience -= 1;
+                    std::thread::sleep(std::time::Duration::from_millis(5));
+                    continue;
+                }
                 Err(TryLockError::WouldBlock) => {
                     return Err(ResultError::AnotherRun {
                         path: partial.to_owned(),
@@ -229,13 +231,26 @@ impl WriteLock {
             // Between opening and locking, the run before may have removed the file: then this lock
             // is on nothing.
             if is_at(&file, &path) {
-                return Ok(WriteLock { path, _file: file });
+                // A count of an earlier run, which was killed, is not ours.
+                let _ = file.set_len(0);
+                return Ok(WriteLock { path, file, count: 0 });
             }
         }
     }
 }
 
 impl WriteLock {
+    /// Says that a flush begins, or ends: until then what is in the file does not fit together ([`flushes`]).
+    pub(super) fn count_flush(&mut self) {
+        use std::io::{Seek, Write};
+        self.count += 1;
+        // On a full disk readers are left to try their luck.
+        let _ = self
+            .file
+            .rewind()
+            .and_then(|()| self.file.write_all(&self.count.to_le_bytes()));
+    }
+
     /// A hidden name in the same folder that belongs to whoever holds the lock.
     pub(super) fn sibling(&self) -> PathBuf {
         self.path.with_extension("new")

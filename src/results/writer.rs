@@ -11,7 +11,7 @@ use super::attributes::{
 use super::schema;
 use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, WriteLock};
-use super::{ResultError, StickSlipTable};
+use super::{ResultError, StickSlipTable, checksums};
 use crate::model::Mode;
 use crate::simulation::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 
@@ -103,7 +103,7 @@ pub struct ResultWriter {
     saved: SavedRows,
     started: Instant,
     /// Last, so that it is dropped after the file is closed.
-    _lock: WriteLock,
+    lock: WriteLock,
 }
 
 impl std::fmt::Debug for ResultWriter {
@@ -144,7 +144,7 @@ impl ResultWriter {
             open: Some(open?),
             saved: SavedRows::default(),
             started: Instant::now(),
-            _lock: lock,
+            lock,
         })
     }
 
@@ -158,7 +158,7 @@ impl ResultWriter {
     /// When it is called decides where the file keeps its blocks: identical runs give identical
     /// bytes only if they call it at the same rows.
     pub fn flush(&mut self) -> Result<(), ResultError> {
-        self.with_open(|open| open.append_all().and_then(|()| open.flush()))
+        self.with_open(|open, lock| open.append_all().and_then(|()| open.flush(lock)))
     }
 
     /// What the file has for certain: the rows of the last good flush.
@@ -182,7 +182,7 @@ impl ResultWriter {
         if self.open.is_none() && status != Status::Complete {
             return Ok(self.partial.clone());
         }
-        self.with_open(|open| open.finish(&status, stick_slip, wall_time_s))?;
+        self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
         let synced = fs::File::open(&self.partial).and_then(|file| file.sync_all());
         synced.map_err(|error| ResultError::io(&self.partial, "saving the file", error))?;
@@ -203,7 +203,7 @@ impl ResultWriter {
     ///
     /// A failure to write; [`Self::finish`] then leaves the partial file.
     pub fn witness(&mut self, attributes: &WitnessAttributes) -> Result<(), ResultError> {
-        self.with_open(|open| {
+        self.with_open(|open, _| {
             let group = create_group(&open.file, schema::group::WITNESS)?;
             attributes.0.iter().try_for_each(|(name, value, companions)| {
                 match value {
@@ -219,15 +219,19 @@ impl ResultWriter {
 
     /// Closes the file, with whatever is buffered.
     fn close(&mut self) -> Result<(), ResultError> {
-        match self.open.take() {
-            Some(open) => open
-                .close()
-                .map_err(|error| ResultError::write(&self.partial, true, &error)),
-            None => Ok(()),
-        }
+        let Some(open) = self.open.take() else {
+            return Ok(());
+        };
+        self.lock.count_flush();
+        let closed = open.close();
+        self.lock.count_flush();
+        closed.map_err(|error| ResultError::write(&self.partial, true, &error))
     }
 
-    fn with_open(&mut self, action: impl FnOnce(&mut Open) -> hdf5::Result<()>) -> Result<(), ResultError> {
+    fn with_open(
+        &mut self,
+        action: impl FnOnce(&mut Open, &mut WriteLock) -> hdf5::Result<()>,
+    ) -> Result<(), ResultError> {
         let Some(open) = &mut self.open else {
             let detail = "an earlier write failed".to_owned();
             return Err(ResultError::Write {
@@ -236,7 +240,7 @@ impl ResultWriter {
                 kept: true,
             });
         };
-        let result = action(open);
+        let result = action(open, &mut self.lock);
         self.saved = open.saved;
         result.map_err(|error| {
             let error = ResultError::write(&self.partial, true, &error);
@@ -249,9 +253,9 @@ impl ResultWriter {
 
     /// Appends a row to a table, and whatever that completes to the file.
     fn record(&mut self, table: usize, cells: impl IntoIterator<Item = Cell>) -> Result<(), RecorderError> {
-        self.with_open(|open| {
+        self.with_open(|open, lock| {
             if open.tables[table].push(cells) {
-                open.append_block(table)
+                open.append_block(table, lock)
             } else {
                 Ok(())
             }
@@ -435,7 +439,7 @@ impl Open {
 
     /// Appends a table that has completed a chunk. The trajectory takes the other tables along, so
     /// that what is on disk reaches to one time.
-    fn append_block(&mut self, table: usize) -> hdf5::Result<()> {
+    fn append_block(&mut self, table: usize, lock: &mut WriteLock) -> hdf5::Result<()> {
         if table == TRAJECTORY {
             self.append_all()?;
         } else {
@@ -445,13 +449,16 @@ impl Open {
         let new = samples - self.saved.samples;
         let much = new > 0 && new as f64 >= FLUSH_SHARE * self.saved.samples as f64;
         if much || self.flushed.is_none_or(|flushed| flushed.elapsed() >= FLUSH_INTERVAL) {
-            self.flush()?;
+            self.flush(lock)?;
         }
         Ok(())
     }
 
-    fn flush(&mut self) -> hdf5::Result<()> {
-        self.file.flush()?;
+    fn flush(&mut self, lock: &mut WriteLock) -> hdf5::Result<()> {
+        lock.count_flush();
+        let flushed = self.file.flush();
+        lock.count_flush();
+        flushed?;
         self.flushed = Some(Instant::now());
         self.saved = SavedRows {
             samples: self.tables[TRAJECTORY].written(),
@@ -465,7 +472,13 @@ impl Open {
         self.tables.iter_mut().try_for_each(TableWriter::append)
     }
 
-    fn finish(&mut self, status: &Status, stick_slip: &StickSlipTable, wall_time_s: f64) -> hdf5::Result<()> {
+    fn finish(
+        &mut self,
+        status: &Status,
+        stick_slip: &StickSlipTable,
+        wall_time_s: f64,
+        lock: &mut WriteLock,
+    ) -> hdf5::Result<()> {
         let table = &mut self.tables[STICK_SLIP];
         let rows = stick_slip
             .stick_duration
@@ -509,12 +522,13 @@ impl Open {
             write_text_attribute(&self.file, schema::root::FAILURE, message)?;
         }
         self.append_all()?;
+        checksums::write(&self.file)?;
         // All the rest is on disk before the file says that it is complete.
-        self.file.flush()?;
+        self.flush(lock)?;
         self.file
             .attr(schema::root::STATUS)?
             .write_scalar(&text_value(status.name())?)?;
-        self.file.flush()
+        self.flush(lock)
     }
 
     fn close(self) -> hdf5::Result<()> {

@@ -46,6 +46,7 @@
 //! # Ok(())
 //! # }
 //! ```
+#![allow(unsafe_code)]
 
 mod ark;
 mod callbacks;

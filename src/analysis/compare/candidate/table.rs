@@ -82,7 +82,7 @@ impl<'a> Slice<'a> {
             ([n] | [n, 1] | [1, n], None) => Some((0, 1, *n)),
             (&[rows, columns], Some((k, row))) => {
                 if row.unwrap_or(rows < columns) {
-                    (k < rows).then_some((k * columns, 1, columns))
+                    (k < rows).then(|| (k.saturating_mul(columns), 1, columns))
                 } else {
                     (k < columns).then_some((k, columns, rows))
                 }

@@ -1,4 +1,9 @@
 //! The few HDF5 calls that the binding does not have, each behind a safe function.
+#![allow(unsafe_code)]
+
+mod look;
+
+pub(super) use look::{Class, Opened, class_of, external_count, forget_external_links, open_object, virtual_sources};
 
 use std::ffi::{c_char, c_uint};
 
@@ -79,10 +84,17 @@ fn write_all(dataset: &Dataset, descriptor: &TypeDescriptor, bytes: &[u8]) -> hd
 
 /// Reads what [`write_texts`] writes.
 pub(super) fn read_texts(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
-    let descriptor = dataset.dtype()?.to_descriptor()?;
-    let (TypeDescriptor::FixedUnicode(length) | TypeDescriptor::FixedAscii(length)) = descriptor else {
+    let (
+        Class::Text {
+            length: Some(length),
+            unicode,
+        },
+        _,
+    ) = class_of(dataset)?
+    else {
         return Err("not a column of texts".into());
     };
+    let descriptor = fixed(length, unicode);
     let mut bytes = vec![0_u8; length * dataset.size()];
     let memory = Datatype::from_descriptor(&descriptor)?;
     // SAFETY: `bytes` has room for every element of `memory`'s size.
@@ -112,16 +124,33 @@ pub(super) fn write_text(group: &Group, name: &str, text: &str) -> hdf5::Result<
     Ok(dataset)
 }
 
-/// Reads a scalar, fixed-length string, such as [`write_text`] writes, of a dataset or an
-/// attribute; `None` if it is something else.
+/// Reads a scalar, fixed-length string, such as [`write_text`] writes, of a dataset or an attribute; `None` if it is
+/// something else, or not UTF-8.
 pub(super) fn read_text(object: &Container) -> hdf5::Result<Option<String>> {
-    let descriptor = object.dtype()?.to_descriptor()?;
-    let (TypeDescriptor::FixedUnicode(length) | TypeDescriptor::FixedAscii(length)) = descriptor else {
+    Ok(read_bytes(object)?.and_then(|bytes| String::from_utf8(bytes).ok()))
+}
+
+/// The same of any encoding, for people to read: what is not UTF-8 is replaced.
+pub(super) fn read_text_lossy(object: &Container) -> hdf5::Result<String> {
+    let bytes = read_bytes(object)?.ok_or("not a text")?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn read_bytes(object: &Container) -> hdf5::Result<Option<Vec<u8>>> {
+    let (
+        Class::Text {
+            length: Some(length),
+            unicode,
+        },
+        _,
+    ) = class_of(object)?
+    else {
         return Ok(None);
     };
     if !object.is_scalar() {
         return Ok(None);
     }
+    let descriptor = fixed(length, unicode);
     let mut bytes = vec![0_u8; length];
     let memory = Datatype::from_descriptor(&descriptor)?;
     // SAFETY: `bytes` has room for the one element of `memory`'s size.
@@ -135,5 +164,13 @@ pub(super) fn read_text(object: &Container) -> hdf5::Result<Option<String>> {
     while bytes.last() == Some(&0) {
         bytes.pop();
     }
-    Ok(String::from_utf8(bytes).ok())
+    Ok(Some(bytes))
+}
+
+fn fixed(length: usize, unicode: bool) -> TypeDescriptor {
+    if unicode {
+        TypeDescriptor::FixedUnicode(length)
+    } else {
+        TypeDescriptor::FixedAscii(length)
+    }
 }

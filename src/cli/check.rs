@@ -1,0 +1,51 @@
+//! `stickslip check`.
+
+use super::arguments::{CheckOptions, Common};
+use super::{CommandError, End, print, print_json};
+use crate::results::{CheckReport, ResultError, check as check_file};
+
+/// Says whether a file of this program is as the program wrote it.
+pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, CommandError> {
+    let path = options.file.display();
+    let report = check_file(&options.file).map_err(|error| match error {
+        // It is ours by all one can tell, and wrong.
+        ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::Computation(error.to_string()),
+        error => CommandError::Input(error.to_string()),
+    })?;
+    if common.json {
+        print_json(&report)?;
+    } else if !common.quiet {
+        print(&words(&report))?;
+    }
+    match report.problems.len() {
+        0 => Ok(End::Done),
+        1 => Err(CommandError::Computation(format!(
+            "{path}: 1 problem; copy it again, or repeat the run"
+        ))),
+        many => Err(CommandError::Computation(format!(
+            "{path}: {many} problems; copy it again, or repeat the run"
+        ))),
+    }
+}
+
+fn words(report: &CheckReport) -> String {
+    let mut text = String::new();
+    for problem in &report.problems {
+        text += &format!("{}: {}\n", problem.place, problem.what);
+    }
+    if report.problems.is_empty() {
+        let sums = if report.checksums {
+            "all checksums agree"
+        } else {
+            "it has no checksums of its texts and attributes"
+        };
+        text += &format!(
+            "{}: {}, {}; {} variables read, {sums}\n",
+            report.file.display(),
+            report.format,
+            report.status,
+            report.variables
+        );
+    }
+    text
+}

@@ -1,0 +1,306 @@
+//! Whether a file of this program is as the program wrote it.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::schema::{self, CHECKSUMS, Kind as Stored, Table, group, root};
+use super::source::{Holds, Kind, Source};
+use super::{ResultError, ResultFile, Status, checksums};
+use crate::simulation::{Event, EventKind, Segment};
+
+/// What a check has found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckReport {
+    pub file: PathBuf,
+    /// Root attribute `format`.
+    pub format: String,
+    /// Root attribute `status`.
+    pub status: String,
+    /// Whether the file has checksums of its texts and attributes, which files of earlier versions and of killed runs
+    /// lack.
+    pub checksums: bool,
+    /// Variables whose every value was read.
+    pub variables: usize,
+    /// Rows of the trajectory; 0 in other files.
+    pub samples: usize,
+    pub problems: Vec<Problem>,
+}
+
+/// Something that is not as it should be.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Problem {
+    /// A group or a variable, with a row where there is one.
+    pub place: String,
+    pub what: String,
+}
+
+/// Values, or rows, read at a time.
+const BLOCK: usize = 65_536;
+/// Problems that are listed.
+const MOST: usize = 100;
+
+/// Reads every value of a file of this program and holds it against what such a file is: HDF5's checksums and the file's
+/// own, the structure, and of a run's result that times increase, no value is NaN or infinite, and trajectory, events,
+/// segments and statistics belong together.
+///
+/// # Errors
+/// A file that is not there, cannot be opened, or is not of this program. What is wrong inside is in the report.
+pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
+    let source = Source::open(path)?;
+    let found = source.text_attribute("", root::FORMAT)?;
+    let format = match found {
+        Some(format) if schema::FORMATS.contains(&format.as_str()) => format,
+        found => {
+            let path = path.to_owned();
+            return Err(ResultError::NotAResult { path, found });
+        }
+    };
+    let mut check = Check {
+        report: CheckReport {
+            file: path.to_owned(),
+            status: source.text_attribute("", root::STATUS)?.unwrap_or_default(),
+            checksums: false,
+            variables: 0,
+            samples: 0,
+            problems: Vec::new(),
+            format,
+        },
+        source,
+    };
+    let everything = check.everything();
+    check.note("/", everything);
+    if check.report.format == schema::FORMAT {
+        let result = check.result();
+        check.note("/", result);
+    }
+    check.report.problems.truncate(MOST);
+    Ok(check.report)
+}
+
+/// A clock that starts anew in each segment is rounded once more at its ends.
+fn within(time: f64, segment: &Segment) -> bool {
+    let rounding = 4.0 * f64::EPSILON * time.abs();
+    (segment.start - rounding..=segment.end + rounding).contains(&time)
+}
+
+struct Check {
+    source: Source,
+    report: CheckReport,
+}
+
+impl Check {
+    fn problem(&mut self, place: impl Into<String>, what: impl Into<String>) {
+        if self.report.problems.len() < MOST {
+            let (place, what) = (place.into(), what.into());
+            self.report.problems.push(Problem { place, what });
+        }
+    }
+
+    /// An error is a problem like another.
+    fn note(&mut self, place: &str, result: Result<(), ResultError>) {
+        if let Err(error) = result {
+            self.problem(place, error.to_string());
+        }
+    }
+
+    /// Reads all there is, and holds it against its checksums.
+    fn everything(&mut self) -> Result<(), ResultError> {
+        let mut variables = Vec::new();
+        self.source.walk(&mut |path, member| {
+            match &member.is {
+                Kind::Dataset(info) => variables.push((path.to_owned(), Ok(info.clone()))),
+                Kind::Not(fault) => variables.push((path.to_owned(), Err(self.source.fault(fault)))),
+                Kind::Group(_) | Kind::Other => {}
+            }
+            Ok(())
+        })?;
+        for (path, info) in variables {
+            let read = info.and_then(|info| match info.holds {
+                Holds::Texts if info.shape.is_empty() => self.source.text(&path).map(drop),
+                Holds::Texts => self.source.texts(&path).map(drop),
+                ref holds if holds.is_number() => self.source.blocks(&path, &info.shape, BLOCK, &mut |_: Vec<f64>| {}),
+                _ => Ok(()),
+            });
+            self.report.variables += 1;
+            self.note(&format!("/{path}"), read);
+        }
+        if self.source.dataset(CHECKSUMS)?.is_none() {
+            return Ok(());
+        }
+        self.report.checksums = true;
+        let stored = self.source.text(CHECKSUMS)?.unwrap_or_default();
+        for path in checksums::differences(&stored, &checksums::of(&self.source)?) {
+            self.problem(path, "is not what was written: its checksum differs");
+        }
+        Ok(())
+    }
+
+    /// What is particular to the result of a run.
+    fn result(&mut self) -> Result<(), ResultError> {
+        let file = ResultFile::open(&self.report.file)?;
+        let complete = *file.status() == Status::Complete;
+        for table in schema::tables() {
+            let structure = self.structure(&table, complete);
+            self.note(&format!("/{}", table.group), structure);
+        }
+        let segments = file.segments()?;
+        let events = file.events()?;
+        self.report.samples = file.sample_count()?;
+        self.segments(&segments);
+        self.events(&events, &segments, complete);
+        self.trajectory(&file, &segments, complete)?;
+        file.resolved().map(drop)?;
+        if complete && let Some(statistics) = file.stick_slip()? {
+            let count = |kind: EventKind| events.iter().filter(|event| event.kind == kind).count() as u64;
+            for (name, said, found) in [
+                ("stick_count", statistics.stick_count, count(EventKind::Stick)),
+                ("slip_count", statistics.slip_count, count(EventKind::Slip)),
+            ] {
+                if said != found {
+                    let what = format!("{name} is {said}, but /events has {found}");
+                    self.problem(format!("/{}", group::STICK_SLIP), what);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Every variable of the schema, of its type and as long as its neighbours.
+    fn structure(&mut self, table: &Table, complete: bool) -> Result<(), ResultError> {
+        let mut length = None;
+        for variable in &table.variables {
+            let path = format!("{}/{}", table.group, variable.name);
+            let Some(info) = self.source.dataset(&path)? else {
+                self.problem(format!("/{path}"), "is missing");
+                continue;
+            };
+            let holds = match variable.kind {
+                Stored::Int8 => Holds::Integers(1),
+                Stored::Int32 => Holds::Integers(4),
+                Stored::Int64 => Holds::Integers(8),
+                Stored::Float64 => Holds::Floats(8),
+            };
+            if info.holds != holds || info.shape.len() != 1 {
+                let (found, shape, wanted) = (info.holds.name(), &info.shape, holds.name());
+                self.problem(
+                    format!("/{path}"),
+                    format!("is {found} of shape {shape:?}, not a column of {wanted}"),
+                );
+                continue;
+            }
+            let rows = info.size();
+            if complete && *length.get_or_insert(rows) != rows {
+                let what = format!("has {rows} rows, its neighbours {}", length.unwrap_or_default());
+                self.problem(format!("/{path}"), what);
+            }
+            let units = self.source.text_attribute(&path, schema::attribute::UNITS)?;
+            if units.as_deref() != Some(variable.units) {
+                let found = units.map_or("missing".to_owned(), |units| format!("\"{units}\""));
+                let what = format!("the attribute units is {found}, not \"{}\"", variable.units);
+                self.problem(format!("/{path}"), what);
+            }
+        }
+        Ok(())
+    }
+
+    fn segments(&mut self, segments: &[Segment]) {
+        let mut last = f64::NEG_INFINITY;
+        for (row, segment) in segments.iter().enumerate() {
+            let place = format!("row {row} of /{}", group::SEGMENTS);
+            if !(segment.start.is_finite() && segment.end.is_finite() && segment.start <= segment.end) {
+                self.problem(place, format!("goes from {:?} to {:?} s", segment.start, segment.end));
+            } else if segment.start < last {
+                self.problem(
+                    place,
+                    format!(
+                        "starts at {:?} s, before the end {last:?} s of the one before",
+                        segment.start
+                    ),
+                );
+            }
+            last = segment.end;
+        }
+    }
+
+    fn events(&mut self, events: &[Event], segments: &[Segment], complete: bool) {
+        let mut last = f64::NEG_INFINITY;
+        for (row, event) in events.iter().enumerate() {
+            let place = format!("row {row} of /{}", group::EVENTS);
+            let time = event.time;
+            if !time.is_finite() || time < last {
+                self.problem(place, format!("the time {time:?} s comes after {last:?} s"));
+                continue;
+            }
+            last = time;
+            match segments.get(event.segment as usize) {
+                Some(segment) if !within(time, segment) => {
+                    let (segment, start, end) = (event.segment, segment.start, segment.end);
+                    self.problem(
+                        place,
+                        format!("the time {time:?} s is not in its segment {segment}, {start:?} to {end:?} s"),
+                    );
+                }
+                None if complete => self.problem(place, format!("there is no segment {}", event.segment)),
+                _ => {}
+            }
+            if event
+                .before
+                .values()
+                .iter()
+                .chain(&event.after.values())
+                .any(|value| !value.is_finite())
+            {
+                self.problem(format!("row {row} of /{}", group::EVENTS), "a state is not finite");
+            }
+        }
+    }
+
+    fn trajectory(&mut self, file: &ResultFile, segments: &[Segment], complete: bool) -> Result<(), ResultError> {
+        let rows = self.report.samples;
+        let (mut last, mut odd) = (f64::NEG_INFINITY, 0);
+        for start in (0..rows).step_by(BLOCK) {
+            let block = start..rows.min(start + BLOCK);
+            for (row, sample) in block.clone().zip(file.samples(block)?) {
+                let place = || format!("row {row} of /{}", group::TRAJECTORY);
+                let mut found = Vec::new();
+                if !sample.time.is_finite() || sample.time <= last {
+                    found.push(format!("the time {:?} s comes after {last:?} s", sample.time));
+                }
+                last = sample.time;
+                let names = schema::trajectory().variables;
+                let values = sample.state.values().into_iter().chain(sample.channels.values());
+                if let Some((variable, value)) = names.iter().skip(3).zip(values).find(|(_, value)| !value.is_finite())
+                {
+                    found.push(format!("{} is {value}", variable.name));
+                }
+                match segments.get(sample.segment as usize) {
+                    Some(segment) if segment.mode != sample.mode => {
+                        let (mode, number) = (sample.mode, sample.segment);
+                        found.push(format!(
+                            "its mode is {mode:?}, that of its segment {number} is {:?}",
+                            segment.mode
+                        ));
+                    }
+                    Some(segment) if !within(sample.time, segment) => {
+                        let (start, end) = (segment.start, segment.end);
+                        let time = sample.time;
+                        found.push(format!(
+                            "the time {time:?} s is not in its segment, {start:?} to {end:?} s"
+                        ));
+                    }
+                    None if complete => found.push(format!("there is no segment {}", sample.segment)),
+                    _ => {}
+                }
+                if !found.is_empty() {
+                    self.problem(place(), found.join("; "));
+                    odd += 1;
+                    if odd >= MOST {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,255 @@
+//! A process of its own that reads a file, so that whatever a damaged one does to HDF5 happens there.
+//!
+//! The program starts itself again with [`ARGUMENT`]. The two speak through a pair of sockets ([`super::protocol`]). The
+//! reading process has little memory and, for each request, little processor time: if it crashes, or does not come to an
+//! end, that is an error like any other.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use super::protocol::{Answer, Fault, Request};
+
+/// The argument that makes the program a reading process.
+pub const ARGUMENT: &str = "--read-hdf5-for-parent";
+
+/// Why there is no answer.
+pub(super) enum Lost {
+    /// The file's fault, or its refusal.
+    Fault(Fault),
+    /// The process ended: how.
+    Ended(String),
+    /// There is no such process.
+    NotStarted(std::io::Error),
+}
+
+#[cfg(unix)]
+mod imp {
+    use std::io::{self, ErrorKind, Read};
+    use std::os::fd::OwnedFd;
+    use std::os::unix::net::UnixStream;
+    use std::os::unix::process::{CommandExt, ExitStatusExt};
+    use std::process::{Child, Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    use super::super::protocol::{receive, send};
+    use super::super::server::Server;
+    use super::*;
+    use crate::results::raw;
+
+    /// Memory of the process, in bytes of address space.
+    const MEMORY: u64 = 768 << 20;
+    /// Processor time for one request: none takes a tenth of it that makes its way.
+    const PROCESSOR: Duration = Duration::from_secs(3);
+    /// Time for one request, most of it spent waiting for a disk or a network.
+    const PATIENCE: Duration = Duration::from_secs(120);
+    /// How often the two are looked at.
+    const LOOK: Duration = Duration::from_millis(250);
+
+    /// A reading process.
+    pub(in super::super) struct Guard {
+        /// Whether HDF5 has had no trouble in it, which it may not have got over.
+        pub(in super::super) trusted: bool,
+        child: Child,
+        stream: UnixStream,
+    }
+
+    impl Guard {
+        pub(in super::super) fn start(program: &Path) -> io::Result<Guard> {
+            let (stream, theirs) = UnixStream::pair()?;
+            let child = Command::new(program)
+                .arg(ARGUMENT)
+                .stdin(Stdio::from(OwnedFd::from(theirs.try_clone()?)))
+                .stdout(Stdio::from(OwnedFd::from(theirs)))
+                // What the C library has to say of damaged memory is said by the error.
+                .stderr(Stdio::null())
+                // Ctrl-C is for the program, which may still want to read.
+                .process_group(0)
+                .spawn()?;
+            stream.set_read_timeout(Some(LOOK))?;
+            stream.set_write_timeout(Some(PATIENCE))?;
+            Ok(Guard {
+                trusted: true,
+                child,
+                stream,
+            })
+        }
+
+        /// Sends a request and waits for its answer.
+        pub(in super::super) fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+            let before = self.processor_time();
+            if send(&mut self.stream, request, &[]).is_err() {
+                return Err(Lost::Ended(self.end()));
+            }
+            let mut patient = Patient {
+                guard: self,
+                since: Instant::now(),
+                before,
+                out_of: None,
+            };
+            let received = receive::<Result<Answer, Fault>>(&mut patient);
+            let out_of = patient.out_of;
+            match (received, out_of) {
+                (Ok((answer, numbers)), _) => answer.map(|answer| (answer, numbers)).map_err(Lost::Fault),
+                (Err(_), Some(out_of)) => {
+                    let _ = self.child.kill();
+                    let _ = self.child.wait();
+                    Err(Lost::Ended(out_of))
+                }
+                (Err(_), None) => Err(Lost::Ended(self.end())),
+            }
+        }
+
+        /// How the process ended, which it has, or else does now.
+        fn end(&mut self) -> String {
+            // It closes its end of the stream before it is gone.
+            for _ in 0..40 {
+                if let Ok(Some(status)) = self.child.try_wait() {
+                    return match status.signal() {
+                        Some(signal) => format!(
+                            "the process that read it crashed with signal {signal}, or needed more than {} MiB of memory",
+                            MEMORY >> 20
+                        ),
+                        None => "the process that read it gave up".to_owned(),
+                    };
+                }
+                std::thread::sleep(Duration::from_millis(25));
+            }
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+            "the process that read it answered with nonsense".to_owned()
+        }
+
+        /// What the process has used; `None` where the system does not say.
+        fn processor_time(&self) -> Option<Duration> {
+            let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
+            let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+            let ticks = fields.get(11)?.parse::<u64>().ok()? + fields.get(12)?.parse::<u64>().ok()?;
+            Some(Duration::from_secs_f64(
+                ticks as f64 / rustix::param::clock_ticks_per_second() as f64,
+            ))
+        }
+    }
+
+    impl Drop for Guard {
+        fn drop(&mut self) {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+
+    /// The stream, as long as the process is within its limits.
+    struct Patient<'a> {
+        guard: &'a mut Guard,
+        since: Instant,
+        before: Option<Duration>,
+        /// The limit that was reached.
+        out_of: Option<String>,
+    }
+
+    impl Read for Patient<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            loop {
+                match self.guard.stream.read(buffer) {
+                    Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+                    other => return other,
+                }
+                let used = match (self.guard.processor_time(), self.before) {
+                    (Some(now), Some(before)) => now.saturating_sub(before),
+                    _ => Duration::ZERO,
+                };
+                let waited = self.since.elapsed();
+                let (limit, words) = if used >= PROCESSOR {
+                    (PROCESSOR, " of processor time")
+                } else if waited >= PATIENCE {
+                    (PATIENCE, "")
+                } else {
+                    continue;
+                };
+                self.out_of = Some(format!("reading it came to no end within {} s{words}", limit.as_secs()));
+                return Err(io::Error::other("out of time"));
+            }
+        }
+    }
+
+    /// What a reading process does until nobody asks any more.
+    pub(super) fn serve() -> io::Result<()> {
+        use rustix::process::{Resource, Rlimit, setrlimit};
+        let limit = |most| Rlimit {
+            current: Some(most),
+            maximum: Some(most),
+        };
+        // Where a system has no such limit, the one on time remains.
+        let _ = setrlimit(Resource::As, limit(MEMORY));
+        let _ = setrlimit(Resource::Core, limit(0));
+        // A limit on the size of files is an error of the write.
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
+        // One that computes does not see that the program has been killed.
+        let parent = std::os::unix::process::parent_id();
+        std::thread::Builder::new().stack_size(64 << 10).spawn(move || {
+            while std::os::unix::process::parent_id() == parent {
+                std::thread::sleep(Duration::from_secs(1));
+            }
+            std::process::abort()
+        })?;
+        let duplicate = |fd: std::os::fd::BorrowedFd| fd.try_clone_to_owned().map(UnixStream::from);
+        let mut input = duplicate(std::os::fd::AsFd::as_fd(&io::stdin()))?;
+        let mut output = duplicate(std::os::fd::AsFd::as_fd(&io::stdout()))?;
+        let mut server = Server::default();
+        let mut forgotten = false;
+        loop {
+            let request: Request = match receive(&mut input) {
+                Ok((request, _)) => request,
+                Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(()),
+                Err(error) => return Err(error),
+            };
+            if let Request::Open(opening) = &request
+                && !opening.follow_external
+                && !std::mem::replace(&mut forgotten, true)
+            {
+                raw::forget_external_links().map_err(io::Error::other)?;
+            }
+            let (answer, numbers) = match server.answer(&request) {
+                Ok((answer, numbers)) => (Ok(answer), numbers),
+                Err(fault) => (Err(fault), Vec::new()),
+            };
+            send(&mut output, &answer, &numbers)?;
+        }
+    }
+}
+
+#[cfg(unix)]
+pub(super) use imp::Guard;
+
+/// Where there are no sockets of this kind files are read in the program itself.
+#[cfg(not(unix))]
+pub(super) struct Guard {
+    pub(super) trusted: bool,
+}
+
+#[cfg(not(unix))]
+impl Guard {
+    pub(super) fn start(_: &Path) -> std::io::Result<Guard> {
+        Err(std::io::ErrorKind::Unsupported.into())
+    }
+
+    pub(super) fn ask(&mut self, _: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+        Err(Lost::NotStarted(std::io::ErrorKind::Unsupported.into()))
+    }
+}
+
+/// Reads HDF5 files for the program that started this one, if that is what the arguments ask for: to be called before
+/// anything else.
+pub fn serve_if_asked() -> Option<ExitCode> {
+    let mut arguments = std::env::args_os().skip(1);
+    if arguments.next()? != ARGUMENT || arguments.next().is_some() {
+        return None;
+    }
+    #[cfg(unix)]
+    let served = imp::serve();
+    #[cfg(not(unix))]
+    let served: std::io::Result<()> = Ok(());
+    Some(match served {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::FAILURE,
+    })
+}

@@ -1,0 +1,502 @@
+//! An HDF5 file that this process did not write, open for reading.
+//!
+//! HDF5 trusts what it reads: a damaged file can crash it, keep it busy for ever, or make it ask for all memory. The
+//! program therefore never opens such a file itself. A process of its own does ([`guard`]), within limits of memory and
+//! time, and answers questions about it ([`protocol`], [`server`]). As a library, the same code runs in the process that
+//! calls it, unless [`read_apart`] was called.
+
+mod guard;
+mod protocol;
+mod server;
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
+
+use super::attributes::AttributeValue;
+use super::{CertificateTables, ResultError, target};
+pub use guard::serve_if_asked;
+use guard::{Guard, Lost};
+use protocol::{Answer, Opening, Request};
+pub(super) use protocol::{DatasetInfo, Fault, Holds, Kind, Member, Number};
+use server::{Server, joined};
+
+/// The program that reads files for this one.
+static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+static FOLLOW_EXTERNAL: AtomicBool = AtomicBool::new(false);
+/// Reading processes without a file, for the next one.
+static IDLE: Mutex<Vec<Guard>> = Mutex::new(Vec::new());
+/// Files that a reading process did not survive, and how it ended: once is enough.
+static FATAL: Mutex<Vec<(PathBuf, String)>> = Mutex::new(Vec::new());
+
+/// From now on HDF5 files are read by processes of their own, which are this same program: its `main` has to call
+/// [`serve_if_asked`] first.
+///
+/// # Errors
+/// If the system does not say which program this is.
+pub fn read_apart() -> std::io::Result<()> {
+    let program = std::env::current_exe()?;
+    // A program that is replaced while it runs is still there under this name.
+    let own = Path::new("/proc/self/exe");
+    let _ = PROGRAM.set(if own.exists() { own.to_owned() } else { program });
+    Ok(())
+}
+
+/// Whether links into other files, data stored in other files, and virtual datasets over files elsewhere are followed;
+/// at first they are not.
+pub fn follow_external(follow: bool) {
+    FOLLOW_EXTERNAL.store(follow, Ordering::Relaxed);
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// An open file.
+pub(super) struct Source {
+    path: PathBuf,
+    growing: bool,
+    link: Mutex<Link>,
+    known: Mutex<HashMap<String, Option<DatasetInfo>>>,
+}
+
+impl std::fmt::Debug for Source {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Source")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
+}
+
+enum Link {
+    Here(Box<Server>),
+    Apart(Guard),
+    /// The process is no more: how it ended.
+    Gone(String),
+}
+
+impl Link {
+    fn new() -> Result<Link, Lost> {
+        let Some(program) = PROGRAM.get() else {
+            return Ok(Link::Here(Box::default()));
+        };
+        if let Some(guard) = locked(&IDLE).pop() {
+            return Ok(Link::Apart(guard));
+        }
+        match Guard::start(program) {
+            Ok(guard) => Ok(Link::Apart(guard)),
+            Err(_) if cfg!(not(unix)) => Ok(Link::Here(Box::default())),
+            Err(error) => Err(Lost::NotStarted(error)),
+        }
+    }
+
+    fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
+        let lost = match self {
+            Link::Here(server) => return server.answer(request).map_err(Lost::Fault),
+            Link::Gone(how) => return Err(Lost::Ended(how.clone())),
+            Link::Apart(guard) => match guard.ask(request) {
+                Err(lost @ Lost::Ended(_)) => lost,
+                Err(Lost::Fault(fault)) => {
+                    guard.trusted &= !matches!(fault, Fault::Hdf5(_));
+                    return Err(Lost::Fault(fault));
+                }
+                other => return other,
+            },
+        };
+        if let Lost::Ended(how) = &lost {
+            *self = Link::Gone(how.clone());
+        }
+        Err(lost)
+    }
+}
+
+impl Drop for Source {
+    fn drop(&mut self) {
+        let link = std::mem::replace(&mut *locked(&self.link), Link::Gone(String::new()));
+        // Kept for the next file, if nothing has gone wrong in it.
+        if let Link::Apart(mut guard) = link
+            && guard.trusted
+            && guard.ask(&Request::Close).is_ok()
+        {
+            let mut idle = locked(&IDLE);
+            if idle.len() < 2 {
+                idle.push(guard);
+            }
+        }
+    }
+}
+
+/// How often a growing file is opened until nobody wrote to it meanwhile, and the time between.
+const ATTEMPTS: usize = 50;
+const PAUSE: Duration = Duration::from_millis(20);
+
+impl Source {
+    /// Opens a file, whatever HDF5 file it is.
+    ///
+    /// A file that a run is just writing is read as its last flush left it, and stays so.
+    pub(super) fn open(path: &Path) -> Result<Source, ResultError> {
+        Self::open_with(path, None)
+    }
+
+    /// The same with so many bytes kept of each variable: of a compressed chunk beyond HDF5's own choice every block of
+    /// rows is unpacked again.
+    pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
+        check_plain(path)?;
+        if let Some((_, how)) = locked(&FATAL).iter().find(|(fatal, _)| target::same_file(fatal, path)) {
+            return Err(fatal(path, how));
+        }
+        let opening = Opening {
+            path: server::bytes_of(path),
+            follow_external: FOLLOW_EXTERNAL.load(Ordering::Relaxed),
+            chunk_cache,
+            growing: false,
+        };
+        for _ in 0..ATTEMPTS {
+            let Some(before) = target::flushes(path) else {
+                return Self::opened(path, opening);
+            };
+            if before.is_multiple_of(2) {
+                let growing = Opening {
+                    growing: true,
+                    ..opening.clone()
+                };
+                let opened = Self::opened(path, growing);
+                if target::flushes(path) == Some(before) {
+                    return opened;
+                }
+                if !path.exists() {
+                    return Err(ResultError::Ended { path: path.to_owned() });
+                }
+            }
+            std::thread::sleep(PAUSE);
+        }
+        Err(ResultError::Growing { path: path.to_owned() })
+    }
+
+    /// A file that this process has written and still has open.
+    pub(super) fn of_open(file: &hdf5::File) -> Source {
+        Source {
+            path: PathBuf::from(file.filename()),
+            growing: false,
+            link: Mutex::new(Link::Here(Box::new(Server::of_open(file)))),
+            known: Mutex::default(),
+        }
+    }
+
+    fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
+        let link = Link::new().map_err(|lost| error_of(path, lost))?;
+        let source = Source {
+            path: path.to_owned(),
+            growing: opening.growing,
+            link: Mutex::new(link),
+            known: Mutex::default(),
+        };
+        source.ask(&Request::Open(opening))?;
+        Ok(source)
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether a run was writing the file when it was opened.
+    pub(super) fn is_growing(&self) -> bool {
+        self.growing
+    }
+
+    fn ask(&self, request: &Request) -> Result<(Answer, Vec<u8>), ResultError> {
+        locked(&self.link)
+            .ask(request)
+            .map_err(|lost| error_of(&self.path, lost))
+    }
+
+    fn unexpected<T>(&self) -> Result<T, ResultError> {
+        Err(fatal(&self.path, "the process that read it answered another question"))
+    }
+
+    /// What a group has, in the order of creation where the file knows it.
+    pub(super) fn members(&self, group: &str) -> Result<Vec<Member>, ResultError> {
+        self.identity_and_members(group).map(|found| found.1)
+    }
+
+    fn identity_and_members(&self, group: &str) -> Result<(String, Vec<Member>), ResultError> {
+        match self.ask(&Request::Members(group.to_owned()))?.0 {
+            Answer::Members(identity, members) => Ok((identity, members)),
+            _ => self.unexpected(),
+        }
+    }
+
+    /// All attributes of a group or a dataset, in alphabetical order.
+    pub(super) fn attributes(&self, object: &str) -> Result<Vec<(String, AttributeValue)>, ResultError> {
+        match self.ask(&Request::Attributes(object.to_owned()))?.0 {
+            Answer::Attributes(list) => Ok(list.into_iter().map(|(name, value)| (name, value.into())).collect()),
+            _ => self.unexpected(),
+        }
+    }
+
+    /// One attribute; `None` if there is none of this name that can be read.
+    pub(super) fn attribute(&self, object: &str, name: &str) -> Result<Option<AttributeValue>, ResultError> {
+        let request = Request::Attribute(object.to_owned(), name.to_owned());
+        match self.ask(&request)?.0 {
+            Answer::Attribute(value) => Ok(value.map(AttributeValue::from)),
+            _ => self.unexpected(),
+        }
+    }
+
+    /// The same if it is a text.
+    pub(super) fn text_attribute(&self, object: &str, name: &str) -> Result<Option<String>, ResultError> {
+        Ok(match self.attribute(object, name)? {
+            Some(AttributeValue::Text(text)) => Some(text),
+            _ => None,
+        })
+    }
+
+    /// What a dataset is; `None` if there is none of this path.
+    pub(super) fn dataset(&self, path: &str) -> Result<Option<DatasetInfo>, ResultError> {
+        if let Some(known) = locked(&self.known).get(path) {
+            return Ok(known.clone());
+        }
+        match self.ask(&Request::Dataset(path.to_owned()))?.0 {
+            Answer::Dataset(info) => {
+                locked(&self.known).insert(path.to_owned(), info.clone());
+                Ok(info)
+            }
+            _ => self.unexpected(),
+        }
+    }
+
+    /// A part of a dataset, the last dimension fastest, in pieces that are not too large for one answer.
+    pub(super) fn read<T: Numeric>(&self, path: &str, part: &[Range<usize>]) -> Result<Vec<T>, ResultError> {
+        let size = |part: &[Range<usize>]| part.iter().map(ExactSizeIterator::len).product::<usize>();
+        let whole = size(part);
+        if whole > MOST_VALUES {
+            return Err(self.refused(format!("{whole} values of /{path} are wanted at once")));
+        }
+        if whole > server::VALUES
+            && let Some(at) = part.iter().position(|range| range.len() > 1)
+        {
+            // Halves of the slowest dimension that can be halved.
+            let middle = part[at].start + part[at].len() / 2;
+            let [mut first, mut second] = [part.to_vec(), part.to_vec()];
+            first[at].end = middle;
+            second[at].start = middle;
+            let mut values = self.read(path, &first)?;
+            values.extend(self.read::<T>(path, &second)?);
+            return Ok(values);
+        }
+        let slab = part
+            .iter()
+            .map(|range| (range.start as u64, range.len() as u64))
+            .collect();
+        let (_, bytes) = self.ask(&Request::Read(path.to_owned(), slab, T::NUMBER))?;
+        let values = T::from_bytes(&bytes);
+        if values.len() == whole {
+            Ok(values)
+        } else {
+            self.unexpected()
+        }
+    }
+
+    /// Rows of a dataset of one dimension.
+    pub(super) fn read_rows<T: Numeric>(&self, path: &str, rows: Range<usize>) -> Result<Vec<T>, ResultError> {
+        self.read(path, std::slice::from_ref(&rows))
+    }
+
+    /// Hands a whole dataset to `take`, about `block` values at a time.
+    pub(super) fn blocks<T: Numeric>(
+        &self,
+        path: &str,
+        shape: &[usize],
+        block: usize,
+        take: &mut dyn FnMut(Vec<T>),
+    ) -> Result<(), ResultError> {
+        let Some((&rows, inner)) = shape.split_first() else {
+            take(self.read(path, &[])?);
+            return Ok(());
+        };
+        let row = inner.iter().product::<usize>();
+        if rows == 0 || row == 0 {
+            return Ok(());
+        }
+        let rest = inner.iter().map(|&length| 0..length);
+        for start in (0..rows).step_by((block / row).max(1)) {
+            let end = rows.min(start + (block / row).max(1));
+            if row <= server::VALUES {
+                take(self.read(
+                    path,
+                    &std::iter::once(start..end).chain(rest.clone()).collect::<Vec<_>>(),
+                )?);
+                continue;
+            }
+            // Wide rows, in pieces of their own.
+            let wide = inner.iter().position(|&length| length > 1).unwrap_or(0);
+            let across: usize = inner[wide + 1..].iter().product();
+            let step = (block / across.max(1)).max(1);
+            for from in (0..inner[wide]).step_by(step) {
+                let mut part: Vec<Range<usize>> = std::iter::once(start..end).chain(rest.clone()).collect();
+                part[wide + 1] = from..inner[wide].min(from + step);
+                take(self.read(path, &part)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// A scalar text of fixed length in UTF-8; `None` if it is something else.
+    pub(super) fn text(&self, path: &str) -> Result<Option<String>, ResultError> {
+        match self.ask(&Request::Text(path.to_owned()))?.0 {
+            Answer::Text(text) => Ok(text),
+            _ => self.unexpected(),
+        }
+    }
+
+    /// A column of texts.
+    pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, ResultError> {
+        match self.ask(&Request::Texts(path.to_owned()))?.0 {
+            Answer::Texts(texts) => Ok(texts),
+            _ => self.unexpected(),
+        }
+    }
+
+    /// Calls `visit` for every dataset and group below the root, in the order of the file, each group once.
+    ///
+    /// # Errors
+    /// A file with more of them, or deeper ones, than anyone writes; one that cannot be read.
+    pub(super) fn walk(
+        &self,
+        visit: &mut dyn FnMut(&str, &Member) -> Result<(), ResultError>,
+    ) -> Result<(), ResultError> {
+        let mut walk = Walk {
+            seen: HashSet::new(),
+            count: 0,
+            visit,
+        };
+        self.walk_in("", DEPTH, &mut walk)
+    }
+
+    fn walk_in(&self, group: &str, depth: usize, walk: &mut Walk) -> Result<(), ResultError> {
+        let (identity, members) = self.identity_and_members(group)?;
+        walk.seen.insert(identity);
+        for member in members {
+            walk.count += 1;
+            if walk.count > OBJECTS {
+                return Err(self.refused(format!("has more than {OBJECTS} objects")));
+            }
+            let inside = joined(group, &member.name);
+            if let Kind::Group(identity) = &member.is {
+                if walk.seen.contains(identity) {
+                    continue;
+                }
+                if depth == 0 {
+                    return Err(self.refused(format!("has more than {DEPTH} groups within each other")));
+                }
+                (walk.visit)(&inside, &member)?;
+                self.walk_in(&inside, depth - 1, walk)?;
+            } else {
+                (walk.visit)(&inside, &member)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The error of what a listing has found unreadable.
+    pub(super) fn fault(&self, fault: &Fault) -> ResultError {
+        error_of(&self.path, Lost::Fault(fault.clone()))
+    }
+
+    pub(super) fn refused(&self, what: String) -> ResultError {
+        ResultError::BeyondLimits {
+            path: self.path.clone(),
+            what,
+        }
+    }
+}
+
+struct Walk<'a> {
+    seen: HashSet<String>,
+    count: usize,
+    visit: &'a mut dyn FnMut(&str, &Member) -> Result<(), ResultError>,
+}
+
+/// Groups within groups, and objects in a file, that are looked at.
+const DEPTH: usize = 32;
+const OBJECTS: usize = 65_536;
+/// Values that are held at once: 0.5 GB of them.
+const MOST_VALUES: usize = 1 << 26;
+
+/// Adds a certificate to the file at `path`, a copy of one that this process did not write.
+pub(super) fn add_certificate(path: &Path, tables: &CertificateTables) -> Result<(), ResultError> {
+    let tables = postcard::to_allocvec(tables)
+        .map_err(|error| ResultError::write_detail(path, false, format!("the certificate cannot be sent: {error}")))?;
+    let request = Request::Certify(server::bytes_of(path), tables);
+    let added = Link::new().and_then(|mut link| link.ask(&request));
+    match added {
+        Ok(_) => Ok(()),
+        Err(Lost::Fault(Fault::Hdf5(detail))) => Err(ResultError::write_detail(path, false, detail)),
+        Err(lost) => Err(error_of(path, lost)),
+    }
+}
+
+/// Whether `path` can be an HDF5 file.
+fn check_plain(path: &Path) -> Result<(), ResultError> {
+    let path_buf = || path.to_owned();
+    if !path.exists() {
+        return Err(ResultError::NotFound { path: path_buf() });
+    }
+    if path.is_dir() {
+        return Err(ResultError::FolderIsNoResult { path: path_buf() });
+    }
+    // Not opened unless it is a plain file: a pipe, for one, would block.
+    if !path.is_file() || !target::has_hdf5_signature(path)? {
+        return Err(ResultError::NotHdf5 { path: path_buf() });
+    }
+    Ok(())
+}
+
+fn error_of(path: &Path, lost: Lost) -> ResultError {
+    let owned = || path.to_owned();
+    match lost {
+        Lost::Fault(Fault::Hdf5(detail)) => ResultError::read_detail(path, detail),
+        Lost::Fault(Fault::Refused(what)) => ResultError::BeyondLimits { path: owned(), what },
+        Lost::Fault(Fault::Elsewhere(what)) => ResultError::Elsewhere { path: owned(), what },
+        Lost::NotStarted(source) => ResultError::io(path, "starting the process that reads it", source),
+        Lost::Ended(how) => {
+            let error = fatal(path, &how);
+            let mut fatal = locked(&FATAL);
+            if !fatal.iter().any(|(known, _)| known == path) {
+                fatal.push((owned(), how));
+            }
+            error
+        }
+    }
+}
+
+fn fatal(path: &Path, how: &str) -> ResultError {
+    ResultError::Damaged {
+        path: path.to_owned(),
+        detail: how.to_owned(),
+    }
+}
+
+/// A number as it comes from a reading process.
+pub(super) trait Numeric: Copy {
+    const NUMBER: Number;
+    fn from_bytes(bytes: &[u8]) -> Vec<Self>;
+}
+
+macro_rules! numeric {
+    ($($type:ty => $number:ident),*) => {
+        $(impl Numeric for $type {
+            const NUMBER: Number = Number::$number;
+            fn from_bytes(bytes: &[u8]) -> Vec<Self> {
+                let (values, _) = bytes.as_chunks::<{ size_of::<$type>() }>();
+                values.iter().map(|bytes| <$type>::from_le_bytes(*bytes)).collect()
+            }
+        })*
+    };
+}
+
+numeric!(i8 => I8, i32 => I32, i64 => I64, f64 => F64);

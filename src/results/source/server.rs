@@ -1,0 +1,564 @@
+//! Reads HDF5 files by request, within limits.
+//!
+//! Nothing that a file says is believed before it is checked: names and texts are bytes until they are found to be
+//! UTF-8, and a size is held against a limit, and against what the file can store, before memory is asked for.
+
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+
+use hdf5::dataset::Layout;
+use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode};
+use hdf5::filters::Filter;
+use hdf5::types::{VarLenAscii, VarLenUnicode};
+use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
+use hdf5::{LinkType, SliceOrIndex};
+
+use super::protocol::{Answer, DatasetInfo, Fault, Holds, Kind, Member, Number, Opening, Request, Value};
+use crate::results::attributes::AttributeValue;
+use crate::results::error::describe;
+use crate::results::raw::{self, Class, Opened};
+
+/// Most members of a group, and most attributes of an object.
+const MEMBERS: usize = 16_384;
+const ATTRIBUTES: usize = 4_096;
+/// Bytes of the values of an attribute.
+const ATTRIBUTE_BYTES: usize = 1 << 20;
+/// Bytes of a text, and of a column of texts.
+const TEXT_BYTES: usize = 16 << 20;
+/// Texts in a column.
+const TEXTS: usize = 1 << 20;
+/// Values read at once.
+pub(super) const VALUES: usize = 1 << 23;
+/// Bytes of a chunk: HDF5 holds some copies of one while it unpacks it.
+const CHUNK_BYTES: usize = 128 << 20;
+/// Values that a dataset may have without being stored: they are read as its fill value.
+const UNSTORED: usize = 1 << 20;
+/// The same where they are in other files, and what is stored there is not known.
+const VIRTUAL: usize = 1 << 28;
+/// Files and datasets that a virtual dataset may be made of.
+const SOURCES: usize = 1 << 20;
+/// Datasets that are kept open.
+const KEPT: usize = 512;
+/// HDF5's own choice.
+const CHUNK_SLOTS: usize = 521;
+
+/// Answers requests about one file.
+#[derive(Default)]
+pub(super) struct Server {
+    /// Before the file, so that they are closed first.
+    datasets: HashMap<String, Dataset>,
+    file: Option<hdf5::File>,
+    path: PathBuf,
+    length: u64,
+    follow_external: bool,
+    growing: bool,
+    /// Virtual datasets whose sources were looked at.
+    looked_at: Vec<String>,
+}
+
+impl From<hdf5::Error> for Fault {
+    fn from(error: hdf5::Error) -> Self {
+        Fault::Hdf5(describe(&error))
+    }
+}
+
+fn refused<T>(what: String) -> Result<T, Fault> {
+    Err(Fault::Refused(what))
+}
+
+type Answered<T> = Result<T, Fault>;
+
+impl Server {
+    /// Of a file that this process has written and still has open.
+    pub(super) fn of_open(file: &hdf5::File) -> Self {
+        Server {
+            file: Some(file.clone()),
+            length: u64::MAX,
+            follow_external: true,
+            ..Server::default()
+        }
+    }
+
+    /// Answers a request; the bytes are those of an answer that has numbers.
+    pub(super) fn answer(&mut self, request: &Request) -> Answered<(Answer, Vec<u8>)> {
+        let answer = match request {
+            Request::Open(opening) => {
+                self.open(opening)?;
+                Answer::Done
+            }
+            Request::Members(path) => {
+                let group = self.group(path)?;
+                Answer::Members(identity(&group)?, self.members(path)?)
+            }
+            Request::Attributes(path) => Answer::Attributes(self.attributes(path)?),
+            Request::Attribute(path, name) => {
+                let location = self.location(path)?;
+                let attribute = location.attr(name).ok();
+                let value = attribute.map_or(Ok(None), |attribute| value_of(&attribute))?;
+                Answer::Attribute(value.map(Value::from))
+            }
+            Request::Dataset(path) => Answer::Dataset(match self.dataset(path) {
+                Ok(dataset) => Some(self.info(&dataset, path)?),
+                Err(Fault::Hdf5(_)) => None,
+                Err(fault) => return Err(fault),
+            }),
+            Request::Read(path, part, number) => {
+                return Ok((Answer::Numbers, self.read(path, part, *number)?));
+            }
+            Request::Text(path) => {
+                let dataset = self.dataset(path)?;
+                check_text(&dataset, path)?;
+                Answer::Text(raw::read_text(&dataset)?)
+            }
+            Request::Texts(path) => Answer::Texts(self.texts(path)?),
+            Request::Certify(path, tables) => {
+                // Some of its names are borrowed for ever. It comes once.
+                let tables = postcard::from_bytes(Vec::leak(tables.clone()))
+                    .map_err(|error| Fault::Hdf5(format!("the certificate came garbled: {error}")))?;
+                crate::results::certificate::add_to(&path_of(path), &tables)?;
+                Answer::Done
+            }
+            Request::Close => {
+                *self = Server::default();
+                Answer::Done
+            }
+        };
+        Ok((answer, Vec::new()))
+    }
+
+    fn open(&mut self, opening: &Opening) -> Answered<()> {
+        *self = Server::default();
+        self.path = path_of(&opening.path);
+        self.length = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
+        self.follow_external = opening.follow_external;
+        self.growing = opening.growing;
+        // What has been read of where the data are is not read again: the writer may have changed it since.
+        let cache = hdf5::file::MetadataCacheConfig {
+            evictions_enabled: false,
+            incr_mode: CacheIncreaseMode::Off,
+            decr_mode: CacheDecreaseMode::Off,
+            flash_incr_mode: FlashIncreaseMode::Off,
+            ..Default::default()
+        };
+        let file = hdf5::File::with_options()
+            .with_fapl(|access| {
+                access.file_locking(!opening.growing);
+                if let Some(bytes) = opening.chunk_cache {
+                    access.chunk_cache(CHUNK_SLOTS, bytes, 1.0);
+                }
+                if opening.growing {
+                    access.mdc_config(&cache);
+                }
+                access
+            })
+            .open(&self.path)?;
+        self.file = Some(file);
+        if self.growing {
+            self.hold(String::new(), 4)?;
+        }
+        Ok(())
+    }
+
+    /// Reads all headers and indices of chunks below a group.
+    fn hold(&mut self, group: String, depth: usize) -> Answered<()> {
+        for member in self.members(&group)? {
+            let path = joined(&group, &member.name);
+            match member.is {
+                Kind::Dataset(_) => {
+                    self.dataset(&path)?;
+                }
+                Kind::Group(_) if depth > 0 => self.hold(path, depth - 1)?,
+                _ => {}
+            }
+        }
+        self.attributes(&group).map(drop)
+    }
+
+    fn file(&self) -> Answered<&hdf5::File> {
+        self.file
+            .as_ref()
+            .ok_or_else(|| Fault::Hdf5("no file is open".to_owned()))
+    }
+
+    /// A group, a dataset, or the root.
+    fn object(&self, path: &str) -> Answered<Opened> {
+        let file = self.file()?;
+        let path = if path.is_empty() { "/" } else { path };
+        raw::open_object(file, path, self.follow_external).map_err(|error| match self.external_in(path) {
+            Some(link) => Fault::Elsewhere(format!("/{}", link.trim_start_matches('/'))),
+            None => error.into(),
+        })
+    }
+
+    /// The link into another file that a path leads through, if there is one.
+    fn external_in(&self, path: &str) -> Option<String> {
+        let file = self.file.as_ref().filter(|_| !self.follow_external)?;
+        let mut at = String::new();
+        for part in path.split('/').filter(|part| !part.is_empty()) {
+            let Ok(Opened::Group(group)) = raw::open_object(file, &format!("/{at}"), false) else {
+                return None;
+            };
+            let found = group.find_link(IndexType::Name, IterationOrder::Native, |name, info| {
+                Ok((name == part).then_some(info.link_type))
+            });
+            at = joined(&at, part);
+            if found.ok()? == Some(LinkType::External) {
+                return Some(at);
+            }
+        }
+        None
+    }
+
+    fn location(&self, path: &str) -> Answered<Location> {
+        Ok(match self.object(path)? {
+            Opened::Group(group) => (*group).clone(),
+            Opened::Dataset(dataset) => (**dataset).clone(),
+            Opened::Other => return Err(Fault::Hdf5(format!("/{path} is neither a group nor a variable"))),
+        })
+    }
+
+    fn group(&self, path: &str) -> Answered<Group> {
+        match self.object(path)? {
+            Opened::Group(group) => Ok(group),
+            _ => Err(Fault::Hdf5(format!("/{path} is not a group"))),
+        }
+    }
+
+    fn dataset(&mut self, path: &str) -> Answered<Dataset> {
+        if let Some(dataset) = self.datasets.get(path) {
+            return Ok(dataset.clone());
+        }
+        let Opened::Dataset(dataset) = self.object(path)? else {
+            return Err(Fault::Hdf5(format!("/{path} is not a variable")));
+        };
+        if self.datasets.len() >= KEPT && !self.growing {
+            self.datasets.clear();
+        }
+        self.datasets.insert(path.to_owned(), dataset.clone());
+        Ok(dataset)
+    }
+
+    /// In the order of creation where the file knows it, else by name. HDF5 is not asked for that order: in damaged files
+    /// its version 1.10 frees memory that it has not set.
+    fn members(&mut self, path: &str) -> Answered<Vec<Member>> {
+        let group = self.group(path)?;
+        let mut names: Vec<(Option<i64>, String, LinkType)> = Vec::new();
+        let visited = group.iter_visit(IndexType::Name, IterationOrder::Native, |name, info| {
+            if names.len() >= MEMBERS {
+                return Err("too many".into());
+            }
+            names.push((info.creation_order, name.to_owned(), info.link_type));
+            Ok(())
+        });
+        if names.len() >= MEMBERS {
+            return refused(format!("the group /{path} has more than {MEMBERS} members"));
+        }
+        visited?;
+        names.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
+        let mut members = Vec::with_capacity(names.len());
+        for (_, name, link) in names {
+            let inside = joined(path, &name);
+            let is = match link {
+                LinkType::External if !self.follow_external => Kind::Not(Fault::Elsewhere(format!("/{inside}"))),
+                _ => match self.object(&inside) {
+                    Ok(Opened::Group(group)) => identity(&group).map_or_else(Kind::Not, Kind::Group),
+                    Ok(Opened::Dataset(dataset)) => self.info(&dataset, &inside).map_or_else(Kind::Not, Kind::Dataset),
+                    Ok(Opened::Other) => Kind::Other,
+                    // A link that leads nowhere is no damage; an object that cannot be opened is.
+                    Err(_) if link != LinkType::Hard => Kind::Other,
+                    Err(fault) => Kind::Not(fault),
+                },
+            };
+            members.push(Member { name, is });
+        }
+        Ok(members)
+    }
+
+    /// In alphabetical order, without those that are HDF5's own.
+    fn attributes(&self, path: &str) -> Answered<Vec<(String, Value)>> {
+        let location = self.location(path)?;
+        let mut names = Vec::new();
+        let visited = location.iter_attrs(IndexType::Name, IterationOrder::Native, |name, _| {
+            if names.len() >= ATTRIBUTES {
+                return Err("too many".into());
+            }
+            names.push(name.to_owned());
+            Ok(())
+        });
+        if names.len() >= ATTRIBUTES {
+            return refused(format!("/{path} has more than {ATTRIBUTES} attributes"));
+        }
+        visited?;
+        names.sort();
+        let mut attributes = Vec::with_capacity(names.len());
+        for name in names {
+            let Ok(attribute) = location.attr(&name) else { continue };
+            if let Some(value) = value_of(&attribute)? {
+                attributes.push((name, value.into()));
+            }
+        }
+        Ok(attributes)
+    }
+
+    fn info(&self, dataset: &Dataset, path: &str) -> Answered<DatasetInfo> {
+        let shape = dataset.shape();
+        let (class, bytes) = raw::class_of(dataset)?;
+        let holds = match class {
+            Class::Integer { signed: true } => Holds::Integers(bytes),
+            Class::Integer { signed: false } => Holds::Unsigned(bytes),
+            Class::Float => Holds::Floats(bytes),
+            Class::Text { .. } => Holds::Texts,
+            Class::Other(name) => Holds::Other(name.to_owned()),
+        };
+        let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
+        let Some(size) = size.filter(|size| size.checked_mul(bytes.max(8)).is_some_and(|bytes| bytes < 1 << 60)) else {
+            return refused(format!(
+                "/{path} claims the shape {shape:?}, more than any file can hold"
+            ));
+        };
+        let chunk = dataset.chunk();
+        let chunks = dataset.num_chunks();
+        if !self.follow_external && raw::external_count(dataset)? > 0 {
+            return Err(Fault::Elsewhere(format!("/{path}")));
+        }
+        let stored = match (&chunk, chunks, dataset.layout()) {
+            (Some(chunk), Some(chunks), _) => {
+                let of_one = chunk
+                    .iter()
+                    .try_fold(bytes.max(1), |size, &length| size.checked_mul(length));
+                if of_one.is_none_or(|bytes| bytes > CHUNK_BYTES) {
+                    let limit = CHUNK_BYTES >> 20;
+                    return refused(format!(
+                        "/{path} is stored in chunks {chunk:?} of more than {limit} MiB"
+                    ));
+                }
+                chunks.saturating_mul(chunk.iter().product())
+            }
+            (_, _, Layout::Virtual) => VIRTUAL,
+            // An external file is taken at its word.
+            _ if self.follow_external => usize::MAX,
+            _ => dataset.storage_size() as usize / bytes.max(1),
+        };
+        if dataset.layout() != Layout::Virtual
+            && !self.growing
+            && dataset.storage_size() > self.length
+            && !self.follow_external
+        {
+            return refused(format!(
+                "/{path} claims {} bytes of a file of {}",
+                dataset.storage_size(),
+                self.length
+            ));
+        }
+        if size > UNSTORED.max(stored) {
+            return refused(format!("/{path} claims {size} values and stores {stored}"));
+        }
+        let covered = match chunk {
+            Some(_) => dataset.filters().contains(&Filter::Fletcher32),
+            None => dataset.layout() == Layout::Virtual,
+        };
+        Ok(DatasetInfo {
+            shape,
+            holds,
+            chunk,
+            chunks,
+            covered,
+        })
+    }
+
+    fn read(&mut self, path: &str, part: &[(u64, u64)], number: Number) -> Answered<Vec<u8>> {
+        let dataset = self.dataset(path)?;
+        self.look_at_sources(&dataset, path)?;
+        let shape = dataset.shape();
+        let count = part.iter().try_fold(1_u64, |count, part| count.checked_mul(part.1));
+        let inside = |(&(start, count), &length): (&(u64, u64), &usize)| {
+            start.checked_add(count).is_some_and(|end| end <= length as u64)
+        };
+        if part.len() != shape.len() || !part.iter().zip(&shape).all(inside) {
+            return Err(Fault::Hdf5(format!("/{path} has no such part")));
+        }
+        if count.is_none_or(|count| count > VALUES as u64) {
+            return refused(format!("more than {VALUES} values at once of /{path}"));
+        }
+        let selection = if shape.is_empty() {
+            Selection::All
+        } else {
+            let slices = part
+                .iter()
+                .map(|&(start, count)| SliceOrIndex::from(start as usize..(start + count) as usize));
+            Selection::Hyperslab(Hyperslab::from(slices.collect::<Vec<_>>()))
+        };
+        macro_rules! numbers {
+            ($type:ty) => {{
+                let values = dataset.read_slice::<$type, _, ndarray::IxDyn>(selection)?;
+                let mut bytes = Vec::with_capacity(values.len() * size_of::<$type>());
+                values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+                bytes
+            }};
+        }
+        if count == Some(0) {
+            return Ok(Vec::new());
+        }
+        Ok(match number {
+            Number::I8 => numbers!(i8),
+            Number::I32 => numbers!(i32),
+            Number::I64 => numbers!(i64),
+            Number::F64 => numbers!(f64),
+        })
+    }
+
+    fn texts(&mut self, path: &str) -> Answered<Vec<String>> {
+        let dataset = self.dataset(path)?;
+        if dataset.size() > TEXTS {
+            return refused(format!("/{path} has more than {TEXTS} texts"));
+        }
+        check_text(&dataset, path)?;
+        let lossy = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let (class, _) = raw::class_of(&dataset)?;
+        let texts: Vec<String> = match class {
+            Class::Text { length: Some(_), .. } => raw::read_texts(&dataset)?,
+            Class::Text { unicode: true, .. } => {
+                let texts = dataset.read_raw::<VarLenUnicode>()?;
+                texts.iter().map(|text| lossy(text.as_bytes())).collect()
+            }
+            Class::Text { unicode: false, .. } => {
+                let texts = dataset.read_raw::<VarLenAscii>()?;
+                texts.iter().map(|text| lossy(text.as_bytes())).collect()
+            }
+            _ => return Err(Fault::Hdf5(format!("/{path} holds no texts"))),
+        };
+        if texts.iter().map(String::len).sum::<usize>() > TEXT_BYTES {
+            return refused(format!("the texts of /{path} are longer than {} MiB", TEXT_BYTES >> 20));
+        }
+        Ok(texts)
+    }
+
+    /// A virtual dataset may be made of files beside the one that has it, or in folders below: the shards of a sweep.
+    fn look_at_sources(&mut self, dataset: &Dataset, path: &str) -> Answered<()> {
+        if self.follow_external
+            || dataset.layout() != Layout::Virtual
+            || self.looked_at.iter().any(|known| known == path)
+        {
+            return Ok(());
+        }
+        let sources = raw::virtual_sources(dataset, SOURCES)?;
+        let Some(sources) = sources else {
+            return refused(format!("/{path} is made of more than {SOURCES} parts"));
+        };
+        let folder = crate::results::target::folder_of(&self.path);
+        let mut opened: HashMap<String, hdf5::File> = HashMap::new();
+        let mut known: Vec<(String, String)> = Vec::new();
+        for (file, inside) in sources {
+            if known.last().is_some_and(|last| *last == (file.clone(), inside.clone())) {
+                continue;
+            }
+            // HDF5's own escape of a per cent sign.
+            let name = file.replace("%%", "%");
+            let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+            if !Path::new(&name).components().all(below) {
+                return Err(Fault::Elsewhere(format!("/{path}, in {name},")));
+            }
+            if !opened.contains_key(&name) {
+                let Ok(other) = hdf5::File::open(folder.join(&name)) else {
+                    // Read as missing.
+                    known.push((file, inside));
+                    continue;
+                };
+                opened.insert(name.clone(), other);
+            }
+            // What is there is stored there: else the way would lead on.
+            if let Some(other) = opened.get(&name)
+                && let Ok(Opened::Dataset(source)) = raw::open_object(other, &inside, false)
+                && (source.layout() == Layout::Virtual || raw::external_count(&source)? > 0)
+            {
+                return Err(Fault::Elsewhere(format!("/{path}, by way of {name},")));
+            }
+            known.push((file, inside));
+        }
+        self.looked_at.push(path.to_owned());
+        Ok(())
+    }
+}
+
+fn identity(group: &Group) -> Answered<String> {
+    let info = group.loc_info()?;
+    Ok(format!("{} {:?}", info.fileno, info.token))
+}
+
+/// Refuses a text whose memory is too much to ask for.
+fn check_text(object: &Container, path: &str) -> Answered<()> {
+    let (class, _) = raw::class_of(object)?;
+    if let Class::Text {
+        length: Some(length), ..
+    } = class
+        && length.saturating_mul(object.size()) > TEXT_BYTES
+    {
+        return refused(format!("/{path} claims a text of {length} bytes"));
+    }
+    Ok(())
+}
+
+/// `None` for what is HDF5's own (references of dimension scales), and for types that are not known.
+fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
+    let (class, bytes) = raw::class_of(attribute)?;
+    if attribute.size().saturating_mul(bytes.max(8)) > ATTRIBUTE_BYTES {
+        return refused(format!(
+            "the attribute {} has {} values",
+            attribute.name(),
+            attribute.size()
+        ));
+    }
+    let scalar = attribute.is_scalar();
+    let lossy = |bytes: &[u8]| AttributeValue::Text(String::from_utf8_lossy(bytes).into_owned());
+    // An attribute that cannot be read counts as one that is not there.
+    Ok(match class {
+        Class::Text { length: Some(_), .. } if scalar => raw::read_text_lossy(attribute).ok().map(AttributeValue::Text),
+        Class::Text { unicode: true, .. } if scalar => {
+            let text = attribute.read_scalar::<VarLenUnicode>().ok();
+            text.map(|text| lossy(text.as_bytes()))
+        }
+        Class::Text { unicode: false, .. } if scalar => {
+            let text = attribute.read_scalar::<VarLenAscii>().ok();
+            text.map(|text| lossy(text.as_bytes()))
+        }
+        Class::Integer { .. } => attribute.read_raw::<i64>().ok().map(|values| match &values[..] {
+            [value] if scalar => AttributeValue::Integer(*value),
+            _ => AttributeValue::Integers(values),
+        }),
+        Class::Float => attribute.read_raw::<f64>().ok().map(|values| match &values[..] {
+            [value] if scalar => AttributeValue::Number(*value),
+            _ => AttributeValue::Numbers(values),
+        }),
+        _ => None,
+    })
+}
+
+/// The path of a member of a group.
+pub(super) fn joined(group: &str, name: &str) -> String {
+    match group.trim_matches('/') {
+        "" => name.to_owned(),
+        group => format!("{group}/{name}"),
+    }
+}
+
+#[cfg(unix)]
+pub(super) fn bytes_of(path: &Path) -> Vec<u8> {
+    use std::os::unix::ffi::OsStrExt;
+    path.as_os_str().as_bytes().to_vec()
+}
+
+#[cfg(unix)]
+fn path_of(bytes: &[u8]) -> PathBuf {
+    use std::os::unix::ffi::OsStrExt;
+    PathBuf::from(std::ffi::OsStr::from_bytes(bytes))
+}
+
+#[cfg(not(unix))]
+pub(super) fn bytes_of(path: &Path) -> Vec<u8> {
+    path.to_string_lossy().into_owned().into_bytes()
+}
+
+#[cfg(not(unix))]
+fn path_of(bytes: &[u8]) -> PathBuf {
+    PathBuf::from(String::from_utf8_lossy(bytes).into_owned())
+}

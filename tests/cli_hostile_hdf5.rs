@@ -1,0 +1,458 @@
+//! HDF5 files that this program did not write, or no longer as it did: an error or a result, nothing else.
+
+mod cli_common;
+mod hostile_common;
+
+use cli_common::{Folder, LONG, output};
+use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
+use hostile_common::{Dice, damage, survive};
+use std::path::Path;
+
+/// A small study of quick runs, with events.
+const STUDY: &str = r#"
+case = "paper"
+[set]
+output.end_time = 0.02
+actuation.rise_time = 0.01
+solver.method = "series"
+[[axis]]
+key = "torsion.damping"
+from = 10
+to = 30
+count = 6
+[keep]
+events = true
+"#;
+
+/// A folder with `run.h5`, a result of the program.
+fn with_run() -> Folder {
+    let folder = Folder::new();
+    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    folder
+}
+
+/// A file of another program: a time and a relative velocity.
+fn write_candidate(path: &Path) -> hdf5::File {
+    let file = create(path).unwrap();
+    let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
+    for name in ["time", "relative_velocity"] {
+        file.new_dataset_builder().with_data(&times).create(name).unwrap();
+    }
+    file
+}
+
+/// Opens a file to change it. Without HDF5's lock, which the programs that other tests start would inherit.
+fn open(path: impl AsRef<Path>) -> hdf5::Result<hdf5::File> {
+    hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .open_rw(path)
+}
+
+fn create(path: impl AsRef<Path>) -> hdf5::Result<hdf5::File> {
+    hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .create(path)
+}
+
+/// Replaces all that is `from` in a file by as many other bytes.
+fn patch(path: &Path, from: &[u8], to: &[u8]) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(from)).collect();
+    assert!(!places.is_empty());
+    for at in places {
+        bytes[at..at + to.len()].copy_from_slice(to);
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
+/// A command on hostile input, which ends with 2 and says these words.
+fn refused(folder: &Folder, arguments: &[&str], words: &[&str]) {
+    let (code, _, stderr) = survive(&folder.path(""), arguments);
+    assert_eq!(code, 2, "{arguments:?}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{arguments:?}: no \"{word}\" in {stderr}");
+    }
+}
+
+#[test]
+fn regression_texts_of_another_encoding_are_shown_with_replacements() {
+    let folder = with_run();
+    {
+        let file = write_candidate(&folder.path("latin.h5"));
+        let time = file.dataset("time").unwrap();
+        let unit = VarLenAscii::from_ascii("sXYZ").unwrap();
+        time.new_attr::<VarLenAscii>()
+            .create("units")
+            .unwrap()
+            .write_scalar(&unit)
+            .unwrap();
+    }
+    patch(&folder.path("latin.h5"), b"sXYZ", b"s\xb2\xff\xb2");
+    refused(&folder, &["compare", "run.h5", "latin.h5"], &["unit", "\u{fffd}"]);
+    patch(&folder.path("run.h5"), b"axial displacement", b"axial \xb2isplacement");
+    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "run.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("axial \u{fffd}isplacement"));
+}
+
+#[test]
+fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
+    let folder = with_run();
+    patch(&folder.path("run.h5"), b"Two-disk", b"Two\xb2disk");
+    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    // The case is to be parsed, so that it has to be what was written.
+    refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["run.h5"]);
+}
+
+#[test]
+fn regression_links_that_lead_back_are_followed_once() {
+    let folder = with_run();
+    {
+        let file = open(folder.path("run.h5")).unwrap();
+        file.link_soft("/", "whole").unwrap();
+        file.group("events").unwrap().link_hard("/", "whole").unwrap();
+        let other = write_candidate(&folder.path("cycle.h5"));
+        let inner = other.create_group("a/b/c").unwrap();
+        inner.link_soft("/a", "back").unwrap();
+        inner.link_hard("/", "root").unwrap();
+        inner.link_soft("/a/b/c/self", "self").unwrap();
+    }
+    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "cycle.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+#[test]
+fn regression_groups_within_groups_have_an_end() {
+    let folder = with_run();
+    {
+        let file = open(folder.path("run.h5")).unwrap();
+        let mut group = file.create_group("deep").unwrap();
+        for _ in 0..20_000 {
+            group = group.create_group("g").unwrap();
+        }
+    }
+    refused(
+        &folder,
+        &["inspect", "run.h5"],
+        &["32 groups within each other", "docs/limits.md"],
+    );
+    refused(&folder, &["compare", "run.h5", "missing.h5"], &["missing.h5"]);
+}
+
+#[test]
+fn regression_values_that_are_not_stored_are_not_read() {
+    let folder = with_run();
+    {
+        let file = open(folder.path("run.h5")).unwrap();
+        let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
+        empty.create("empty").unwrap();
+        let other = create(folder.path("wide.h5")).unwrap();
+        let wide = other.new_dataset::<f64>().shape([1, 1 << 40]);
+        wide.create("time").unwrap();
+        wide.create("relative_velocity").unwrap();
+    }
+    refused(
+        &folder,
+        &["inspect", "run.h5"],
+        &["/empty", "1099511627776", "stores 0"],
+    );
+    refused(&folder, &["compare", "run.h5", "wide.h5"], &["1099511627776"]);
+}
+
+#[test]
+fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
+    let folder = with_run();
+    {
+        let file = open(folder.path("run.h5")).unwrap();
+        let input = file.group("input").unwrap();
+        for name in ["case", "resolved"] {
+            input.unlink(name).unwrap();
+            let kind = TypeDescriptor::FixedUnicode(u32::MAX as usize);
+            input.new_dataset_builder().empty_as(&kind).create(name).unwrap();
+        }
+    }
+    refused(&folder, &["run", "run.h5", "-o", "again.h5"], &["4294967295 bytes"]);
+    refused(&folder, &["certify", "run.h5"], &["4294967295 bytes"]);
+    refused(&folder, &["compare", "run.h5", "run.h5"], &["4294967295 bytes"]);
+}
+
+#[test]
+fn regression_more_events_than_are_stored_are_an_error() {
+    let folder = with_run();
+    {
+        let file = open(folder.path("run.h5")).unwrap();
+        for name in file.group("events").unwrap().member_names().unwrap() {
+            file.dataset(&format!("events/{name}"))
+                .unwrap()
+                .resize([1_usize << 34])
+                .unwrap();
+        }
+    }
+    for arguments in [
+        &["plot", "run.h5", "-o", "figures"][..],
+        &["compare", "run.h5", "run.h5"],
+        &["certify", "run.h5"],
+        &["inspect", "run.h5"],
+    ] {
+        refused(&folder, arguments, &["17179869184"]);
+    }
+}
+
+/// Changes a copy of a shard's file, and merges it.
+fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
+    std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
+    change(&open(folder.path("changed.h5")).unwrap());
+    for more in [&[][..], &["--virtual"]] {
+        let arguments = [&["merge", "changed.h5", "2.h5", "-o", "merged.h5"][..], more].concat();
+        refused(folder, &arguments, words);
+        assert!(!folder.path("merged.h5").exists());
+    }
+}
+
+fn set_number(file: &hdf5::File, name: &str, value: i64) {
+    file.attr(name).unwrap().write_scalar(&value).unwrap();
+}
+
+#[test]
+fn regression_a_shard_that_lies_about_its_study_is_refused() {
+    let folder = Folder::new();
+    folder.write("study.toml", STUDY);
+    for shard in ["1", "2"] {
+        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
+        let mut sweep = folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
+        output(&mut sweep, 0);
+    }
+    merge_changed(
+        &folder,
+        |file| set_number(file, "shard_count", 1 << 40),
+        &["shard_count"],
+    );
+    merge_changed(&folder, |file| set_number(file, "shard_count", -1), &["shard_count"]);
+    merge_changed(&folder, |file| set_number(file, "shard", 1 << 40), &["shard"]);
+    let shape = |shape: &'static [i64]| {
+        move |file: &hdf5::File| {
+            file.delete_attr("study_shape").unwrap();
+            file.new_attr_builder().with_data(shape).create("study_shape").unwrap();
+        }
+    };
+    merge_changed(&folder, shape(&[1 << 32, 1 << 32]), &["study_shape"]);
+    merge_changed(&folder, shape(&[1 << 40, 1 << 40]), &["study_shape"]);
+    merge_changed(&folder, shape(&[2, 3]), &["division"]);
+    merge_changed(&folder, shape(&[0]), &["study_shape"]);
+    merge_changed(&folder, shape(&[1 << 36]), &["point"]);
+    for name in ["study_axes", "study_variables"] {
+        let empty = |file: &hdf5::File| {
+            let text = VarLenUnicode::new();
+            file.attr(name).unwrap().write_scalar(&text).unwrap();
+        };
+        merge_changed(&folder, empty, &[name]);
+    }
+    let scalar = |file: &hdf5::File| {
+        let events = file.group("events").unwrap();
+        events.unlink("point").unwrap();
+        events.new_dataset::<i64>().create("point").unwrap();
+    };
+    merge_changed(&folder, scalar, &["events/point"]);
+    let scalar = |file: &hdf5::File| {
+        file.unlink("point").unwrap();
+        file.new_dataset::<i64>().create("point").unwrap();
+    };
+    merge_changed(&folder, scalar, &["point"]);
+}
+
+#[test]
+fn regression_other_files_are_read_only_on_demand() {
+    let folder = with_run();
+    {
+        let secret = write_candidate(&folder.path("secret.h5"));
+        drop(secret);
+        let links = create(folder.path("links.h5")).unwrap();
+        for name in ["time", "relative_velocity"] {
+            links.link_external("secret.h5", name, name).unwrap();
+        }
+        let file = open(folder.path("run.h5")).unwrap();
+        file.unlink("events").unwrap();
+        file.link_external("secret.h5", "/", "events").unwrap();
+        std::fs::write(folder.path("numbers"), [0; 800]).unwrap();
+        let external = create(folder.path("external.h5")).unwrap();
+        let virtual_file = create(folder.path("virtual.h5")).unwrap();
+        let secret = folder.path("secret.h5");
+        for name in ["time", "relative_velocity"] {
+            let stored = external.new_dataset::<f64>().shape([100]).external("numbers", 0, 800);
+            stored.create(name).unwrap();
+            let source = secret.to_str().unwrap();
+            let made = virtual_file.new_dataset::<f64>().shape([100]);
+            made.virtual_map(source, name, [100], .., [100], ..)
+                .create(name)
+                .unwrap();
+        }
+    }
+    for name in ["links.h5", "external.h5", "virtual.h5"] {
+        std::fs::copy(folder.path("secret.h5"), folder.path("reference")).unwrap();
+        refused(&folder, &["compare", "run.h5", name], &["--follow-external"]);
+    }
+    for command in ["inspect", "certify", "plot"] {
+        refused(&folder, &[command, "run.h5"], &["/events", "--follow-external"]);
+    }
+    output(&mut folder.short_run(&["-q", "-o", "run2.h5"]), 0);
+    for name in ["links.h5", "virtual.h5"] {
+        let (code, _, stderr) = survive(&folder.path(""), &["compare", "run2.h5", name, "--follow-external"]);
+        assert_eq!(code, 0, "{name}: {stderr}");
+    }
+}
+
+#[test]
+fn regression_a_pipe_is_no_result() {
+    let folder = with_run();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("pipe.h5"))
+        .status();
+    if made.is_ok_and(|status| status.success()) {
+        refused(&folder, &["inspect", "pipe.h5"], &["pipe.h5"]);
+        refused(&folder, &["plot", "pipe.h5"], &["pipe.h5"]);
+    }
+}
+
+/// A file that a run is writing is read as its last flush left it, every time.
+#[test]
+fn regression_a_growing_file_can_be_read_at_any_time() {
+    let folder = Folder::new();
+    let steps = [LONG, &["--set", "output.steps=true", "--set", "solver.max_step=1e-6"]].concat();
+    let mut run = folder.start(&[&["run", "-q", "-o", "grows.h5"][..], &steps].concat());
+    let partial = folder.path("grows.partial.h5");
+    while !partial.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let mut rows = Vec::new();
+    for _ in 0..12 {
+        let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stderr.contains("still being written"), "{stderr}");
+        let listed = cli_common::json(&stdout);
+        assert_eq!(listed["growing"], true);
+        let variables = listed["variables"].as_array().unwrap();
+        let time = variables
+            .iter()
+            .find(|v| v["group"] == "/trajectory" && v["name"] == "time")
+            .unwrap();
+        rows.push(time["shape"][0].as_u64().unwrap());
+    }
+    run.kill().unwrap();
+    run.wait().unwrap();
+    assert!(rows.is_sorted(), "{rows:?}");
+    let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "grows.partial.h5"]);
+    // A kill in the middle of a flush may leave it unreadable.
+    assert!(code == 2 || cli_common::json(&stdout)["growing"] == false);
+}
+
+/// The seeds of the campaign: files of the program, and one of another.
+fn seeds(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
+    output(&mut folder.short_run(&["-q", "-o", "reference.h5"]), 0);
+    folder.write("study.toml", STUDY);
+    output(
+        &mut folder.stickslip(&["sweep", "study.toml", "-o", "sweep.h5", "-q"]),
+        0,
+    );
+    for shard in ["1", "2"] {
+        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
+        output(
+            &mut folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]),
+            0,
+        );
+    }
+    {
+        let file = write_candidate(&folder.path("candidate.h5"));
+        let kinds: Vec<VarLenUnicode> = ["stick", "slip"].map(|kind| kind.parse().unwrap()).to_vec();
+        let events = file.create_group("events").unwrap();
+        events.new_dataset_builder().with_data(&kinds).create("kind").unwrap();
+        events
+            .new_dataset_builder()
+            .with_data(&[0.01, 0.02])
+            .create("time")
+            .unwrap();
+        let time = file.dataset("time").unwrap();
+        let unit: VarLenUnicode = "s".parse().unwrap();
+        time.new_attr::<VarLenUnicode>()
+            .create("units")
+            .unwrap()
+            .write_scalar(&unit)
+            .unwrap();
+    }
+    ["reference.h5", "sweep.h5", "1.h5", "candidate.h5"]
+        .map(|name| (name, std::fs::read(folder.path(name)).unwrap()))
+        .to_vec()
+}
+
+/// What is done with a damaged copy of a seed, `bad.h5`.
+fn commands(seed: &str) -> &'static [&'static [&'static str]] {
+    match seed {
+        "reference.h5" => &[
+            &["inspect", "bad.h5"],
+            &["inspect", "bad.h5", "--json"],
+            &["compare", "bad.h5", "reference.h5"],
+            &["compare", "reference.h5", "bad.h5"],
+            &["plot", "bad.h5", "-o", "figures", "--force"],
+            &["plot", "bad.h5", "--html", "page.html", "--force"],
+            &["run", "bad.h5", "-o", "again.h5", "--force", "-q"],
+            &["run", "reference.h5", "-o", "bad.h5", "-q"],
+            &["modes", "bad.h5"],
+        ],
+        "1.h5" => &[
+            &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force"],
+            &["merge", "bad.h5", "2.h5", "-o", "merged.h5", "--force", "--virtual"],
+            &["inspect", "bad.h5"],
+            &[
+                "sweep",
+                "study.toml",
+                "--shard",
+                "1/2",
+                "--resume",
+                "-o",
+                "bad.h5",
+                "-q",
+            ],
+        ],
+        "sweep.h5" => &[
+            &["inspect", "bad.h5"],
+            &["plot", "bad.h5", "-o", "figures", "--force"],
+            &["sweep", "study.toml", "--resume", "-o", "bad.h5", "-q"],
+        ],
+        _ => &[&["compare", "reference.h5", "bad.h5"]],
+    }
+}
+
+/// Damages copies of every seed, a number of times each, and gives each to one of its commands. A case that fails leaves
+/// its file in the temporary folder and says its number, by which [`damage`] makes it again.
+fn campaign(first: u64, cases: u64) {
+    let folder = Folder::new();
+    let seeds = seeds(&folder);
+    for case in first..first + cases {
+        let (seed, bytes) = &seeds[case as usize % seeds.len()];
+        let mut dice = Dice(case);
+        let mut bad = bytes.clone();
+        damage(&mut bad, &mut dice);
+        folder.write("bad.h5", &bad);
+        let choices = commands(seed);
+        let arguments = choices[dice.below(choices.len())];
+        let survived = std::panic::catch_unwind(|| survive(&folder.path(""), arguments));
+        if survived.is_err() {
+            let kept = std::env::temp_dir().join(format!("stickslip-hostile-{case}.h5"));
+            std::fs::write(&kept, &bad).unwrap();
+            panic!(
+                "case {case} of the campaign, a damaged {seed}, kept as {}",
+                kept.display()
+            );
+        }
+    }
+}
+
+/// `STICKSLIP_HOSTILE_CASES` asks for more, `STICKSLIP_HOSTILE_FIRST` for others.
+#[test]
+fn property_damaged_files_are_an_error_or_a_result() {
+    let asked = |name: &str, otherwise| std::env::var(name).map_or(otherwise, |text| text.parse().unwrap());
+    campaign(
+        asked("STICKSLIP_HOSTILE_FIRST", 0),
+        asked("STICKSLIP_HOSTILE_CASES", 60),
+    );
+}
