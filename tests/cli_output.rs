@@ -122,7 +122,7 @@ fn cli_output_to_a_full_disk_is_an_error() {
                 .args(["-c", &script])
                 .current_dir(folder.path("."))
                 .timeout(std::time::Duration::from_secs(60)),
-            if kilobytes == 64 { 2 } else { 1 },
+            1,
         );
         assert!(stderr.contains("paper.partial.h5: "), "{stderr}");
         assert!(stderr.contains("choose another folder"), "{stderr}");

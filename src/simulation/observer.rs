@@ -220,14 +220,22 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
             self.work_perturbation += self.readings.kinetic_energy(after.1) - self.readings.kinetic_energy(before.1);
         }
         self.counted += usize::from(kind.in_mode_word());
-        self.channels(t, after.0.mode, after.1)?;
+        let state_after = self.readings.state(t, after.0.mode, after.1);
+        // A kick may lead beyond the end of its mode, where friction is that of the mode which the reversal then begins.
+        let reversed = f64::from(after.0.mode.sense()) * state_after.relative_velocity < 0.0;
+        let mode = match after.0.mode {
+            Mode::SlipForward if kind == EventKind::Kick && reversed => Mode::SlipBackward,
+            Mode::SlipBackward if kind == EventKind::Kick && reversed => Mode::SlipForward,
+            mode => mode,
+        };
+        self.channels(t, mode, after.1)?;
         let event = Event {
             time: t,
             kind,
             mode_after: after.0.mode,
             segment: self.segments.saturating_sub(1),
             before: self.readings.state(t, before.0.mode, before.1),
-            after: self.readings.state(t, after.0.mode, after.1),
+            after: state_after,
             internal_force: self.readings.internal_force(before.1),
         };
         check_state(t, &event.before)?;
