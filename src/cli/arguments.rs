@@ -32,7 +32,7 @@ pub(super) struct Common {
     /// Print one JSON document on standard output.
     #[arg(long, global = true, display_order = 104)]
     pub json: bool,
-    /// Read what an HDF5 file refers to in other files, if you trust it: links, data, virtual datasets elsewhere.
+    /// Read what HDF5 files refer to in other files.
     #[arg(long, global = true, display_order = 105)]
     pub follow_external: bool,
 }
@@ -107,7 +107,7 @@ pub(super) struct RunOptions {
     /// Override a key, such as initial.speed="900 rpm".
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Leave out the witness, a second run by another method that the result is held against.
+    /// Leave out the witness, a second run by another method.
     #[arg(long)]
     pub no_witness: bool,
     #[command(flatten)]
