@@ -255,6 +255,13 @@ impl Calibrating<'_, '_> {
             answer.held.sort_unstable();
             sample = self.explore(&answer.held)?;
         }
+        while let Some((place, later)) = self.does_as_well(answer) {
+            let earlier = std::mem::replace(&mut answer.contradicting[place], later);
+            answer.held.retain(|&held| held != later);
+            answer.held.push(earlier);
+            answer.held.sort_unstable();
+            sample = self.explore(&answer.held)?;
+        }
         let near = self.extent(&answer.held) * NEAR;
         self.improve(&answer.held, FEWER, ROUNDS[0], near, "the optimum")?;
         answer.intervals = intervals(&self.evaluator, &self.pool, &answer.held);
@@ -275,6 +282,22 @@ impl Calibrating<'_, '_> {
             }
         }
         Ok(None)
+    }
+
+    /// Where one of two targets of the same weight has to be set aside, it is the one that the study lists later; which of
+    /// them the searches meet first belongs to rounding. Returns the place of one that is set aside though it is listed
+    /// earlier than a held one that could be in its place, and the last of these.
+    fn does_as_well(&self, answer: &Answer) -> Option<(usize, usize)> {
+        let weight = |k: usize| self.evaluator.study.targets[k].weight;
+        let swapped = |k: usize, other: usize| -> Vec<usize> {
+            let rest = answer.held.iter().copied().filter(|&held| held != other);
+            rest.chain([k]).collect()
+        };
+        answer.contradicting.iter().enumerate().find_map(|(place, &k)| {
+            let later = answer.held.iter().copied().filter(|&other| other > k);
+            let mut equal = later.filter(|&other| weight(other) == weight(k)).rev();
+            equal.find(|&other| self.worst(&swapped(k, other)) <= 1.0).map(|other| (place, other))
+        })
     }
 
     /// Explores the region in which these targets hold. Returns an even sample of it.

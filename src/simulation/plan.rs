@@ -16,7 +16,7 @@ const SLIP_SCALE: f64 = 1.0;
 const STEPS_PER_PERIOD: f64 = 20.0;
 
 /// The solver's relative tolerance in smooth sliding, as a multiple of `rtol`: its errors shift all events alike.
-const SLIDING_TIGHTENING: f64 = 0.05;
+const SLIDING_TIGHTENING: f64 = 0.049;
 
 /// The same where the fast mode is resolved: there an error is amplified until the first stick.
 const RESOLVED_TIGHTENING: f64 = 0.01;
