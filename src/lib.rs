@@ -14,7 +14,7 @@
 //! | [`simulation`] | the brake run by the automaton: which solver where, samples, events |
 //! | [`results`] | the HDF5 result file: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
-//! | [`oracle`] | the model solved independently, by Taylor series with up to 120 digits |
+//! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`calibrate`] | parameters that reproduce measured numbers |

@@ -7,7 +7,10 @@
 
 mod common;
 
-use common::campaign::{Fate, Outcome, run, table::tables};
+use common::campaign::{
+    Fate, Outcome, run,
+    table::{broken_promises, tables},
+};
 use std::ops::Range;
 
 /// Without STICKSLIP_CAMPAIGN: some minutes of one processor.
@@ -25,6 +28,8 @@ fn check(outcomes: &[Outcome]) {
         })
         .collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+    let broken = broken_promises(outcomes);
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
     // What cannot be held must not pass for what holds.
     let held = outcomes
         .iter()

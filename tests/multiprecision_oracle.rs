@@ -275,3 +275,52 @@ fn multiprecision_units_are_converted_exactly() {
         );
     }
 }
+
+/// Where alpha omega_r changes by more than the order of the series within what would be a step, the friction law must
+/// bound it: each of these kicks sends the slip through the layer next to the stop, 1/alpha wide, within microseconds.
+#[test]
+fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series() {
+    for (decay, time, velocity) in [(3.5, 0.5, -210.0), (90.0, 6.5, -15.0), (300.0, 6.9, -3.0)] {
+        let settings = [
+            format!("friction.decay={decay}"),
+            format!("perturbation=[{{kind=\"kick\",time={time},relative_velocity={velocity}}}]"),
+            "output.window=[]".to_owned(),
+            // Beyond the stick that follows, and before the loss of stability of what slides on.
+            format!("output.end_time={}", time + 0.01),
+            "solver.method=series".to_owned(),
+        ];
+        let overrides = settings.map(|text| Override::parse(&text).unwrap());
+        let source = CaseSource::built_in("paper-si").unwrap();
+        let case = Case::parse(&source, &overrides).unwrap();
+        let mut recorder = MemoryRecorder::default();
+        simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+        let options = OracleOptions {
+            digits: 33,
+            end_time: rational(&format!("{}", case.output.end_time)).unwrap(),
+            sample_times: Vec::new(),
+            max_events: 1000,
+        };
+        let exact = Case::exact_parameters(&source, &overrides).unwrap();
+        let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.map(EventKind::name).collect::<Vec<_>>();
+        assert_eq!(
+            kinds(&mut report.events.iter().map(|event| event.kind)),
+            kinds(&mut recorder.events.iter().map(|event| event.kind)),
+            "decay {decay}"
+        );
+        // A reversal and more: else there is nothing to agree on.
+        assert!(recorder.events.len() > 3, "decay {decay}: {}", recorder.events.len());
+        for (own, exact) in recorder.events.iter().zip(&report.events) {
+            let off = Number::from_f64(own.time, 64).minus(&exact.time).abs();
+            assert!(
+                off < 1e-12,
+                "decay {decay}: {:?} at {} off by {off:e}",
+                own.kind,
+                own.time
+            );
+        }
+    }
+}

@@ -18,10 +18,15 @@ pub fn remedy(certificate: &Certificate) -> String {
         Verdict::Converged => String::new(),
         Verdict::NoiseDetermined => format!(
             "from the loss of stability to the first stick a deviation grows by e^{:.0} (G = {:.1} in all), so that the \
-             onset and all after it are amplified rounding, which no tolerance makes converge. Set a perturbation well \
+             onset and all after it are amplified rounding, which no tolerance makes converge{but}. Set a perturbation well \
              above rounding, such as {KICK_OPTION}",
             certificate.growth_to_onset.unwrap_or(0.0),
             certificate.growth_exponent.unwrap_or(0.0),
+            but = if certificate.by_oracle {
+                "; series alone can follow the exact solution, which has no deviation"
+            } else {
+                ""
+            },
         ),
         Verdict::SequenceDiffers if certificate.by_oracle => {
             "the exact solution has another sequence of events than this result, or has one of them elsewhere. Use a finer \
@@ -77,6 +82,12 @@ pub fn shortfall(
     };
     if certificate.verdict == Verdict::NoiseDetermined && solution.is_none() {
         return Some(format!("{asked}: {}", remedy(certificate)));
+    }
+    if case.solver.method == Method::Series && certificate.verdict == Verdict::Converged && solution.is_none() {
+        // Its witnesses are less accurate than it is: they bound its errors from far away, and none is the better result.
+        return Some(format!(
+            "{asked}, by methods that are less accurate than series itself: --oracle tells how many digits are true"
+        ));
     }
     let mut tried: Vec<(String, u32)> = Vec::new();
     for solver in candidates(&case.solver) {
@@ -155,6 +166,9 @@ fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
     }
     if candidate.rtol != own.rtol {
         keys.push(format!("--set solver.rtol={:e}", candidate.rtol));
+    }
+    if own.fixed_step.is_some() {
+        keys.push("and without solver.fixed_step".to_owned());
     }
     keys.join(" ")
 }

@@ -224,8 +224,9 @@ pub(super) fn witnesses(ladder: &[Finished], of: Method) -> Vec<&Finished> {
     witnesses
 }
 
-/// Whether a run goes through the unstable window with the explicit pair of the result's method, or with Adams' method as it does. Close to rounding both
-/// then have the same error, of which the distance between them tells nothing: the run bears out the sequence, not the times.
+/// Whether a run goes through the unstable window with the explicit pair of the result's method, or with Adams' method as
+/// it does. Close to rounding both then have the same error, of which the distance between them tells nothing: the run
+/// bears out the sequence, not the times.
 pub(super) fn shares_errors(run: &Finished, of: Method) -> bool {
     let adams = |method| matches!(method, Method::Cvode | Method::CvodeAdams);
     (of.resolving_table().is_some() && run.method.resolving_table() == of.resolving_table())

@@ -243,6 +243,11 @@ impl<const N: usize> Expansion<N> {
         &self.state[component]
     }
 
+    /// exp(-alpha s omega_r); empty outside slip.
+    pub fn exponential(&self) -> &[Float<N>] {
+        &self.exponential
+    }
+
     /// s omega_r, rad/s; empty outside slip.
     pub fn speed(&self) -> &[Float<N>] {
         &self.speed

@@ -33,6 +33,12 @@ const BITS_FOR_A_BIT: f64 = 0.04;
 /// Runs that take longer than this are announced in the log as a warning, others as information.
 const LONG: Duration = Duration::from_secs(30);
 
+/// An estimate of the time is no reason to give up before so much of it has gone by.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What is over before is not worth a word on how long it takes.
+const LEAST_WORTH_TELLING: Duration = Duration::from_secs(2);
+
 /// Of a run, before its duration is estimated.
 const TRIAL: Duration = Duration::from_millis(200);
 
@@ -174,36 +180,41 @@ fn attempt(
         max_events: request.max_events,
     };
     let clock = Instant::now();
-    let mut estimate: Option<Duration> = None;
+    // The pace changes: slips are slow, the last stick is fast. So it is measured anew, each time over as long as all before.
+    let (mut asked, mut next, mut told) = ((0.0, 0.0), TRIAL.as_secs_f64(), false);
+    let mut too_long: Option<f64> = None;
     let outcome = automaton::run(parameters, &options, &mut |time| {
-        let elapsed = clock.elapsed();
-        if estimate.is_none() && elapsed > TRIAL && time > 0.0 {
-            // Most of it is sliding, at a step that hardly changes.
-            let seconds = (elapsed.as_secs_f64() * end_time / time).min(1e12);
-            let whole = Duration::from_secs_f64(seconds);
-            estimate = Some(whole);
-            if whole > request.longest {
+        let elapsed = clock.elapsed().as_secs_f64();
+        if elapsed >= next && time > asked.1 {
+            let pace = (elapsed - asked.0) / (time - asked.1);
+            let whole = (elapsed + (end_time - time) * pace).min(1e12);
+            (asked, next) = ((elapsed, time), 2.0 * elapsed);
+            if elapsed > PATIENCE.as_secs_f64() && whole > request.longest.as_secs_f64() {
+                too_long = Some(whole);
                 return ControlFlow::Break(());
             }
-            let level = if whole > LONG {
-                log::Level::Warn
-            } else {
-                log::Level::Info
-            };
-            log::log!(
-                level,
-                "the oracle computes with {digits} digits, which takes about {seconds:.0} s"
-            );
+            if !told && elapsed > LEAST_WORTH_TELLING.as_secs_f64() {
+                told = true;
+                let level = if whole > LONG.as_secs_f64() {
+                    log::Level::Warn
+                } else {
+                    log::Level::Info
+                };
+                log::log!(
+                    level,
+                    "the oracle computes with {digits} digits, which takes about {whole:.0} s"
+                );
+            }
         }
         control(OracleProgress { digits, time, end_time })
     });
-    match estimate {
-        Some(whole) if whole > request.longest => Err(OracleError::TooLong {
+    match too_long {
+        Some(whole) => Err(OracleError::TooLong {
             digits,
-            hours: whole.as_secs_f64() / 3600.0,
+            hours: whole / 3600.0,
             longest: request.longest.as_secs_f64() / 3600.0,
         }),
-        _ => outcome,
+        None => outcome,
     }
 }
 

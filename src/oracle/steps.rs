@@ -58,19 +58,23 @@ impl Scales {
 }
 
 /// The longest step with that expansion, log2 of s: where its last two terms reach the tolerance.
+///
+/// So do those of the friction law's exponential, relative to itself, however small it is: the terms of exp(x) grow up to
+/// index x, and a step over which alpha omega_r changes by more than the order would pass over what they come to beyond it.
 fn log_step<const N: usize>(expansion: &Expansion<N>, scales: &Scales) -> f64 {
-    let mut step = f64::INFINITY;
-    for c in DECIDING {
-        let coefficients = expansion.component(c);
-        let size = coefficients[0].log2().max(scales.least[c]);
+    let of_series = |coefficients: &[Float<N>], least: f64| {
+        let size = coefficients[0].log2().max(least);
         let tolerance = size - Float::<N>::BITS as f64 + MARGIN_BITS;
         let last = coefficients.len() - 1;
-        for k in [last - 1, last] {
-            let term = coefficients[k].log2();
-            step = step.min((tolerance - term) / k as f64);
-        }
-    }
-    step
+        let steps = [last - 1, last].map(|k| (tolerance - coefficients[k].log2()) / k as f64);
+        steps[0].min(steps[1])
+    };
+    let states = DECIDING.map(|c| of_series(expansion.component(c), scales.least[c]));
+    let law = match expansion.exponential() {
+        [] => f64::INFINITY,
+        exponential => of_series(exponential, f64::NEG_INFINITY),
+    };
+    states.into_iter().fold(law, f64::min)
 }
 
 /// Extends the expansion to the order that costs least, and returns the length of the step, s; no longer than `limit`.

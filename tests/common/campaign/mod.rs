@@ -8,10 +8,10 @@ use brakes::{Drawn, Family, draw};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use stickslip::analysis::certificate::{Certificate, Verdict, certify};
-use stickslip::analysis::exact::LONGEST;
+use stickslip::analysis::certificate::{Verdict, certify};
+use stickslip::analysis::exact::settle;
 use stickslip::case::{Case, CaseSource};
-use stickslip::oracle::{self, OracleEvent, OracleRequest, rational};
+use stickslip::oracle::OracleEvent;
 use stickslip::simulation::{Event, EventKind, MemoryRecorder, SolverOptions, simulate};
 
 /// True digits of the oracle's event times, as in `certify --oracle`.
@@ -101,7 +101,20 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     let result = events_of(&case, &case.solver).map_err(failed)?;
     let certificate = certify(&case, &result, &|| false).map_err(|error| failed(error.to_string()))?;
     outcome.fate = Fate::Certified(certificate.verdict.name());
-    let exact = exact_events(&source, drawn, &case, &certificate).map_err(|text| (Fate::NoOracle, text))?;
+    let exact = Case::exact_parameters(&source, &overrides).map_err(|error| failed(error.to_string()))?;
+    let solution = settle(
+        &mut certificate.clone(),
+        &case,
+        &exact,
+        &result.events,
+        DIGITS,
+        &|| false,
+        &mut |_| {},
+    );
+    let exact = solution
+        .map_err(|error| (Fate::NoOracle, error.to_string()))?
+        .report
+        .events;
     let fine = events_of(
         &case,
         &SolverOptions {
@@ -171,30 +184,6 @@ fn errors(events: &[Event], exact: &[OracleEvent]) -> Vec<Option<f64>> {
             same.map(|same| difference(event.time, &same.time).abs())
         })
         .collect()
-}
-
-fn exact_events(
-    source: &CaseSource,
-    drawn: &Drawn,
-    case: &Case,
-    certificate: &Certificate,
-) -> Result<Vec<OracleEvent>, String> {
-    let exact = Case::exact_parameters(source, &drawn.overrides()).map_err(|error| error.to_string())?;
-    // Without a kick above noise, exact sliding goes on through all of G.
-    let growth = match certificate.verdict {
-        Verdict::Converged => certificate.growth_to_onset,
-        _ => certificate.growth_exponent,
-    };
-    let request = OracleRequest {
-        digits: DIGITS,
-        growth: growth.unwrap_or(0.0),
-        end_time: rational(&format!("{:e}", case.output.end_time)).ok_or("no end")?,
-        max_events: case.solver.max_events,
-        longest: LONGEST,
-    };
-    let solution =
-        oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
-    Ok(solution.report.events)
 }
 
 /// All brakes of the range, over as many threads as STICKSLIP_CAMPAIGN_THREADS says, or as there are processors; prints

@@ -41,14 +41,16 @@ impl Sums {
         }
     }
 
-    fn width(&self, share: f64) -> String {
+    fn quantile(&self, share: f64) -> Option<f64> {
         let mut widths = self.widths.clone();
         widths.sort_by(f64::total_cmp);
         let last = widths.len().saturating_sub(1);
-        match widths.get(((share * widths.len() as f64) as usize).min(last)) {
-            Some(width) => format!("{width:.1}"),
-            None => "-".to_owned(),
-        }
+        widths.get(((share * widths.len() as f64) as usize).min(last)).copied()
+    }
+
+    fn width(&self, share: f64) -> String {
+        self.quantile(share)
+            .map_or_else(|| "-".to_owned(), |width| format!("{width:.1}"))
     }
 
     fn columns(&self) -> String {
@@ -68,6 +70,45 @@ impl Sums {
 
 const COLUMNS: &str = "certified events | short | width over error, median | 95 % | largest error, s | over 1e-9 s | \
                        with `rtol = 1e-13`, s | over 1e-11 s";
+
+/// Widths over errors that a certificate may have at the median and at 95 %: more would be coverage bought by width.
+const WIDEST: [(f64, f64); 2] = [(0.5, 6.0), (0.95, 50.0)];
+
+/// So many brakes have a median that one family does not decide.
+const ENOUGH: usize = 16;
+
+/// What the outcomes do not keep of the promised accuracy and widths, a sentence each.
+pub fn broken_promises(outcomes: &[Outcome]) -> Vec<String> {
+    let mut broken = Vec::new();
+    let mut all = Sums::default();
+    for outcome in outcomes {
+        let mut own = Sums::default();
+        for (held, short) in outcome.held.iter().zip(&outcome.short) {
+            own.add(held, *short);
+            all.add(held, *short);
+        }
+        for (over, worst, promise) in [
+            (own.over, own.worst, PROMISE),
+            (own.fine_over, own.fine_worst, FINE_PROMISE),
+        ] {
+            if over > 0 {
+                let index = outcome.index;
+                broken.push(format!(
+                    "brake {index}: {over} events are off by up to {worst:.1e} s, more than {promise:e} s and than rounding"
+                ));
+            }
+        }
+    }
+    for (share, most) in WIDEST {
+        let width = all.quantile(share).unwrap_or(0.0);
+        if outcomes.len() >= ENOUGH && width > most {
+            broken.push(format!(
+                "uncertainties are {width:.1} times the errors at {share}, more than {most}"
+            ));
+        }
+    }
+    broken
+}
 
 /// All tables. "Short" are converged events farther from the oracle than their uncertainty; "over" are those farther than
 /// the promise and than the rounding that the certificate states.
