@@ -126,7 +126,7 @@ impl Plan {
     /// The relative velocity (rad/s) below which smooth sliding bends too much for steps that stride over the fast mode.
     ///
     /// The friction law's exponential puts a part into the twists whose fifth derivative, by which BDF of order 4 errs,
-    /// is (alpha omega_r')^5 times its size; where a step of [`STRIDE`] would err by more than the tolerance, the shorter
+    /// is (alpha omega_r')^5 times its size; where a step of STRIDE would err by more than the tolerance, the shorter
     /// steps of Adams' method cost less.
     pub fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
         let friction = model.friction;
