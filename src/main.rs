@@ -16,8 +16,10 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(refusal) => return refusal.report(),
     };
-    match stickslip::cli::execute(arguments) {
+    let status = match stickslip::cli::execute(arguments) {
         Ok(end) => end.exit_code(),
         Err(error) => error.report(),
-    }
+    };
+    stickslip::results::end_reading();
+    status
 }

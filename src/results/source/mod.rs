@@ -45,6 +45,13 @@ pub fn read_apart() -> std::io::Result<()> {
     Ok(())
 }
 
+/// Ends the processes that wait for another file to read: to be called before the program ends, which else leaves them to
+/// the system.
+pub fn end_reading() {
+    let idle = std::mem::take(&mut *locked(&IDLE));
+    drop(idle);
+}
+
 /// Whether links into other files, data stored in other files, and virtual datasets over files elsewhere are followed;
 /// at first they are not.
 pub fn follow_external(follow: bool) {
