@@ -6,12 +6,7 @@ fn main() -> ExitCode {
     if let Some(end) = stickslip::results::serve_if_asked() {
         return end;
     }
-    if let Err(error) = stickslip::results::read_apart() {
-        eprintln!(
-            "stickslip: the program cannot find itself ({error}), and needs to, to read files in a process apart"
-        );
-        return ExitCode::from(1);
-    }
+    stickslip::results::read_apart();
     let arguments = match stickslip::cli::Arguments::read() {
         Ok(arguments) => arguments,
         Err(refusal) => return refusal.report(),

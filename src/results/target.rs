@@ -122,7 +122,7 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match Source::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
         Ok(format) => Ok(format.is_some_and(|format| schema::FORMATS.contains(&format.as_str()))),
-        Err(busy @ ResultError::InUse { .. }) => Err(busy),
+        Err(error @ (ResultError::InUse { .. } | ResultError::NoReader { .. })) => Err(error),
         Err(_) => Ok(stem.ends_with(".partial")),
     }
 }
@@ -188,7 +188,11 @@ fn open_plain(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
         options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed());
     }
     let file = options.open(path)?;
-    if file.metadata()?.is_file() { Ok(file) } else { Err(refused()) }
+    if file.metadata()?.is_file() {
+        Ok(file)
+    } else {
+        Err(refused())
+    }
 }
 
 /// Of the file at `path`: `.paper.partial.h5.lock`.
@@ -225,8 +229,8 @@ impl WriteLock {
         loop {
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
-            let file =
-                open_plain(&path, &mut options).map_err(|error| ResultError::io(partial, "creating the file", error))?;
+            let file = open_plain(&path, &mut options)
+                .map_err(|error| ResultError::io(partial, "creating the file", error))?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) if patience > 0 => {
