@@ -343,7 +343,7 @@ fn regression_no_reading_process_is_left() {
         &["inspect", "run.h5"][..],
         &["compare", "run.h5", "run.h5"],
         &["plot", "run.h5", "-o", "figures"],
-        &["inspect", "run.h5", "missing.h5"],
+        &["compare", "run.h5", "missing.h5"],
     ] {
         survive(&folder.path(""), arguments);
         for process in std::fs::read_dir("/proc").unwrap() {
