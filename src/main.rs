@@ -6,18 +6,15 @@ fn main() -> ExitCode {
     if let Some(end) = stickslip::results::serve_if_asked() {
         return end;
     }
-    if let Err(error) = stickslip::results::read_apart() {
-        eprintln!(
-            "stickslip: the program cannot find itself ({error}), and needs to, to read files in a process apart"
-        );
-        return ExitCode::from(1);
-    }
+    stickslip::results::read_apart();
     let arguments = match stickslip::cli::Arguments::read() {
         Ok(arguments) => arguments,
         Err(refusal) => return refusal.report(),
     };
-    match stickslip::cli::execute(arguments) {
+    let status = match stickslip::cli::execute(arguments) {
         Ok(end) => end.exit_code(),
         Err(error) => error.report(),
-    }
+    };
+    stickslip::results::end_reading();
+    status
 }

@@ -314,6 +314,53 @@ fn regression_a_pipe_is_no_result() {
     }
 }
 
+/// A lock is a plain file. Whoever opened the pipe to read it would wait for ever.
+#[test]
+fn regression_a_pipe_in_place_of_a_lock_is_not_waited_for() {
+    let folder = with_run();
+    for lock in [".run.h5.lock", ".new.partial.h5.lock"] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path(lock)).status();
+        if !made.is_ok_and(|status| status.success()) {
+            return;
+        }
+    }
+    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    refused(
+        &folder,
+        &["run", "-q", "-o", "new.h5", "--set", "output.end_time=0.01"],
+        &[".new.partial.h5.lock", "not a result of this program"],
+    );
+}
+
+/// This process is given the processes that are left when their parents end: none is.
+#[cfg(target_os = "linux")]
+#[test]
+fn regression_no_reading_process_is_left() {
+    let folder = with_run();
+    rustix::process::set_child_subreaper(Some(rustix::process::getpid())).unwrap();
+    let own = std::process::id().to_string();
+    for arguments in [
+        &["inspect", "run.h5"][..],
+        &["compare", "run.h5", "run.h5"],
+        &["plot", "run.h5", "-o", "figures"],
+        &["compare", "run.h5", "missing.h5"],
+    ] {
+        survive(&folder.path(""), arguments);
+        for process in std::fs::read_dir("/proc").unwrap() {
+            let stat = process.unwrap().path().join("stat");
+            let Ok(stat) = std::fs::read_to_string(stat) else {
+                continue;
+            };
+            let (name, rest) = stat.rsplit_once(") ").unwrap();
+            let (id, name) = name.split_once(" (").unwrap();
+            let fields: Vec<&str> = rest.split(' ').collect();
+            // Reading processes, and they alone, are the first of a group.
+            let is_left = name == "stickslip" && fields[1] == own && fields[2] == id;
+            assert!(!is_left, "{arguments:?}: {stat}");
+        }
+    }
+}
+
 /// A file that a run is writing is read as its last flush left it, every time.
 #[test]
 fn regression_a_growing_file_can_be_read_at_any_time() {

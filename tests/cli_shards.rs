@@ -366,3 +366,31 @@ fn cli_a_task_of_a_job_array_knows_its_shard() {
         "{stderr}"
     );
 }
+
+/// A merger of many shards has few of them open at a time: with a reading process and its socket for each, it would need more
+/// than 32 descriptors. They take turns, and nothing gets lost.
+#[cfg(unix)]
+#[test]
+fn cli_merge_of_many_shards_takes_few_processes() {
+    let folder = Folder::new();
+    let study = SAMPLE.replace("count = 23", "count = 40");
+    folder.write("many.toml", study);
+    output(
+        &mut folder.stickslip(&["sweep", "many.toml", "-o", "whole.h5", "-q"]),
+        0,
+    );
+    let names = shards(&folder, "many", 40);
+    for more in ["", "--virtual"] {
+        let command = format!("ulimit -n 32 && exec \"$0\" merge --force -q -o merged.h5 {more} \"$@\"");
+        let merged = std::process::Command::new("sh")
+            .args(["-c", &command, env!("CARGO_BIN_EXE_stickslip")])
+            .args(&names)
+            .current_dir(folder.path(""))
+            .output()
+            .unwrap();
+        assert!(merged.status.success(), "{}", cli_common::text(&merged.stderr));
+        if more.is_empty() {
+            assert!(read(&folder, "merged.h5") == read(&folder, "whole.h5"));
+        }
+    }
+}

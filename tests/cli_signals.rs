@@ -217,3 +217,87 @@ fn cli_signals_an_interrupted_oracle_leaves_the_certificate() {
     assert!(file.link_exists("certificate/verdict") && !file.link_exists("certificate/oracle"));
     assert!(file.link_exists("sensitivity/shift_plus"));
 }
+
+/// A comparison with what comes through a pipe, as far as it can go before something does; with its own temporary folder.
+fn waiting_comparison(folder: &Folder) -> Option<(Child, std::fs::File)> {
+    cli_common::output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    std::fs::create_dir(folder.path("temporary")).unwrap();
+    let made = Command::new("mkfifo").arg(folder.path("pipe.csv")).status();
+    if !made.is_ok_and(|status| status.success()) {
+        return None;
+    }
+    let child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .current_dir(folder.path(""))
+        .args(["compare", "run.h5", "pipe.csv"])
+        .env("TMPDIR", folder.path("temporary"))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // There as soon as it has been opened for reading.
+    let pipe = std::fs::File::options()
+        .write(true)
+        .open(folder.path("pipe.csv"))
+        .unwrap();
+    Some((child, pipe))
+}
+
+/// What came through a pipe so far is not left in the folder of temporary files.
+#[test]
+fn cli_signals_end_a_comparison_without_a_trace() {
+    use std::io::Write;
+    let folder = Folder::new();
+    let Some((child, mut pipe)) = waiting_comparison(&folder) else {
+        return;
+    };
+    // More than a pipe holds: some of it has been read.
+    pipe.write_all(&b"time,relative_velocity\n0,0\n".repeat(10_000))
+        .unwrap();
+    send("TERM", &child);
+    let output = ended(child);
+    assert_eq!(output.status.code(), None);
+    assert_eq!(std::fs::read_dir(folder.path("temporary")).unwrap().count(), 0);
+}
+
+/// Whoever ends the reading process says nothing about the file.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_signals_to_the_reading_process_are_not_blamed_on_the_file() {
+    use std::io::Write;
+    let folder = Folder::new();
+    let Some((child, mut pipe)) = waiting_comparison(&folder) else {
+        return;
+    };
+    let parent = child.id().to_string();
+    let of_ours = |process: &std::path::Path| {
+        let command = std::fs::read(process.join("cmdline")).unwrap_or_default();
+        let words: Vec<&[u8]> = command.split(|&byte| byte == 0).collect();
+        words.get(1) == Some(&&b"--read-hdf5-for-parent"[..]) && words.get(2) == Some(&parent.as_bytes())
+    };
+    let processes = std::fs::read_dir("/proc").unwrap().map(|entry| entry.unwrap().path());
+    let readers: Vec<_> = processes.filter(|process| of_ours(process)).collect();
+    assert!(!readers.is_empty());
+    for reader in readers {
+        let number = reader.file_name().unwrap();
+        assert!(
+            Command::new("kill")
+                .arg("-KILL")
+                .arg(number)
+                .status()
+                .unwrap()
+                .success()
+        );
+    }
+    pipe.write_all(b"time,relative_velocity\n0,0\n0.01,0\n0.02,0\n")
+        .unwrap();
+    drop(pipe);
+    let output = ended(child);
+    let stderr = text(&output.stderr);
+    if output.status.code() != Some(0) {
+        assert!(stderr.contains("ended from outside, with signal 9"), "{stderr}");
+        assert!(
+            !stderr.contains("damaged") && !stderr.contains("repeat the run"),
+            "{stderr}"
+        );
+    }
+}

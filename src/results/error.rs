@@ -96,6 +96,13 @@ pub enum ResultError {
         "{path}: {what} is kept in another file, which is read only with --follow-external; give it if you trust the file"
     )]
     Elsewhere { path: PathBuf, what: String },
+    #[error(
+        "{path}: not read, as the process that reads HDF5 files for this program {detail}; nothing says that the file is at \
+         fault: try again"
+    )]
+    NoReader { path: PathBuf, detail: String },
+    #[error("{path}: was changed while it was read; try again")]
+    Changed { path: PathBuf },
     #[error("{path}: still being written, and it changed whenever it was read; try again")]
     Growing { path: PathBuf },
     #[error("{path}: the run that was writing it has just ended; look at the file that it was to become")]
@@ -144,6 +151,7 @@ impl ResultError {
                 | ResultError::Write { .. }
                 | ResultError::DiskFull { .. }
                 | ResultError::TooLarge { .. }
+                | ResultError::NoReader { .. }
         )
     }
 

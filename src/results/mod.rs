@@ -37,7 +37,7 @@ pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use partition::{Partition, Patch, Stride};
 pub use reader::ResultFile;
-pub use source::{follow_external, read_apart, serve_if_asked};
+pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
 pub use sweep_file::SweepFile;
 pub use sweep_merge::{MergeError, MergeOptions, MergeReport, merge};

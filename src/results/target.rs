@@ -122,7 +122,7 @@ fn is_own_result(path: &Path) -> Result<bool, ResultError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match Source::open(path).and_then(|source| source.text_attribute("", schema::root::FORMAT)) {
         Ok(format) => Ok(format.is_some_and(|format| schema::FORMATS.contains(&format.as_str()))),
-        Err(busy @ ResultError::InUse { .. }) => Err(busy),
+        Err(error @ (ResultError::InUse { .. } | ResultError::NoReader { .. })) => Err(error),
         Err(_) => Ok(stem.ends_with(".partial")),
     }
 }
@@ -164,13 +164,34 @@ pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
 
 /// How often a flush of the file at `path` has begun or ended: an odd number during one. `None` if nobody writes it.
 pub(super) fn flushes(path: &Path) -> Option<u64> {
-    let mut lock = File::open(lock_path(path)).ok()?;
+    let mut lock = open_plain(&lock_path(path), OpenOptions::new().read(true)).ok()?;
     match lock.try_lock_shared() {
         Err(TryLockError::WouldBlock) => {
             let mut bytes = [0; 8];
             Some(lock.read_exact(&mut bytes).map_or(0, |()| u64::from_le_bytes(bytes)))
         }
         _ => None,
+    }
+}
+
+/// Opens the plain file at `path`: no link is followed, and a pipe, whose other end nobody may ever open, is not waited for.
+fn open_plain(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
+    let refused = || io::Error::new(io::ErrorKind::InvalidInput, "it is not a plain file");
+    // Asked first where it is there, as opening some devices is an act.
+    if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Err(refused());
+    }
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        use std::os::unix::fs::OpenOptionsExt;
+        options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed());
+    }
+    let file = options.open(path)?;
+    if file.metadata()?.is_file() {
+        Ok(file)
+    } else {
+        Err(refused())
     }
 }
 
@@ -199,19 +220,16 @@ impl WriteLock {
     /// Takes the lock, without waiting.
     pub(super) fn take(partial: &Path) -> Result<Self, ResultError> {
         let path = lock_path(partial);
-        // A link there was not made by this program: what it leads to is neither created nor locked.
-        if fs::symlink_metadata(&path).is_ok_and(|found| found.is_symlink()) {
+        // A link there, a pipe or a folder was not made by this program: what a link leads to is neither created nor locked.
+        if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
             return Err(ResultError::Foreign { path });
         }
         // Whoever asks whether the file is being written holds the lock for a moment.
         let mut patience = 5;
         loop {
-            let file = OpenOptions::new()
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .open(&path)
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            let file = open_plain(&path, &mut options)
                 .map_err(|error| ResultError::io(partial, "creating the file", error))?;
             match file.try_lock() {
                 Ok(()) => {}

@@ -99,7 +99,10 @@ fn json(value: &impl Serialize) -> Result<String, PlotError> {
     Ok(text.replace('<', "\\u003c"))
 }
 
-/// A text as the content of an element.
+/// A text as the content of an element, without characters that would steer a terminal on which the page is listed.
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    crate::quote::for_terminal(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }

@@ -1,6 +1,6 @@
 //! A process of its own that reads a file, so that whatever a damaged one does to HDF5 happens there.
 //!
-//! The program starts itself again with [`ARGUMENT`]. The two speak through a pair of sockets ([`super::protocol`]). The
+//! The program starts itself again with [`ARGUMENT`] and its own number as a process. The two speak through a pair of sockets ([`super::protocol`]). The
 //! reading process has little memory and, for each request, little processor time: if it crashes, or does not come to an
 //! end, that is an error like any other.
 
@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use super::protocol::{Answer, Fault, Request};
+use super::server::path_of;
 
 /// The argument that makes the program a reading process.
 pub const ARGUMENT: &str = "--read-hdf5-for-parent";
@@ -16,8 +17,10 @@ pub const ARGUMENT: &str = "--read-hdf5-for-parent";
 pub(super) enum Lost {
     /// The file's fault, or its refusal.
     Fault(Fault),
-    /// The process ended: how.
+    /// The process ended over the file: how.
     Ended(String),
+    /// The process ended, and nothing says that it was the file's fault: how.
+    Stopped(String),
     /// There is no such process.
     NotStarted(std::io::Error),
 }
@@ -28,7 +31,7 @@ mod imp {
     use std::os::fd::OwnedFd;
     use std::os::unix::net::UnixStream;
     use std::os::unix::process::{CommandExt, ExitStatusExt};
-    use std::process::{Child, Command, Stdio};
+    use std::process::{Child, Command, ExitStatus, Stdio};
     use std::time::{Duration, Instant};
 
     use super::super::protocol::{receive, send};
@@ -42,6 +45,11 @@ mod imp {
     const PROCESSOR: Duration = Duration::from_secs(3);
     /// Time for one request, most of it spent waiting for a disk or a network.
     const PATIENCE: Duration = Duration::from_secs(120);
+    /// A certificate comes with sums over what is in the file: so many of its bytes take a second at most, compressed as
+    /// they are.
+    const SUMMED: u64 = 4 << 20;
+    /// What a reading process says first: it is the one that speaks this language.
+    const HELLO: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("STICKSLIP_COMMIT"));
     /// How often the two are looked at.
     const LOOK: Duration = Duration::from_millis(250);
 
@@ -54,10 +62,15 @@ mod imp {
     }
 
     impl Guard {
+        /// Starts one, and waits until it has said what it is.
+        ///
+        /// # Errors
+        /// If the program cannot be started, ends before it says a word, or is of another build.
         pub(in super::super) fn start(program: &Path) -> io::Result<Guard> {
             let (stream, theirs) = UnixStream::pair()?;
             let child = Command::new(program)
                 .arg(ARGUMENT)
+                .arg(std::process::id().to_string())
                 .stdin(Stdio::from(OwnedFd::from(theirs.try_clone()?)))
                 .stdout(Stdio::from(OwnedFd::from(theirs)))
                 // What the C library has to say of damaged memory is said by the error.
@@ -65,22 +78,53 @@ mod imp {
                 // Ctrl-C is for the program, which may still want to read.
                 .process_group(0)
                 .spawn()?;
-            stream.set_read_timeout(Some(LOOK))?;
-            stream.set_write_timeout(Some(PATIENCE))?;
-            Ok(Guard {
+            let mut guard = Guard {
                 trusted: true,
                 child,
                 stream,
-            })
+            };
+            guard.stream.set_read_timeout(Some(PATIENCE))?;
+            guard.stream.set_write_timeout(Some(PATIENCE))?;
+            match receive::<String>(&mut guard.stream) {
+                Ok((hello, _)) if hello == HELLO => {}
+                Ok(_) => {
+                    return Err(io::Error::other(
+                        "the program was replaced while it ran: start it again",
+                    ));
+                }
+                Err(_) => {
+                    let how = match guard.status() {
+                        Some(status) => format!("it ended at once, with {status}"),
+                        None => "it said nothing".to_owned(),
+                    };
+                    return Err(io::Error::other(how));
+                }
+            }
+            guard.stream.set_read_timeout(Some(LOOK))?;
+            Ok(guard)
+        }
+
+        /// Whether it still waits for requests.
+        pub(in super::super) fn is_there(&mut self) -> bool {
+            matches!(self.child.try_wait(), Ok(None))
         }
 
         /// Sends a request and waits for its answer.
         pub(in super::super) fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
             let before = self.processor_time();
             if send(&mut self.stream, request, &[]).is_err() {
-                return Err(Lost::Ended(self.end()));
+                return Err(self.end());
             }
+            let more = match request {
+                Request::Certify(path, _) => {
+                    let bytes = std::fs::metadata(path_of(path)).map_or(0, |found| found.len());
+                    Duration::from_secs(bytes / SUMMED)
+                }
+                _ => Duration::ZERO,
+            };
             let mut patient = Patient {
+                processor: PROCESSOR + more,
+                patience: PATIENCE + more,
                 guard: self,
                 since: Instant::now(),
                 before,
@@ -95,28 +139,43 @@ mod imp {
                     let _ = self.child.wait();
                     Err(Lost::Ended(out_of))
                 }
-                (Err(_), None) => Err(Lost::Ended(self.end())),
+                (Err(_), None) => Err(self.end()),
             }
         }
 
-        /// How the process ended, which it has, or else does now.
-        fn end(&mut self) -> String {
+        /// How the process ended, if it has.
+        fn status(&mut self) -> Option<ExitStatus> {
             // It closes its end of the stream before it is gone.
             for _ in 0..40 {
                 if let Ok(Some(status)) = self.child.try_wait() {
-                    return match status.signal() {
-                        Some(signal) => format!(
-                            "the process that read it crashed with signal {signal}, or needed more than {} MiB of memory",
-                            MEMORY >> 20
-                        ),
-                        None => "the process that read it gave up".to_owned(),
-                    };
+                    return Some(status);
                 }
                 std::thread::sleep(Duration::from_millis(25));
             }
-            let _ = self.child.kill();
-            let _ = self.child.wait();
-            "the process that read it answered with nonsense".to_owned()
+            None
+        }
+
+        /// How the process ended, which it has, or else does now.
+        fn end(&mut self) -> Lost {
+            use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGTERM};
+            let Some(status) = self.status() else {
+                let _ = self.child.kill();
+                let _ = self.child.wait();
+                return Lost::Ended("the process that read it answered with nonsense".to_owned());
+            };
+            match status.signal() {
+                // Nothing that a file does to HDF5 has these.
+                Some(signal @ (SIGHUP | SIGINT | SIGKILL | SIGTERM)) => {
+                    Lost::Stopped(format!("was ended from outside, with signal {signal}"))
+                }
+                Some(signal) => Lost::Ended(format!(
+                    "the process that read it crashed with signal {signal}, or needed more than {} MiB of memory",
+                    MEMORY >> 20
+                )),
+                // That of a panic.
+                None if status.code() == Some(101) => Lost::Ended("the process that read it gave up".to_owned()),
+                None => Lost::Stopped(format!("ended by itself, with {status}")),
+            }
         }
 
         /// What the process has used; `None` where the system does not say.
@@ -140,6 +199,9 @@ mod imp {
     /// The stream, as long as the process is within its limits.
     struct Patient<'a> {
         guard: &'a mut Guard,
+        /// Its limits for this request.
+        processor: Duration,
+        patience: Duration,
         since: Instant,
         before: Option<Duration>,
         /// The limit that was reached.
@@ -158,10 +220,10 @@ mod imp {
                     _ => Duration::ZERO,
                 };
                 let waited = self.since.elapsed();
-                let (limit, words) = if used >= PROCESSOR {
-                    (PROCESSOR, " of processor time")
-                } else if waited >= PATIENCE {
-                    (PATIENCE, "")
+                let (limit, words) = if used >= self.processor {
+                    (self.processor, " of processor time")
+                } else if waited >= self.patience {
+                    (self.patience, "")
                 } else {
                     continue;
                 };
@@ -171,8 +233,8 @@ mod imp {
         }
     }
 
-    /// What a reading process does until nobody asks any more.
-    pub(super) fn serve() -> io::Result<()> {
+    /// What a reading process does until nobody asks any more, for the process of this number.
+    pub(super) fn serve(parent: u32) -> io::Result<()> {
         use rustix::process::{Resource, Rlimit, setrlimit};
         let limit = |most| Rlimit {
             current: Some(most),
@@ -183,8 +245,7 @@ mod imp {
         let _ = setrlimit(Resource::Core, limit(0));
         // A limit on the size of files is an error of the write.
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
-        // One that computes does not see that the program has been killed.
-        let parent = std::os::unix::process::parent_id();
+        // One that computes does not see that the program has been killed, which it may have been already.
         std::thread::Builder::new().stack_size(64 << 10).spawn(move || {
             while std::os::unix::process::parent_id() == parent {
                 std::thread::sleep(Duration::from_secs(1));
@@ -194,6 +255,7 @@ mod imp {
         let duplicate = |fd: std::os::fd::BorrowedFd| fd.try_clone_to_owned().map(UnixStream::from);
         let mut input = duplicate(std::os::fd::AsFd::as_fd(&io::stdin()))?;
         let mut output = duplicate(std::os::fd::AsFd::as_fd(&io::stdout()))?;
+        send(&mut output, &HELLO, &[])?;
         let mut server = Server::default();
         let mut forgotten = false;
         loop {
@@ -232,6 +294,10 @@ impl Guard {
         Err(std::io::ErrorKind::Unsupported.into())
     }
 
+    pub(super) fn is_there(&mut self) -> bool {
+        false
+    }
+
     pub(super) fn ask(&mut self, _: &Request) -> Result<(Answer, Vec<u8>), Lost> {
         Err(Lost::NotStarted(std::io::ErrorKind::Unsupported.into()))
     }
@@ -241,13 +307,20 @@ impl Guard {
 /// anything else.
 pub fn serve_if_asked() -> Option<ExitCode> {
     let mut arguments = std::env::args_os().skip(1);
-    if arguments.next()? != ARGUMENT || arguments.next().is_some() {
+    if arguments.next()? != ARGUMENT {
+        return None;
+    }
+    let parent = arguments.next()?.to_str()?.parse::<u32>().ok()?;
+    if arguments.next().is_some() {
         return None;
     }
     #[cfg(unix)]
-    let served = imp::serve();
+    let served = imp::serve(parent);
     #[cfg(not(unix))]
-    let served: std::io::Result<()> = Ok(());
+    let served: std::io::Result<()> = {
+        let _ = parent;
+        Ok(())
+    };
     Some(match served {
         Ok(()) => ExitCode::SUCCESS,
         Err(_) => ExitCode::FAILURE,

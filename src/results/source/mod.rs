@@ -13,8 +13,8 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
 use super::{CertificateTables, ResultError, target};
@@ -24,25 +24,78 @@ use protocol::{Answer, Opening, Request};
 pub(super) use protocol::{DatasetInfo, Fault, Holds, Kind, Member, Number};
 use server::{Server, joined};
 
-/// The program that reads files for this one.
-static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+/// The program that reads files for this one, or why it is not known.
+static PROGRAM: OnceLock<std::io::Result<Program>> = OnceLock::new();
 static FOLLOW_EXTERNAL: AtomicBool = AtomicBool::new(false);
 /// Reading processes without a file, for the next one.
 static IDLE: Mutex<Vec<Guard>> = Mutex::new(Vec::new());
-/// Files that a reading process did not survive, and how it ended: once is enough.
-static FATAL: Mutex<Vec<(PathBuf, String)>> = Mutex::new(Vec::new());
+/// Open files that have a reading process, the one that was asked last at the end.
+static APART: Mutex<Vec<Weak<Mutex<Link>>>> = Mutex::new(Vec::new());
+/// So many of them: a merger has a thousand shards open. The others have a process again when they are asked.
+const MOST_APART: usize = 8;
+/// Files that a reading process did not survive, and how it ended: once is enough, until they are changed.
+static FATAL: Mutex<Vec<(Identity, String)>> = Mutex::new(Vec::new());
+
+/// What is the same as long as it is one file that nobody has written to.
+#[derive(Debug, Clone, PartialEq)]
+struct Identity {
+    /// Device and file on it, where the system tells; else the path.
+    #[cfg(unix)]
+    at: (u64, u64),
+    #[cfg(not(unix))]
+    at: PathBuf,
+    length: u64,
+    changed: Option<SystemTime>,
+}
+
+impl Identity {
+    fn of(path: &Path) -> Option<Identity> {
+        let found = std::fs::metadata(path).ok()?;
+        Some(Identity {
+            #[cfg(unix)]
+            at: {
+                use std::os::unix::fs::MetadataExt;
+                (found.dev(), found.ino())
+            },
+            #[cfg(not(unix))]
+            at: path.canonicalize().ok()?,
+            length: found.len(),
+            changed: found.modified().ok(),
+        })
+    }
+}
+
+/// This program, as it was when it began.
+struct Program {
+    path: PathBuf,
+    identity: Option<Identity>,
+}
+
+impl Program {
+    /// Where it is now. A program that is replaced while it runs is still there under a name of the system's, which
+    /// under valgrind is that of another program.
+    fn path(&self) -> &Path {
+        let own = Path::new("/proc/self/exe");
+        let is_there = self.identity.is_some() && Identity::of(&self.path) == self.identity;
+        if is_there || !own.exists() { &self.path } else { own }
+    }
+}
 
 /// From now on HDF5 files are read by processes of their own, which are this same program: its `main` has to call
-/// [`serve_if_asked`] first.
-///
-/// # Errors
-/// If the system does not say which program this is.
-pub fn read_apart() -> std::io::Result<()> {
-    let program = std::env::current_exe()?;
-    // A program that is replaced while it runs is still there under this name.
-    let own = Path::new("/proc/self/exe");
-    let _ = PROGRAM.set(if own.exists() { own.to_owned() } else { program });
-    Ok(())
+/// [`serve_if_asked`] first. If the system does not say which program this is, opening a file is an error.
+pub fn read_apart() {
+    let program = std::env::current_exe().map(|path| Program {
+        identity: Identity::of(&path),
+        path,
+    });
+    let _ = PROGRAM.set(program);
+}
+
+/// Ends the processes that wait for another file to read: to be called before the program ends, which else leaves them to
+/// the system.
+pub fn end_reading() {
+    let idle = std::mem::take(&mut *locked(&IDLE));
+    drop(idle);
 }
 
 /// Whether links into other files, data stored in other files, and virtual datasets over files elsewhere are followed;
@@ -59,7 +112,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(super) struct Source {
     path: PathBuf,
     growing: bool,
-    link: Mutex<Link>,
+    link: Arc<Mutex<Link>>,
+    /// How it was opened, and what it was then: to do so again.
+    opening: Option<(Opening, Option<Identity>)>,
     known: Mutex<HashMap<String, Option<DatasetInfo>>>,
 }
 
@@ -75,7 +130,9 @@ impl std::fmt::Debug for Source {
 enum Link {
     Here(Box<Server>),
     Apart(Guard),
-    /// The process is no more: how it ended.
+    /// Another file has the process for the time being.
+    Parked,
+    /// The process is no more: how it ended over the file.
     Gone(String),
 }
 
@@ -84,22 +141,35 @@ impl Link {
         let Some(program) = PROGRAM.get() else {
             return Ok(Link::Here(Box::default()));
         };
-        if let Some(guard) = locked(&IDLE).pop() {
-            return Ok(Link::Apart(guard));
+        if cfg!(not(unix)) {
+            return Ok(Link::Here(Box::default()));
         }
-        match Guard::start(program) {
-            Ok(guard) => Ok(Link::Apart(guard)),
-            Err(_) if cfg!(not(unix)) => Ok(Link::Here(Box::default())),
-            Err(error) => Err(Lost::NotStarted(error)),
+        while let Some(mut guard) = idle() {
+            if guard.is_there() {
+                return Ok(Link::Apart(guard));
+            }
         }
+        let started = match program {
+            Ok(program) => Guard::start(program.path()),
+            Err(error) => {
+                let what = format!("the program cannot find itself: {error}");
+                Err(std::io::Error::new(error.kind(), what))
+            }
+        };
+        started.map(Link::Apart).map_err(Lost::NotStarted)
     }
 
     fn ask(&mut self, request: &Request) -> Result<(Answer, Vec<u8>), Lost> {
         let lost = match self {
             Link::Here(server) => return server.answer(request).map_err(Lost::Fault),
             Link::Gone(how) => return Err(Lost::Ended(how.clone())),
+            Link::Parked => return Err(Lost::Stopped("was taken for another file".to_owned())),
             Link::Apart(guard) => match guard.ask(request) {
                 Err(lost @ Lost::Ended(_)) => lost,
+                Err(lost @ Lost::Stopped(_)) => {
+                    *self = Link::Parked;
+                    return Err(lost);
+                }
                 Err(Lost::Fault(fault)) => {
                     guard.trusted &= !matches!(fault, Fault::Hdf5(_));
                     return Err(Lost::Fault(fault));
@@ -114,19 +184,49 @@ impl Link {
     }
 }
 
+/// A reading process without a file, if there is one.
+fn idle() -> Option<Guard> {
+    locked(&IDLE).pop()
+}
+
+/// Keeps the process of a link for the next file, if nothing has gone wrong in it.
+fn release(link: Link) {
+    if let Link::Apart(mut guard) = link
+        && guard.trusted
+        && guard.ask(&Request::Close).is_ok()
+    {
+        let mut idle = locked(&IDLE);
+        if idle.len() < 2 {
+            idle.push(guard);
+        }
+    }
+}
+
+/// Takes the processes of those files that were asked longest ago, so that one more file can have one.
+fn make_room() {
+    let mut apart = locked(&APART);
+    apart.retain(|link| link.strong_count() > 0);
+    let mut at = 0;
+    while apart.len() >= MOST_APART && at < apart.len() {
+        let link = apart[at].upgrade();
+        // One that is just being asked keeps its own.
+        let taken = link.as_ref().and_then(|link| {
+            let mut link = link.try_lock().ok()?;
+            Some(std::mem::replace(&mut *link, Link::Parked))
+        });
+        match taken {
+            Some(link) => {
+                release(link);
+                apart.remove(at);
+            }
+            None => at += 1,
+        }
+    }
+}
+
 impl Drop for Source {
     fn drop(&mut self) {
-        let link = std::mem::replace(&mut *locked(&self.link), Link::Gone(String::new()));
-        // Kept for the next file, if nothing has gone wrong in it.
-        if let Link::Apart(mut guard) = link
-            && guard.trusted
-            && guard.ask(&Request::Close).is_ok()
-        {
-            let mut idle = locked(&IDLE);
-            if idle.len() < 2 {
-                idle.push(guard);
-            }
-        }
+        release(std::mem::replace(&mut *locked(&self.link), Link::Parked));
     }
 }
 
@@ -146,7 +246,9 @@ impl Source {
     /// rows is unpacked again.
     pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
         check_plain(path)?;
-        if let Some((_, how)) = locked(&FATAL).iter().find(|(fatal, _)| target::same_file(fatal, path)) {
+        if let Some(identity) = Identity::of(path)
+            && let Some((_, how)) = locked(&FATAL).iter().find(|(fatal, _)| *fatal == identity)
+        {
             return Err(fatal(path, how));
         }
         let opening = Opening {
@@ -182,21 +284,58 @@ impl Source {
         Source {
             path: PathBuf::from(file.filename()),
             growing: false,
-            link: Mutex::new(Link::Here(Box::new(Server::of_open(file)))),
+            link: Arc::new(Mutex::new(Link::Here(Box::new(Server::of_open(file))))),
+            opening: None,
             known: Mutex::default(),
         }
     }
 
     fn opened(path: &Path, opening: Opening) -> Result<Source, ResultError> {
-        let link = Link::new().map_err(|lost| error_of(path, lost))?;
         let source = Source {
             path: path.to_owned(),
             growing: opening.growing,
-            link: Mutex::new(link),
+            link: Arc::new(Mutex::new(Link::Parked)),
+            opening: Some((opening, Identity::of(path))),
             known: Mutex::default(),
         };
-        source.ask(&Request::Open(opening))?;
+        source.open_again(&mut locked(&source.link))?;
         Ok(source)
+    }
+
+    /// Gives a file that has none a reading process.
+    fn open_again(&self, link: &mut Link) -> Result<(), ResultError> {
+        let Some((opening, identity)) = &self.opening else {
+            return Ok(());
+        };
+        // What a growing file was when it was opened cannot be had again: it keeps its process, and is not counted.
+        if !self.growing {
+            make_room();
+        }
+        if Identity::of(&self.path) != *identity && !self.growing {
+            return Err(ResultError::Changed {
+                path: self.path.clone(),
+            });
+        }
+        *link = Link::new().map_err(|lost| error_of(&self.path, lost))?;
+        if let Err(lost) = link.ask(&Request::Open(opening.clone())) {
+            return Err(error_of(&self.path, lost));
+        }
+        if !self.growing && matches!(link, Link::Apart(_)) {
+            let mut apart = locked(&APART);
+            apart.retain(|link| link.as_ptr() != Arc::as_ptr(&self.link));
+            apart.push(Arc::downgrade(&self.link));
+        }
+        Ok(())
+    }
+
+    /// Says that this file was asked last.
+    fn touch(&self) {
+        let mut apart = locked(&APART);
+        let own = Arc::as_ptr(&self.link);
+        if let Some(at) = apart.iter().position(|link| link.as_ptr() == own) {
+            let link = apart.remove(at);
+            apart.push(link);
+        }
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -209,9 +348,13 @@ impl Source {
     }
 
     fn ask(&self, request: &Request) -> Result<(Answer, Vec<u8>), ResultError> {
-        locked(&self.link)
-            .ask(request)
-            .map_err(|lost| error_of(&self.path, lost))
+        let mut link = locked(&self.link);
+        if matches!(*link, Link::Parked) {
+            self.open_again(&mut link)?;
+        } else if matches!(*link, Link::Apart(_)) {
+            self.touch();
+        }
+        link.ask(request).map_err(|lost| error_of(&self.path, lost))
     }
 
     fn unexpected<T>(&self) -> Result<T, ResultError> {
@@ -462,12 +605,18 @@ fn error_of(path: &Path, lost: Lost) -> ResultError {
         Lost::Fault(Fault::Hdf5(detail)) => ResultError::read_detail(path, detail),
         Lost::Fault(Fault::Refused(what)) => ResultError::BeyondLimits { path: owned(), what },
         Lost::Fault(Fault::Elsewhere(what)) => ResultError::Elsewhere { path: owned(), what },
-        Lost::NotStarted(source) => ResultError::io(path, "starting the process that reads it", source),
+        Lost::NotStarted(error) => ResultError::NoReader {
+            path: owned(),
+            detail: format!("did not start: {error}"),
+        },
+        Lost::Stopped(detail) => ResultError::NoReader { path: owned(), detail },
         Lost::Ended(how) => {
             let error = fatal(path, &how);
             let mut fatal = locked(&FATAL);
-            if !fatal.iter().any(|(known, _)| known == path) {
-                fatal.push((owned(), how));
+            if let Some(identity) = Identity::of(path)
+                && !fatal.iter().any(|(known, _)| *known == identity)
+            {
+                fatal.push((identity, how));
             }
             error
         }

@@ -1,12 +1,11 @@
 //! Columns of CSV files.
 
 use super::super::CompareError;
-use super::source::Source;
+use super::source::{Place, Source};
 use super::table::{BLOCK, Pass, Table};
 use crate::input::Lines;
 use crate::quote::shown;
 use csv::{ByteRecord, ReaderBuilder, Trim};
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -110,7 +109,7 @@ impl CsvTable {
         exact.or_else(|| self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name)))
     }
 
-    fn reader(&self) -> Result<csv::Reader<Lines<File>>, CompareError> {
+    fn reader(&self) -> Result<csv::Reader<Lines<Place>>, CompareError> {
         let file = Lines::new(self.source.file()?);
         let mut reader = ReaderBuilder::new()
             .has_headers(!self.bare)
@@ -248,7 +247,7 @@ struct CsvPass {
     names: Vec<String>,
     fields: usize,
     separator: u8,
-    reader: csv::Reader<Lines<File>>,
+    reader: csv::Reader<Lines<Place>>,
     record: ByteRecord,
 }
 

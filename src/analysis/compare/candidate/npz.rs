@@ -1,11 +1,10 @@
 //! Columns of NumPy's NPZ archives (and single NPY arrays).
 
 use super::super::CompareError;
-use super::source::Source;
+use super::source::{Place, Source};
 use super::table::{BLOCK, Pass, Slice, Table};
 use crate::quote::shown;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -29,7 +28,7 @@ pub struct NpzTable {
 #[derive(Debug)]
 struct Array {
     name: String,
-    file: File,
+    file: Place,
     /// Of the first element, bytes.
     start: u64,
     shape: Vec<usize>,
@@ -74,20 +73,20 @@ impl NpzTable {
                 let start = member
                     .data_start()
                     .ok_or_else(|| damaged(format!("{name} has no data")))?;
-                let whole = file.metadata().map_err(|error| CompareError::io(path, &error))?.len();
+                let whole = file.length().map_err(|error| CompareError::io(path, &error))?;
                 length = member.size().min(whole.saturating_sub(start));
                 file.seek(SeekFrom::Start(start))
                     .map_err(|error| CompareError::io(path, &error))?;
             } else {
-                file = tempfile::tempfile().map_err(|error| CompareError::io(&std::env::temp_dir(), &error))?;
-                length = std::io::copy(&mut member.take(unpacked + 1), &mut file)
+                let mut kept = tempfile::tempfile().map_err(|error| CompareError::io(&std::env::temp_dir(), &error))?;
+                length = std::io::copy(&mut member.take(unpacked + 1), &mut kept)
                     .map_err(|error| damaged(format!("{}: {error}", shown(&name))))?;
                 unpacked = unpacked.checked_sub(length).ok_or_else(|| {
                     let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
                     let remedy = "write it with numpy.savez, which does not compress";
                     CompareError::content(path, "", what, remedy)
                 })?;
-                file.rewind().map_err(|error| CompareError::io(path, &error))?;
+                file = Place::from(kept);
             }
             let first = file.stream_position().map_err(|error| CompareError::io(path, &error))?;
             // The header is read as a whole, so that its length is not taken on trust.
@@ -141,14 +140,10 @@ impl NpzTable {
             let what = format!("is of shape {:?}, not a column", array.shape);
             return Err(fault(what, "name a slice of it, such as y[2]"));
         };
-        let file = array
-            .file
-            .try_clone()
-            .map_err(|error| CompareError::io(&self.path, &error))?;
         Ok(Column {
             path: self.path.clone(),
             name: name.to_owned(),
-            file,
+            file: array.file.clone(),
             next: array.start + (start * array.element.bytes) as u64,
             stride,
             left: rows,
@@ -292,7 +287,7 @@ impl Table for NpzTable {
         match self.find(column) {
             Some(array) if array.element.kind == TypeChar::UnicodeStr => {
                 let rows: usize = array.shape.iter().product();
-                let raw = read_at(&array.file, array.start, rows * array.element.bytes)
+                let raw = read_at(array.file.clone(), array.start, rows * array.element.bytes)
                     .map_err(|error| CompareError::io(&self.path, &error))?;
                 Ok(raw
                     .chunks_exact(array.element.bytes.max(1))
@@ -315,8 +310,8 @@ impl Table for NpzTable {
     }
 }
 
-/// Bytes of a file that others read at other places.
-fn read_at(mut file: &File, start: u64, bytes: usize) -> std::io::Result<Vec<u8>> {
+/// Bytes of a file, from a place on.
+fn read_at(mut file: Place, start: u64, bytes: usize) -> std::io::Result<Vec<u8>> {
     file.seek(SeekFrom::Start(start))?;
     let mut raw = vec![0; bytes];
     file.read_exact(&mut raw)?;
@@ -339,7 +334,7 @@ impl Pass for NpzPass {
 struct Column {
     path: PathBuf,
     name: String,
-    file: File,
+    file: Place,
     /// Of the next element, bytes.
     next: u64,
     /// Elements from one to the next.
@@ -362,7 +357,6 @@ impl Column {
         while column.len() < rows {
             let rows = at_once.min(rows - column.len());
             self.bytes.resize((rows - 1) * step + size, 0);
-            // Clones of a file share one position.
             let read = self
                 .file
                 .seek(SeekFrom::Start(self.next))

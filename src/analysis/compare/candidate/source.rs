@@ -2,8 +2,9 @@
 
 use super::super::CompareError;
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What comes through a pipe is kept in a temporary file, up to so many bytes.
 const MOST_PIPED: u64 = 1 << 30;
@@ -12,7 +13,8 @@ const MOST_PIPED: u64 = 1 << 30;
 #[derive(Debug)]
 pub(super) struct Source {
     path: PathBuf,
-    piped: Option<tempfile::NamedTempFile>,
+    /// Without a name, so that nothing of it is left when a signal ends the program.
+    piped: Option<Arc<File>>,
 }
 
 impl Source {
@@ -39,15 +41,14 @@ impl Source {
             return refused("this is a device", "name a file");
         }
         let temporary = |error| CompareError::io(&std::env::temp_dir(), &error);
-        let mut kept = tempfile::NamedTempFile::new().map_err(temporary)?;
+        let mut kept = tempfile::tempfile().map_err(temporary)?;
         let mut pipe = File::open(path).map_err(failed)?.take(MOST_PIPED + 1);
-        let count = std::io::copy(&mut pipe, &mut kept).map_err(failed)?;
+        let count = io::copy(&mut pipe, &mut kept).map_err(failed)?;
         if count > MOST_PIPED {
             let what = format!("more than {} MB came through the pipe", MOST_PIPED >> 20);
             return refused(&what, "save it in a file, and name that");
         }
-        kept.flush().map_err(temporary)?;
-        source.piped = Some(kept);
+        source.piped = Some(Arc::new(kept));
         Ok(source)
     }
 
@@ -61,9 +62,12 @@ impl Source {
     }
 
     /// From its beginning.
-    pub fn file(&self) -> Result<File, CompareError> {
-        let path = self.piped.as_ref().map_or(self.path.as_path(), |kept| kept.path());
-        File::open(path).map_err(|error| CompareError::io(&self.path, &error))
+    pub fn file(&self) -> Result<Place, CompareError> {
+        let file = match &self.piped {
+            Some(kept) => Arc::clone(kept),
+            None => Arc::new(File::open(&self.path).map_err(|error| CompareError::io(&self.path, &error))?),
+        };
+        Ok(Place { file, at: 0 })
     }
 
     /// Its first bytes, by which its format is known.
@@ -72,5 +76,49 @@ impl Source {
         let read = self.file()?.take(8).read_to_end(&mut head);
         read.map_err(|error| CompareError::io(&self.path, &error))?;
         Ok(head)
+    }
+}
+
+/// A place in a file, from which it is read. Others in the same file stay where they are.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    file: Arc<File>,
+    at: u64,
+}
+
+impl From<File> for Place {
+    fn from(file: File) -> Self {
+        let file = Arc::new(file);
+        Place { file, at: 0 }
+    }
+}
+
+impl Place {
+    /// Of the file, bytes.
+    pub fn length(&self) -> io::Result<u64> {
+        Ok(self.file.metadata()?.len())
+    }
+}
+
+impl Read for Place {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        #[cfg(unix)]
+        let count = std::os::unix::fs::FileExt::read_at(&*self.file, buffer, self.at)?;
+        #[cfg(windows)]
+        let count = std::os::windows::fs::FileExt::seek_read(&*self.file, buffer, self.at)?;
+        self.at += count as u64;
+        Ok(count)
+    }
+}
+
+impl Seek for Place {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let at = match to {
+            SeekFrom::Start(at) => Some(at),
+            SeekFrom::Current(by) => self.at.checked_add_signed(by),
+            SeekFrom::End(by) => self.length()?.checked_add_signed(by),
+        };
+        self.at = at.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "a place before the beginning"))?;
+        Ok(self.at)
     }
 }
