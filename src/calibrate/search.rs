@@ -296,7 +296,9 @@ impl Calibrating<'_, '_> {
         answer.contradicting.iter().enumerate().find_map(|(place, &k)| {
             let later = answer.held.iter().copied().filter(|&other| other > k);
             let mut equal = later.filter(|&other| weight(other) == weight(k)).rev();
-            equal.find(|&other| self.worst(&swapped(k, other)) <= 1.0).map(|other| (place, other))
+            equal
+                .find(|&other| self.worst(&swapped(k, other)) <= 1.0)
+                .map(|other| (place, other))
         })
     }
 

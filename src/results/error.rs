@@ -96,6 +96,8 @@ pub enum ResultError {
         "{path}: {what} is kept in another file, which is read only with --follow-external; give it if you trust the file"
     )]
     Elsewhere { path: PathBuf, what: String },
+    #[error("{path}: a part of {what}; put the file back that the part is in, or merge the shards anew")]
+    Absent { path: PathBuf, what: String },
     #[error("{path}: still being written, and it changed whenever it was read; try again")]
     Growing { path: PathBuf },
     #[error("{path}: the run that was writing it has just ended; look at the file that it was to become")]
