@@ -37,6 +37,8 @@ pub struct Problem {
 
 /// Values, or rows, read at a time.
 const BLOCK: usize = 65_536;
+/// What a file says of itself: see [`Status::name`].
+const STATUSES: [&str; 3] = ["complete", "interrupted", "failed"];
 /// Problems that are listed.
 const MOST: usize = 100;
 
@@ -68,6 +70,18 @@ pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
         },
         source,
     };
+    let status = check.report.status.clone();
+    if !STATUSES.contains(&status.as_str()) {
+        let what = if status.is_empty() {
+            "the attribute status is missing".to_owned()
+        } else {
+            format!(
+                "the attribute status is \"{status}\", not one of: {}",
+                STATUSES.join(", ")
+            )
+        };
+        check.problem("/", what);
+    }
     let everything = check.everything();
     check.note("/", everything);
     if check.report.format == schema::FORMAT {
@@ -118,7 +132,13 @@ impl Check {
         let mut known = checksums::Known::new();
         for (path, info) in variables {
             let read = info.and_then(|info| match info.holds {
-                Holds::Texts if info.shape.is_empty() => self.source.text(&path).map(drop),
+                Holds::Texts if info.shape.is_empty() => match self.source.text(&path) {
+                    Ok(None) => {
+                        self.problem(format!("/{path}"), "is no text of fixed length in UTF-8");
+                        Ok(())
+                    }
+                    read => read.map(drop),
+                },
                 Holds::Texts => self.source.texts(&path).map(drop),
                 _ if checksums::is_summed_apart(&info) => {
                     let sum = checksums::of_values(&self.source, &path, &info);
@@ -267,7 +287,7 @@ impl Check {
         let (mut last, mut odd) = (f64::NEG_INFINITY, 0);
         for start in (0..rows).step_by(BLOCK) {
             let block = start..rows.min(start + BLOCK);
-            for (row, sample) in block.clone().zip(file.samples(block)?) {
+            for (row, sample) in block.clone().zip(file.samples_as_stored(block)?) {
                 let place = || format!("row {row} of /{}", group::TRAJECTORY);
                 let mut found = Vec::new();
                 if !sample.time.is_finite() || sample.time <= last {

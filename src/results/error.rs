@@ -90,6 +90,16 @@ pub enum ResultError {
         time: f64,
         before: f64,
     },
+    #[error(
+        "{path}: row {row} of /trajectory/{name} is {value:?}, and no value of a run is; it was not written by this \
+         program, or was changed since: repeat the run"
+    )]
+    NotFinite {
+        path: PathBuf,
+        row: usize,
+        name: &'static str,
+        value: f64,
+    },
     #[error("{path}: {what}; no file of this program is so, and reading it would take too much: see docs/limits.md")]
     BeyondLimits { path: PathBuf, what: String },
     #[error(
@@ -124,7 +134,7 @@ fn another_kind(format: &str) -> &'static str {
 
 fn their_format(found: &Option<String>) -> String {
     match found {
-        Some(format) => format!("its root attribute format is \"{format}\""),
+        Some(format) => format!("its root attribute format is {}", crate::quote::quoted(format)),
         None => "it has no root attribute format".to_owned(),
     }
 }

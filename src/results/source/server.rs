@@ -514,8 +514,9 @@ impl Server {
         if !place.is_file() {
             return Err(Fault::Absent(format!("/{path}: {name} is no plain file")));
         }
+        // HDF5 opens it once more, as it has opened the file that refers to it; the two ways have to be one.
         hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
+            .with_fapl(|access| access.file_locking(!self.growing))
             .open(&place)
             .map_err(|error| Fault::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
     }
