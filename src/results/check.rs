@@ -287,7 +287,7 @@ impl Check {
         let (mut last, mut odd) = (f64::NEG_INFINITY, 0);
         for start in (0..rows).step_by(BLOCK) {
             let block = start..rows.min(start + BLOCK);
-            for (row, sample) in block.clone().zip(file.samples_as_stored(block)?) {
+            for (row, sample) in block.clone().zip(file.samples(block)?) {
                 let place = || format!("row {row} of /{}", group::TRAJECTORY);
                 let mut found = Vec::new();
                 if !sample.time.is_finite() || sample.time <= last {

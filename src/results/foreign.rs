@@ -45,7 +45,9 @@ impl ForeignFile {
             }
             Ok(())
         })?;
-        if let (true, Some(error)) = (infos.is_empty(), left_out.take()) {
+        if infos.is_empty()
+            && let Some(error) = left_out.take()
+        {
             return Err(error);
         }
         infos.sort_by(|a, b| a.0.cmp(&b.0));

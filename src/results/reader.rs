@@ -133,12 +133,12 @@ impl ResultFile {
         Ok(blocks(self.sample_count()?).map(move |range| self.values(group::TRAJECTORY, &name, range)))
     }
 
-    /// Rows `range` of the trajectory.
+    /// Rows `range` of the trajectory, none of which has a number that is none.
     ///
     /// # Errors
     /// A state or a channel that is not finite; or of the file.
-    pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
-        let samples = self.samples_as_stored(range.clone())?;
+    pub fn finite_samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
+        let samples = self.samples(range.clone())?;
         for (row, sample) in range.zip(&samples) {
             self.finite(row, State::DESCRIPTIONS, sample.state.values())?;
             self.finite(row, Channels::DESCRIPTIONS, sample.channels.values())?;
@@ -160,7 +160,7 @@ impl ResultFile {
     }
 
     /// Rows `range` of the trajectory, whatever numbers they have.
-    pub(super) fn samples_as_stored(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
+    pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
         let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
         let segments: Vec<i32> = self.values(group::TRAJECTORY, "segment", range.clone())?;
         let times = self.column("time", range.clone())?;
