@@ -129,6 +129,38 @@ fn cli_what_was_changed_is_named() {
         "z is NaN",
     );
     only(change(&set("segments/end", 0, -1.0)), "row 0 of /segments", "goes from");
+    let segment = |file: &hdf5::File| {
+        let column = file.dataset("trajectory/segment").unwrap();
+        column.write_slice(&[-1], 7..8).unwrap();
+    };
+    only(change(&segment), "/", "row 7 of /trajectory/segment, but -1");
+    only(change(&segment), "/trajectory/segment", "checksum");
+    let steps = |file: &hdf5::File| {
+        let column = file.dataset("segments/steps").unwrap();
+        column.write_slice(&[-5_i64], 0..1).unwrap();
+    };
+    only(change(&steps), "/", "row 0 of /segments/steps, but -5");
+    let status = |text: Option<&'static str>| {
+        move |file: &hdf5::File| {
+            file.delete_attr("status").unwrap();
+            if let Some(text) = text {
+                let text: hdf5::types::VarLenUnicode = text.parse().unwrap();
+                let made = file.new_attr::<hdf5::types::VarLenUnicode>().create("status");
+                made.unwrap().write_scalar(&text).unwrap();
+            }
+        }
+    };
+    only(change(&status(Some("complete\n"))), "/", "status");
+    only(change(&status(None)), "/", "status is missing");
+    let text = |file: &hdf5::File| {
+        let input = file.group("input").unwrap();
+        input.unlink("case").unwrap();
+        let made = input.new_dataset::<hdf5::types::VarLenUnicode>().create("case");
+        made.unwrap()
+            .write_scalar(&"a".parse::<hdf5::types::VarLenUnicode>().unwrap())
+            .unwrap();
+    };
+    only(change(&text), "/input/case", "fixed length");
     let unlink = |file: &hdf5::File| file.unlink("events/kind").unwrap();
     only(change(&unlink), "/events/kind", "missing");
     only(change(&unlink), "/events/kind", "checksum");
@@ -179,6 +211,71 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
         folder.write("bad.h5", &bad);
         assert!(!wrong(&folder, "bad.h5").is_empty(), "byte {at}");
     }
+}
+
+/// The index of the chunks has no checksum in HDF5, and what it has lost is read as zeros: a changed bit of a key is
+/// found, or changes no value.
+#[test]
+fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
+    let folder = Folder::new();
+    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    let sound = std::fs::read(folder.path("run.h5")).unwrap();
+    let read = |name: &str| {
+        let unlocked = hdf5::File::with_options()
+            .with_fapl(|access| access.file_locking(false))
+            .open(folder.path(name));
+        unlocked.unwrap().dataset("trajectory/theta").unwrap()
+    };
+    let values = read("run.h5").read_raw::<f64>().unwrap();
+    let chunk = read("run.h5").chunk_info(0).unwrap();
+    // A key (bytes of the chunk, filters left out, first row, 0) and the address of the chunk.
+    let address = (0..sound.len())
+        .find(|&at| {
+            sound[at..].starts_with(&chunk.addr.to_le_bytes()) && at >= 24 && {
+                let size = u32::from_le_bytes(*sound[at - 24..].first_chunk().unwrap());
+                u64::from(size) == chunk.size
+            }
+        })
+        .unwrap();
+    let mut found = 0;
+    for bit in 0..8 * 24 {
+        let mut bad = sound.clone();
+        bad[address - 24 + bit / 8] ^= 1 << (bit % 8);
+        folder.write("bad.h5", &bad);
+        let checked = folder.stickslip(&["check", "bad.h5"]).output().unwrap();
+        match checked.status.code() {
+            Some(0) => assert_eq!(read("bad.h5").read_raw::<f64>().unwrap(), values, "bit {bit}"),
+            Some(1) => found += 1,
+            code => panic!("bit {bit}: status {code:?}"),
+        }
+    }
+    // All of the row, at the least: that is how a chunk gets lost.
+    assert!(found >= 64, "{found} of 192 bits");
+}
+
+/// What `certify` adds to damaged values does not make them sound.
+#[test]
+fn cli_a_certified_copy_keeps_the_checksums_of_the_values() {
+    let folder = Folder::new();
+    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    output(&mut folder.stickslip(&["certify", "run.h5", "-o", "sound.h5", "-q"]), 0);
+    sound(&folder, "sound.h5");
+    {
+        let unlocked = hdf5::File::with_options()
+            .with_fapl(|access| access.file_locking(false))
+            .open_rw(folder.path("run.h5"));
+        let column = unlocked.unwrap().dataset("trajectory/normal_force").unwrap();
+        column.write_slice(&[17.0], 3..4).unwrap();
+    }
+    let certify = ["certify", "run.h5", "-o", "changed.h5", "-q"];
+    output(&mut folder.stickslip(&certify), 0);
+    let problems = wrong(&folder, "changed.h5");
+    assert!(
+        problems
+            .iter()
+            .any(|(place, what)| place == "/trajectory/normal_force" && what.contains("checksum")),
+        "{problems:?}"
+    );
 }
 
 #[test]

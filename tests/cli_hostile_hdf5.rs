@@ -117,7 +117,24 @@ fn regression_links_that_lead_back_are_followed_once() {
         inner.link_hard("/", "root").unwrap();
         inner.link_soft("/a/b/c/self", "self").unwrap();
     }
-    assert_eq!(survive(&folder.path(""), &["inspect", "run.h5"]).0, 0);
+    let (code, stdout, stderr) = survive(&folder.path(""), &["inspect", "run.h5", "--json"]);
+    assert_eq!(code, 0, "{stderr}");
+    let listed = cli_common::json(&stdout);
+    let variables = listed["variables"].as_array().unwrap();
+    let times = variables.iter().filter(|v| v["name"] == "time");
+    assert_eq!(times.filter(|v| v["group"] == "/trajectory").count(), 1);
+    let mut places: Vec<String> = variables
+        .iter()
+        .map(|v| format!("{}/{}", v["group"], v["name"]))
+        .collect();
+    let count = places.len();
+    places.sort();
+    places.dedup();
+    assert_eq!(places.len(), count);
+    assert!(
+        places.iter().all(|place| place.matches("whole").count() <= 1),
+        "{places:?}"
+    );
     let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "cycle.h5"]);
     assert_eq!(code, 0, "{stderr}");
 }
@@ -302,6 +319,127 @@ fn regression_other_files_are_read_only_on_demand() {
     }
 }
 
+/// As times are refused that do not increase.
+#[test]
+fn regression_a_reference_with_values_that_are_none_is_refused() {
+    for (name, value) in [("theta", f64::NAN), ("phi1_dot", f64::INFINITY)] {
+        let folder = with_run();
+        std::fs::copy(folder.path("run.h5"), folder.path("sound.h5")).unwrap();
+        let column = open(folder.path("run.h5")).unwrap();
+        let column = column.dataset(&format!("trajectory/{name}")).unwrap();
+        column.write_slice(&[value], 5..6).unwrap();
+        drop(column);
+        let words = ["row 5", name];
+        refused(&folder, &["compare", "run.h5", "sound.h5"], &words);
+        refused(&folder, &["certify", "run.h5", "-o", "certified.h5"], &words);
+        assert!(!folder.path("certified.h5").exists());
+    }
+}
+
+/// What cannot be read is said where it is missed, and is no reason to refuse the rest.
+#[test]
+fn regression_a_column_that_is_left_out_is_said_to_be() {
+    let folder = with_run();
+    let columns = |names: [&str; 2], long: &str| {
+        let file = create(folder.path("other.h5")).unwrap();
+        let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 5e-4).collect();
+        for name in names {
+            file.new_dataset_builder().with_data(&times).create(name).unwrap();
+        }
+        let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
+        empty.create(long).unwrap();
+        file.link_external("secret.h5", "z", "z").unwrap();
+    };
+    columns(["other", "relative_velocity"], "time");
+    refused(
+        &folder,
+        &["compare", "run.h5", "other.h5"],
+        &["no column of times", "left out", "1099511627776"],
+    );
+    columns(["time", "relative_velocity"], "other");
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "other.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+/// A file whose two variables are made of those of another, by these names.
+fn write_virtual(path: &Path, source: &str, names: [&str; 2]) {
+    let file = create(path).unwrap();
+    for (name, from) in ["time", "relative_velocity"].into_iter().zip(names) {
+        let made = file.new_dataset::<f64>().shape([100]);
+        let made = made.virtual_map(source, from, [100], .., [100], ..);
+        made.create(name).unwrap();
+    }
+}
+
+/// Ways out of the folder that a name does not show: links of the file system.
+#[cfg(unix)]
+#[test]
+fn regression_links_of_the_file_system_lead_to_no_other_file() {
+    let folder = with_run();
+    std::fs::create_dir(folder.path("shared")).unwrap();
+    drop(write_candidate(&folder.path("secret.h5")));
+    std::os::unix::fs::symlink("../secret.h5", folder.path("shared/link.h5")).unwrap();
+    std::os::unix::fs::symlink("..", folder.path("shared/up")).unwrap();
+    drop(write_candidate(&folder.path("shared/beside0.h5")));
+    std::os::unix::fs::symlink("beside0.h5", folder.path("shared/near.h5")).unwrap();
+    let own = ["time", "relative_velocity"];
+    for source in ["link.h5", "up/secret.h5"] {
+        write_virtual(&folder.path("shared/virtual.h5"), source, own);
+        refused(
+            &folder,
+            &["compare", "run.h5", "shared/virtual.h5"],
+            &[source, "--follow-external"],
+        );
+    }
+    write_virtual(&folder.path("shared/virtual.h5"), "near.h5", own);
+    let compare = ["compare", "run.h5", "shared/virtual.h5"];
+    let (code, _, stderr) = survive(&folder.path(""), &compare);
+    assert_eq!(code, 0, "{stderr}");
+    // The file itself may be named by a link.
+    std::os::unix::fs::symlink("shared/virtual.h5", folder.path("named.h5")).unwrap();
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "named.h5"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+/// HDF5 reads what is not there as a fill value.
+#[test]
+fn regression_a_shard_that_is_gone_is_an_error() {
+    let folder = Folder::new();
+    folder.write("study.toml", STUDY);
+    for shard in ["1", "2"] {
+        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
+        let mut sweep = folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
+        output(&mut sweep, 0);
+    }
+    output(
+        &mut folder.stickslip(&["merge", "1.h5", "2.h5", "-o", "whole.h5", "--virtual"]),
+        0,
+    );
+    output(&mut folder.stickslip(&["check", "whole.h5"]), 0);
+    let wrong = |words: &[&str]| {
+        for more in [&[][..], &["--follow-external"]] {
+            let (code, stdout, _) = survive(&folder.path(""), &[&["check", "whole.h5"][..], more].concat());
+            assert_eq!(code, 1, "{stdout}");
+            for word in words {
+                assert!(stdout.contains(word), "no \"{word}\" in {stdout}");
+            }
+            refused(&folder, &[&["inspect", "whole.h5"][..], more].concat(), words);
+        }
+    };
+    std::fs::rename(folder.path("2.h5"), folder.path("away.h5")).unwrap();
+    wrong(&["2.h5", "not there"]);
+    if std::process::Command::new("mkfifo")
+        .arg(folder.path("2.h5"))
+        .status()
+        .is_ok_and(|status| status.success())
+    {
+        wrong(&["2.h5", "no plain file"]);
+        std::fs::remove_file(folder.path("2.h5")).unwrap();
+    }
+    drop(create(folder.path("2.h5")).unwrap());
+    wrong(&["2.h5", "has no"]);
+}
+
 #[test]
 fn regression_a_pipe_is_no_result() {
     let folder = with_run();
@@ -469,7 +607,36 @@ fn commands(seed: &str) -> &'static [&'static [&'static str]] {
     }
 }
 
-/// Damages copies of every seed, a number of times each, and gives each to one of its commands. A case that fails leaves
+/// The variables of a file with their types, shapes, units and bounds, in the order of their names; `None` if it cannot be
+/// listed.
+fn variables(folder: &Folder, name: &str) -> Option<Vec<String>> {
+    let (code, stdout, _) = survive(&folder.path(""), &["inspect", "--json", name]);
+    (code == 0).then(|| {
+        let listed = cli_common::json(&stdout);
+        let mut lines: Vec<String> = listed["variables"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|v| v.to_string())
+            .collect();
+        lines.sort();
+        lines
+    })
+}
+
+/// What `check` finds nothing wrong with has the variables that were written.
+fn checked(folder: &Folder, seed: &str, case: u64) {
+    let (code, stdout, _) = survive(&folder.path(""), &["check", "bad.h5"]);
+    if code == 0 && stdout.contains("all checksums agree") {
+        assert_eq!(
+            variables(folder, "bad.h5"),
+            variables(folder, seed),
+            "case {case}, a damaged {seed}"
+        );
+    }
+}
+
+/// Damages copies of every seed, a number of times each, and gives each to `check` and to one of its commands. A case that fails leaves
 /// its file in the temporary folder and says its number, by which [`damage`] makes it again.
 fn campaign(first: u64, cases: u64) {
     let folder = Folder::new();
@@ -482,7 +649,10 @@ fn campaign(first: u64, cases: u64) {
         folder.write("bad.h5", &bad);
         let choices = commands(seed);
         let arguments = choices[dice.below(choices.len())];
-        let survived = std::panic::catch_unwind(|| survive(&folder.path(""), arguments));
+        let survived = std::panic::catch_unwind(|| {
+            checked(&folder, seed, case);
+            survive(&folder.path(""), arguments)
+        });
         if survived.is_err() {
             let kept = std::env::temp_dir().join(format!("stickslip-hostile-{case}.h5"));
             std::fs::write(&kept, &bad).unwrap();

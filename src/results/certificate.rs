@@ -10,7 +10,7 @@ use super::attributes::{write_number_attribute, write_text_attribute};
 use super::schema::{self, attribute};
 use super::table::create_group;
 use super::target::{self, Overwrite};
-use super::{ResultError, raw, source};
+use super::{ResultError, checksums, raw, source};
 
 /// What is added, in the form in which it is stored: tables of equal columns.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -133,8 +133,11 @@ fn copy_with(from: &Path, partial: &Path, tables: &CertificateTables) -> Result<
 /// Adds the certificate to an open file: called where a damaged one does no harm.
 pub(super) fn add_to(path: &Path, tables: &CertificateTables) -> hdf5::Result<()> {
     let file = hdf5::File::open_rw(path)?;
+    // The sums of the values stay those of their writer: damage to the original is found in its copy, too.
+    let stored = file.dataset(schema::CHECKSUMS).and_then(|lines| raw::read_text(&lines));
+    let known = checksums::known(&stored.ok().flatten().unwrap_or_default());
     add(&file, tables)?;
-    super::checksums::write(&file)?;
+    checksums::write(&file, &known)?;
     file.flush()
 }
 

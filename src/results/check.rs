@@ -37,6 +37,8 @@ pub struct Problem {
 
 /// Values, or rows, read at a time.
 const BLOCK: usize = 65_536;
+/// What a file says of itself: see [`Status::name`].
+const STATUSES: [&str; 3] = ["complete", "interrupted", "failed"];
 /// Problems that are listed.
 const MOST: usize = 100;
 
@@ -68,6 +70,18 @@ pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
         },
         source,
     };
+    let status = check.report.status.clone();
+    if !STATUSES.contains(&status.as_str()) {
+        let what = if status.is_empty() {
+            "the attribute status is missing".to_owned()
+        } else {
+            format!(
+                "the attribute status is \"{status}\", not one of: {}",
+                STATUSES.join(", ")
+            )
+        };
+        check.problem("/", what);
+    }
     let everything = check.everything();
     check.note("/", everything);
     if check.report.format == schema::FORMAT {
@@ -115,10 +129,22 @@ impl Check {
             }
             Ok(())
         })?;
+        let mut known = checksums::Known::new();
         for (path, info) in variables {
             let read = info.and_then(|info| match info.holds {
-                Holds::Texts if info.shape.is_empty() => self.source.text(&path).map(drop),
+                Holds::Texts if info.shape.is_empty() => match self.source.text(&path) {
+                    Ok(None) => {
+                        self.problem(format!("/{path}"), "is no text of fixed length in UTF-8");
+                        Ok(())
+                    }
+                    read => read.map(drop),
+                },
                 Holds::Texts => self.source.texts(&path).map(drop),
+                _ if checksums::is_summed_apart(&info) => {
+                    let sum = checksums::of_values(&self.source, &path, &info);
+                    known.insert(path.clone(), sum.as_ref().ok().copied());
+                    sum.map(drop)
+                }
                 ref holds if holds.is_number() => self.source.blocks(&path, &info.shape, BLOCK, &mut |_: Vec<f64>| {}),
                 _ => Ok(()),
             });
@@ -130,7 +156,7 @@ impl Check {
         }
         self.report.checksums = true;
         let stored = self.source.text(CHECKSUMS)?.unwrap_or_default();
-        for path in checksums::differences(&stored, &checksums::of(&self.source)?) {
+        for path in checksums::differences(&stored, &checksums::of(&self.source, &known)?) {
             self.problem(path, "is not what was written: its checksum differs");
         }
         Ok(())

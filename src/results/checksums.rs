@@ -1,31 +1,89 @@
 //! What is stored, in short: by it a damaged file is told from a good one.
 //!
-//! The chunks of the tables have Fletcher-32 checksums, which HDF5 verifies whenever it reads them. For all the rest (texts,
-//! attributes, types, shapes) each file has `/meta/checksums`: a line for every group and variable, with the CRC-32 of what
-//! HDF5 would not notice. Left out are what differs between identical runs (the attributes of /meta, `history`), and the
-//! `status`, which is written after all else.
+//! The chunks of the tables have Fletcher-32 checksums, which HDF5 verifies whenever it reads them; but a chunk that its
+//! index has lost is read as zeros. Each file therefore has `/meta/checksums`: a line for every group and variable, with the
+//! CRC-32 of its attributes, type and shape, and of its values. The values of a table have a CRC-32 of their own, a second
+//! one in the line, which the writer has made before HDF5 had them. Left out are what differs between identical runs (the
+//! attributes of /meta, `history`), the `status`, which is written after all else, and the values of virtual datasets,
+//! which are in other files.
 
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write;
 
-use hdf5::File;
+use hdf5::{Dataset, File};
 
 use super::attributes::AttributeValue;
 use super::schema::{self, CHECKSUMS, attribute, group, root};
 use super::source::{DatasetInfo, Holds, Kind, Source};
 use super::{ResultError, raw};
 
-/// The lines of an open file: path and checksum, `/` for the root.
-pub(super) fn of(source: &Source) -> Result<String, ResultError> {
-    let mut lines = String::new();
-    let mut add = |path: &str, sum: u32| {
-        let _ = writeln!(lines, "/{path} {sum:08x}");
+/// Checksums of the values of variables that are stored in chunks with checksums of HDF5's, by path without a leading
+/// slash; `None` where they cannot be read.
+pub(super) type Known = HashMap<String, Option<u32>>;
+
+/// A number as it is summed: in eight bytes, whatever it has in the file.
+pub(super) trait Summed: Copy {
+    fn bytes(self) -> [u8; 8];
+}
+
+macro_rules! summed {
+    ($($type:ty => $wide:ty),*) => {
+        $(impl Summed for $type {
+            fn bytes(self) -> [u8; 8] {
+                <$wide>::from(self).to_le_bytes()
+            }
+        })*
     };
-    add("", of_group(source, "")?);
+}
+
+summed!(i8 => i64, i32 => i64, i64 => i64, f64 => f64);
+
+/// Adds values to a sum.
+pub(super) fn add<T: Summed>(sum: &mut crc32fast::Hasher, values: &[T]) {
+    let mut bytes = Vec::with_capacity(8 * values.len().min(1024));
+    for values in values.chunks(1024) {
+        bytes.clear();
+        values.iter().for_each(|value| bytes.extend(value.bytes()));
+        sum.update(&bytes);
+    }
+}
+
+/// The sums of the values of some datasets, as they are written: in the order of the rows.
+#[derive(Default)]
+pub(super) struct Sums(HashMap<String, crc32fast::Hasher>);
+
+impl Sums {
+    pub(super) fn add<T: Summed>(&mut self, dataset: &Dataset, values: &[T]) {
+        add(self.0.entry(dataset.name()).or_default(), values);
+    }
+
+    pub(super) fn known(&self) -> Known {
+        let sums = self.0.iter();
+        sums.map(|(path, sum)| (path.trim_matches('/').to_owned(), Some(sum.clone().finalize())))
+            .collect()
+    }
+}
+
+/// The lines of an open file: path and checksums, `/` for the root. Values whose sum is not `known` are read.
+pub(super) fn of(source: &Source, known: &Known) -> Result<String, ResultError> {
+    let mut lines = String::new();
+    let mut add = |path: &str, sum: u32, values: Option<u32>| {
+        let values = values.map_or(String::new(), |sum| format!(" {sum:08x}"));
+        let _ = writeln!(lines, "/{path} {sum:08x}{values}");
+    };
+    add("", of_group(source, "")?, None);
     source.walk(&mut |path, member| {
         match &member.is {
-            Kind::Group(_) => add(path, of_group(source, path)?),
+            Kind::Group(_) => add(path, of_group(source, path)?, None),
             Kind::Dataset(_) if path == CHECKSUMS => {}
-            Kind::Dataset(info) => add(path, of_dataset(source, path, info)?),
+            Kind::Dataset(info) => {
+                let values = match known.get(path) {
+                    _ if !is_summed_apart(info) => None,
+                    Some(known) => *known,
+                    None => Some(of_values(source, path, info)?),
+                };
+                add(path, of_dataset(source, path, info)?, values);
+            }
             Kind::Not(fault) => return Err(source.fault(fault)),
             Kind::Other => {}
         }
@@ -34,40 +92,87 @@ pub(super) fn of(source: &Source) -> Result<String, ResultError> {
     Ok(lines)
 }
 
-/// Writes the lines into a file that is whole but for them, in place of those it has.
-pub(super) fn write(file: &File) -> hdf5::Result<()> {
+/// Writes the lines into a file that is whole but for them, in place of those it has. Values whose sum is not `known` are
+/// read back.
+pub(super) fn write(file: &File, known: &Known) -> hdf5::Result<()> {
     let failed = |error: ResultError| hdf5::Error::from(error.to_string());
     let meta = file.group(group::META)?;
     let name = CHECKSUMS.rsplit('/').next().unwrap_or(CHECKSUMS);
     if meta.link_exists(name) {
         meta.unlink(name)?;
     }
-    let lines = of(&Source::of_open(file)).map_err(failed)?;
+    let lines = of(&Source::of_open(file), known).map_err(failed)?;
     let dataset = raw::write_text(&meta, name, &lines)?;
     let describe = super::attributes::write_text_attribute;
     describe(&dataset, attribute::UNITS, "1")?;
     describe(
         &dataset,
         attribute::LONG_NAME,
-        "CRC-32 of what has no checksum of HDF5's: path and sum",
+        "path, CRC-32 of attributes, type, shape and values; of a table the values have a CRC-32 of their own",
     )
 }
 
-/// What differs between the lines that a file has and those that it should have: paths without a leading slash.
+/// The sums of values that the lines of a file have: those of a file to which something is added stand for what was written
+/// first, and not for what the copy has.
+pub(super) fn known(lines: &str) -> Known {
+    let parsed = lines.lines().filter_map(parts);
+    parsed
+        .filter_map(|(path, sums)| Some((path.trim_matches('/').to_owned(), Some(*sums.get(1)?))))
+        .collect()
+}
+
+/// Path and sums of a line.
+fn parts(line: &str) -> Option<(&str, Vec<u32>)> {
+    let (mut path, mut sums) = (line, Vec::new());
+    while let Some((before, last)) = path.rsplit_once(' ')
+        && last.len() == 8
+        && sums.len() < 2
+        && let Ok(sum) = u32::from_str_radix(last, 16)
+    {
+        path = before;
+        sums.insert(0, sum);
+    }
+    (!sums.is_empty()).then_some((path, sums))
+}
+
+/// What differs between the lines that a file has and those that it should have: paths without a leading slash. Values
+/// for which either has no sum are not held against each other.
 pub(super) fn differences(stored: &str, found: &str) -> Vec<String> {
-    let path = |line: &str| line.rsplit_once(' ').map_or(line, |(path, _)| path).to_owned();
-    let missing = |of: &str, from: &str| {
-        let lines: std::collections::HashSet<&str> = from.lines().collect();
-        of.lines()
-            .filter(|line| !lines.contains(line))
-            .map(path)
-            .collect::<Vec<_>>()
+    let split = |lines| -> BTreeMap<String, Vec<u32>> {
+        let lines = str::lines(lines).map(|line| parts(line).unwrap_or((line, Vec::new())));
+        lines.map(|(path, sums)| (path.to_owned(), sums)).collect()
     };
-    let mut paths = missing(stored, found);
-    paths.extend(missing(found, stored));
+    let (stored, found) = (split(stored), split(found));
+    let mut paths: Vec<String> = stored.keys().chain(found.keys()).cloned().collect();
     paths.sort();
     paths.dedup();
+    paths.retain(|path| match (stored.get(path), found.get(path)) {
+        (Some(stored), Some(found)) if !stored.is_empty() && !found.is_empty() => {
+            stored.iter().zip(found).any(|(stored, found)| stored != found)
+        }
+        _ => true,
+    });
     paths
+}
+
+/// Whether the values have a sum of their own: the writer hands them over while the variable is still growing.
+pub(super) fn is_summed_apart(info: &DatasetInfo) -> bool {
+    info.covered && info.chunk.is_some() && info.holds.is_number()
+}
+
+/// The sum of all values, the last dimension fastest.
+pub(super) fn of_values(source: &Source, path: &str, info: &DatasetInfo) -> Result<u32, ResultError> {
+    let mut sum = crc32fast::Hasher::new();
+    add_values(source, path, info, &mut sum)?;
+    Ok(sum.finalize())
+}
+
+fn add_values(source: &Source, path: &str, info: &DatasetInfo, sum: &mut crc32fast::Hasher) -> Result<(), ResultError> {
+    if matches!(info.holds, Holds::Integers(_)) {
+        source.blocks(path, &info.shape, BLOCK, &mut |values: Vec<i64>| add(sum, &values))
+    } else {
+        source.blocks(path, &info.shape, BLOCK, &mut |values: Vec<f64>| add(sum, &values))
+    }
 }
 
 fn of_group(source: &Source, path: &str) -> Result<u32, ResultError> {
@@ -93,12 +198,7 @@ fn of_dataset(source: &Source, path: &str, info: &DatasetInfo) -> Result<u32, Re
                 sum.update(&[0]);
             }
         }
-        Holds::Integers(_) => source.blocks(path, &info.shape, BLOCK, &mut |values: Vec<i64>| {
-            values.iter().for_each(|value| sum.update(&value.to_le_bytes()));
-        })?,
-        holds if holds.is_number() => source.blocks(path, &info.shape, BLOCK, &mut |values: Vec<f64>| {
-            values.iter().for_each(|value| sum.update(&value.to_le_bytes()));
-        })?,
+        holds if holds.is_number() => add_values(source, path, info, &mut sum)?,
         _ => {}
     }
     Ok(sum.finalize())

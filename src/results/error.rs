@@ -90,6 +90,16 @@ pub enum ResultError {
         time: f64,
         before: f64,
     },
+    #[error(
+        "{path}: row {row} of /trajectory/{name} is {value:?}, and no value of a run is; it was not written by this \
+         program, or was changed since: repeat the run"
+    )]
+    NotFinite {
+        path: PathBuf,
+        row: usize,
+        name: &'static str,
+        value: f64,
+    },
     #[error("{path}: {what}; no file of this program is so, and reading it would take too much: see docs/limits.md")]
     BeyondLimits { path: PathBuf, what: String },
     #[error(
@@ -103,6 +113,8 @@ pub enum ResultError {
     NoReader { path: PathBuf, detail: String },
     #[error("{path}: was changed while it was read; try again")]
     Changed { path: PathBuf },
+    #[error("{path}: a part of {what}; put the file back that the part is in, or merge the shards anew")]
+    Absent { path: PathBuf, what: String },
     #[error("{path}: still being written, and it changed whenever it was read; try again")]
     Growing { path: PathBuf },
     #[error("{path}: the run that was writing it has just ended; look at the file that it was to become")]
@@ -129,7 +141,7 @@ fn another_kind(format: &str) -> &'static str {
 
 fn their_format(found: &Option<String>) -> String {
     match found {
-        Some(format) => format!("its root attribute format is \"{format}\""),
+        Some(format) => format!("its root attribute format is {}", crate::quote::quoted(format)),
         None => "it has no root attribute format".to_owned(),
     }
 }

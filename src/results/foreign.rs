@@ -15,6 +15,8 @@ pub struct ForeignFile {
     source: Arc<Source>,
     /// By their paths, which are in alphabetical order.
     infos: Vec<(String, DatasetInfo)>,
+    /// Why variables were left out, first of all.
+    left_out: Option<String>,
     names: Vec<String>,
     texts: Vec<String>,
 }
@@ -43,7 +45,9 @@ impl ForeignFile {
             }
             Ok(())
         })?;
-        if let (true, Some(error)) = (infos.is_empty(), left_out) {
+        if infos.is_empty()
+            && let Some(error) = left_out.take()
+        {
             return Err(error);
         }
         infos.sort_by(|a, b| a.0.cmp(&b.0));
@@ -55,6 +59,7 @@ impl ForeignFile {
             path: path.to_owned(),
             names: list(&|info| matches!(info.shape.len(), 1 | 2) && info.holds.is_number()),
             texts: list(&|info| info.shape.len() == 1 && info.holds == Holds::Texts),
+            left_out: left_out.map(|error| error.to_string()),
             source: Arc::new(source),
             infos,
         })
@@ -73,6 +78,11 @@ impl ForeignFile {
     /// Paths of the variables of texts, of one dimension, without a leading slash.
     pub fn text_names(&self) -> &[String] {
         &self.texts
+    }
+
+    /// Why a variable was left out, the first if there are several.
+    pub fn left_out(&self) -> Option<&str> {
+        self.left_out.as_deref()
     }
 
     fn info(&self, name: &str) -> Option<&DatasetInfo> {

@@ -133,7 +133,33 @@ impl ResultFile {
         Ok(blocks(self.sample_count()?).map(move |range| self.values(group::TRAJECTORY, &name, range)))
     }
 
-    /// Rows `range` of the trajectory.
+    /// Rows `range` of the trajectory, none of which has a number that is none.
+    ///
+    /// # Errors
+    /// A state or a channel that is not finite; or of the file.
+    pub fn finite_samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
+        let samples = self.samples(range.clone())?;
+        for (row, sample) in range.zip(&samples) {
+            self.finite(row, State::DESCRIPTIONS, sample.state.values())?;
+            self.finite(row, Channels::DESCRIPTIONS, sample.channels.values())?;
+        }
+        Ok(samples)
+    }
+
+    fn finite<const N: usize>(
+        &self,
+        row: usize,
+        names: &[(&'static str, &'static str, &'static str)],
+        values: [f64; N],
+    ) -> Result<(), ResultError> {
+        let odd = names.iter().zip(values).find(|(_, value)| !value.is_finite());
+        odd.map_or(Ok(()), |(&(name, _, _), value)| {
+            let path = self.path.clone();
+            Err(ResultError::NotFinite { path, row, name, value })
+        })
+    }
+
+    /// Rows `range` of the trajectory, whatever numbers they have.
     pub fn samples(&self, range: Range<usize>) -> Result<Vec<Sample>, ResultError> {
         let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
         let segments: Vec<i32> = self.values(group::TRAJECTORY, "segment", range.clone())?;
@@ -144,26 +170,33 @@ impl ResultFile {
             .iter()
             .map(column)
             .collect::<Result<Vec<_>, _>>()?;
-        let sample = |row: usize| Sample {
-            time: times[row],
-            mode: modes[row],
-            segment: segments[row].max(0) as u32,
-            state: State::from_values(std::array::from_fn(|k| states[k][row])),
-            channels: Channels::from_values(std::array::from_fn(|k| channels[k][row])),
+        let sample = |row: usize| {
+            Ok(Sample {
+                time: times[row],
+                mode: modes[row],
+                segment: self.count(group::TRAJECTORY, range.start + row, "segment", segments[row])?,
+                state: State::from_values(std::array::from_fn(|k| states[k][row])),
+                channels: Channels::from_values(std::array::from_fn(|k| channels[k][row])),
+            })
         };
-        Ok((0..times.len()).map(sample).collect())
+        (0..times.len()).map(sample).collect()
     }
 
     /// Time (s), mode and state of rows `range` of the trajectory.
+    ///
+    /// # Errors
+    /// A state that is not finite; or of the file.
     pub fn states(&self, range: Range<usize>) -> Result<Vec<(f64, Mode, State)>, ResultError> {
         let modes = self.modes(group::TRAJECTORY, "mode", range.clone())?;
         let times = self.column("time", range.clone())?;
         let column = |(name, _, _): &(&str, &str, &str)| self.column(name, range.clone());
         let states = State::DESCRIPTIONS.iter().map(column).collect::<Result<Vec<_>, _>>()?;
-        let state = |row: usize| State::from_values(std::array::from_fn(|k| states[k][row]));
-        Ok((0..times.len())
-            .map(|row| (times[row], modes[row], state(row)))
-            .collect())
+        let state = |row: usize| {
+            let values = std::array::from_fn(|k| states[k][row]);
+            self.finite(range.start + row, State::DESCRIPTIONS, values)?;
+            Ok((times[row], modes[row], State::from_values(values)))
+        };
+        (0..times.len()).map(state).collect()
     }
 
     /// Every event, in order of time.
@@ -195,7 +228,7 @@ impl ResultFile {
                 time: times[row],
                 kind: kind.ok_or_else(|| self.unknown("an event's kind", kinds[row]))?,
                 mode_after: modes[row],
-                segment: segments[row].max(0) as u32,
+                segment: self.count(group::EVENTS, all.start + row, "segment", segments[row])?,
                 before: State::from_values(std::array::from_fn(|k| before[k][row])),
                 after: State::from_values(std::array::from_fn(|k| after[k][row])),
                 internal_force: forces[row],
@@ -210,12 +243,13 @@ impl ResultFile {
         let column = |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::SEGMENTS, name, all.clone()) };
         let counts = |name: &str| -> Result<Vec<u64>, ResultError> {
             let values: Vec<i64> = self.values(group::SEGMENTS, name, all.clone())?;
-            Ok(values.into_iter().map(|value| value.max(0) as u64).collect())
+            let count = |(row, value)| self.count(group::SEGMENTS, row, name, value);
+            values.into_iter().enumerate().map(count).collect()
         };
         let (starts, ends, last_steps) = (column("start")?, column("end")?, column("last_step")?);
         let modes = self.modes(group::SEGMENTS, "mode", all.clone())?;
         let solvers: Vec<i8> = self.values(group::SEGMENTS, "solver", all.clone())?;
-        let orders = counts("last_order")?;
+        let orders: Vec<i32> = self.values(group::SEGMENTS, "last_order", all.clone())?;
         let (steps, rhs) = (counts("steps")?, counts("rhs_evaluations")?);
         let (jacobians, setups) = (counts("jacobian_evaluations")?, counts("linear_solver_setups")?);
         let (failures, iterations) = (counts("error_test_failures")?, counts("nonlinear_iterations")?);
@@ -238,7 +272,7 @@ impl ResultFile {
                 nonlinear_iterations: iterations[row],
                 nonlinear_convergence_failures: divergences[row],
                 root_evaluations: roots[row],
-                last_order: orders[row] as u32,
+                last_order: self.count(group::SEGMENTS, row, "last_order", orders[row])?,
                 last_step: last_steps[row],
             })
         };
@@ -425,6 +459,16 @@ impl ResultFile {
             ResultError::Damaged { .. } if !self.has(group).unwrap_or(true) => self.missing(&format!("group /{group}")),
             error => error,
         })
+    }
+
+    /// A number that counts something.
+    fn count<T, U>(&self, group: &str, row: usize, name: &str, value: T) -> Result<U, ResultError>
+    where
+        T: Copy + std::fmt::Display,
+        U: TryFrom<T>,
+    {
+        let wrong = |_| self.missing(&format!("count in row {row} of /{group}/{name}, but {value}"));
+        U::try_from(value).map_err(wrong)
     }
 
     fn missing(&self, what: &str) -> ResultError {

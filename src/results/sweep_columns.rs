@@ -4,6 +4,7 @@ use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayViewD, IxDyn};
 
 use super::attributes::write_text_attribute;
+use super::checksums::{Summed, Sums};
 use super::raw;
 use super::schema::{self, attribute};
 use super::sweep_virtual::{Rows, Storage, Stored};
@@ -28,6 +29,8 @@ pub(super) struct Columns {
     values: Vec<(Dataset, Buffer)>,
     failures: Vec<(i64, String)>,
     events: Option<Events>,
+    /// Of the values in the file.
+    pub(super) sums: Sums,
 }
 
 enum Buffer {
@@ -124,6 +127,7 @@ impl Columns {
             numbers,
             values,
             failures: Vec::new(),
+            sums: Sums::default(),
             events: match (keep_events, storage) {
                 (false, _) => None,
                 (true, Storage::Own) => Some(Events::create(file)?),
@@ -159,7 +163,7 @@ impl Columns {
             self.failures.push((number, message));
         }
         if let Some(events) = &mut self.events {
-            events.push(number, &row.events)?;
+            events.push(number, &row.events, &mut self.sums)?;
         }
         if self.status.1.len() == self.block {
             self.flush()?;
@@ -178,23 +182,23 @@ impl Columns {
         if count == 0 {
             return Ok(());
         }
-        let (shape, start) = (&self.shape, self.written);
-        write_block(&self.status.0, shape, start, &mut self.status.1)?;
+        let (shape, start, sums) = (&self.shape, self.written, &mut self.sums);
+        write_block(&self.status.0, shape, start, &mut self.status.1, sums)?;
         if let Some((dataset, numbers)) = &mut self.numbers {
-            write_block(dataset, shape, start, numbers)?;
+            write_block(dataset, shape, start, numbers, sums)?;
         }
         for (dataset, column, words) in &mut self.coordinates {
             if *words {
                 let mut codes: Vec<i32> = column.drain(..).map(|code| code as i32).collect();
-                write_block(dataset, shape, start, &mut codes)?;
+                write_block(dataset, shape, start, &mut codes, sums)?;
             } else {
-                write_block(dataset, shape, start, column)?;
+                write_block(dataset, shape, start, column, sums)?;
             }
         }
         for (dataset, buffer) in &mut self.values {
             match buffer {
-                Buffer::Counts(counts, _) => write_block(dataset, shape, start, counts)?,
-                Buffer::Numbers(numbers) => write_block(dataset, shape, start, numbers)?,
+                Buffer::Counts(counts, _) => write_block(dataset, shape, start, counts, sums)?,
+                Buffer::Numbers(numbers) => write_block(dataset, shape, start, numbers, sums)?,
             }
         }
         self.written += count;
@@ -203,7 +207,7 @@ impl Columns {
 
     pub(super) fn finish(&mut self, file: &hdf5::File) -> hdf5::Result<()> {
         if let Some(events) = &mut self.events {
-            events.flush()?;
+            events.flush(&mut self.sums)?;
         }
         if self.failures.is_empty() {
             return Ok(());
@@ -327,7 +331,7 @@ impl Events {
         Ok(())
     }
 
-    fn push(&mut self, point: i64, events: &[SweepCell]) -> hdf5::Result<()> {
+    fn push(&mut self, point: i64, events: &[SweepCell], sums: &mut Sums) -> hdf5::Result<()> {
         for &(time, kind, mode_after, relative_velocity, internal_force) in events {
             self.index.1.push((self.written + self.point.1.len()) as i64);
             self.point.1.push(point);
@@ -337,15 +341,20 @@ impl Events {
             self.relative_velocity.1.push(relative_velocity);
             self.internal_force.1.push(internal_force);
             if self.point.1.len() == BLOCK {
-                self.flush()?;
+                self.flush(sums)?;
             }
         }
         Ok(())
     }
 
-    fn flush(&mut self) -> hdf5::Result<()> {
-        fn append<T: H5Type>((dataset, rows): &mut (Dataset, Vec<T>), start: usize) -> hdf5::Result<()> {
+    fn flush(&mut self, sums: &mut Sums) -> hdf5::Result<()> {
+        fn append<T: H5Type + Summed>(
+            (dataset, rows): &mut (Dataset, Vec<T>),
+            start: usize,
+            sums: &mut Sums,
+        ) -> hdf5::Result<()> {
             let end = start + rows.len();
+            sums.add(dataset, rows);
             dataset.resize([end])?;
             dataset.write_slice(&rows[..], start..end)?;
             rows.clear();
@@ -355,20 +364,27 @@ impl Events {
         if count == 0 {
             return Ok(());
         }
-        append(&mut self.index, start)?;
-        append(&mut self.point, start)?;
-        append(&mut self.time, start)?;
-        append(&mut self.kind, start)?;
-        append(&mut self.mode_after, start)?;
-        append(&mut self.relative_velocity, start)?;
-        append(&mut self.internal_force, start)?;
+        append(&mut self.index, start, sums)?;
+        append(&mut self.point, start, sums)?;
+        append(&mut self.time, start, sums)?;
+        append(&mut self.kind, start, sums)?;
+        append(&mut self.mode_after, start, sums)?;
+        append(&mut self.relative_velocity, start, sums)?;
+        append(&mut self.internal_force, start, sums)?;
         self.written += count;
         Ok(())
     }
 }
 
 /// Writes `rows` at the points from `start` on, and forgets them.
-fn write_block<T: H5Type>(dataset: &Dataset, shape: &[usize], start: usize, rows: &mut Vec<T>) -> hdf5::Result<()> {
+fn write_block<T: H5Type + Summed>(
+    dataset: &Dataset,
+    shape: &[usize],
+    start: usize,
+    rows: &mut Vec<T>,
+    sums: &mut Sums,
+) -> hdf5::Result<()> {
+    sums.add(dataset, rows);
     let inner = shape.iter().skip(1).product::<usize>().max(1);
     let (first, count) = (start / inner, rows.len() / inner);
     let mut block = shape.to_vec();

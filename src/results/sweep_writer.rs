@@ -272,7 +272,7 @@ impl SweepWriter {
         let closed = (|| {
             columns.flush()?;
             columns.finish(&file)?;
-            checksums::write(&file)?;
+            checksums::write(&file, &columns.sums.known())?;
             write_text_attribute(&file, schema::root::STATUS, status.name())?;
             drop(columns);
             file.close()

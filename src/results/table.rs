@@ -7,6 +7,7 @@ use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
 use hdf5::{Dataset, Group};
 
 use super::attributes::write_text_attribute;
+use super::checksums::{Known, Summed, Sums};
 use super::raw;
 use super::schema::{self, Kind, Table, Variable};
 
@@ -51,19 +52,25 @@ impl Buffer {
     }
 
     /// Writes the rows to `dataset` from row `start` on, and forgets them.
-    fn append(&mut self, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
-        fn append<T: hdf5::H5Type>(rows: &mut Vec<T>, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
+    fn append(&mut self, dataset: &Dataset, start: usize, sums: &mut Sums) -> hdf5::Result<()> {
+        fn append<T: hdf5::H5Type + Summed>(
+            rows: &mut Vec<T>,
+            dataset: &Dataset,
+            start: usize,
+            sums: &mut Sums,
+        ) -> hdf5::Result<()> {
             let end = start + rows.len();
+            sums.add(dataset, rows);
             dataset.resize([end])?;
             dataset.write_slice(&rows[..], start..end)?;
             rows.clear();
             Ok(())
         }
         match self {
-            Buffer::I8(rows) => append(rows, dataset, start),
-            Buffer::I32(rows) => append(rows, dataset, start),
-            Buffer::I64(rows) => append(rows, dataset, start),
-            Buffer::F64(rows) => append(rows, dataset, start),
+            Buffer::I8(rows) => append(rows, dataset, start, sums),
+            Buffer::I32(rows) => append(rows, dataset, start, sums),
+            Buffer::I64(rows) => append(rows, dataset, start, sums),
+            Buffer::F64(rows) => append(rows, dataset, start, sums),
         }
     }
 }
@@ -71,6 +78,8 @@ impl Buffer {
 /// A group of columns that grow together.
 pub(super) struct TableWriter {
     columns: Vec<(Dataset, Buffer)>,
+    /// Of the values in the file.
+    sums: Sums,
     chunk: usize,
     /// Rows in the file.
     written: usize,
@@ -91,6 +100,7 @@ impl TableWriter {
         }
         Ok(TableWriter {
             columns,
+            sums: Sums::default(),
             chunk: table.chunk,
             written: 0,
             buffered: 0,
@@ -100,6 +110,11 @@ impl TableWriter {
     /// Rows in the file, without those that are buffered.
     pub(super) fn written(&self) -> usize {
         self.written
+    }
+
+    /// The checksums of what is in the file.
+    pub(super) fn sums(&self) -> Known {
+        self.sums.known()
     }
 
     pub(super) fn next_index(&self) -> i32 {
@@ -120,7 +135,7 @@ impl TableWriter {
     pub(super) fn append(&mut self) -> hdf5::Result<()> {
         if self.buffered > 0 {
             for (dataset, buffer) in &mut self.columns {
-                buffer.append(dataset, self.written)?;
+                buffer.append(dataset, self.written, &mut self.sums)?;
             }
             self.written += self.buffered;
             self.buffered = 0;

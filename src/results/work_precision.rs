@@ -150,7 +150,7 @@ impl WorkPrecisionFile {
         let resolved = "every parameter of the first run in SI units (TOML)";
         attributes::write_input(&input, schema::INPUT_RESOLVED, &self.resolved, resolved)?;
         write_attributes(&table::create_group(&file, schema::group::META)?, &self.meta)?;
-        super::checksums::write(&file)?;
+        super::checksums::write(&file, &super::checksums::Known::new())?;
         file.flush()
     }
 }

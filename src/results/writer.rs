@@ -522,7 +522,8 @@ impl Open {
             write_text_attribute(&self.file, schema::root::FAILURE, message)?;
         }
         self.append_all()?;
-        checksums::write(&self.file)?;
+        let known = self.tables.iter().flat_map(TableWriter::sums).collect();
+        checksums::write(&self.file, &known)?;
         // All the rest is on disk before the file says that it is complete.
         self.flush(lock)?;
         self.file

@@ -104,6 +104,7 @@ impl Reference {
         let last = candidate::events::last_in_order(path, &events)?;
         let rows = file.sample_count()?;
         file.check_times()?;
+        file.check_values()?;
         let (start, end) = if rows > 0 {
             (file.column("time", 0..1)?[0], file.column("time", rows - 1..rows)?[0])
         } else {

@@ -75,6 +75,8 @@ pub(crate) enum Fault {
     Refused(String),
     /// What is asked for is kept in another file.
     Elsewhere(String),
+    /// A part of a variable should be in another file, and is not: which, and where.
+    Absent(String),
 }
 
 /// What a group has.

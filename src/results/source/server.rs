@@ -433,50 +433,92 @@ impl Server {
         Ok(texts)
     }
 
-    /// A virtual dataset may be made of files beside the one that has it, or in folders below: the shards of a sweep.
+    /// A virtual dataset may be made of files beside the one that has it, or in folders below: the shards of a sweep. What is
+    /// not there HDF5 would read as a fill value.
     fn look_at_sources(&mut self, dataset: &Dataset, path: &str) -> Answered<()> {
-        if self.follow_external
-            || dataset.layout() != Layout::Virtual
-            || self.looked_at.iter().any(|known| known == path)
-        {
+        if dataset.layout() != Layout::Virtual || self.looked_at.iter().any(|known| known == path) {
             return Ok(());
         }
         let sources = raw::virtual_sources(dataset, SOURCES)?;
         let Some(sources) = sources else {
             return refused(format!("/{path} is made of more than {SOURCES} parts"));
         };
-        let folder = crate::results::target::folder_of(&self.path);
         let mut opened: HashMap<String, hdf5::File> = HashMap::new();
         let mut known: Vec<(String, String)> = Vec::new();
         for (file, inside) in sources {
             if known.last().is_some_and(|last| *last == (file.clone(), inside.clone())) {
                 continue;
             }
-            // HDF5's own escape of a per cent sign.
-            let name = file.replace("%%", "%");
-            let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-            if !Path::new(&name).components().all(below) {
-                return Err(Fault::Elsewhere(format!("/{path}, in {name},")));
-            }
-            if !opened.contains_key(&name) {
-                let Ok(other) = hdf5::File::open(folder.join(&name)) else {
-                    // Read as missing.
-                    known.push((file, inside));
+            // A per cent sign is written twice; a single one begins a pattern of names, whose files nobody lists.
+            let pattern = |name: &str| name.replace("%%", "").contains('%');
+            if pattern(&file) || pattern(&inside) {
+                if self.follow_external {
                     continue;
-                };
-                opened.insert(name.clone(), other);
+                }
+                return Err(Fault::Elsewhere(format!("/{path}, in {file} with {inside},")));
             }
-            // What is there is stored there: else the way would lead on.
-            if let Some(other) = opened.get(&name)
-                && let Ok(Opened::Dataset(source)) = raw::open_object(other, &inside, false)
-                && (source.layout() == Layout::Virtual || raw::external_count(&source)? > 0)
-            {
-                return Err(Fault::Elsewhere(format!("/{path}, by way of {name},")));
+            let (name, object) = (file.replace("%%", "%"), inside.replace("%%", "%"));
+            if !opened.contains_key(&name) {
+                opened.insert(name.clone(), self.open_source(&name, path)?);
+            }
+            let source = opened
+                .get(&name)
+                .map(|other| raw::open_object(other, &object, self.follow_external));
+            match source {
+                // What is there is stored there: else the way would lead on.
+                Some(Ok(Opened::Dataset(source)))
+                    if !self.follow_external
+                        && (source.layout() == Layout::Virtual || raw::external_count(&source)? > 0) =>
+                {
+                    return Err(Fault::Elsewhere(format!("/{path}, by way of {name},")));
+                }
+                Some(Ok(Opened::Dataset(_))) => {}
+                _ => return Err(Fault::Absent(format!("/{path}: {name} has no {object}"))),
             }
             known.push((file, inside));
         }
         self.looked_at.push(path.to_owned());
         Ok(())
+    }
+
+    /// Opens a file that a virtual dataset is made of.
+    fn open_source(&self, name: &str, path: &str) -> Answered<hdf5::File> {
+        if name == "." {
+            return self.file().cloned();
+        }
+        let elsewhere = || Fault::Elsewhere(format!("/{path}, in {name},"));
+        let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+        if !self.follow_external && !Path::new(name).components().all(below) {
+            return Err(elsewhere());
+        }
+        // Where HDF5 looks, in this order: beside the file as it was named, in the folder of work, beside the file itself.
+        let named = crate::results::target::folder_of(&self.path);
+        let real = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
+        let real = crate::results::target::folder_of(&real);
+        let folders = [named, Path::new(".").to_owned(), real];
+        let Some(found) = folders.iter().position(|folder| folder.join(name).exists()) else {
+            return Err(Fault::Absent(format!("/{path}: {name} is not there")));
+        };
+        let place = folders[found].join(name);
+        if !self.follow_external {
+            let inside = |folder: &Path| match (place.canonicalize(), folder.canonicalize()) {
+                (Ok(place), Ok(folder)) => place.starts_with(folder),
+                _ => false,
+            };
+            // A link in the folder may lead out of it.
+            if !inside(&folders[0]) && !inside(&folders[2]) {
+                return Err(elsewhere());
+            }
+        }
+        // Not opened unless it is a plain file: a pipe, for one, would block.
+        if !place.is_file() {
+            return Err(Fault::Absent(format!("/{path}: {name} is no plain file")));
+        }
+        // HDF5 opens it once more, as it has opened the file that refers to it; the two ways have to be one.
+        hdf5::File::with_options()
+            .with_fapl(|access| access.file_locking(!self.growing))
+            .open(&place)
+            .map_err(|error| Fault::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
     }
 }
 

@@ -115,6 +115,10 @@ impl Table for ForeignTable {
         shape.is_some_and(|shape| slice.elements(&shape).is_some())
     }
 
+    fn left_out(&self) -> Option<&str> {
+        self.file.left_out()
+    }
+
     fn has_texts(&self, name: &str) -> bool {
         self.has(name) || Self::resolve_in(self.file.text_names(), name).is_some()
     }

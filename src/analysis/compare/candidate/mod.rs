@@ -136,7 +136,7 @@ impl Candidate {
         candidate.events = events::find(&*table, mapping, candidate.direct.is_empty())?;
         if candidate.direct.is_empty() {
             if candidate.events.is_none() {
-                let what = format!("no column is known as a channel; there are {}", listed(&table.names()));
+                let what = format!("no column is known as a channel; there are {}", there(&*table));
                 let remedy = "say which column is what, such as --column relative_velocity=NAME:rad/s, or in a mapping";
                 return Err(CompareError::content(path, "", what, remedy));
             }
@@ -167,7 +167,7 @@ impl Candidate {
                 .map(|name| (*name).to_owned()),
         };
         let Some(name) = name else {
-            let what = format!("has no column of times; there are {}", listed(&table.names()));
+            let what = format!("has no column of times; there are {}", there(table));
             return Err(CompareError::content(
                 &self.path,
                 "",
@@ -321,6 +321,13 @@ fn absent(table: &dyn Table, name: &str) -> CompareError {
     };
     let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
     CompareError::content(table.path(), "", what, "correct the mapping or the option --column")
+}
+
+/// The columns of a table, and why one is not among them.
+fn there(table: &dyn Table) -> String {
+    let names = listed(&table.names());
+    let left_out = table.left_out().map(|why| format!("; left out: {why}"));
+    names + &left_out.unwrap_or_default()
 }
 
 fn listed(names: &[String]) -> String {

@@ -18,6 +18,10 @@ pub trait Table: std::fmt::Debug {
     fn has_texts(&self, name: &str) -> bool {
         self.has(name)
     }
+    /// Why a column of the file was left out: one that cannot be read.
+    fn left_out(&self) -> Option<&str> {
+        None
+    }
     /// The unit that the file itself states for a column.
     fn unit(&self, name: &str) -> Option<String>;
     /// Starts reading columns from their first row.
