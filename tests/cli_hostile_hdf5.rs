@@ -325,10 +325,11 @@ fn regression_a_reference_with_values_that_are_none_is_refused() {
     for (name, value) in [("theta", f64::NAN), ("phi1_dot", f64::INFINITY)] {
         let folder = with_run();
         std::fs::copy(folder.path("run.h5"), folder.path("sound.h5")).unwrap();
-        let column = open(folder.path("run.h5")).unwrap();
-        let column = column.dataset(&format!("trajectory/{name}")).unwrap();
+        let file = open(folder.path("run.h5")).unwrap();
+        let column = file.dataset(&format!("trajectory/{name}")).unwrap();
         column.write_slice(&[value], 5..6).unwrap();
-        drop(column);
+        // Written when nothing holds the file any more.
+        drop((column, file));
         let words = ["row 5", name];
         refused(&folder, &["compare", "run.h5", "sound.h5"], &words);
         refused(&folder, &["certify", "run.h5", "-o", "certified.h5"], &words);
