@@ -14,7 +14,7 @@ use common::campaign::{
 use std::ops::Range;
 
 /// Without STICKSLIP_CAMPAIGN: some minutes of one processor.
-const DEFAULT: Range<u64> = 0..32;
+const DEFAULT: Range<u64> = 0..22;
 
 fn check(outcomes: &[Outcome]) {
     println!("{}", tables(outcomes));

@@ -28,6 +28,10 @@ const NEIGHBOURS: usize = 4;
 /// oscillation is open.
 pub(super) const LARGEST_SHARE: f64 = 0.02;
 
+/// e-folds by which rounding has to grow until it can be seen in the relative velocity; some five below those that make a
+/// stick of it.
+const GROWN_NOISE: f64 = 20.0;
+
 /// What can be said of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -362,6 +366,13 @@ fn judge(
                         (false, _) => Some(Verdict::NoiseDetermined),
                     };
                 }
+            }
+            // Where the onset is noise, so are the crossings of the stability margin that the oscillation makes on its way
+            // there: smooth sliding has none of them.
+            let of_margin = matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
+            let grown = linear.and_then(|linear| linear.growth).unwrap_or(0.0);
+            if lost.is_none() && noise && of_margin && grown > GROWN_NOISE {
+                lost = Some(Verdict::NoiseDetermined);
             }
             let verdict = lost.unwrap_or(Verdict::Converged);
             let uncertainty = match verdict {
