@@ -231,8 +231,8 @@ fn set_number(file: &hdf5::File, name: &str, value: i64) {
     file.attr(name).unwrap().write_scalar(&value).unwrap();
 }
 
-#[test]
-fn regression_a_shard_that_lies_about_its_study_is_refused() {
+/// A folder with the study and its halves, 1.h5 and 2.h5.
+fn with_two_shards() -> Folder {
     let folder = Folder::new();
     folder.write("study.toml", STUDY);
     for shard in ["1", "2"] {
@@ -240,6 +240,12 @@ fn regression_a_shard_that_lies_about_its_study_is_refused() {
         let mut sweep = folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
         output(&mut sweep, 0);
     }
+    folder
+}
+
+#[test]
+fn regression_a_shard_that_lies_about_its_study_is_refused() {
+    let folder = with_two_shards();
     merge_changed(
         &folder,
         |file| set_number(file, "shard_count", 1 << 40),
@@ -405,13 +411,7 @@ fn regression_links_of_the_file_system_lead_to_no_other_file() {
 /// HDF5 reads what is not there as a fill value.
 #[test]
 fn regression_a_shard_that_is_gone_is_an_error() {
-    let folder = Folder::new();
-    folder.write("study.toml", STUDY);
-    for shard in ["1", "2"] {
-        let (part, name) = (format!("{shard}/2"), format!("{shard}.h5"));
-        let mut sweep = folder.stickslip(&["sweep", "study.toml", "--shard", &part, "-o", &name, "-q"]);
-        output(&mut sweep, 0);
-    }
+    let folder = with_two_shards();
     output(
         &mut folder.stickslip(&["merge", "1.h5", "2.h5", "-o", "whole.h5", "--virtual"]),
         0,
