@@ -13,8 +13,8 @@ use nalgebra::DMatrixViewMut;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use stickslip::hybrid::{
-    ChosenSolver, ClosedEnd, Direction, Dynamics, Finish, Guard, Limits, Observer, ObserverError, Rules, SegmentReport,
-    SolverKind, Start, Transition, run,
+    ChosenSolver, ClosedEnd, ClosedForm, ClosedFormEngine, Direction, Dynamics, Engine, Finish, Fired, Guard, Limits,
+    Observer, ObserverError, Rules, SegmentReport, SolverKind, Start, Transition, run,
 };
 use stickslip::sundials::{ErkTable, EsdirkTable, Tolerances};
 
@@ -130,6 +130,15 @@ impl<P: Problem> Dynamics for Block<P> {
         }
     }
 
+    fn engine(block: &Arc<Self>, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
+        match kind {
+            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(block.clone()))),
+            _ => None,
+        }
+    }
+}
+
+impl<P: Problem> ClosedForm for Block<P> {
     fn closed_state(&self, _location: &Location, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
         out[0] = y[0] + self.0.surface_speed() * tau;
         out[1] = self.0.surface_speed();
@@ -175,20 +184,14 @@ impl<P: Problem> Rules<Block<P>> for BlockRules<P> {
         unreachable!("there are none")
     }
 
-    fn at_guards(
-        &mut self,
-        location: &Location,
-        t: f64,
-        y: &[f64],
-        fired: &[usize],
-    ) -> Vec<Transition<Kind, Location>> {
+    fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: Fired) -> Vec<Transition<Kind, Location>> {
         let surface = self.block.0.surface_speed();
         let (kind, location, state) = match location.contact {
             Contact::Rest => {
-                let s = if fired.contains(&0) { 1.0 } else { -1.0 };
+                let s = if fired.contains(0) { 1.0 } else { -1.0 };
                 (Kind::Slip, self.slide(s, y), y.to_vec())
             }
-            Contact::Sliding(_) if !fired.contains(&0) => {
+            Contact::Sliding(_) if !fired.contains(0) => {
                 let extreme = -location.extreme;
                 (Kind::Extreme, Location { extreme, ..*location }, y.to_vec())
             }

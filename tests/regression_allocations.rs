@@ -7,7 +7,7 @@ use common::{output, run, solver, truth};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::Arc;
-use stickslip::hybrid::{Advance, Stepper};
+use stickslip::hybrid::{Advance, Engine, Segment};
 use stickslip::model::Mode;
 use stickslip::model::torsion::{DIMENSION, TorsionState, index::*};
 use stickslip::simulation::brake::{Brake, Location, Watch};
@@ -91,21 +91,27 @@ fn regression_a_step_allocates_nothing() {
         };
         let chosen = if is_resolved { &resolved } else { &smooth };
         let before = allocations();
-        stepper.begin(&location, t, &y, span, chosen);
+        let segment = Segment {
+            location,
+            start: t,
+            stop: t + span,
+            state: &y,
+        };
+        stepper.begin(&segment, chosen).expect("a start");
         loop {
             let advance = stepper.advance().expect("a step");
             steps += 1;
-            stepper.state_at(stepper.time(), &mut sample);
+            stepper.state_at(stepper.time(), &mut sample).expect("a state");
             match advance {
                 Advance::Stepped => {}
-                Advance::Stop => break,
-                Advance::Guard(_) => {
+                Advance::Stop | Advance::Searched => break,
+                Advance::Guards(_) => {
                     guards += 1;
                     break;
                 }
             }
         }
-        jacobians += stepper.counters().jacobian_evaluations;
+        jacobians += stepper.counters().expect("counters").jacobian_evaluations;
         assert_eq!(allocations() - before, 0, "from {t} s");
     }
     println!("{steps} steps to {guards} guards, {jacobians} Jacobians");

@@ -108,30 +108,16 @@ impl Equations {
 
     pub(super) fn rates(&self, mode: Mode, t: f64, y: &Dynamic) -> Dynamic {
         let (full, mut rates) = (extended(y), [0.0; crate::model::torsion::DIMENSION]);
-        match mode {
-            Mode::Separated => self.torsion.separated_rhs(&full, &mut rates),
-            Mode::Stick => self.torsion.stick_rhs(&full, &mut rates),
-            Mode::SlipForward | Mode::SlipBackward => {
-                let force = self.axial.pressing_force(t);
-                self.torsion.slip_rhs(f64::from(mode.sense()), force, &full, &mut rates);
-            }
-        }
+        let force = || self.axial.pressing_force(t);
+        self.torsion.rates(mode, force, &full, &mut rates);
         Dynamic::from_column_slice(&rates[..DYNAMIC])
     }
 
     pub(super) fn jacobian(&self, mode: Mode, t: f64, y: &Dynamic) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
         let full = extended(y);
         let mut jacobian = DMatrix::zeros(full.len(), full.len());
-        let mut view = jacobian.as_view_mut();
-        match mode {
-            Mode::Separated => self.torsion.separated_jacobian(&full, &mut view),
-            Mode::Stick => self.torsion.stick_jacobian(&full, &mut view),
-            Mode::SlipForward | Mode::SlipBackward => {
-                let force = self.axial.pressing_force(t);
-                self.torsion
-                    .slip_jacobian(f64::from(mode.sense()), force, &full, &mut view);
-            }
-        }
+        let force = || self.axial.pressing_force(t);
+        self.torsion.jacobian(mode, force, &full, &mut jacobian.as_view_mut());
         jacobian.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
     }
 

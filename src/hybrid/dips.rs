@@ -4,7 +4,7 @@
 //! The two tangents bound from below what a convex guard can fall to; where they reach the boundary, the dip is looked
 //! at on the states inside the step.
 
-use super::solver::{LastStep, Pair};
+use super::sundials::LastStep;
 use super::{Direction, Dynamics};
 use crate::sundials::SolverError;
 
@@ -77,8 +77,8 @@ impl Dips {
     pub(super) fn in_step<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        pair: &mut Pair<'_, D>,
-        last_step: &LastStep,
+        location: &D::Location,
+        last_step: &mut LastStep<D>,
         origin: f64,
         (tau, y): (f64, &[f64]),
     ) -> Result<Option<Dip>, SolverError> {
@@ -88,15 +88,22 @@ impl Dips {
         std::mem::swap(&mut self.before, &mut self.after);
         let first = last_step.start() == 0.0;
         let length = tau - last_step.start();
-        let location = pair.solver.system().location;
         if first {
             // A guard may stand on its boundary where a segment begins, and leaves it then.
             let mut before = std::mem::take(&mut self.before);
-            self.read(dynamics, &location, origin, 0.0, last_step.state(), length, &mut before);
+            self.read(
+                dynamics,
+                location,
+                origin,
+                0.0,
+                last_step.start_state(),
+                length,
+                &mut before,
+            );
             self.before = before;
         }
         let mut after = std::mem::take(&mut self.after);
-        self.read(dynamics, &location, origin, tau, y, length, &mut after);
+        self.read(dynamics, location, origin, tau, y, length, &mut after);
         self.after = after;
         let mut earliest: Option<Dip> = None;
         for guard in 0..self.signs.len() {
@@ -107,8 +114,8 @@ impl Dips {
             if self.signs[guard] == 0.0 || (first && a.0 <= b.0 * AHEAD) || !may_reach_zero(a, b, length) {
                 continue;
             }
-            if let Some(beyond) = self.other_side(dynamics, pair, last_step, origin, guard)? {
-                let time = self.crossing(dynamics, pair, last_step, origin, guard, beyond)?;
+            if let Some(beyond) = self.other_side(dynamics, location, last_step, origin, guard)? {
+                let time = self.crossing(dynamics, location, last_step, origin, guard, beyond)?;
                 if earliest.is_none_or(|dip| time < dip.time) {
                     earliest = Some(Dip { guard, time });
                 }
@@ -146,12 +153,11 @@ impl Dips {
     fn other_side<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        pair: &mut Pair<'_, D>,
-        last_step: &LastStep,
+        location: &D::Location,
+        last_step: &mut LastStep<D>,
         origin: f64,
         guard: usize,
     ) -> Result<Option<f64>, SolverError> {
-        let location = pair.solver.system().location;
         let end = |readings: &Readings| (readings.time, readings.values[guard], readings.rates[guard]);
         let (mut a, mut b) = (end(&self.before), end(&self.after));
         for _ in 0..MOST_HALVINGS {
@@ -166,9 +172,9 @@ impl Dips {
                 return Ok(None);
             }
             let mut state = std::mem::take(&mut self.state);
-            last_step.state_at(pair, tau, &mut state)?;
+            last_step.state_at(tau, &mut state)?;
             let mut inside = std::mem::take(&mut self.inside);
-            self.read(dynamics, &location, origin, tau, &state, length, &mut inside);
+            self.read(dynamics, location, origin, tau, &state, length, &mut inside);
             let middle = end(&inside);
             (self.state, self.inside) = (state, inside);
             if middle.1 < 0.0 {
@@ -187,21 +193,20 @@ impl Dips {
     fn crossing<D: Dynamics>(
         &mut self,
         dynamics: &D,
-        pair: &mut Pair<'_, D>,
-        last_step: &LastStep,
+        location: &D::Location,
+        last_step: &mut LastStep<D>,
         origin: f64,
         guard: usize,
         beyond: f64,
     ) -> Result<f64, SolverError> {
-        let location = pair.solver.system().location;
         let (mut low, mut high) = (self.before.time, beyond);
         for _ in 0..MOST_HALVINGS {
             let middle = f64::midpoint(low, high);
             if !(low < middle && middle < high) {
                 break;
             }
-            last_step.state_at(pair, middle, &mut self.state)?;
-            dynamics.guard_values(&location, origin + middle, &self.state, &mut self.inside.values);
+            last_step.state_at(middle, &mut self.state)?;
+            dynamics.guard_values(location, origin + middle, &self.state, &mut self.inside.values);
             if self.signs[guard] * self.inside.values[guard] < 0.0 {
                 high = middle;
             } else {

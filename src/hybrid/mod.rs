@@ -2,7 +2,7 @@
 //!
 //! A hybrid system is in one *location* at a time. In it the equations are smooth; *guards* are functions whose sign
 //! change ends it; *time events* end it at times known beforehand. The model says what each of them does to location
-//! and state ([`Dynamics`] and [`Rules`]); [`run`] hands each segment to a solver, restarts at every transition, and
+//! and state ([`Dynamics`] and [`Rules`]); [`run`] hands each segment to an [`Engine`], restarts at every transition, and
 //! streams samples, events and segments to an [`Observer`].
 //!
 //! Three conventions carry the weight:
@@ -14,14 +14,21 @@
 //!   neither time nor state is nudged. A guard that truly stands beyond its boundary fires within the first step.
 //! * Time events are stop times of the solver: no step crosses one.
 
+mod budget;
+mod closed_form;
 mod dips;
+mod engine;
+mod error;
 mod run;
 mod solver;
-mod stepper;
+mod sundials;
 
-pub use run::{Finish, Limits, Overflow, RunError, Start, run};
+pub use budget::Limits;
+pub use closed_form::{ClosedEnd, ClosedForm, ClosedFormEngine};
+pub use engine::{Advance, Engine, EngineError, Fired, Segment};
+pub use error::{Overflow, RunError};
+pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
-pub use stepper::{Advance, Stepper, StepperError};
 
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;
@@ -37,17 +44,6 @@ pub struct Guard {
     pub name: &'static str,
     /// The crossing that fires it.
     pub direction: Direction,
-}
-
-/// How a segment solved in closed form ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ClosedEnd {
-    /// The guard of this index fires `after` (s) from the segment's start.
-    Guard { after: f64, index: usize },
-    /// No guard fires within `after` (s) from the segment's start; beyond is not known yet.
-    Unknown { after: f64 },
-    /// No guard fires within the time asked for.
-    None,
 }
 
 /// The smooth equations and guards of each location. Immutable: solvers share it.
@@ -73,22 +69,12 @@ pub trait Dynamics: Send + Sync + 'static {
         false
     }
 
-    /// Where the location has a closed form: the state `tau` (s) after the state `y` at `t`.
-    fn closed_state(&self, _location: &Self::Location, _t: f64, _y: &[f64], _tau: f64, _out: &mut [f64]) {
-        unimplemented!("this location has no closed form")
-    }
-
-    /// Where the location has a closed form: when its first guard fires.
-    fn closed_end(&self, _location: &Self::Location, _t: f64, _y: &[f64], _within: f64) -> ClosedEnd {
-        unimplemented!("this location has no closed form")
-    }
-
-    /// The model's own solver, for segments of [`SolverKind::Series`].
-    fn stepper(_dynamics: Arc<Self>) -> Box<dyn Stepper<Self::Location>>
+    /// The model's own engine of this kind; `None` where it has none, and for the solvers of SUNDIALS.
+    fn engine(_dynamics: &Arc<Self>, _kind: &SolverKind) -> Option<Box<dyn Engine<Self::Location>>>
     where
         Self: Sized,
     {
-        unimplemented!("this model has no solver of its own")
+        None
     }
 
     /// The location in words, for messages.
@@ -117,13 +103,13 @@ pub trait Rules<D: Dynamics> {
     /// What happens at that instant; called exactly at the time that was named, and must make progress.
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<Self::Kind, D::Location>>;
 
-    /// What happens when guards fire; `fired` holds indices into [`Dynamics::guards`], simultaneous ones together.
+    /// What happens when guards fire, simultaneous ones together.
     fn at_guards(
         &mut self,
         location: &D::Location,
         t: f64,
         y: &[f64],
-        fired: &[usize],
+        fired: Fired,
     ) -> Vec<Transition<Self::Kind, D::Location>>;
 
     /// Which solver integrates a location, with which tolerances and step bound.

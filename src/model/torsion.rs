@@ -5,7 +5,7 @@
 //! omega_r = theta' - u' - v', and no component: as a component it would be rounded at each step to 16 digits of the
 //! sliding speed, and that rounding would feed the fast mode. The rounding of the rotor speed only feeds the slow one.
 
-use super::{BreakawayTest, Contact, Friction, Parameters, Torsion};
+use super::{BreakawayTest, Contact, Friction, Mode, Parameters, Torsion};
 use nalgebra::DMatrixViewMut;
 
 /// Number of components of the torsional state.
@@ -94,6 +94,33 @@ impl TorsionModel {
         let (mu, slope) = self.friction.coefficient_and_slope(sense * self.relative_velocity(y));
         let acceleration = self.relative_velocity(dydt);
         self.contact.radius * (slope * acceleration * pressing.0 + sense * mu * pressing.1)
+    }
+
+    /// dy/dt in a mode; `normal_force` gives F_n (N), and is asked only where there is friction.
+    #[inline]
+    pub fn rates(&self, mode: Mode, normal_force: impl FnOnce() -> f64, y: &[f64], dydt: &mut [f64]) {
+        match mode {
+            Mode::SlipForward => self.slip_rhs(1.0, normal_force(), y, dydt),
+            Mode::SlipBackward => self.slip_rhs(-1.0, normal_force(), y, dydt),
+            Mode::Stick => self.stick_rhs(y, dydt),
+            Mode::Separated => self.separated_rhs(y, dydt),
+        }
+    }
+
+    /// The Jacobian of [`Self::rates`], DIMENSION x DIMENSION, into a zeroed matrix.
+    pub fn jacobian(
+        &self,
+        mode: Mode,
+        normal_force: impl FnOnce() -> f64,
+        y: &[f64],
+        jac: &mut DMatrixViewMut<'_, f64>,
+    ) {
+        match mode {
+            Mode::SlipForward => self.slip_jacobian(1.0, normal_force(), y, jac),
+            Mode::SlipBackward => self.slip_jacobian(-1.0, normal_force(), y, jac),
+            Mode::Stick => self.stick_jacobian(y, jac),
+            Mode::Separated => self.separated_jacobian(y, jac),
+        }
     }
 
     /// Slip with sense `s` (+1 or -1), equations (2) and (3). `normal_force` F_n in N.

@@ -1,9 +1,9 @@
 //! The brake as a hybrid system: its locations, guards and smooth equations.
 
 use super::series::BrakeStepper;
-use crate::hybrid::{ClosedEnd, Direction, Dynamics, Guard, Stepper};
+use crate::hybrid::{ClosedEnd, ClosedForm, ClosedFormEngine, Direction, Dynamics, Engine, Guard, SolverKind};
 use crate::model::axial::AxialMotion;
-use crate::model::closed_form::{Breakaway, ClosedForm};
+use crate::model::closed_form::{self, Breakaway};
 use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
 use crate::model::{BreakawayTest, Mode, Parameters};
@@ -35,7 +35,7 @@ pub struct Location {
 pub struct Brake {
     pub torsion: TorsionModel,
     pub axial: AxialMotion,
-    pub closed_form: ClosedForm,
+    pub closed_form: closed_form::ClosedForm,
     /// Where there is one, sticks that are not [`Location::resolved`] move by their slower mode alone.
     pub slow_stick: Option<SlowStick>,
 }
@@ -80,7 +80,7 @@ impl Brake {
         Brake {
             torsion,
             axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
-            closed_form: ClosedForm::new(&torsion),
+            closed_form: closed_form::ClosedForm::new(&torsion),
             slow_stick: None,
         }
     }
@@ -119,26 +119,15 @@ impl Dynamics for Brake {
 
     #[inline]
     fn rhs(&self, location: &Location, t: f64, y: &[f64], dydt: &mut [f64]) {
-        match location.mode {
-            Mode::SlipForward => self.torsion.slip_rhs(1.0, self.contact_force(t), y, dydt),
-            Mode::SlipBackward => self.torsion.slip_rhs(-1.0, self.contact_force(t), y, dydt),
-            Mode::Stick => match &self.slow_stick {
-                Some(slow) if !location.resolved => slow.rhs(y, dydt),
-                _ => self.torsion.stick_rhs(y, dydt),
-            },
-            Mode::Separated => self.torsion.separated_rhs(y, dydt),
+        match &self.slow_stick {
+            Some(slow) if location.mode == Mode::Stick && !location.resolved => slow.rhs(y, dydt),
+            _ => self.torsion.rates(location.mode, || self.contact_force(t), y, dydt),
         }
     }
 
     fn jacobian(&self, location: &Location, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
-        match location.mode {
-            Mode::SlipForward => self.torsion.slip_jacobian(1.0, self.contact_force(t), y, &mut jacobian),
-            Mode::SlipBackward => self
-                .torsion
-                .slip_jacobian(-1.0, self.contact_force(t), y, &mut jacobian),
-            Mode::Stick => self.torsion.stick_jacobian(y, &mut jacobian),
-            Mode::Separated => self.torsion.separated_jacobian(y, &mut jacobian),
-        }
+        let force = || self.contact_force(t);
+        self.torsion.jacobian(location.mode, force, y, &mut jacobian);
     }
 
     fn guards(&self, location: &Location) -> &'static [Guard] {
@@ -170,32 +159,6 @@ impl Dynamics for Brake {
         }
     }
 
-    fn closed_state(&self, location: &Location, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
-        let y = torsion_state(y);
-        out.copy_from_slice(&match location.mode {
-            Mode::Stick => self.closed_form.stick(&y, tau),
-            Mode::Separated => self.closed_form.separated(&y, tau),
-            Mode::SlipForward | Mode::SlipBackward => unreachable!("slip is left to a solver"),
-        });
-    }
-
-    fn closed_end(&self, location: &Location, t: f64, y: &[f64], within: f64) -> ClosedEnd {
-        if location.mode != Mode::Stick {
-            return ClosedEnd::None;
-        }
-        match self
-            .closed_form
-            .next_breakaway(&self.axial, t, &torsion_state(y), within)
-        {
-            Breakaway::After { after, sense } => ClosedEnd::Guard {
-                after,
-                index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },
-            },
-            Breakaway::NotBefore { until } => ClosedEnd::Unknown { after: until },
-            Breakaway::NotYet | Breakaway::Never => ClosedEnd::None,
-        }
-    }
-
     fn starts_beyond(&self, location: &Location, t: f64, y: &[f64], guard: usize) -> bool {
         if guard != GUARD_STOPPING
             || location.mode.sense() == 0
@@ -221,11 +184,43 @@ impl Dynamics for Brake {
         lag > 0.0 && rise > 0.0 && deepest <= LARGEST_DIP * speed
     }
 
-    fn stepper(dynamics: Arc<Self>) -> Box<dyn Stepper<Location>> {
-        Box::new(BrakeStepper::new(dynamics))
+    fn engine(brake: &Arc<Self>, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
+        match kind {
+            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(brake.clone()))),
+            SolverKind::Series => Some(Box::new(BrakeStepper::new(brake.clone()))),
+            _ => None,
+        }
     }
 
     fn describe(&self, location: &Location) -> String {
         format!("mode {}", location.mode.name())
+    }
+}
+
+impl ClosedForm for Brake {
+    fn closed_state(&self, location: &Location, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
+        let y = torsion_state(y);
+        out.copy_from_slice(&match location.mode {
+            Mode::Stick => self.closed_form.stick(&y, tau),
+            Mode::Separated => self.closed_form.separated(&y, tau),
+            Mode::SlipForward | Mode::SlipBackward => unreachable!("slip is left to a solver"),
+        });
+    }
+
+    fn closed_end(&self, location: &Location, t: f64, y: &[f64], within: f64) -> ClosedEnd {
+        if location.mode != Mode::Stick {
+            return ClosedEnd::None;
+        }
+        match self
+            .closed_form
+            .next_breakaway(&self.axial, t, &torsion_state(y), within)
+        {
+            Breakaway::After { after, sense } => ClosedEnd::Guard {
+                after,
+                index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },
+            },
+            Breakaway::NotBefore { until } => ClosedEnd::Unknown { after: until },
+            Breakaway::NotYet | Breakaway::Never => ClosedEnd::None,
+        }
     }
 }

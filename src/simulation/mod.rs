@@ -20,7 +20,7 @@ pub use digest::{Cycle, CycleStatistics, EventDigest};
 pub use options::{FORESEEN_STEPS, Method, OutputOptions, OutputWindow, SolverOptions};
 pub use record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
-use crate::hybrid::{self, ChosenSolver, Limits, RunError, Start};
+use crate::hybrid::{self, ChosenSolver, EngineError, Limits, RunError, Start};
 use crate::model::axial::AxialMotion;
 use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::{DIMENSION, index::ROTOR_SPEED};
@@ -99,10 +99,12 @@ pub struct RunFailure {
 
 fn remedy(error: &RunError) -> &'static str {
     match error {
-        RunError::Solver { .. } | RunError::NotFinite { .. } => {
-            "; another solver.method, solver.rtol or solver.max_step may get over it"
+        RunError::Engine {
+            source: EngineError::Sundials(_),
+            ..
         }
-        RunError::Stepper { .. } => ". Try another solver.method",
+        | RunError::NotFinite { .. } => "; another solver.method, solver.rtol or solver.max_step may get over it",
+        RunError::Engine { .. } => ". Try another solver.method",
         RunError::Chattering { .. } => {
             ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
              contact.breakaway_test = \"transmitted\" is free of it"

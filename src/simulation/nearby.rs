@@ -88,14 +88,8 @@ impl Nearby {
 
     fn rates(&self, mode: Mode, t: f64, y: &TorsionState) -> TorsionState {
         let (torsion, mut rates) = (&self.brake.torsion, [0.0; DIMENSION]);
-        match mode {
-            Mode::Separated => torsion.separated_rhs(y, &mut rates),
-            Mode::Stick => torsion.stick_rhs(y, &mut rates),
-            Mode::SlipForward | Mode::SlipBackward => {
-                let force = self.brake.axial.pressing_force(t);
-                torsion.slip_rhs(f64::from(mode.sense()), force, y, &mut rates);
-            }
-        }
+        let force = || self.brake.axial.pressing_force(t);
+        torsion.rates(mode, force, y, &mut rates);
         rates
     }
 }

@@ -3,7 +3,7 @@
 use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use super::plan::Plan;
 use super::record::EventKind;
-use crate::hybrid::{ChosenSolver, Rules, Transition};
+use crate::hybrid::{ChosenSolver, Fired, Rules, Transition};
 use crate::model::axial::ContactChange;
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::slow_stick::SlowStick;
@@ -496,9 +496,9 @@ impl Rules<Brake> for BrakeRules {
         }]
     }
 
-    fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: &[usize]) -> Vec<Happening> {
+    fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: Fired) -> Vec<Happening> {
         if location.mode == Mode::Stick {
-            let mode = if fired.contains(&GUARD_FORWARD) {
+            let mode = if fired.contains(GUARD_FORWARD) {
                 Mode::SlipForward
             } else {
                 Mode::SlipBackward
@@ -513,7 +513,7 @@ impl Rules<Brake> for BrakeRules {
         let mut happenings = Vec::new();
         let mut location = *location;
         let mut state = y.to_vec();
-        if location.watch != Watch::Off && fired.contains(&GUARD_STABILITY) {
+        if location.watch != Watch::Off && fired.contains(GUARD_STABILITY) {
             let (kind, watch) = match location.watch {
                 Watch::Stable => (EventKind::Destabilised, Watch::Unstable),
                 _ => (EventKind::Restabilised, Watch::Stable),
@@ -535,7 +535,7 @@ impl Rules<Brake> for BrakeRules {
                 }
             }
         }
-        if fired.contains(&GUARD_STOPPING) && location.mode != Mode::Stick {
+        if fired.contains(GUARD_STOPPING) && location.mode != Mode::Stick {
             self.stopped_smoothly |= location.watch != Watch::Off && t < self.smooth_until;
             happenings.push(self.stop(&location, t, &state));
         }

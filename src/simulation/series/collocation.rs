@@ -2,7 +2,7 @@
 
 use super::super::brake::Brake;
 use super::{BrakeStepper, DYNAMIC, Last, STAGES, STEP_NOISE, tableau};
-use crate::hybrid::{Advance, StepperError};
+use crate::hybrid::{Advance, EngineError, Fired};
 use crate::model::torsion::{DIMENSION, TorsionState};
 use crate::series::polynomial_roots::first_falling;
 use crate::series::radau::{Attempt, Radau, StiffProblem};
@@ -62,7 +62,7 @@ impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
 
 impl BrakeStepper {
     /// A Radau step; `None` where an expansion would be cheaper.
-    pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, StepperError> {
+    pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let shortest = SHORTEST_RADAU * self.brake.torsion.natural_period();
         let weights = self.weights();
         let brake = self.brake.clone();
@@ -127,7 +127,7 @@ impl BrakeStepper {
             return Ok(Some(match fired {
                 Some(Root { index, tau, y }) => {
                     (self.tau, self.y) = (tau, y);
-                    Advance::Guard(index)
+                    Advance::Guards(Fired::one(index))
                 }
                 None => {
                     (self.tau, self.y) = (end, self.radau.stage(STAGES - 1));

@@ -3,7 +3,7 @@
 use super::super::brake::GUARD_STOPPING;
 use super::super::rules::LARGEST_HASTE;
 use super::{BrakeStepper, DYNAMIC, Last, STEP_NOISE, TERMS};
-use crate::hybrid::{Advance, StepperError};
+use crate::hybrid::{Advance, EngineError, Fired};
 use crate::model::slow_manifold::{SlowSeries, slow_momentum};
 use crate::model::torsion::{TorsionState, index::*};
 use crate::series::polynomial_roots::first_falling;
@@ -49,7 +49,7 @@ impl BrakeStepper {
     /// A step along the slow manifold, if the slip is on it, to what a step may leave beside it: the motion without the
     /// fast mode is a series of its own, and stays where it is even where the manifold is unstable. What is too large for
     /// the error of a step is left alone.
-    pub(super) fn slow_step(&mut self) -> Result<Option<Advance>, StepperError> {
+    pub(super) fn slow_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let t = self.origin + self.tau;
         let brake = self.brake.clone();
         if !brake.axial.is_silent(t) {
@@ -107,10 +107,10 @@ impl BrakeStepper {
     }
 
     /// A step of at most `longest` (s) by the expansion about where it stands.
-    pub(super) fn expansion_step(&mut self, longest: f64) -> Result<Advance, StepperError> {
+    pub(super) fn expansion_step(&mut self, longest: f64) -> Result<Advance, EngineError> {
         let unit = self.series.unit;
         if longest.is_nan() {
-            return Err(StepperError::NotFinite);
+            return Err(EngineError::NotFinite);
         }
         let left = self.span - self.tau;
         let bound = longest.min(self.max_step);
@@ -118,7 +118,7 @@ impl BrakeStepper {
         let length = if reaches { left } else { bound };
         let tau = self.tau + length;
         if tau <= self.tau {
-            return Err(StepperError::StepTooShort { step: length });
+            return Err(EngineError::StepTooShort { step: length });
         }
         let mut earliest: Option<(f64, usize)> = None;
         for (index, sign) in self.guards() {
@@ -138,7 +138,7 @@ impl BrakeStepper {
         self.tau = if earliest.is_some() { self.tau + length } else { tau };
         self.beyond = self.beyond && self.guard(GUARD_STOPPING, self.tau, &self.y) < 0.0;
         Ok(match earliest {
-            Some((_, index)) => Advance::Guard(index),
+            Some((_, index)) => Advance::Guards(Fired::one(index)),
             None if reaches => Advance::Stop,
             None => Advance::Stepped,
         })

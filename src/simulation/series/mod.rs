@@ -18,7 +18,7 @@ mod collocation;
 mod expansion;
 
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
-use crate::hybrid::{Advance, ChosenSolver, Dynamics, Stepper, StepperError};
+use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::{SlipConstants, SlipSeries};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::series::radau::Radau;
@@ -166,11 +166,12 @@ impl BrakeStepper {
     }
 }
 
-impl Stepper<Location> for BrakeStepper {
-    fn begin(&mut self, location: &Location, t: f64, y: &[f64], span: f64, chosen: &ChosenSolver) {
+impl Engine<Location> for BrakeStepper {
+    fn begin(&mut self, segment: &Segment<'_, Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+        let (location, t, y) = (&segment.location, segment.start, segment.state);
         self.location = *location;
         self.origin = t;
-        self.span = span;
+        self.span = segment.span();
         self.max_step = chosen.max_step.unwrap_or(f64::INFINITY);
         self.relative = chosen.tolerances.relative;
         self.absolute.copy_from_slice(&chosen.tolerances.absolute);
@@ -185,9 +186,10 @@ impl Stepper<Location> for BrakeStepper {
         self.accepted = (0.0, 0.0);
         self.counters = Counters::default();
         self.radau_before = self.radau.work();
+        Ok(())
     }
 
-    fn advance(&mut self) -> Result<Advance, StepperError> {
+    fn advance(&mut self) -> Result<Advance, EngineError> {
         if !self.location.resolved
             && let Some(advance) = self.slow_step()?
         {
@@ -221,24 +223,25 @@ impl Stepper<Location> for BrakeStepper {
         &self.y
     }
 
-    fn state_at(&self, tau: f64, out: &mut [f64]) {
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
         let state = match self.last {
             Last::Expansion(about) => self.series.at(&((tau - about) / self.series.unit)),
             Last::Collocation => self.radau.step().at(tau),
         };
         out.copy_from_slice(&state);
+        Ok(())
     }
 
-    fn counters(&self) -> Counters {
+    fn counters(&mut self) -> Result<Counters, EngineError> {
         let (work, before) = (self.radau.work(), self.radau_before);
         let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
-        Counters {
+        Ok(Counters {
             rhs_evaluations: self.counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
             jacobian_evaluations: jacobians,
             linear_solver_setups: jacobians,
             nonlinear_iterations: work.iterations - before.iterations,
             nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
             ..self.counters
-        }
+        })
     }
 }

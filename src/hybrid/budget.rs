@@ -1,0 +1,162 @@
+//! What ends a run that does not get on: budgets of events and steps, chattering, and a pace that comes to nothing.
+
+use super::RunError;
+use std::collections::VecDeque;
+
+/// So many steps and restarts in a row that do not move the time by its rounding at the end are a standstill.
+const STANDSTILL: u32 = 10_000;
+
+/// Steps over which the pace of a run is taken,
+pub(super) const STRIDE: u32 = 100_000;
+
+/// of which a stretch of closed form that is searched in vain is worth so many,
+const SEARCH: u32 = 5000;
+
+/// and restarts are steps, too: a run of many short segments may be faster later, and is given more.
+const MOST_RESTARTS: f64 = 1e10;
+
+/// What ends a run that does not get on.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// Most counted transitions.
+    pub max_events: usize,
+    /// This many counted transitions within [`Rules::chatter_window`] are chattering.
+    pub chatter_count: usize,
+    /// Most steps of the solvers.
+    pub max_steps: Option<u64>,
+    /// A segment whose pace would take it more steps than this is ended.
+    pub foreseen_steps: Option<f64>,
+}
+
+/// Counts what a run does, and ends one that does not get on.
+pub(super) struct Budget {
+    limits: Limits,
+    end_time: f64,
+    /// Counted transitions, and the times of the last of them.
+    transitions: usize,
+    recent: VecDeque<f64>,
+    /// All steps.
+    steps: u64,
+    /// The last time that the run has come on to, and steps and restarts since.
+    came_to: f64,
+    idle: u32,
+    /// Where the present stride began, its steps and restarts, and whether the segment is another one since.
+    from: f64,
+    taken: u32,
+    restarted: bool,
+}
+
+/// Where a run is, for messages.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub(super) time: f64,
+    pub(super) describe: &'a dyn Fn() -> String,
+}
+
+impl Budget {
+    pub(super) fn new(limits: Limits, start: f64, end_time: f64) -> Self {
+        Budget {
+            limits,
+            end_time,
+            transitions: 0,
+            recent: VecDeque::with_capacity(limits.chatter_count + 1),
+            steps: 0,
+            came_to: start,
+            idle: 0,
+            from: start,
+            taken: 0,
+            restarted: false,
+        }
+    }
+
+    /// Counts a transition, of which [`Limits::chatter_count`] within `window` (s) are chattering.
+    pub(super) fn transition(&mut self, place: Place<'_>, window: f64, guard: &str) -> Result<(), RunError> {
+        self.transitions += 1;
+        if self.transitions > self.limits.max_events {
+            return Err(RunError::TooManyEvents {
+                time: place.time,
+                budget: self.limits.max_events,
+                location: (place.describe)(),
+                guard: guard.to_owned(),
+            });
+        }
+        self.recent.push_back(place.time);
+        if self.recent.len() > self.limits.chatter_count {
+            self.recent.pop_front();
+            let taken = place.time - self.recent[0];
+            if taken < window {
+                return Err(RunError::Chattering {
+                    time: place.time,
+                    count: self.recent.len(),
+                    window: taken,
+                    location: (place.describe)(),
+                    guard: guard.to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts a step of a segment that ends at `stop`.
+    pub(super) fn step(&mut self, place: Place<'_>, stop: f64, solver: &'static str) -> Result<(), RunError> {
+        self.steps += 1;
+        if let Some(budget) = self.limits.max_steps.filter(|&budget| self.steps > budget) {
+            return Err(RunError::TooManySteps {
+                time: place.time,
+                budget,
+                location: (place.describe)(),
+            });
+        }
+        self.get_on(place, stop, solver, 1)
+    }
+
+    /// Counts the end of a segment, or what is done at an instant.
+    pub(super) fn restart(&mut self, place: Place<'_>) -> Result<(), RunError> {
+        self.restarted = true;
+        self.get_on(place, self.end_time, "the solvers", 1)
+    }
+
+    /// Counts a stretch of closed form, up to `stop` at most, that was searched in vain.
+    pub(super) fn search(&mut self, place: Place<'_>, stop: f64) -> Result<(), RunError> {
+        self.get_on(place, stop, "the search for a breakaway", SEARCH)
+    }
+
+    /// Ends a run that does not come on; `taken` says how many steps it has taken for this.
+    fn get_on(&mut self, place: Place<'_>, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
+        if place.time > self.came_to + f64::EPSILON * self.end_time {
+            (self.came_to, self.idle) = (place.time, 0);
+        } else {
+            self.idle += 1;
+        }
+        if self.idle > STANDSTILL {
+            return Err(RunError::Standstill {
+                time: self.came_to,
+                location: (place.describe)(),
+                why: format!("{STANDSTILL} steps and restarts in a row have not moved the time"),
+            });
+        }
+        self.taken += taken;
+        if self.taken < STRIDE {
+            return Ok(());
+        }
+        let covered = place.time - self.from;
+        let foreseen = self.limits.foreseen_steps;
+        let (ahead, most) = if self.restarted {
+            (self.end_time - place.time, foreseen.map(|_| MOST_RESTARTS))
+        } else {
+            (stop - place.time, foreseen)
+        };
+        (self.from, self.taken, self.restarted) = (place.time, 0, false);
+        match most {
+            Some(most) if ahead * f64::from(STRIDE) > covered * most => Err(RunError::NoProgress {
+                time: place.time,
+                location: (place.describe)(),
+                solver,
+                covered,
+                ahead,
+                most,
+            }),
+            _ => Ok(()),
+        }
+    }
+}

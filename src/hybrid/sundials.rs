@@ -1,0 +1,301 @@
+//! Segments by the solvers of SUNDIALS.
+
+use super::dips::Dips;
+use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
+use crate::sundials::{
+    Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Integrator, OdeSystem, Outcome, SolverError, Stepping, Task,
+};
+use nalgebra::DMatrixViewMut;
+use std::sync::Arc;
+
+/// Newton's method on a root ends after so many rounds.
+const MOST_REFINEMENTS: usize = 4;
+
+/// A location's equations on the segment's own clock, as the solver sees them.
+struct Flow<D: Dynamics> {
+    dynamics: Arc<D>,
+    location: D::Location,
+    /// Time of the segment's start.
+    origin: f64,
+    /// How long guards count as being on their allowed side, s.
+    settling: f64,
+}
+
+impl<D: Dynamics> OdeSystem for Flow<D> {
+    fn dimension(&self) -> usize {
+        self.dynamics.dimension()
+    }
+
+    fn rhs(&mut self, tau: f64, y: &[f64], dydt: &mut [f64]) {
+        self.dynamics.rhs(&self.location, self.origin + tau, y, dydt);
+    }
+
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+
+    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
+        self.dynamics.jacobian(&self.location, self.origin + tau, y, jacobian);
+    }
+
+    fn roots(&mut self, tau: f64, y: &[f64], values: &mut [f64]) {
+        self.dynamics.guard_values(&self.location, self.origin + tau, y, values);
+        if tau <= self.settling {
+            for (index, (value, guard)) in values.iter_mut().zip(self.dynamics.guards(&self.location)).enumerate() {
+                let beyond = self.dynamics.starts_beyond(&self.location, self.origin, y, index);
+                match guard.direction {
+                    Direction::Falling if beyond => *value = value.min(-f64::MIN_POSITIVE),
+                    Direction::Rising if beyond => *value = value.max(f64::MIN_POSITIVE),
+                    Direction::Falling => *value = value.max(f64::MIN_POSITIVE),
+                    Direction::Rising => *value = value.min(-f64::MIN_POSITIVE),
+                    Direction::Either => {}
+                }
+            }
+        }
+    }
+}
+
+type DynIntegrator<D> = dyn Integrator<System = Flow<D>> + Send;
+
+/// A solver with the step that it has taken last.
+///
+/// A multistep method carries a polynomial of its own order. The dense output of ARKODE's one-step methods is of degree
+/// 5 at most, far below a method of order 8; there the step is taken again, up to the time that is wanted, by a second
+/// solver of the kind.
+pub(super) struct LastStep<D: Dynamics> {
+    solver: Box<DynIntegrator<D>>,
+    probe: Option<Box<DynIntegrator<D>>>,
+    /// Where the step starts, on the segment's clock, and the state there.
+    start: f64,
+    start_state: Vec<f64>,
+}
+
+impl<D: Dynamics> LastStep<D> {
+    /// Where the step starts, on the segment's clock.
+    pub(super) fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// The state there.
+    pub(super) fn start_state(&self) -> &[f64] {
+        &self.start_state
+    }
+
+    /// The state at `tau` within the step.
+    pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), SolverError> {
+        let Some(probe) = &mut self.probe else {
+            return self.solver.interpolate(tau.min(self.solver.time()), 0, out);
+        };
+        let span = tau - self.start;
+        if span <= 8.0 * f64::EPSILON * tau {
+            out.copy_from_slice(&self.start_state);
+            return Ok(());
+        }
+        probe.restart(self.start, &self.start_state)?;
+        probe.set_initial_step(Some(span))?;
+        probe.set_stop_time(Some(tau))?;
+        while probe.advance(tau, Task::OneStep)? != Outcome::StopTime {}
+        out.copy_from_slice(probe.state());
+        Ok(())
+    }
+}
+
+/// See the module.
+pub(super) struct SundialsEngine<D: Dynamics> {
+    dynamics: Arc<D>,
+    step: LastStep<D>,
+    dips: Dips,
+    location: D::Location,
+    origin: f64,
+    span: f64,
+    tau: f64,
+    state: Vec<f64>,
+    /// Scratch of the guards' values, the rates, and a state near by.
+    values: Vec<f64>,
+    ahead: Vec<f64>,
+    rates: Vec<f64>,
+    moved: Vec<f64>,
+}
+
+impl<D: Dynamics> SundialsEngine<D> {
+    /// A solver as `chosen`, made at the start of `segment`, which it has yet to begin.
+    pub(super) fn new(
+        dynamics: Arc<D>,
+        chosen: &ChosenSolver,
+        segment: &Segment<'_, D::Location>,
+    ) -> Result<Self, EngineError> {
+        let flow = || Flow {
+            dynamics: dynamics.clone(),
+            location: segment.location,
+            origin: segment.start,
+            settling: 0.0,
+        };
+        let one_step = matches!(chosen.kind, SolverKind::Erk(_) | SolverKind::Esdirk(_));
+        let probe = one_step.then(|| create(chosen, flow(), segment.state)).transpose()?;
+        let step = LastStep {
+            solver: create(chosen, flow(), segment.state)?,
+            probe,
+            start: 0.0,
+            start_state: segment.state.to_vec(),
+        };
+        let state = segment.state.to_vec();
+        Ok(SundialsEngine {
+            dips: Dips::new(&*dynamics, &segment.location),
+            location: segment.location,
+            origin: segment.start,
+            span: segment.span(),
+            tau: 0.0,
+            values: Vec::new(),
+            ahead: Vec::new(),
+            rates: state.clone(),
+            moved: state.clone(),
+            state,
+            step,
+            dynamics,
+        })
+    }
+
+    /// The root that the solver has found in its last step, to the accuracy of the method; leaves the state there in
+    /// `self.state` and returns its time.
+    ///
+    /// Without a probe that is what the solver returned. With one it is Newton's method on the repeated step, from the
+    /// root of the dense output.
+    fn refine_root(&mut self, guard: usize) -> Result<f64, SolverError> {
+        let mut tau = self.step.solver.time();
+        self.state.copy_from_slice(self.step.solver.state());
+        if self.step.probe.is_none() {
+            return Ok(tau);
+        }
+        let end = self.step.solver.mesh_time()?;
+        let guards = self.dynamics.guards(&self.location).len();
+        self.values.resize(guards, 0.0);
+        self.ahead.resize(guards, 0.0);
+        for _ in 0..MOST_REFINEMENTS {
+            self.step.state_at(tau, &mut self.state)?;
+            let (t, dynamics, location) = (self.origin + tau, &self.dynamics, &self.location);
+            dynamics.guard_values(location, t, &self.state, &mut self.values);
+            dynamics.rhs(location, t, &self.state, &mut self.rates);
+            // The guard's derivative along the flow, by a step far shorter than any time scale of the solution.
+            let probe_step = 1e-6 * (end - self.step.start());
+            for (y, (state, rate)) in self.moved.iter_mut().zip(self.state.iter().zip(&self.rates)) {
+                *y = state + probe_step * rate;
+            }
+            dynamics.guard_values(location, t + probe_step, &self.moved, &mut self.ahead);
+            let slope = (self.ahead[guard] - self.values[guard]) / probe_step;
+            let next = tau - self.values[guard] / slope;
+            // A slope of nothing, or a correction out of the step: the root is a grazing one, and stays where it is.
+            if !(next > self.step.start() && next <= end) {
+                break;
+            }
+            let change = (next - tau).abs();
+            if change <= 4.0 * f64::EPSILON * end {
+                break;
+            }
+            tau = next;
+        }
+        Ok(tau)
+    }
+}
+
+impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
+    fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+        (self.location, self.origin, self.span) = (segment.location, segment.start, segment.span());
+        self.tau = 0.0;
+        self.state.copy_from_slice(segment.state);
+        let step = &mut self.step;
+        step.start = 0.0;
+        step.start_state.copy_from_slice(segment.state);
+        for solver in std::iter::once(&mut step.solver).chain(step.probe.as_mut()) {
+            let flow = solver.system_mut();
+            flow.location = segment.location;
+            flow.origin = segment.start;
+            flow.settling = match chosen.kind {
+                SolverKind::Cvode { settling, .. } => settling,
+                _ => 0.0,
+            };
+            solver.set_tolerances(&chosen.tolerances)?;
+        }
+        let crossings: Vec<Direction> = self
+            .dynamics
+            .guards(&segment.location)
+            .iter()
+            .map(|guard| guard.direction)
+            .collect();
+        step.solver.restart(0.0, segment.state)?;
+        step.solver.set_crossings(&crossings)?;
+        step.solver.set_max_step(chosen.max_step)?;
+        step.solver.set_stop_time(Some(self.span))?;
+        self.dips = Dips::new(&*self.dynamics, &segment.location);
+        Ok(())
+    }
+
+    fn advance(&mut self) -> Result<Advance, EngineError> {
+        if self.tau > 0.0 {
+            self.step.start = self.tau;
+            self.step.start_state.copy_from_slice(&self.state);
+        }
+        let outcome = self.step.solver.advance(self.span, Task::OneStep)?;
+        let mut advance = Advance::Stepped;
+        if outcome == Outcome::Roots {
+            let fired = Fired::by_index(self.step.solver.crossings_found().iter().map(Option::is_some));
+            self.tau = self.refine_root(fired.first())?;
+            advance = Advance::Guards(fired);
+        } else {
+            self.tau = self.step.solver.time();
+            self.state.copy_from_slice(self.step.solver.state());
+            if self.tau >= self.span {
+                advance = Advance::Stop;
+            }
+        }
+        let dip = self.dips.in_step(
+            &*self.dynamics,
+            &self.location,
+            &mut self.step,
+            self.origin,
+            (self.tau, &self.state),
+        )?;
+        if let Some(dip) = dip {
+            self.tau = dip.time;
+            self.step.state_at(self.tau, &mut self.state)?;
+            advance = Advance::Guards(Fired::one(dip.guard));
+        }
+        Ok(advance)
+    }
+
+    fn time(&self) -> f64 {
+        self.tau
+    }
+
+    fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+        Ok(self.step.state_at(tau.min(self.tau), out)?)
+    }
+
+    fn counters(&mut self) -> Result<Counters, EngineError> {
+        Ok(self.step.solver.counters()?)
+    }
+}
+
+fn create<D: Dynamics>(chosen: &ChosenSolver, flow: Flow<D>, y: &[f64]) -> Result<Box<DynIntegrator<D>>, EngineError> {
+    let tolerances = &chosen.tolerances;
+    Ok(match chosen.kind {
+        SolverKind::CvodeBdf { max_order } => {
+            let options = CvodeOptions {
+                max_order: Some(max_order),
+                ..CvodeOptions::BDF
+            };
+            Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?)
+        }
+        SolverKind::CvodeAdams => Box::new(Cvode::new(flow, CvodeOptions::ADAMS, 0.0, y, tolerances)?),
+        SolverKind::Cvode { options, .. } => Box::new(Cvode::new(flow, options, 0.0, y, tolerances)?),
+        SolverKind::Erk(table) => {
+            let stepping = chosen.fixed_step.map_or_else(Stepping::default, Stepping::fixed);
+            Box::new(Erk::new(flow, ErkOptions { table, stepping }, 0.0, y, tolerances)?)
+        }
+        SolverKind::Esdirk(table) => Box::new(Esdirk::new(flow, table, 0.0, y, tolerances)?),
+        SolverKind::ClosedForm | SolverKind::Series => return Err(EngineError::Missing),
+    })
+}
