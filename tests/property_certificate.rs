@@ -104,3 +104,36 @@ fn property_long_trajectories_are_thinned() {
     // The end is a row, whether or not it is a third one.
     assert!((83_334..=83_335).contains(&taken), "{taken}");
 }
+
+/// A weak early kick, of which little is left at the instability: the crossing of the margin on the way to the onset is as
+/// much noise as the onset, and the multiprecision solution has none.
+#[test]
+fn property_an_event_without_an_uncertainty_is_not_converged() {
+    let settings = [
+        "initial.speed=3.9767",
+        "friction={breakaway=0.5684, low_speed=0.5684, high_speed=0.3669, decay=3.275}",
+        "torsion={rotor_inertia=2.2616, surface_inertia=0.002788, stiffness=8184552.5, damping=64.955}",
+        "actuation={profile=\"ramp\", force=2889.3, rise_time=0.1867}",
+        "perturbation=[{time=0.188993, relative_velocity=-7.028369e-5}]",
+        "output={end_time=0.7697, interval=0.05}",
+    ];
+    let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
+    let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let mut recorder = MemoryRecorder::default();
+    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    let certificate = certify(&case, &recorder, &|| false).unwrap();
+    assert_eq!(certificate.verdict, Verdict::NoiseDetermined);
+    let converged = |e: &&stickslip::analysis::certificate::CertifiedEvent| e.verdict == Verdict::Converged;
+    assert!(
+        certificate
+            .events
+            .iter()
+            .filter(converged)
+            .all(|e| e.uncertainty.is_finite())
+    );
+    let kinds: Vec<&str> = certificate.events.iter().filter(converged).map(|e| e.kind).collect();
+    assert_eq!(kinds, ["corner", "kick", "destabilised"]);
+}

@@ -374,7 +374,17 @@ fn judge(
             if lost.is_none() && noise && of_margin && grown > GROWN_NOISE {
                 lost = Some(Verdict::NoiseDetermined);
             }
-            let verdict = lost.unwrap_or(Verdict::Converged);
+            // An event outside the mode word that the witnesses do not have, or not within half a period, is no result.
+            let placed = seen >= LEAST_WITNESSES && uncertainty <= 0.5 * period;
+            let mut alone = None;
+            if lost.is_none() && !event.kind.in_mode_word() && !timed && !placed {
+                if noise {
+                    lost = Some(Verdict::NoiseDetermined);
+                } else {
+                    alone = Some(Verdict::SequenceDiffers);
+                }
+            }
+            let verdict = lost.or(alone).unwrap_or(Verdict::Converged);
             let uncertainty = match verdict {
                 // Set by the case: known but for the rounding of the number.
                 _ if timed => f64::EPSILON * event.time,

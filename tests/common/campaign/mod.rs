@@ -130,6 +130,9 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
             continue;
         }
         let what = format!("{} at {:?}", event.kind.name(), event.time);
+        if !certified.uncertainty.is_finite() {
+            outcome.faults.push(format!("{what}: converged, to nobody knows what"));
+        }
         let Some(error) = own[position] else {
             outcome.faults.push(format!("{what}: the oracle has none"));
             continue;
