@@ -129,13 +129,6 @@ impl<P: Problem> Dynamics for Block<P> {
             }
         }
     }
-
-    fn engine(block: &Arc<Self>, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
-        match kind {
-            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(block.clone()))),
-            _ => None,
-        }
-    }
 }
 
 impl<P: Problem> ClosedForm for Block<P> {
@@ -210,6 +203,13 @@ impl<P: Problem> Rules<Block<P>> for BlockRules<P> {
             location,
             state,
         }]
+    }
+
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
+        match kind {
+            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.block.clone()))),
+            _ => None,
+        }
     }
 
     fn solver(&self, location: &Location) -> ChosenSolver {

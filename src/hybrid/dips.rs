@@ -4,7 +4,7 @@
 //! The two tangents bound from below what a convex guard can fall to; where they reach the boundary, the dip is looked
 //! at on the states inside the step.
 
-use super::sundials::LastStep;
+use super::last_step::LastStep;
 use super::{Direction, Dynamics};
 use crate::sundials::SolverError;
 

@@ -1,7 +1,7 @@
 //! What advances a segment: one interface for SUNDIALS, closed forms, and a model's own methods.
 
 use super::sundials::SundialsEngine;
-use super::{ChosenSolver, Dynamics};
+use super::{ChosenSolver, Dynamics, Rules};
 use crate::sundials::{Counters, SolverError};
 use std::sync::Arc;
 
@@ -132,12 +132,13 @@ impl<D: Dynamics> Engines<D> {
         &mut self,
         chosen: &ChosenSolver,
         segment: &Segment<'_, D::Location>,
+        rules: &impl Rules<D>,
     ) -> Result<Box<dyn Engine<D::Location>>, EngineError> {
         let same = |made: &ChosenSolver| made.kind == chosen.kind && made.fixed_step == chosen.fixed_step;
         if let Some(position) = self.made.iter().position(|(made, _)| same(made)) {
             return Ok(self.made.swap_remove(position).1);
         }
-        match D::engine(&self.dynamics, &chosen.kind) {
+        match rules.engine(&chosen.kind) {
             Some(own) => Ok(own),
             None => Ok(Box::new(SundialsEngine::new(self.dynamics.clone(), chosen, segment)?)),
         }

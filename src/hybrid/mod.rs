@@ -19,6 +19,7 @@ mod closed_form;
 mod dips;
 mod engine;
 mod error;
+mod last_step;
 mod run;
 mod solver;
 mod sundials;
@@ -33,7 +34,6 @@ pub use solver::{ChosenSolver, SolverKind};
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 pub use crate::sundials::Direction;
 
@@ -67,14 +67,6 @@ pub trait Dynamics: Send + Sync + 'static {
     /// once it has come back: for models in which a location may be entered against its own guard.
     fn starts_beyond(&self, _location: &Self::Location, _t: f64, _y: &[f64], _guard: usize) -> bool {
         false
-    }
-
-    /// The model's own engine of this kind; `None` where it has none, and for the solvers of SUNDIALS.
-    fn engine(_dynamics: &Arc<Self>, _kind: &SolverKind) -> Option<Box<dyn Engine<Self::Location>>>
-    where
-        Self: Sized,
-    {
-        None
     }
 
     /// The location in words, for messages.
@@ -114,6 +106,11 @@ pub trait Rules<D: Dynamics> {
 
     /// Which solver integrates a location, with which tolerances and step bound.
     fn solver(&self, location: &D::Location) -> ChosenSolver;
+
+    /// The model's own engine for [`Self::solver`]; `None` where it has none, and for the solvers of SUNDIALS.
+    fn engine(&self, _kind: &SolverKind) -> Option<Box<dyn Engine<D::Location>>> {
+        None
+    }
 
     /// Whether a transition counts against the budget and for the chattering test.
     fn counts(&self, kind: &Self::Kind) -> bool;

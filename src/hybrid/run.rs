@@ -121,7 +121,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 break;
             }
             let location = self.location;
-            let searched = match self.segment::<R>(&rules.solver(&location), stop)? {
+            let searched = match self.segment(rules, stop)? {
                 SegmentEnd::Stop => false,
                 SegmentEnd::Searched => true,
                 SegmentEnd::Interrupted => return Ok(true),
@@ -149,19 +149,20 @@ impl<D: Dynamics, O> Run<'_, D, O> {
     }
 
     /// One segment, with its report.
-    fn segment<R>(&mut self, chosen: &ChosenSolver, stop: f64) -> Result<SegmentEnd, RunError>
+    fn segment<R>(&mut self, rules: &R, stop: f64) -> Result<SegmentEnd, RunError>
     where
         R: Rules<D>,
         O: Observer<D::Location, R::Kind>,
     {
         let (start, location, state) = (self.time, self.location, self.state.clone());
+        let chosen = &rules.solver(&location);
         let segment = Segment {
             location,
             start,
             stop,
             state: &state,
         };
-        let engine = self.engines.take(chosen, &segment);
+        let engine = self.engines.take(chosen, &segment, rules);
         let (end, counters) = match engine.map_err(|source| self.failed(chosen, start, source)) {
             Ok(mut engine) => {
                 let end = self.advance::<R>(&mut *engine, &segment, chosen);

@@ -19,7 +19,7 @@ pub enum SolverKind {
     Esdirk(EsdirkTable),
     /// [`ClosedForm`](super::ClosedForm).
     ClosedForm,
-    /// The model's own, see [`Dynamics::engine`](super::Dynamics::engine).
+    /// The model's own, see [`Rules::engine`](super::Rules::engine).
     Series,
 }
 

@@ -1,104 +1,13 @@
 //! Segments by the solvers of SUNDIALS.
 
 use super::dips::Dips;
+use super::last_step::{DynIntegrator, Flow, LastStep};
 use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
-use crate::sundials::{
-    Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Integrator, OdeSystem, Outcome, SolverError, Stepping, Task,
-};
-use nalgebra::DMatrixViewMut;
+use crate::sundials::{Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Outcome, SolverError, Stepping, Task};
 use std::sync::Arc;
 
 /// Newton's method on a root ends after so many rounds.
 const MOST_REFINEMENTS: usize = 4;
-
-/// A location's equations on the segment's own clock, as the solver sees them.
-struct Flow<D: Dynamics> {
-    dynamics: Arc<D>,
-    location: D::Location,
-    /// Time of the segment's start.
-    origin: f64,
-    /// How long guards count as being on their allowed side, s.
-    settling: f64,
-}
-
-impl<D: Dynamics> OdeSystem for Flow<D> {
-    fn dimension(&self) -> usize {
-        self.dynamics.dimension()
-    }
-
-    fn rhs(&mut self, tau: f64, y: &[f64], dydt: &mut [f64]) {
-        self.dynamics.rhs(&self.location, self.origin + tau, y, dydt);
-    }
-
-    fn has_jacobian(&self) -> bool {
-        true
-    }
-
-    fn jacobian(&mut self, tau: f64, y: &[f64], _dydt: &[f64], jacobian: DMatrixViewMut<'_, f64>) {
-        self.dynamics.jacobian(&self.location, self.origin + tau, y, jacobian);
-    }
-
-    fn roots(&mut self, tau: f64, y: &[f64], values: &mut [f64]) {
-        self.dynamics.guard_values(&self.location, self.origin + tau, y, values);
-        if tau <= self.settling {
-            for (index, (value, guard)) in values.iter_mut().zip(self.dynamics.guards(&self.location)).enumerate() {
-                let beyond = self.dynamics.starts_beyond(&self.location, self.origin, y, index);
-                match guard.direction {
-                    Direction::Falling if beyond => *value = value.min(-f64::MIN_POSITIVE),
-                    Direction::Rising if beyond => *value = value.max(f64::MIN_POSITIVE),
-                    Direction::Falling => *value = value.max(f64::MIN_POSITIVE),
-                    Direction::Rising => *value = value.min(-f64::MIN_POSITIVE),
-                    Direction::Either => {}
-                }
-            }
-        }
-    }
-}
-
-type DynIntegrator<D> = dyn Integrator<System = Flow<D>> + Send;
-
-/// A solver with the step that it has taken last.
-///
-/// A multistep method carries a polynomial of its own order. The dense output of ARKODE's one-step methods is of degree
-/// 5 at most, far below a method of order 8; there the step is taken again, up to the time that is wanted, by a second
-/// solver of the kind.
-pub(super) struct LastStep<D: Dynamics> {
-    solver: Box<DynIntegrator<D>>,
-    probe: Option<Box<DynIntegrator<D>>>,
-    /// Where the step starts, on the segment's clock, and the state there.
-    start: f64,
-    start_state: Vec<f64>,
-}
-
-impl<D: Dynamics> LastStep<D> {
-    /// Where the step starts, on the segment's clock.
-    pub(super) fn start(&self) -> f64 {
-        self.start
-    }
-
-    /// The state there.
-    pub(super) fn start_state(&self) -> &[f64] {
-        &self.start_state
-    }
-
-    /// The state at `tau` within the step.
-    pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), SolverError> {
-        let Some(probe) = &mut self.probe else {
-            return self.solver.interpolate(tau.min(self.solver.time()), 0, out);
-        };
-        let span = tau - self.start;
-        if span <= 8.0 * f64::EPSILON * tau {
-            out.copy_from_slice(&self.start_state);
-            return Ok(());
-        }
-        probe.restart(self.start, &self.start_state)?;
-        probe.set_initial_step(Some(span))?;
-        probe.set_stop_time(Some(tau))?;
-        while probe.advance(tau, Task::OneStep)? != Outcome::StopTime {}
-        out.copy_from_slice(probe.state());
-        Ok(())
-    }
-}
 
 /// See the module.
 pub(super) struct SundialsEngine<D: Dynamics> {

@@ -1,14 +1,12 @@
 //! The brake as a hybrid system: its locations, guards and smooth equations.
 
-use super::series::BrakeStepper;
-use crate::hybrid::{ClosedEnd, ClosedForm, ClosedFormEngine, Direction, Dynamics, Engine, Guard, SolverKind};
+use crate::hybrid::{ClosedEnd, ClosedForm, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{self, Breakaway};
 use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
 use crate::model::{BreakawayTest, Mode, Parameters};
 use nalgebra::DMatrixViewMut;
-use std::sync::Arc;
 
 /// Whether the stability of steady sliding is watched: it is until the first stick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -182,14 +180,6 @@ impl Dynamics for Brake {
             sense * (torsion.transmitted_torque(&rates) - torsion.sliding_torque_rate(sense, y, &rates, pressing));
         let deepest = lag * lag / (torsion.torsion.surface_inertia * rise);
         lag > 0.0 && rise > 0.0 && deepest <= LARGEST_DIP * speed
-    }
-
-    fn engine(brake: &Arc<Self>, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
-        match kind {
-            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(brake.clone()))),
-            SolverKind::Series => Some(Box::new(BrakeStepper::new(brake.clone()))),
-            _ => None,
-        }
     }
 
     fn describe(&self, location: &Location) -> String {

@@ -3,7 +3,8 @@
 use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use super::plan::Plan;
 use super::record::EventKind;
-use crate::hybrid::{ChosenSolver, Fired, Rules, Transition};
+use super::series::BrakeStepper;
+use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
 use crate::model::axial::ContactChange;
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::slow_stick::SlowStick;
@@ -544,6 +545,14 @@ impl Rules<Brake> for BrakeRules {
 
     fn solver(&self, location: &Location) -> ChosenSolver {
         self.plan.solver(location)
+    }
+
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
+        match kind {
+            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.brake.clone()))),
+            SolverKind::Series => Some(Box::new(BrakeStepper::new(self.brake.clone()))),
+            _ => None,
+        }
     }
 
     fn counts(&self, kind: &EventKind) -> bool {
