@@ -7,10 +7,11 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::path::Path;
-use stickslip::analysis::compare::{Mapping, Reference};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::compare::{Mapping, Reference};
+use stickslip::record::Recorder;
 use stickslip::results::{ForeignFile, Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
-use stickslip::simulation::{OutputWindow, Recorder, simulate};
+use stickslip::simulation::{OutputWindow, simulate};
 
 const SAMPLES: usize = 4_000_000;
 

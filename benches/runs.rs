@@ -8,10 +8,8 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::{Actuation, KickTime, Mode, Parameters};
-use stickslip::simulation::{
-    Event, EventKind, Method, NoRecorder, OutputOptions, Recorder, RecorderError, Sample, Segment, SolverOptions,
-    simulate,
-};
+use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
+use stickslip::simulation::{Method, OutputOptions, SolverOptions, simulate};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 
 /// The paper's case without samples, to `end_time`.

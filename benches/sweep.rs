@@ -6,8 +6,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
+use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::results::{Overwrite, SweepHeader};
-use stickslip::simulation::{Event, EventKind, Recorder, RecorderError, Sample, Segment, simulate};
+use stickslip::simulation::simulate;
 use stickslip::sweep::{
     Existing, Journal, Outcome, Study, StudySource, SweepOptions, journal_path, run_points, sweep, without_a_file,
 };

@@ -8,7 +8,8 @@ use std::ops::ControlFlow;
 
 use stickslip::analysis::StickSlip;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::simulation::{EventKind, MemoryRecorder, simulate};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let source = CaseSource::built_in("paper")?;

@@ -5,7 +5,8 @@ use common::rigid_growth::rigid_growth;
 use common::{output, run, truth};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::model::{Actuation, Kick, KickTime, Parameters};
-use stickslip::simulation::{EventKind, SolverOptions};
+use stickslip::record::EventKind;
+use stickslip::simulation::SolverOptions;
 
 fn growth(parameters: &Parameters, end: f64) -> (Growth, Summary, f64) {
     let (recorder, report) = run(parameters, &SolverOptions::default(), &output(end, end));

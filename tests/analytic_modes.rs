@@ -9,7 +9,7 @@ use stickslip::analysis::modes::{Eigenmode, OnsetDecision, Stability, StateModes
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::torsion::TorsionModel;
 use stickslip::model::{BreakawayTest, Contact, Friction, Torsion};
-use stickslip::simulation::EventKind;
+use stickslip::record::EventKind;
 
 fn case(name: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();

@@ -5,9 +5,8 @@ use common::linear_brake::LinearBrake;
 use common::{mode_word, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource, builtin};
 use stickslip::model::{Actuation, Friction, Kick, KickTime, Mode, Parameters};
-use stickslip::simulation::{
-    EventKind, MemoryRecorder, Method, OutputOptions, OutputWindow, Sample, SolverOptions, State,
-};
+use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
+use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
 /// The default relative tolerance.
 fn rtol() -> f64 {

@@ -5,7 +5,7 @@ mod cli_common;
 use cli_common::{Folder, json, output};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::Mode;
-use stickslip::simulation::EventKind;
+use stickslip::record::EventKind;
 
 /// What someone may try, each with the events that it must have, or cannot have.
 const ODD: &[(&str, &[&str])] = &[
@@ -154,9 +154,8 @@ fn judge(name: &str, folder: &Folder) {
     }
 
     // Energy: 1e-11 of what is at stake is a thousand times what the default method leaves open.
-    let largest = |f: fn(&stickslip::simulation::Channels) -> f64| {
-        samples.iter().map(|s| f(&s.channels).abs()).fold(0.0, f64::max)
-    };
+    let largest =
+        |f: fn(&stickslip::record::Channels) -> f64| samples.iter().map(|s| f(&s.channels).abs()).fold(0.0, f64::max);
     let stake = largest(|c| c.energy_kinetic).max(largest(|c| c.work_applied));
     assert!(
         largest(|c| c.energy_residual) <= 1e-11 * stake,
@@ -164,7 +163,7 @@ fn judge(name: &str, folder: &Folder) {
         largest(|c| c.energy_residual)
     );
     for pair in samples.windows(2) {
-        let lost = |f: fn(&stickslip::simulation::Channels) -> f64| f(&pair[1].channels) - f(&pair[0].channels);
+        let lost = |f: fn(&stickslip::record::Channels) -> f64| f(&pair[1].channels) - f(&pair[0].channels);
         assert!(
             lost(|c| c.dissipated_friction) >= -1e-11 * stake,
             "{name} at {}",

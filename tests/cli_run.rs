@@ -4,8 +4,8 @@ mod cli_common;
 
 use cli_common::{Folder, json, output, refusal};
 use predicates::prelude::*;
+use stickslip::record::{Event, EventKind};
 use stickslip::results::Status;
-use stickslip::simulation::{Event, EventKind};
 
 /// Without arguments it is the paper's brake, into paper.h5.
 #[test]

@@ -11,8 +11,9 @@ use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::{Actuation, Mode, Parameters};
 use stickslip::oracle::{self, ExactParameters, Number, OracleOptions, OracleReport, OracleState, nearest_double};
+use stickslip::record::{Event, MemoryRecorder, Sample};
 use stickslip::simulation::nearby::columns;
-use stickslip::simulation::{Event, MemoryRecorder, Sample, simulate};
+use stickslip::simulation::simulate;
 
 /// Rows of a stretch that are held against the oracle.
 const ROWS: usize = 12;

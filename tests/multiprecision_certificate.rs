@@ -8,7 +8,8 @@ use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
 use stickslip::analysis::exact::{certify_exactly, last_word};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::simulation::{Event, EventKind, MemoryRecorder, simulate};
+use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
     let case = Case::parse(source, overrides).unwrap();

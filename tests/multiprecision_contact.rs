@@ -6,7 +6,8 @@ use common::random_brakes::{difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::oracle::OracleEvent;
-use stickslip::simulation::{Event, EventKind, MemoryRecorder, simulate};
+use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 /// The events of a run and of the oracle, of `paper-si` with these changes.
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {

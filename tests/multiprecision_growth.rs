@@ -5,7 +5,8 @@ use common::{output, run, solver, truth};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::model::torsion::TorsionModel;
 use stickslip::model::{Kick, KickTime};
-use stickslip::simulation::{EventKind, Method, SolverOptions};
+use stickslip::record::EventKind;
+use stickslip::simulation::{Method, SolverOptions};
 
 /// The smooth path of the growth exponent ends where exact sliding without a perturbation sticks (120-digit run). Its
 /// last step of 0.1 ms is cut linearly, at a deceleration that changes by a per cent within it: 1e-7 s.

@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::{self, ExactActuation, ExactParameters, OracleEvent, OracleOptions, nearest_double, rational};
-use stickslip::simulation::{EventKind, MemoryRecorder, simulate};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 fn run(case: &Case) -> MemoryRecorder {
     let mut recorder = MemoryRecorder::default();

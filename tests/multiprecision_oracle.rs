@@ -6,7 +6,8 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, nearest_double, rational};
-use stickslip::simulation::{EventKind, MemoryRecorder, simulate};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 /// The truth of a case, and the oracle's run of the built-in case it belongs to.
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {

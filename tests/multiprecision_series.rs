@@ -9,8 +9,8 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::model::slip_series::{SlipConstants, SlipSeries};
 use stickslip::model::torsion::{DIMENSION, TorsionModel, index::*};
-use stickslip::series::Number;
-use stickslip::series::polynomial_roots::first_falling;
+use stickslip::numerics::Number;
+use stickslip::numerics::polynomial_roots::first_falling;
 
 const BITS: usize = 192;
 const ROUNDING: RoundingMode = RoundingMode::ToEven;

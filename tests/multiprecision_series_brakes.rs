@@ -15,7 +15,8 @@ use stickslip::analysis::growth::Growth;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::torsion::TorsionModel;
-use stickslip::simulation::{Event, EventKind, MemoryRecorder, Method, SolverOptions, simulate};
+use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::simulation::{Method, SolverOptions, simulate};
 
 const ALLOWED: f64 = 100.0;
 

@@ -12,7 +12,8 @@ use stickslip::model::axial::AxialMotion;
 use stickslip::model::slow_manifold::on_slow_manifold;
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
 use stickslip::oracle::{self, Number, OracleOptions, nearest_double, rational};
-use stickslip::simulation::{EventKind, MemoryRecorder, simulate};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 fn overrides(texts: &[&str]) -> Vec<Override> {
     texts.iter().map(|text| Override::parse(text).unwrap()).collect()

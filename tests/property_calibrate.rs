@@ -5,7 +5,8 @@ use std::sync::atomic::AtomicBool;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Role, calibrate};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::simulation::{NoRecorder, simulate};
+use stickslip::record::NoRecorder;
+use stickslip::simulation::simulate;
 use stickslip::sweep::StudySource;
 
 fn found(text: &str) -> Calibration {

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use stickslip::analysis::bands::{Compared, compared_output};
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::simulation::{EventKind, MemoryRecorder, simulate};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::simulate;
 
 /// A short slide from a low speed, with a kick: sticks and slips within a fifth of a second.
 fn quick(more: &[&str]) -> (Case, MemoryRecorder) {

@@ -3,9 +3,9 @@
 mod compare_common;
 
 use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
-use stickslip::analysis::compare::detect::{Detector, Point};
-use stickslip::analysis::compare::word::Fault;
-use stickslip::analysis::compare::{Comparison, Detection, Mapping, Reference};
+use stickslip::compare::detect::{Detector, Point};
+use stickslip::compare::word::Fault;
+use stickslip::compare::{Comparison, Detection, Mapping, Reference};
 use stickslip::results::ResultFile;
 
 /// A copy of the reference in which values of one variable are changed.

@@ -3,7 +3,7 @@
 mod compare_common;
 
 use compare_common::{NAMES, SOUND, Solver, Stop, compare, csv, events_csv, rows_of, run, word_of, write};
-use stickslip::analysis::compare::{Cause, Comparison, Mapping};
+use stickslip::compare::{Cause, Comparison, Mapping};
 
 fn judge(solver: Solver) -> Comparison {
     let folder = tempfile::tempdir().unwrap();

@@ -16,11 +16,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use stickslip::analysis::compare::{Mapping, Reference};
 use stickslip::analysis::work_precision;
 use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
-use stickslip::simulation::{NoRecorder, simulate};
+use stickslip::compare::{Mapping, Reference};
+use stickslip::record::NoRecorder;
+use stickslip::simulation::simulate;
 use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
 mod compare_common;

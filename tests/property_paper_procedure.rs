@@ -5,8 +5,9 @@ mod common;
 use common::{channel, mode_word, output, run, solver, truth};
 use stickslip::analysis::StickSlip;
 use stickslip::model::Mode;
+use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::procedure::{EPSILON, STEPS, Settings};
-use stickslip::simulation::{EventKind, MemoryRecorder, Method, SolverOptions};
+use stickslip::simulation::{Method, SolverOptions};
 
 fn paper() -> SolverOptions {
     solver(Method::Paper, SolverOptions::default().rtol)

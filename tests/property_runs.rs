@@ -8,7 +8,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::model::{Actuation, Friction, Kick, KickTime, Mode, Parameters};
-use stickslip::simulation::{EventKind, MemoryRecorder, Method, RunReport, SolverOptions};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::{Method, RunReport, SolverOptions};
 
 /// A brake around the paper's, and how long it is run: until shortly after it has stopped.
 #[derive(Debug, Clone)]
@@ -144,7 +145,7 @@ fn check_growth(run_: &Run, recorder: &MemoryRecorder, summary: &Summary) -> Res
     let (Some(instability), Some(growth)) = (summary.instability_time, summary.growth_to_onset) else {
         return Ok(());
     };
-    let lost = |e: &&stickslip::simulation::Event| e.kind == EventKind::Destabilised && e.time == instability;
+    let lost = |e: &&stickslip::record::Event| e.kind == EventKind::Destabilised && e.time == instability;
     let speed = recorder
         .events
         .iter()

@@ -3,7 +3,8 @@
 mod common;
 use common::{mode_word, output, run, truth};
 use stickslip::model::{Actuation, Kick, KickTime, Parameters};
-use stickslip::simulation::{EventKind, Method, SolverOptions};
+use stickslip::record::EventKind;
+use stickslip::simulation::{Method, SolverOptions};
 
 fn paper_si(relative_velocity: f64) -> Parameters {
     let mut parameters = truth("si-kick").parameters;

@@ -10,9 +10,10 @@ use std::sync::Arc;
 use stickslip::hybrid::{Advance, Engine, Segment};
 use stickslip::model::Mode;
 use stickslip::model::torsion::{DIMENSION, TorsionState, index::*};
+use stickslip::record::{EventKind, State};
 use stickslip::simulation::brake::{Brake, Location, Watch};
-use stickslip::simulation::series::BrakeStepper;
-use stickslip::simulation::{EventKind, Method, SolverOptions, State, chosen_solvers};
+use stickslip::simulation::semi_analytic::SemiAnalyticEngine;
+use stickslip::simulation::{Method, SolverOptions, chosen_solvers};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -63,7 +64,7 @@ fn regression_a_step_allocates_nothing() {
     let parameters = truth("si-kick").parameters;
     let (recorder, _) = run(&parameters, &solver(Method::Series, 1e-10), &output(7.1, 7.1));
     let brake = Arc::new(Brake::new(&parameters));
-    let mut stepper = BrakeStepper::new(brake);
+    let mut stepper = SemiAnalyticEngine::new(brake);
     let options = SolverOptions {
         method: Method::Series,
         ..SolverOptions::default()

@@ -5,7 +5,8 @@ use std::sync::atomic::AtomicBool;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
 use stickslip::case::{Case, CaseSource};
-use stickslip::simulation::{NoRecorder, simulate};
+use stickslip::record::NoRecorder;
+use stickslip::simulation::simulate;
 
 fn study(name: &str) -> CalibrationStudy {
     CalibrationStudy::parse(CalibrationStudy::built_in(name).unwrap(), &[]).unwrap()

@@ -5,7 +5,8 @@
 mod common;
 use std::fmt::Write as _;
 use stickslip::case::{Case, CaseSource};
-use stickslip::simulation::{Method, Segment, SolverOptions};
+use stickslip::record::Segment;
+use stickslip::simulation::{Method, SolverOptions};
 
 /// One counter of a segment.
 type Counter = fn(&Segment) -> u64;

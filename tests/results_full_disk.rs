@@ -7,8 +7,8 @@ use std::path::Path;
 use std::process::Command;
 
 use results_common::{Rows, bits, header, record, stick_slip};
+use stickslip::record::{Event, Recorder, RecorderError, Sample, Segment};
 use stickslip::results::{Overwrite, ResultFile, ResultWriter, Status, partial_path};
-use stickslip::simulation::{Event, Recorder, RecorderError, Sample, Segment};
 
 const FOLDER: &str = "STICKSLIP_TEST_FOLDER";
 

@@ -210,7 +210,7 @@ fn results_a_list_that_is_cut_says_so() {
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header()).unwrap();
     record(&mut writer, 1_000).unwrap();
     for number in 10..6_000 {
-        stickslip::simulation::Recorder::event(&mut writer, &results_common::event(number)).unwrap();
+        stickslip::record::Recorder::event(&mut writer, &results_common::event(number)).unwrap();
     }
     writer.finish(Status::Complete, &stick_slip(), 1.0).unwrap();
     let (_, _, page) = page_of(&path);

@@ -3,8 +3,8 @@
 mod results_common;
 
 use results_common::{Rows, bits, header, record, stick_slip, write};
+use stickslip::record::{Channels, Recorder, State};
 use stickslip::results::{AttributeValue, Overwrite, ResultFile, ResultWriter, Status};
-use stickslip::simulation::{Channels, Recorder, State};
 
 fn read(file: &ResultFile) -> Rows {
     Rows {

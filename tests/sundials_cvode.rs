@@ -9,7 +9,8 @@ use common::random_brakes::{random_brake, random_release};
 use common::{mode_word, run};
 use stickslip::analysis::Summary;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::simulation::{EventKind, Method, SolverOptions};
+use stickslip::record::EventKind;
+use stickslip::simulation::{Method, SolverOptions};
 
 /// The largest difference of an event's time (s) at an rtol; `None` if the onset belongs to rounding.
 fn difference(name: &str, overrides: &[Override], rtol: f64) -> Option<f64> {

@@ -10,7 +10,8 @@ use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource};
 use stickslip::hybrid::RunError;
 use stickslip::model::{Actuation, BreakawayTest, Friction, Kick, KickTime, Parameters};
-use stickslip::simulation::{EventKind, MemoryRecorder, Method, SolverOptions, simulate};
+use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::simulation::{Method, SolverOptions, simulate};
 
 const WITHIN: f64 = 1e-11;
 
@@ -39,11 +40,11 @@ fn hold(name: &str, parameters: &Parameters, end: f64) -> MemoryRecorder {
     let (series, _) = run(parameters, &solver(Method::Series, SolverOptions::default().rtol), &out);
     let (auto, _) = run(parameters, &solver(Method::Auto, 1e-13), &out);
     let kinds = |r: &MemoryRecorder| {
-        let kind = |e: &stickslip::simulation::Event| (e.kind, e.mode_after);
+        let kind = |e: &stickslip::record::Event| (e.kind, e.mode_after);
         r.events.iter().map(kind).collect::<Vec<_>>()
     };
     assert_eq!(kinds(&series), kinds(&auto), "{name}");
-    let late = |(a, b): (&stickslip::simulation::Event, &stickslip::simulation::Event)| (a.time - b.time).abs();
+    let late = |(a, b): (&stickslip::record::Event, &stickslip::record::Event)| (a.time - b.time).abs();
     let worst = series.events.iter().zip(&auto.events).map(late).fold(0.0, f64::max);
     println!("{name}: {} events within {worst:.1e} s", series.events.len());
     assert!(worst < WITHIN, "{name}: {worst:e} s");

@@ -11,9 +11,10 @@ use super::ladder::{Finished, counterparts, shares_errors};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
+use crate::record::{Channels, Event, MemoryRecorder, Sample, State};
+use crate::simulation::OutputOptions;
 use crate::simulation::nearby::{COLUMNS, Nearby, columns, values};
 use crate::simulation::sampling::SampleTimes;
-use crate::simulation::{Channels, Event, MemoryRecorder, OutputOptions, Sample, State};
 
 /// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
 /// no two runs differ, and this is all that its band says.

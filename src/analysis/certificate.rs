@@ -15,7 +15,8 @@ use super::{Growth, Summary};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::oracle::OracleError;
-use crate::simulation::{Event, EventKind, MemoryRecorder, Method, SolverOptions};
+use crate::record::{Event, EventKind, MemoryRecorder};
+use crate::simulation::{Method, SolverOptions};
 use serde::Serialize;
 
 /// Independent witnesses that must see the result's sequence of events.

@@ -37,7 +37,8 @@ mod tests {
     use super::*;
     use crate::analysis::Growth;
     use crate::case::{Case, CaseSource, Override};
-    use crate::simulation::{MemoryRecorder, simulate};
+    use crate::record::MemoryRecorder;
+    use crate::simulation::simulate;
     use std::f64::consts::TAU;
     use std::ops::ControlFlow;
 

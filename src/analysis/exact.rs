@@ -5,11 +5,11 @@
 //! error, up to the oracle's own.
 
 use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, certify};
-use super::compare::word::{Alignment, WordEvent};
+use crate::compare::word::{Alignment, WordEvent};
 use crate::case::{Case, CaseSource, Override};
 use crate::model::torsion::TorsionModel;
 use crate::oracle::{self, ExactParameters, Number, OracleProgress, OracleRequest, OracleSolution};
-use crate::simulation::{Event, EventKind, MemoryRecorder};
+use crate::record::{Event, EventKind, MemoryRecorder};
 use std::ops::ControlFlow;
 use std::time::Duration;
 

@@ -8,7 +8,7 @@ use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
 use crate::model::stability::Forecast;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::{Event, EventDigest};
+use crate::record::{Event, EventDigest};
 use nalgebra::{Complex, DMatrix};
 
 /// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.

@@ -5,8 +5,8 @@ use crate::case::{Case, CaseSource, builtin};
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
+use crate::record::Event;
 use crate::results::{ResultError, ResultFile};
-use crate::simulation::Event;
 use serde::Serialize;
 
 /// The paper's own numbers (its sections 4.2 to 4.5), beside which the built-in case is put.

@@ -3,7 +3,8 @@
 use super::parallel::over_processors;
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{Event, EventKind, MemoryRecorder, Method, OutputOptions, RunReport, SolverOptions, simulate};
+use crate::record::{Event, EventKind, MemoryRecorder};
+use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;

@@ -14,7 +14,8 @@ use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::{on_slow_manifold, slow_momentum};
 use crate::model::torsion::{TorsionModel, index::*};
 use crate::model::{KickTime, Mode, Parameters};
-use crate::simulation::{Event, EventKind, MemoryRecorder, RunFailure, SolverOptions, simulate};
+use crate::record::{Event, EventKind, MemoryRecorder};
+use crate::simulation::{RunFailure, SolverOptions, simulate};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::ControlFlow;
 

@@ -4,7 +4,6 @@
 pub mod advice;
 pub mod bands;
 pub mod certificate;
-pub mod compare;
 mod eigenvalues;
 pub mod exact;
 pub mod growth;
@@ -27,7 +26,7 @@ pub mod warning;
 pub mod witness;
 pub mod work_precision;
 
-pub use crate::simulation::{Cycle, CycleStatistics};
+pub use crate::record::{Cycle, CycleStatistics};
 pub use certificate::{Certificate, certify};
 pub use growth::Growth;
 pub use headline::{Headline, HeadlineRow};

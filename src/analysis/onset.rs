@@ -3,9 +3,8 @@
 use super::parallel::over_processors;
 use crate::case::Case;
 use crate::model::{Kick, KickTime};
-use crate::simulation::{
-    Event, EventKind, Method, OutputOptions, Recorder, RecorderError, Sample, Segment, SolverOptions, simulate,
-};
+use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::simulation::{Method, OutputOptions, SolverOptions, simulate};
 use serde::Serialize;
 use std::cell::Cell;
 use std::ops::ControlFlow;

@@ -4,7 +4,8 @@ use super::linearised::{DYNAMIC, Dynamic};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{Event, MemoryRecorder, OutputOptions, OutputWindow, Sample, Segment, State};
+use crate::record::{Event, MemoryRecorder, Sample, Segment, State};
+use crate::simulation::{OutputOptions, OutputWindow};
 use std::iter::Peekable;
 
 /// Samples in a natural period where the fast mode moves: a cubic between them is good to 1e-6 of its amplitude.

@@ -10,7 +10,8 @@ use super::linearised::{Linearised, ParameterName};
 use super::parallel::over_processors;
 use crate::case::{Case, CaseError};
 use crate::model::KickTime;
-use crate::simulation::{EventKind, Method, NoRecorder, OutputOptions, Progress, RunReport, SolverOptions, simulate};
+use crate::record::{EventKind, NoRecorder};
+use crate::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
 

@@ -6,7 +6,7 @@ use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::{SlowSeries, of_momentum, slow_momentum};
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::State;
+use crate::record::State;
 
 /// (time, s; momentum I theta' + J phi_2', N m s).
 pub type Point = (f64, f64);

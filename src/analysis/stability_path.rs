@@ -3,7 +3,7 @@
 use super::smooth_sliding::SmoothSliding;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::State;
+use crate::record::State;
 use serde::Serialize;
 
 /// Share of the time in which the margin changes by its own size that one step of the search takes.

@@ -1,6 +1,6 @@
 //! Stick-slip statistics from the event sequence.
 
-use crate::simulation::{Cycle, CycleStatistics, Event, EventKind};
+use crate::record::{Cycle, CycleStatistics, Event, EventKind};
 
 /// The stick-slip of a run. The final stick has no duration, so there is one cycle fewer than there are sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -51,7 +51,7 @@ impl StickSlip {
 mod tests {
     use super::*;
     use crate::model::Mode;
-    use crate::simulation::State;
+    use crate::record::State;
 
     fn event(time: f64, kind: EventKind, mode_after: Mode) -> Event {
         let (before, after) = (State::default(), State::default());

@@ -3,7 +3,8 @@
 use super::Growth;
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{CycleStatistics, RunReport, SolverWork};
+use crate::record::CycleStatistics;
+use crate::simulation::{RunReport, SolverWork};
 use serde::Serialize;
 
 /// Growth to the first stick, in e-folds, from which a run belongs to its rounding. ln(2^53) = 36.7 lift the rounding of

@@ -1,7 +1,7 @@
 //! Events of an independent code with more digits, from a JSON file such as those of data/truth.
 
 use crate::model::{Actuation, BreakawayTest, KickTime, Parameters};
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

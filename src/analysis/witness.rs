@@ -4,10 +4,8 @@
 //! that two solvers agree on from one that is a solver's own.
 
 use crate::case::Case;
-use crate::simulation::{
-    Cycle, Event, EventKind, MemoryRecorder, Method, OutputOptions, Recorder, RecorderError, Sample, Segment,
-    SolverOptions, simulate,
-};
+use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Recorder, RecorderError, Sample, Segment};
+use crate::simulation::{Method, OutputOptions, SolverOptions, simulate};
 use serde::Serialize;
 use std::ops::ControlFlow;
 

@@ -7,8 +7,8 @@ use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::onset::Onset;
 use crate::analysis::sensitivity::{FinalStick, Outcome, Rerun, Sensitivity};
 use crate::oracle::OracleSolution;
+use crate::record::Event;
 use crate::results::{BandColumns, CertificateTables, SensitivityTables};
-use crate::simulation::Event;
 use crate::simulation::nearby::columns;
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! Progress bars: of a run, of the oracle and of a comparison over simulated time, of studies over their runs.
 
 use super::arguments::{Common, ProgressChoice};
-use crate::analysis::compare::CompareProgress;
+use crate::compare::CompareProgress;
 use crate::oracle::OracleProgress;
 use crate::simulation::Progress;
 use crate::sweep::SweepProgress;

@@ -8,8 +8,9 @@ use super::{CommandError, End, complain, print, print_json, provenance};
 use crate::analysis::Summary;
 use crate::case::{Case, CaseError, Override};
 use crate::hybrid::RunError;
+use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 use crate::results::{Header, MetaValue, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
-use crate::simulation::{Cycle, Event, Progress, Recorder, RecorderError, RunReport, Sample, Segment, simulate};
+use crate::simulation::{Progress, RunReport, simulate};
 use crate::sweep::{
     Boundaries, Branch, Design, Integrate, IntegrateError, JournalError, Shard, Study, StudySource, SweepError,
     SweepReport, Work, journal_path, without_a_file,

@@ -1,6 +1,6 @@
 //! The free damped oscillator in closed form, uniform in the damping ratio.
 
-use crate::series::taylor;
+use crate::numerics::taylor;
 
 /// q'' + 2 sigma q' + omega0^2 q = 0, with sigma >= 0 (1/s) and omega0 > 0 (rad/s).
 #[derive(Debug, Clone, Copy, PartialEq)]

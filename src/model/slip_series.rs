@@ -5,8 +5,8 @@
 //! more digits take another number type and nothing else.
 
 use super::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::series::Number;
-use crate::series::taylor::{self, Unfolding, zeros};
+use crate::numerics::Number;
+use crate::numerics::taylor::{self, Unfolding, zeros};
 
 /// The constants of a slip in one precision, derived from a [`TorsionModel`].
 #[derive(Debug, Clone)]

@@ -22,7 +22,7 @@
 use super::Torsion;
 use super::slip_series::SlipSeries;
 use super::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
-use crate::series::taylor;
+use crate::numerics::taylor;
 
 /// Taylor coefficients that are kept for a state alone.
 const ORDER: usize = 14;

@@ -3,7 +3,7 @@
 use super::number::Number;
 use super::series::{State, component::*};
 use crate::model::Mode;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 
 /// The state at an event or a sample; rad and rad/s, m and m/s.
 #[derive(Debug, Clone)]

@@ -10,7 +10,8 @@ use crate::analysis::modes::critical_speed;
 use crate::case;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
-use crate::simulation::{EventKind, OutputWindow};
+use crate::record::EventKind;
+use crate::simulation::OutputWindow;
 use plotters::style::RGBColor;
 use std::f64::consts::TAU;
 

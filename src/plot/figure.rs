@@ -1,7 +1,7 @@
 //! What is drawn, as data: figures of panels of curves, in SI units. How it is drawn is another file's subject.
 
 use crate::model::Mode;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use plotters::style::RGBColor;
 
 /// One figure: panels below each other.

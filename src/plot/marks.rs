@@ -1,6 +1,6 @@
 //! Which events a panel marks by a line.
 
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 
 /// Closest that lines of one family may stand, drawing units: where the closer half of their gaps is narrower, they
 /// would hide the curve, and the ground alone tells where modes change.

@@ -1,7 +1,7 @@
 //! Colours and sizes, in one place.
 
 use crate::model::Mode;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use plotters::style::RGBColor;
 
 /// Units of the drawing in a millimetre: coordinates are integers.

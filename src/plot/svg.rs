@@ -6,7 +6,7 @@ use super::font::{self, text_width, wrapped_title};
 use super::marks::marks;
 use super::scale::Scale;
 use super::style::*;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::DashedPathElement;

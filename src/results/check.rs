@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::schema::{self, CHECKSUMS, Kind as Stored, Table, group, root};
 use super::source::{Holds, Kind, Source};
 use super::{ResultError, ResultFile, Status, checksums};
-use crate::simulation::{Event, EventKind, Segment};
+use crate::record::{Event, EventKind, Segment};
 
 /// What a check has found.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -9,7 +9,7 @@ use super::schema::{self, attribute, group, root};
 use super::source::{DatasetInfo, Kind, Numeric, Source};
 use super::{Extra, ResultError, Status, StickSlipTable};
 use crate::model::Mode;
-use crate::simulation::{Channels, Event, EventKind, Sample, Segment, State};
+use crate::record::{Channels, Event, EventKind, Sample, Segment, State};
 
 /// Rows read at a time.
 const BLOCK: usize = 65_536;

@@ -5,7 +5,7 @@
 //! `flag_meanings`, as CF has them.
 
 use crate::model::Mode;
-use crate::simulation::{Channels, EventKind, State};
+use crate::record::{Channels, EventKind, State};
 
 /// Root attribute `format` of every result file.
 pub const FORMAT: &str = "stickslip-result";

@@ -13,7 +13,7 @@ use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, WriteLock};
 use super::{ResultError, StickSlipTable, checksums};
 use crate::model::Mode;
-use crate::simulation::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
 /// takes less than a millisecond and is not atomic: a program that reads at that very moment may

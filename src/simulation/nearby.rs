@@ -2,9 +2,9 @@
 
 use super::brake::Brake;
 use super::readings::{Readings, TwistReadings};
-use super::record::{Channels, Sample, State};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::model::{Axial, Mode, Parameters};
+use crate::record::{Channels, Sample, State};
 
 /// Every column of a row of the trajectory: the states, then the other channels.
 pub const COLUMNS: usize = State::COUNT + Channels::COUNT;
@@ -98,7 +98,8 @@ impl Nearby {
 mod tests {
     use super::*;
     use crate::case::{Case, CaseSource};
-    use crate::simulation::{MemoryRecorder, OutputOptions, simulate};
+    use crate::record::MemoryRecorder;
+    use crate::simulation::{OutputOptions, simulate};
     use std::ops::ControlFlow;
 
     /// From each sample of a run to the next, forward and backward, over a two-hundredth of the natural period, through slip,

@@ -1,13 +1,14 @@
 //! From the states of a run to the rows of the record.
 
 use super::brake::Location;
-use super::digest::EventDigest;
+use super::options::OutputOptions;
 use super::readings::Readings;
-use super::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
+use super::report::{Progress, RunReport, SolverWork};
 use super::sampling::SampleTimes;
-use super::{OutputOptions, Progress, RunReport, SolverWork};
 use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport};
 use crate::model::{Mode, Parameters};
+use crate::record::EventDigest;
+use crate::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
 use crate::sundials::Counters;
 use std::ops::ControlFlow;
 use std::time::Instant;

@@ -14,12 +14,12 @@ use super::brake::{Location, Watch};
 use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::AbsoluteReadings;
-use super::record::{EventKind, Recorder};
+use super::report::{Progress, RunFailure, RunReport};
 use super::runge_kutta::EmbeddedPair;
-use super::{Progress, RunFailure, RunReport};
 use crate::hybrid::{Observer, ObserverError, RunError};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, Contact, DIMENSION, UNKNOWNS};
 use crate::model::{Mode, Parameters};
+use crate::record::{EventKind, Recorder};
 use crate::sundials::{Counters, ErkTable};
 use std::ops::ControlFlow;
 

@@ -1,7 +1,6 @@
 //! What is read from a state vector, by the coordinates that it is in.
 
 use super::brake::Brake;
-use super::record::{Channels, State};
 use crate::model::absolute_angles::{
     AbsoluteModel, AbsoluteState, DAMPING_LOSS as ABSOLUTE_DAMPING_LOSS, DIMENSION,
     FRICTION_LOSS as ABSOLUTE_FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA, THETA_DOT, WORK, Z, Z_DOT,
@@ -11,6 +10,7 @@ use crate::model::torsion::index::{
     DAMPING_LOSS, FRICTION_LOSS, ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE, SLIP, STATOR_TWIST, STATOR_TWIST_RATE,
 };
 use crate::model::{Axial, Mode};
+use crate::record::{Channels, State};
 
 /// The mechanical meaning of a run's state vector.
 pub(super) trait Readings {

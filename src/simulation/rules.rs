@@ -2,8 +2,7 @@
 
 use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use super::plan::Plan;
-use super::record::EventKind;
-use super::series::BrakeStepper;
+use super::semi_analytic::SemiAnalyticEngine;
 use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
 use crate::model::axial::ContactChange;
 use crate::model::slow_manifold::on_slow_manifold;
@@ -11,6 +10,7 @@ use crate::model::slow_stick::SlowStick;
 use crate::model::stability::{Forecast, QuietStretch};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use crate::model::{Mode, Parameters};
+use crate::record::EventKind;
 use std::sync::Arc;
 
 /// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
@@ -550,7 +550,7 @@ impl Rules<Brake> for BrakeRules {
     fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<Location>>> {
         match kind {
             SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.brake.clone()))),
-            SolverKind::Series => Some(Box::new(BrakeStepper::new(self.brake.clone()))),
+            SolverKind::Series => Some(Box::new(SemiAnalyticEngine::new(self.brake.clone()))),
             _ => None,
         }
     }

@@ -322,7 +322,7 @@ fn header(digest: &str) -> Vec<u8> {
 mod tests {
     use super::super::quantities::EventRow;
     use super::*;
-    use crate::simulation::EventKind;
+    use crate::record::EventKind;
     use proptest::prelude::*;
 
     fn outcome(number: u64) -> Outcome {

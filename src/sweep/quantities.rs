@@ -1,7 +1,8 @@
 //! What is kept of every run: the one list of summary quantities, and the outcome of a point.
 
 use crate::analysis::Summary;
-use crate::simulation::{Event, EventKind, RunReport};
+use crate::record::{Event, EventKind};
+use crate::simulation::RunReport;
 
 /// One quantity of the summary of a run.
 pub struct Quantity {

@@ -1,7 +1,7 @@
 //! The record of an outcome, in a journal and between the members of a crew.
 
 use super::quantities::{EventRow, Outcome, QUANTITIES, Values};
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 
 /// Length and checksum before each record.
 pub(super) const FRAME: usize = 8;

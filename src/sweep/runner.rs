@@ -3,7 +3,8 @@
 use super::quantities::{EventRow, Outcome, values_of};
 use super::study::{Point, Study};
 use crate::case::{Case, CaseError};
-use crate::simulation::{NoRecorder, Progress, RunFailure, RunReport, simulate};
+use crate::record::NoRecorder;
+use crate::simulation::{Progress, RunFailure, RunReport, simulate};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -7,7 +7,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use stickslip::model::{Actuation, KickTime, Mode, Parameters};
-use stickslip::simulation::EventKind;
+use stickslip::record::EventKind;
 
 type State = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;

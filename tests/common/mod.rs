@@ -10,9 +10,8 @@ use std::ops::ControlFlow;
 use stickslip::model::{
     Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion,
 };
-use stickslip::simulation::{
-    EventKind, MemoryRecorder, Method, OutputOptions, RunReport, Sample, SolverOptions, simulate,
-};
+use stickslip::record::{EventKind, MemoryRecorder, Sample};
+use stickslip::simulation::{Method, OutputOptions, RunReport, SolverOptions, simulate};
 
 /// An event or a sample of the independent multiprecision code, rounded to double.
 pub struct TruthState {

@@ -5,11 +5,12 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use stickslip::analysis::compare::{Comparison, Mapping, Reference};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::compare::{Comparison, Mapping, Reference};
 use stickslip::model::Parameters;
+use stickslip::record::{EventKind, Recorder, State};
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
-use stickslip::simulation::{EventKind, Recorder, State, simulate};
+use stickslip::simulation::simulate;
 
 /// Runs a built-in case with overrides into a result file.
 pub fn run(path: &Path, case: &str, overrides: &[&str]) {
@@ -259,7 +260,7 @@ pub fn csv(rows: &Rows) -> String {
 pub fn rows_of(path: &Path, from: f64) -> Rows {
     let file = ResultFile::open(path).unwrap();
     let samples = file.samples(0..file.sample_count().unwrap()).unwrap();
-    let row = |s: &stickslip::simulation::Sample| {
+    let row = |s: &stickslip::record::Sample| {
         let s1 = &s.state;
         let values = [
             s1.rotor_twist,

@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use stickslip::model::Mode;
+use stickslip::record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 use stickslip::results::{Extra, Header, MetaValue, Overwrite, ResultWriter, Status, StickSlipTable};
-use stickslip::simulation::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 
-pub use stickslip::simulation::MemoryRecorder as Rows;
+pub use stickslip::record::MemoryRecorder as Rows;
 
 fn state(seed: f64) -> State {
     State::from_values(std::array::from_fn(|k| {

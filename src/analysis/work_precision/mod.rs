@@ -10,7 +10,8 @@ pub use study::{BuiltInStudy, Knob, ReferenceChoice, STUDIES, Study};
 
 use super::truth::{Truth, TruthError};
 use crate::case::Case;
-use crate::simulation::{Event, EventKind, Method, NoRecorder, RunReport, simulate};
+use crate::record::{Event, EventKind, NoRecorder};
+use crate::simulation::{Method, RunReport, simulate};
 use std::ops::ControlFlow;
 use std::time::Instant;
 

@@ -7,7 +7,7 @@ mod target;
 use super::arguments::{Common, CompareOptions};
 use super::progress::CompareBar;
 use super::{CommandError, End, print, print_json};
-use crate::analysis::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
+use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
 
 #[derive(Serialize)]

@@ -1,7 +1,7 @@
 //! What a report says, whatever it is written in.
 
-use crate::analysis::compare::word::{Difference, Fault};
-use crate::analysis::compare::{Comparison, Statistic};
+use crate::compare::word::{Difference, Fault};
+use crate::compare::{Comparison, Statistic};
 
 /// How much of a comparison is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,9 +72,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         parts.push(Part::Table(events(c)));
     }
     if !c.case_differences.is_empty() {
-        let row = |d: &crate::analysis::compare::CaseDifference| {
-            vec![d.key.clone(), d.reference.clone(), d.candidate.clone()]
-        };
+        let row = |d: &crate::compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
         parts.push(Part::Table(Table {
             title: "keys of the case that differ".to_owned(),
             header: vec!["key", "reference", "candidate"],
@@ -174,7 +172,7 @@ fn channels(c: &Comparison) -> Vec<Table> {
     let mut rows = c.channels.as_slice();
     while let Some(first) = rows.first() {
         let count = rows.iter().take_while(|row| row.phase == first.phase).count();
-        let line = |row: &crate::analysis::compare::ChannelErrors| {
+        let line = |row: &crate::compare::ChannelErrors| {
             vec![
                 row.channel.to_owned(),
                 format!("{:.2e} {}", row.max, row.unit),
@@ -211,7 +209,7 @@ fn samples(c: &Comparison) -> Option<String> {
 }
 
 fn events(c: &Comparison) -> Table {
-    let row = |e: &crate::analysis::compare::event_errors::EventError| {
+    let row = |e: &crate::compare::event_errors::EventError| {
         vec![
             e.kind.to_owned(),
             e.position.to_string(),

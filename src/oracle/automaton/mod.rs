@@ -10,7 +10,7 @@ use super::series::{Expansion, Law, Model, State, component::*};
 use super::steps::{self, Scales};
 use super::{OracleError, OracleOptions};
 use crate::model::{BreakawayTest, Mode};
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use guards::Guard;
 use num_bigint::BigInt;
 use num_rational::BigRational;

@@ -8,9 +8,9 @@ use crate::analysis::headline::{Headline, HeadlineRow, is_paper_case};
 use crate::case::{Case, CaseSource};
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
+use crate::record::{Event, EventKind, State};
 use crate::results::schema::{group, root};
 use crate::results::{AttributeValue, ResultError, ResultFile, Status};
-use crate::simulation::{Event, EventKind, State};
 
 /// Events on a page, with their states.
 const EVENTS: usize = 5_000;

@@ -12,7 +12,8 @@ use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::analysis::exact::settle;
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
-use stickslip::simulation::{Event, EventKind, MemoryRecorder, SolverOptions, simulate};
+use stickslip::record::{Event, EventKind, MemoryRecorder};
+use stickslip::simulation::{SolverOptions, simulate};
 
 /// True digits of the oracle's event times, as in `certify --oracle`.
 const DIGITS: u32 = 25;

@@ -3,7 +3,7 @@
 use super::{Fate, Held, Outcome};
 use std::collections::BTreeMap;
 use stickslip::analysis::certificate::Verdict;
-use stickslip::simulation::EventKind;
+use stickslip::record::EventKind;
 
 /// What the default run promises of every event, s, where rounding allows it.
 const PROMISE: f64 = 1e-9;

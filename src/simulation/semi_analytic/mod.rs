@@ -21,8 +21,8 @@ use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::{SlipConstants, SlipSeries};
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
-use crate::series::radau::Radau;
-use crate::series::radau_tableau::RadauTableau;
+use crate::numerics::radau::Radau;
+use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use std::sync::{Arc, OnceLock};
 
@@ -57,7 +57,7 @@ enum Last {
 }
 
 /// See the module.
-pub struct BrakeStepper {
+pub struct SemiAnalyticEngine {
     brake: Arc<Brake>,
     constants: SlipConstants<f64>,
     /// 1 / omega_n, s.
@@ -86,7 +86,7 @@ pub struct BrakeStepper {
     /// Length and error of the last Radau step; zero before the first.
     accepted: (f64, f64),
     counters: Counters,
-    radau_before: crate::series::radau::Work,
+    radau_before: crate::numerics::radau::Work,
 }
 
 fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
@@ -94,11 +94,11 @@ fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
     TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
 }
 
-impl BrakeStepper {
+impl SemiAnalyticEngine {
     /// For the slips of one brake, with what it has to compute once.
     pub fn new(brake: Arc<Brake>) -> Self {
         let unit = 1.0 / brake.torsion.natural_angular_frequency();
-        BrakeStepper {
+        SemiAnalyticEngine {
             constants: SlipConstants::new(&brake.torsion),
             unit,
             series: SlipSeries::new(unit),
@@ -166,7 +166,7 @@ impl BrakeStepper {
     }
 }
 
-impl Engine<Location> for BrakeStepper {
+impl Engine<Location> for SemiAnalyticEngine {
     fn begin(&mut self, segment: &Segment<'_, Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         let (location, t, y) = (&segment.location, segment.start, segment.state);
         self.location = *location;

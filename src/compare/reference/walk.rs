@@ -2,8 +2,8 @@
 
 use super::super::Channel;
 use super::{Curve, Gap, Node, Physics, Rerun};
+use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile};
-use crate::simulation::{Event, EventKind};
 
 /// Samples read at a time.
 const BLOCK: usize = 16_384;

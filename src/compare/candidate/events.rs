@@ -10,8 +10,8 @@ use super::source::Source;
 use super::table::Table;
 use super::unit_factor;
 use crate::case::quantity::Dimension;
+use crate::record::{Event, EventKind};
 use crate::results::ForeignFile;
-use crate::simulation::{Event, EventKind};
 use std::path::Path;
 
 /// Names of the columns of an events table, where nothing else is said.

@@ -2,12 +2,12 @@
 
 use super::super::brake::GUARD_STOPPING;
 use super::super::rules::LARGEST_HASTE;
-use super::{BrakeStepper, DYNAMIC, Last, STEP_NOISE, TERMS};
+use super::{DYNAMIC, Last, STEP_NOISE, SemiAnalyticEngine, TERMS};
 use crate::hybrid::{Advance, EngineError, Fired};
 use crate::model::slow_manifold::{SlowSeries, slow_momentum};
 use crate::model::torsion::{TorsionState, index::*};
-use crate::series::polynomial_roots::first_falling;
-use crate::series::taylor;
+use crate::numerics::polynomial_roots::first_falling;
+use crate::numerics::taylor;
 
 /// The last coefficient of a series along the slow manifold that is to be trusted.
 const SLOW_ORDER: usize = TERMS - 4;
@@ -26,7 +26,7 @@ const SHORTEST_SLOW: f64 = 2.0;
 /// at a breakaway located to the last place.
 const DEPARTURE_NOISE: f64 = 1e-10;
 
-impl BrakeStepper {
+impl SemiAnalyticEngine {
     /// Expands the slip about where it stands.
     pub(super) fn expand(&mut self) {
         let t = self.origin + self.tau;

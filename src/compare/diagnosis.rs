@@ -10,7 +10,7 @@ use super::states::{Grid, Probe};
 use super::units::UnitFault;
 use super::word::{Alignment, Fault, WordEvent};
 use crate::model::BreakawayTest;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use serde::Serialize;
 
 /// What is wrong with a candidate.

@@ -1,6 +1,6 @@
 //! Two mode words held against each other: what matches, what is missing, what is too many, and where they part.
 
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use serde::Serialize;
 
 /// One event of a mode word.

@@ -2,7 +2,8 @@
 
 use super::{Node, Physics, breaks_segment};
 use crate::case::Case;
-use crate::simulation::{Event, OutputOptions, OutputWindow, Recorder, RecorderError, Sample, Segment, simulate};
+use crate::record::{Event, Recorder, RecorderError, Sample, Segment};
+use crate::simulation::{OutputOptions, OutputWindow, simulate};
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
 

@@ -1,6 +1,5 @@
 //! What a run hands to whoever records it: samples, events and segments, in SI units.
 
-use super::digest::Cycle;
 use crate::model::Mode;
 
 /// Defines the struct of channels once: field, unit (UDUNITS), description with the paper's symbol.
@@ -169,23 +168,4 @@ pub struct Segment {
     pub last_order: u32,
     /// Last step, s.
     pub last_step: f64,
-}
-
-/// A recorder failed (a full disk, for example); the run stops and says so.
-pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
-
-/// Takes the run as it is computed. Rows arrive in order of time.
-pub trait Recorder {
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
-    /// A cycle of stick-slip, after the event that completes it.
-    fn cycle(&mut self, _cycle: &Cycle) -> Result<(), RecorderError> {
-        Ok(())
-    }
-    /// Whether the events can be read where the recorder puts them; the report of the run then leaves them out, so that
-    /// its memory is bounded.
-    fn stores_events(&self) -> bool {
-        false
-    }
 }

@@ -1,7 +1,7 @@
 //! Torques at the breakaways that a candidate states, from the samples before them.
 
 use super::detect::Found;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 
 /// Fills in the torques of given events while the samples go by in order of time.
 #[derive(Debug)]

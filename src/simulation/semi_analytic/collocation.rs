@@ -1,12 +1,12 @@
 //! Radau steps.
 
 use super::super::brake::Brake;
-use super::{BrakeStepper, DYNAMIC, Last, STAGES, STEP_NOISE, tableau};
+use super::{DYNAMIC, Last, STAGES, STEP_NOISE, SemiAnalyticEngine, tableau};
 use crate::hybrid::{Advance, EngineError, Fired};
 use crate::model::torsion::{DIMENSION, TorsionState};
-use crate::series::polynomial_roots::first_falling;
-use crate::series::radau::{Attempt, Radau, StiffProblem};
-use crate::series::taylor;
+use crate::numerics::polynomial_roots::first_falling;
+use crate::numerics::radau::{Attempt, Radau, StiffProblem};
+use crate::numerics::taylor;
 use nalgebra::{DMatrixViewMut, SMatrix, SVector};
 use std::sync::OnceLock;
 
@@ -60,7 +60,7 @@ impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
     }
 }
 
-impl BrakeStepper {
+impl SemiAnalyticEngine {
     /// A Radau step; `None` where an expansion would be cheaper.
     pub(super) fn collocation_step(&mut self) -> Result<Option<Advance>, EngineError> {
         let shortest = SHORTEST_RADAU * self.brake.torsion.natural_period();

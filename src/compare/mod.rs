@@ -37,8 +37,8 @@ pub use requirement::Requirement;
 pub use statistics::Statistic;
 
 use crate::case::Case;
+use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
-use crate::simulation::{Event, EventKind};
 use candidate::{Block, case_of};
 use case_differences::case_differences;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
@@ -453,7 +453,7 @@ impl Reference {
     /// Time (s) and work (J) of each kick.
     fn kick_works(&self) -> Vec<(f64, f64)> {
         let j = self.physics.torsion.torsion.surface_inertia;
-        let kinetic = |s: &crate::simulation::State| 0.5 * j * (s.phi1_dot * s.phi1_dot + s.phi2_dot * s.phi2_dot);
+        let kinetic = |s: &crate::record::State| 0.5 * j * (s.phi1_dot * s.phi1_dot + s.phi2_dot * s.phi2_dot);
         let kicks = self.events.iter().filter(|e| e.kind == EventKind::Kick);
         kicks
             .map(|e| (e.time, kinetic(&e.after) - kinetic(&e.before)))

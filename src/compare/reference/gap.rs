@@ -5,7 +5,7 @@ use super::super::Channel;
 use super::Physics;
 use crate::model::Mode;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::simulation::State;
+use crate::record::State;
 
 /// A gap in which the polynomial misses the equations of motion by more than this part of their own size is not used.
 const LARGEST_DEFECT: f64 = 1e-9;

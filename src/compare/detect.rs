@@ -6,7 +6,7 @@
 //! where omega_r, of which the first three samples give the square and the cube of the time since, was zero. Neither
 //! leaves its pair of samples.
 
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 
 /// An event of a candidate, with what it tells about its cause.
 #[derive(Debug, Clone, Copy, PartialEq)]

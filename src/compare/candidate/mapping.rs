@@ -4,7 +4,7 @@ use super::super::{Channel, CompareError};
 use crate::case::quantity::{self, Dimension};
 use crate::case::suggest;
 use crate::quote::shown;
-use crate::simulation::EventKind;
+use crate::record::EventKind;
 use std::path::{Path, PathBuf};
 use toml_edit::{Document, Item, TableLike};
 

@@ -1,6 +1,6 @@
 //! What a run keeps of its events: bounded, however many there are.
 
-use super::record::{Event, EventKind};
+use super::rows::{Event, EventKind};
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 

@@ -1,0 +1,9 @@
+//! What a run is made of: samples, events, segments and cycles, and who takes them as they are computed. No solver, no file.
+
+mod digest;
+mod recorder;
+mod rows;
+
+pub use digest::{Cycle, CycleStatistics, EventDigest};
+pub use recorder::{MemoryRecorder, NoRecorder, Recorder, RecorderError};
+pub use rows::{Channels, Event, EventKind, Sample, Segment, State};

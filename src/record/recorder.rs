@@ -1,0 +1,62 @@
+//! Who takes the rows of a run.
+
+use super::digest::Cycle;
+use super::rows::{Event, Sample, Segment};
+
+/// A recorder failed (a full disk, for example); the run stops and says so.
+pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Takes the run as it is computed. Rows arrive in order of time.
+pub trait Recorder {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
+    /// A cycle of stick-slip, after the event that completes it.
+    fn cycle(&mut self, _cycle: &Cycle) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    /// Whether the events can be read where the recorder puts them; the report of the run then leaves them out, so that
+    /// its memory is bounded.
+    fn stores_events(&self) -> bool {
+        false
+    }
+}
+
+/// A recorder that keeps nothing.
+#[derive(Debug, Default)]
+pub struct NoRecorder;
+
+impl Recorder for NoRecorder {
+    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn event(&mut self, _: &Event) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
+
+/// A recorder that keeps everything in memory: for tests and short runs.
+#[derive(Debug, Default)]
+pub struct MemoryRecorder {
+    pub samples: Vec<Sample>,
+    pub events: Vec<Event>,
+    pub segments: Vec<Segment>,
+}
+
+impl Recorder for MemoryRecorder {
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.samples.push(*sample);
+        Ok(())
+    }
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.events.push(*event);
+        Ok(())
+    }
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.segments.push(segment.clone());
+        Ok(())
+    }
+}

@@ -1,0 +1,98 @@
+//! What is left of a run when it is over.
+
+use crate::hybrid::{EngineError, RunError};
+use crate::model::{Mode, Parameters};
+use crate::record::{Event, EventDigest};
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// s.
+    pub time: f64,
+    pub mode: Mode,
+    /// Events of the mode word so far.
+    pub events: usize,
+}
+
+/// What is left of a run in memory: everything else went to the recorder.
+#[derive(Debug, Clone, Default)]
+pub struct RunReport {
+    /// Where it ended, s.
+    pub end: f64,
+    /// Ended early by the control.
+    pub interrupted: bool,
+    /// All events; none if the recorder stores them ([`Recorder::stores_events`]).
+    pub events: Vec<Event>,
+    /// What is kept of the events in any case.
+    pub digest: EventDigest,
+    /// Solver work, one row for each solver used.
+    pub work: Vec<SolverWork>,
+    /// Largest |residual| of the energy balance at samples and events, J.
+    pub energy_residual: f64,
+    /// Total energy at the start, J.
+    pub initial_energy: f64,
+    /// Kicks of the case that the run did not come to.
+    pub kicks_never_given: usize,
+    /// Of these, kicks set at an instability that did not come.
+    pub kicks_without_instability: usize,
+    /// The first stop came at the end of sliding that was followed on its slow manifold: no rounding had grown.
+    pub stopped_smoothly: bool,
+}
+
+impl RunReport {
+    /// Counts the kicks that the run did not come to; `waiting` are those that wait for an instability.
+    pub(super) fn count_kicks(&mut self, parameters: &Parameters, waiting: usize) {
+        self.kicks_never_given = parameters.perturbations.len().saturating_sub(self.digest.kicks_given);
+        self.kicks_without_instability = waiting;
+    }
+}
+
+/// What one solver did in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolverWork {
+    pub solver: &'static str,
+    pub segments: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    pub steps: u64,
+    pub rhs_evaluations: u64,
+    pub jacobian_evaluations: u64,
+}
+
+/// A run that failed, with what it had computed. Its message ends with what to do, in the words of the case file.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}{}", remedy(error))]
+pub struct RunFailure {
+    #[source]
+    pub error: RunError,
+    pub report: RunReport,
+}
+
+fn remedy(error: &RunError) -> &'static str {
+    match error {
+        RunError::Engine {
+            source: EngineError::Sundials(_),
+            ..
+        }
+        | RunError::NotFinite { .. } => "; another solver.method, solver.rtol or solver.max_step may get over it",
+        RunError::Engine { .. } => ". Try another solver.method",
+        RunError::Chattering { .. } => {
+            ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
+             contact.breakaway_test = \"transmitted\" is free of it"
+        }
+        RunError::TooManyEvents { .. } => ". Raise solver.max_events if so many are expected",
+        RunError::Overflow { .. } => {
+            ". The case is beyond what double precision can hold: check its numbers and their units"
+        }
+        RunError::TooManySteps { .. } => {
+            ". Raise solver.max_steps if so many are expected, or try another solver.method"
+        }
+        RunError::OutOfTime { .. } => ". Raise --max-wall-time (solver.max_wall_time), or try another solver.method",
+        RunError::Standstill { .. } => ". Check the numbers of the case and their units, or try another solver.method",
+        RunError::NoProgress { .. } => {
+            ". Check the numbers of the case and their units, or try another solver.method or a larger solver.rtol; if so \
+             many steps are meant, say how many with solver.max_steps"
+        }
+        RunError::Observer(_) => "",
+    }
+}
