@@ -4,7 +4,7 @@ mod compare_common;
 
 use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
 use stickslip::compare::detect::{Detector, Point};
-use stickslip::compare::word::Fault;
+use stickslip::record::sequence::Fault;
 use stickslip::compare::{Comparison, Detection, Mapping, Reference};
 use stickslip::results::ResultFile;
 

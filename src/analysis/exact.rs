@@ -5,10 +5,10 @@
 //! error, up to the oracle's own.
 
 use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, certify};
-use crate::compare::word::{Alignment, WordEvent};
 use crate::case::{Case, CaseSource, Override};
 use crate::model::torsion::TorsionModel;
 use crate::oracle::{self, ExactParameters, Number, OracleProgress, OracleRequest, OracleSolution};
+use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -116,12 +116,12 @@ pub fn distances(case: &Case, result: &[Event], solution: &OracleSolution) -> (V
     let in_word = |kind: EventKind| kind.in_mode_word();
     let theirs: Vec<usize> = (0..exact.len()).filter(|k| in_word(exact[*k].kind)).collect();
     let own: Vec<usize> = (0..result.len()).filter(|k| in_word(result[*k].kind)).collect();
-    let word = |time: f64, kind| WordEvent { time, kind };
-    let reference: Vec<WordEvent> = theirs
+    let word = |time: f64, kind| SequenceEvent { time, kind };
+    let reference: Vec<SequenceEvent> = theirs
         .iter()
         .map(|k| word(exact[*k].time.to_f64(), exact[*k].kind))
         .collect();
-    let candidate: Vec<WordEvent> = own.iter().map(|k| word(result[*k].time, result[*k].kind)).collect();
+    let candidate: Vec<SequenceEvent> = own.iter().map(|k| word(result[*k].time, result[*k].kind)).collect();
     // Equal sequences are matched event by event, however far they are apart.
     let equal = reference.len() == candidate.len() && reference.iter().zip(&candidate).all(|(a, b)| a.kind == b.kind);
     let pairs: Vec<(usize, usize)> = if equal {

@@ -242,10 +242,9 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
     let text = error.to_string();
     match error {
         // What is asked for before anything is computed.
-        SweepError::OtherStudy { .. }
-        | SweepError::OtherShard { .. }
-        | SweepError::TooManyShards { .. }
-        | SweepError::BoundaryInShards => CommandError::Input(text),
+        SweepError::OtherStudy { .. } | SweepError::OtherShard { .. } | SweepError::Shard(_) => {
+            CommandError::Input(text)
+        }
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
             _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);

@@ -8,8 +8,8 @@ use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
 use super::statistics::{Statistic, statistics};
 use super::windows::Phase;
-use super::word::{Alignment, Difference, Fault, WordEvent};
 use super::{Cause, Channel, States};
+use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
 use std::path::Path;
 
@@ -108,7 +108,7 @@ pub(super) struct Parts<'a> {
     pub case_differences: Vec<CaseDifference>,
     pub detection: Option<Detection>,
     pub span: Span,
-    pub words: (&'a [WordEvent], &'a [WordEvent]),
+    pub words: (&'a [SequenceEvent], &'a [SequenceEvent]),
     pub uncovered: usize,
     pub alignment: Alignment,
     pub errors: EventErrors,

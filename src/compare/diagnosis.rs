@@ -8,9 +8,9 @@ use super::event_errors::EventErrors;
 use super::reference::Physics;
 use super::states::{Grid, Probe};
 use super::units::UnitFault;
-use super::word::{Alignment, Fault, WordEvent};
 use crate::model::BreakawayTest;
 use crate::record::EventKind;
+use crate::record::sequence::{Alignment, Fault, SequenceEvent};
 use serde::Serialize;
 
 /// What is wrong with a candidate.
@@ -56,7 +56,7 @@ pub(super) struct Kick {
 /// Everything that the rules look at.
 pub(super) struct Evidence<'a> {
     pub physics: &'a Physics,
-    pub reference: &'a [WordEvent],
+    pub reference: &'a [SequenceEvent],
     pub found: &'a [Found],
     pub alignment: &'a Alignment,
     pub errors: &'a EventErrors,

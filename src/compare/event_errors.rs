@@ -1,6 +1,6 @@
 //! Errors of event times.
 
-use super::word::{Alignment, WordEvent};
+use crate::record::sequence::{Alignment, SequenceEvent};
 use serde::Serialize;
 
 /// Errors of event times over the matched pairs, candidate minus reference, s.
@@ -33,7 +33,7 @@ pub struct EventError {
 
 impl EventErrors {
     /// Of two aligned words.
-    pub fn of(reference: &[WordEvent], candidate: &[WordEvent], alignment: &Alignment) -> EventErrors {
+    pub fn of(reference: &[SequenceEvent], candidate: &[SequenceEvent], alignment: &Alignment) -> EventErrors {
         let events: Vec<EventError> = alignment
             .matched()
             .map(|(r, c)| EventError {

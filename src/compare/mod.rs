@@ -15,7 +15,6 @@ pub mod event_errors;
 pub mod reference;
 pub mod states;
 pub mod windows;
-pub mod word;
 
 mod case_differences;
 mod channel;
@@ -37,6 +36,7 @@ pub use requirement::Requirement;
 pub use statistics::Statistic;
 
 use crate::case::Case;
+use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
 use candidate::{Block, case_of};
@@ -49,7 +49,6 @@ use reference::{Physics, Rerun, Walk};
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
 use torques::TorqueWatch;
-use word::{Alignment, WordEvent};
 
 /// Events of a candidate beyond this are chattering.
 const MOST_EVENTS: usize = 1_000_000;
@@ -62,7 +61,7 @@ pub struct Reference {
     physics: Physics,
     rerun: Rerun,
     events: Vec<Event>,
-    word: Vec<WordEvent>,
+    word: Vec<SequenceEvent>,
     /// Its first sample, s.
     start: f64,
     /// Its last sample, s.
@@ -114,7 +113,7 @@ impl Reference {
         let physics = Physics::new(&case.parameters);
         Ok(Reference {
             word: in_word
-                .map(|e| WordEvent {
+                .map(|e| SequenceEvent {
                     time: e.time,
                     kind: e.kind,
                 })
@@ -166,16 +165,16 @@ impl Reference {
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
-        let all: Vec<WordEvent> = found
+        let all: Vec<SequenceEvent> = found
             .iter()
-            .map(|f| WordEvent {
+            .map(|f| SequenceEvent {
                 time: f.time,
                 kind: f.kind,
             })
             .collect();
-        let within = |e: &&WordEvent| e.time >= span.from && e.time <= span.to;
-        let reference_word: Vec<WordEvent> = self.word.iter().filter(within).copied().collect();
-        let word: Vec<WordEvent> = all.iter().filter(within).copied().collect();
+        let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
+        let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
+        let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
         let alignment = Alignment::of(&reference_word, &word, self.physics.natural_period);
         let errors = EventErrors::of(&reference_word, &word, &alignment);
 
@@ -377,7 +376,7 @@ impl Reference {
     }
 
     /// Times that should be the same in both runs: first and last event, or the ends.
-    fn time_pairs(&self, candidate: &[WordEvent], survey: &Survey) -> Vec<(f64, f64)> {
+    fn time_pairs(&self, candidate: &[SequenceEvent], survey: &Survey) -> Vec<(f64, f64)> {
         let mut pairs = Vec::new();
         for (r, c) in [
             (self.word.first(), candidate.first()),

@@ -1,7 +1,7 @@
 //! The paper's numbers of both runs, side by side.
 
-use super::word::WordEvent;
 use crate::analysis::StickSlip;
+use crate::record::sequence::SequenceEvent;
 use serde::Serialize;
 
 /// A number of the stick-slip of both runs.
@@ -57,13 +57,13 @@ pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
 /// durations, and one that ends before the reference's last event has no final stick, nor has the reference beside it.
 /// One that covers no event of a reference with events has none of the numbers.
 pub(super) fn statistics(
-    reference: &[WordEvent],
-    candidate: &[WordEvent],
+    reference: &[SequenceEvent],
+    candidate: &[SequenceEvent],
     from_start: bool,
     to_end: bool,
     uncovered: usize,
 ) -> Vec<Statistic> {
-    let of = |word: &[WordEvent]| StickSlip::from_word(word.iter().map(|e| (e.time, e.kind)));
+    let of = |word: &[SequenceEvent]| StickSlip::from_word(word.iter().map(|e| (e.time, e.kind)));
     let (r, c) = (of(reference), of(candidate));
     let covered = |name: &str| {
         let of_start = name == "onset" || name.starts_with("first");

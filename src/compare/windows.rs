@@ -1,6 +1,6 @@
 //! Which stretches of the candidate stand beside which stretches of the reference: never across an event.
 
-use super::word::{Alignment, WordEvent};
+use crate::record::sequence::{Alignment, SequenceEvent};
 use serde::Serialize;
 
 /// What part of a run a sample is in, which says how it is compared.
@@ -44,13 +44,13 @@ pub struct Window {
 /// The stretches in which both runs are in the same segment, in order of time. `from_start` says that both words begin
 /// with the first event of the run, `to_end` that the reference's ends with its last.
 pub fn windows(
-    reference: &[WordEvent],
-    candidate: &[WordEvent],
+    reference: &[SequenceEvent],
+    candidate: &[SequenceEvent],
     alignment: &Alignment,
     from_start: bool,
     to_end: bool,
 ) -> Vec<Window> {
-    let start = |word: &[WordEvent], k: usize| word.get(k).map_or(f64::INFINITY, |e| e.time);
+    let start = |word: &[SequenceEvent], k: usize| word.get(k).map_or(f64::INFINITY, |e| e.time);
     let mut windows = Vec::with_capacity(reference.len() + 1);
     if from_start {
         windows.push(Window {

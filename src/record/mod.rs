@@ -3,6 +3,7 @@
 mod digest;
 mod recorder;
 mod rows;
+pub mod sequence;
 
 pub use digest::{Cycle, CycleStatistics, EventDigest};
 pub use recorder::{MemoryRecorder, NoRecorder, Recorder, RecorderError};

@@ -5,15 +5,17 @@
 //! points that are needed at a time are run as one round, so that every thread has work; what is asked for next depends
 //! on the outcomes alone, and so the points and their numbers are the same in every run of the study.
 
-use super::axis::Range;
 use super::contour::contours;
 use super::criterion::BoundarySpec;
+use super::curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
+use super::error::SweepEnd;
+use super::fold;
 use super::lattice::{Edge, Lattice};
 use super::limit::linear_limit;
-use super::nose;
-use super::output::{Points, Running, SweepEnd};
 use super::quantities::{Outcome, quantity_index};
+use super::running::{Points, Running};
 use super::study::Study;
+use super::tracer::{Crossing, Tracer, place_in_plane};
 use crate::analysis::growth::foreseen_exponent;
 use crate::case::Setting;
 use std::collections::BTreeSet;
@@ -22,102 +24,10 @@ use std::collections::BTreeSet;
 const CONTOUR_NODES: usize = 4000;
 const FINER: usize = 4;
 
-/// Which part of a curve a point belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Branch {
-    /// Before the point of largest y, at the smaller x.
-    Lower = 0,
-    /// Beyond it, at the larger x.
-    Upper = 1,
-    /// The point of largest y of a curve that turns there.
-    Nose = 2,
-}
-
-/// A point of a boundary: between two runs, one of which meets the criterion. In the units of the axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BoundaryPoint {
-    /// Of the run that meets the criterion.
-    pub met: [f64; 2],
-    /// Of the run that does not.
-    pub unmet: [f64; 2],
-    pub branch: Branch,
-}
-
-impl BoundaryPoint {
-    /// The middle of the two.
-    pub fn middle(&self) -> [f64; 2] {
-        std::array::from_fn(|k| 0.5 * (self.met[k] + self.unmet[k]))
-    }
-}
-
-/// One connected line of a boundary.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// Which plane: the values of the other axes.
-    pub plane: usize,
-    /// In order along the line; the first again at the end of a closed one.
-    pub points: Vec<BoundaryPoint>,
-}
-
-/// A line beside the boundary, such as a contour.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Line {
-    pub plane: usize,
-    /// What is constant along it.
-    pub level: f64,
-    pub points: Vec<[f64; 2]>,
-}
-
-/// What tracing a boundary came to.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Boundaries {
-    /// The values of the axes outside the plane, for each plane.
-    pub planes: Vec<Vec<Setting>>,
-    pub curves: Vec<Curve>,
-    /// Where steady sliding loses its stability only in the limit of standstill: c_t = 2 r F alpha (mu_s - mu_d) under
-    /// the largest force.
-    pub linear_limit: Vec<Line>,
-    /// Contours of the growth exponent G.
-    pub growth: Vec<Line>,
-}
-
-/// An edge of the finest grid, or another stretch, while it is bisected.
-#[derive(Debug, Clone)]
-pub(super) struct Crossing {
-    pub(super) plane: usize,
-    pub(super) edge: Edge,
-    /// Shares of the plane: where the criterion is met, and where it is not.
-    pub(super) met: [f64; 2],
-    pub(super) unmet: [f64; 2],
-    /// The run at [`Self::unmet`] failed: whether the criterion changes there is not known.
-    pub(super) unknown: bool,
-}
-
-impl Crossing {
-    pub(super) fn width(&self) -> f64 {
-        (self.met[0] - self.unmet[0])
-            .abs()
-            .max((self.met[1] - self.unmet[1]).abs())
-    }
-
-    pub(super) fn middle(&self) -> [f64; 2] {
-        std::array::from_fn(|k| 0.5 * (self.met[k] + self.unmet[k]))
-    }
-}
-
-/// Asks for rounds of points, numbering them as they come.
-pub(super) struct Tracer<'a, 'b> {
-    running: &'a mut Running<'b>,
-    asked: &'a mut Vec<Vec<Setting>>,
-    spec: &'a BoundarySpec,
-    ranges: [Range; 2],
-    planes: Vec<Vec<Setting>>,
-}
-
 /// Traces the boundaries of a study in every plane.
 pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Points) -> Result<Boundaries, SweepEnd> {
     let study = running.study;
-    let (Points::Asked(asked), Some(ranges)) = (points, spec.ranges(study)) else {
+    let (Points::Asked(asked), Some(ranges)) = (points, spec.ranges(&study.axes)) else {
         return Ok(Boundaries::default());
     };
     let mut tracer = Tracer {
@@ -201,7 +111,7 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
         })
         .collect();
     let cell = lattices[0].size.map(|cells| 1.0 / f64::from(cells));
-    nose::refine(&mut tracer, &mut traced, cell)?;
+    fold::refine(&mut tracer, &mut traced, cell)?;
     let place = |share: [f64; 2]| -> [f64; 2] { std::array::from_fn(|k| ranges[k].at(share[k])) };
     let curves = traced.iter().map(|line| {
         let points = line.iter().map(|crossing| BoundaryPoint {
@@ -222,7 +132,7 @@ pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Poi
     let mut outside = outside.flat_map(|(_, axis)| &axis.keys);
     let one_for_all = outside.all(|key| key.starts_with("perturbation.") || key.starts_with("solver."));
     let limits = if one_for_all { 1 } else { tracer.planes.len() };
-    let growth = tracer.growth_contours(&first, limits);
+    let growth = growth_contours(&tracer, &first, limits);
     let linear_limit = (0..limits)
         .map(|plane| Line {
             plane,
@@ -260,120 +170,55 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
     planes
 }
 
-impl Tracer<'_, '_> {
-    /// Runs points given by their plane and their share of it.
-    fn round(&mut self, shares: &[(usize, [f64; 2])]) -> Result<Vec<Outcome>, SweepEnd> {
-        let start = self.asked.len();
-        for &(plane, share) in shares {
-            let coordinates = place_in_plane(&self.planes[plane], self.spec, self.ranges, share);
-            self.asked.push(coordinates);
-        }
-        self.running.round(start as u64, &self.asked[start..])
+/// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
+/// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
+fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
+    let (Some(quantity), study) = (quantity_index("growth_exponent"), tracer.running.study) else {
+        return Vec::new();
+    };
+    if tracer.spec.growth_contours.is_empty() {
+        return Vec::new();
     }
-
-    /// Halves every crossing until it is as narrow as the study says.
-    pub(super) fn bisect(&mut self, crossings: &mut [Crossing]) -> Result<(), SweepEnd> {
-        loop {
-            let wide: Vec<usize> = (0..crossings.len())
-                .filter(|&k| crossings[k].width() > self.spec.width)
-                .collect();
-            if wide.is_empty() {
-                return Ok(());
-            }
-            let shares: Vec<_> = wide
-                .iter()
-                .map(|&k| (crossings[k].plane, crossings[k].middle()))
-                .collect();
-            let outcomes = self.round(&shares)?;
-            for (&k, outcome) in wide.iter().zip(&outcomes) {
-                let middle = crossings[k].middle();
-                if self.spec.criterion.is_met(outcome) {
-                    crossings[k].met = middle;
-                } else {
-                    crossings[k].unmet = middle;
-                    crossings[k].unknown = outcome.result.is_err();
-                }
-            }
-        }
-    }
-
-    /// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
-    /// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
-    fn growth_contours(&self, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
-        let (Some(quantity), study) = (quantity_index("growth_exponent"), self.running.study) else {
-            return Vec::new();
+    let [columns, rows] = tracer.spec.nodes;
+    let finer = ((CONTOUR_NODES as f64 / (columns * rows) as f64).sqrt() as usize).clamp(1, FINER);
+    let fine = [columns, rows].map(|count| (count - 1) * finer + 1);
+    let mut lines = Vec::new();
+    for (plane, outcomes) in outcomes.chunks(columns * rows).take(planes).enumerate() {
+        let exact = |share: [f64; 2]| {
+            let case = study.case_at(&place_in_plane(
+                &tracer.planes[plane],
+                tracer.spec,
+                tracer.ranges,
+                share,
+            ));
+            let growth = case.map(|case| foreseen_exponent(&case.parameters, case.output.end_time));
+            growth.ok().flatten().unwrap_or(f64::NAN)
         };
-        if self.spec.growth_contours.is_empty() {
-            return Vec::new();
-        }
-        let [columns, rows] = self.spec.nodes;
-        let finer = ((CONTOUR_NODES as f64 / (columns * rows) as f64).sqrt() as usize).clamp(1, FINER);
-        let fine = [columns, rows].map(|count| (count - 1) * finer + 1);
-        let mut lines = Vec::new();
-        for (plane, outcomes) in outcomes.chunks(columns * rows).take(planes).enumerate() {
-            let exact = |share: [f64; 2]| {
-                let case = study.case_at(&place_in_plane(&self.planes[plane], self.spec, self.ranges, share));
-                let growth = case.map(|case| foreseen_exponent(&case.parameters, case.output.end_time));
-                growth.ok().flatten().unwrap_or(f64::NAN)
-            };
-            let node = |k: usize| {
-                let [i, j] = [k % fine[0], k / fine[0]];
-                exact([i as f64 / (fine[0] - 1) as f64, j as f64 / (fine[1] - 1) as f64])
-            };
-            let values: Vec<f64> = (0..fine[0] * fine[1]).map(node).collect();
-            let known = values.iter().all(|value| value.is_finite());
-            let of_run = |k: usize| outcomes[(k % columns) * rows + k / columns].value(quantity);
-            let (nodes, values) = if known {
-                (fine, values)
-            } else {
-                (self.spec.nodes, (0..columns * rows).map(of_run).collect())
-            };
-            let exact: Option<&dyn Fn([f64; 2]) -> f64> = if known { Some(&exact) } else { None };
-            for &level in &self.spec.growth_contours {
-                for line in contours(nodes, &values, level, exact) {
-                    let place = |share: &[f64; 2]| std::array::from_fn(|k| self.ranges[k].at(share[k]));
-                    lines.push(Line {
-                        plane,
-                        level,
-                        points: line.iter().map(place).collect(),
-                    });
-                }
+        let node = |k: usize| {
+            let [i, j] = [k % fine[0], k / fine[0]];
+            exact([i as f64 / (fine[0] - 1) as f64, j as f64 / (fine[1] - 1) as f64])
+        };
+        let values: Vec<f64> = (0..fine[0] * fine[1]).map(node).collect();
+        let known = values.iter().all(|value| value.is_finite());
+        let of_run = |k: usize| outcomes[(k % columns) * rows + k / columns].value(quantity);
+        let (nodes, values) = if known {
+            (fine, values)
+        } else {
+            (tracer.spec.nodes, (0..columns * rows).map(of_run).collect())
+        };
+        let exact: Option<&dyn Fn([f64; 2]) -> f64> = if known { Some(&exact) } else { None };
+        for &level in &tracer.spec.growth_contours {
+            for line in contours(nodes, &values, level, exact) {
+                let place = |share: &[f64; 2]| std::array::from_fn(|k| tracer.ranges[k].at(share[k]));
+                lines.push(Line {
+                    plane,
+                    level,
+                    points: line.iter().map(place).collect(),
+                });
             }
         }
-        lines
     }
-
-    /// Of the stretches, each with whatever it belongs to, those whose ends are on the sides they are taken for.
-    pub(super) fn confirmed<T>(&mut self, stretches: Vec<(T, Crossing)>) -> Result<Vec<(T, Crossing)>, SweepEnd> {
-        let ends = stretches.iter().flat_map(|(_, crossing)| {
-            let Crossing { plane, met, unmet, .. } = *crossing;
-            [(plane, met), (plane, unmet)]
-        });
-        let outcomes = self.round(&ends.collect::<Vec<_>>())?;
-        let criterion = self.spec.criterion;
-        let sides = outcomes.chunks_exact(2);
-        let sides =
-            sides.map(|pair| criterion.is_met(&pair[0]) && pair[1].result.is_ok() && !criterion.is_met(&pair[1]));
-        Ok(stretches
-            .into_iter()
-            .zip(sides)
-            .filter(|(_, confirmed)| *confirmed)
-            .map(|(stretch, _)| stretch)
-            .collect())
-    }
-}
-
-pub(super) fn place_in_plane(
-    plane: &[Setting],
-    spec: &BoundarySpec,
-    ranges: [Range; 2],
-    share: [f64; 2],
-) -> Vec<Setting> {
-    let mut coordinates = plane.to_vec();
-    for k in 0..2 {
-        coordinates[spec.plane[k]] = Setting::Number(ranges[k].at(share[k]));
-    }
-    coordinates
+    lines
 }
 
 /// Splits a curve at its largest y. Where that is an end of it, there is no nose, and the curve is one branch: the lower

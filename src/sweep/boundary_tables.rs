@@ -1,6 +1,6 @@
 //! The tables of a boundary in a sweep file.
 
-use super::boundary::{Boundaries, BoundaryPoint, Line};
+use super::curves::{Boundaries, BoundaryPoint, Line};
 use super::study::{Design, Study};
 use crate::results::{Column, ColumnData, ResultError, SweepWriter};
 

@@ -3,7 +3,6 @@
 use super::axis::{Axis, Range};
 use super::quantities::{Outcome, QUANTITIES, quantity_index};
 use super::reading::{Reader, whole_number};
-use super::study::Study;
 use crate::case::document::{Node, Value};
 use crate::case::{Setting, suggest};
 use crate::quote::shown;
@@ -115,14 +114,14 @@ pub struct BoundarySpec {
 
 impl BoundarySpec {
     /// The two ranges of the plane.
-    pub fn ranges(&self, study: &Study) -> Option<[Range; 2]> {
-        let [x, y] = self.plane.map(|axis| study.axes[axis].range);
+    pub fn ranges(&self, axes: &[Axis]) -> Option<[Range; 2]> {
+        let [x, y] = self.plane.map(|axis| axes[axis].range);
         Some([x?, y?])
     }
 
     /// The first corner of the first plane.
-    pub(super) fn corner(&self, study: &Study) -> Vec<Setting> {
-        study.axes.iter().map(|axis| axis.levels[0].clone()).collect()
+    pub(super) fn corner(axes: &[Axis]) -> Vec<Setting> {
+        axes.iter().map(|axis| axis.levels[0].clone()).collect()
     }
 }
 

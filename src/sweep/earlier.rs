@@ -1,7 +1,8 @@
 //! What an earlier start of a sweep has left: the journals of ranks, or the whole file.
 
+use super::error::SweepError;
 use super::journal::{Existing, Journal, rank_journals};
-use super::output::{NAMED_FAILURES, SweepError, SweepReport};
+use super::report::{NAMED_FAILURES, SweepReport};
 use super::shard::Shard;
 use crate::results::{ResultError, ShardFile, SweepFile};
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! The linear limit: where steady sliding loses its stability only in the limit of standstill.
 
 use super::axis::Range;
-use super::boundary::place_in_plane;
 use super::criterion::BoundarySpec;
 use super::study::Study;
+use super::tracer::place_in_plane;
 use crate::case::{Case, Setting};
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;

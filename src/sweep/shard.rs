@@ -1,6 +1,5 @@
 //! One of several parts into which a study is split, for machines that share nothing but the study.
 
-use super::output::SweepError;
 use super::study::{Design, Study};
 use crate::quote::shown;
 use crate::results::Partition;
@@ -97,6 +96,18 @@ impl fmt::Display for Shard {
     }
 }
 
+/// Why a study has no such shard.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShardError {
+    #[error("the study has {points} points, too few for {count} shards; use at most {points}")]
+    TooMany { points: u64, count: usize },
+    #[error(
+        "the study traces a boundary: which points it needs depends on what the others come to, so it cannot be split into shards; sweep it as one job on many threads (-j), on many machines under MPI, or as one study for each value of its other axes"
+    )]
+    Boundary,
+}
+
 /// The points of one shard.
 pub(super) struct Part {
     /// Counted from 0.
@@ -109,11 +120,11 @@ pub(super) struct Part {
 impl Part {
     /// # Errors
     /// A study that has no shards, or not so many.
-    pub(super) fn of(study: &Study, shard: Shard) -> Result<Self, SweepError> {
-        let points = study.point_count().ok_or(SweepError::BoundaryInShards)?;
+    pub(super) fn of(study: &Study, shard: Shard) -> Result<Self, ShardError> {
+        let points = study.point_count().ok_or(ShardError::Boundary)?;
         if points < shard.count() as u64 {
             let count = shard.count();
-            return Err(SweepError::TooManyShards { points, count });
+            return Err(ShardError::TooMany { points, count });
         }
         let shape = match study.design {
             Design::Grid => study.axes.iter().map(|axis| axis.levels.len()).collect(),

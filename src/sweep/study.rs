@@ -280,8 +280,8 @@ impl Study {
         let label = self.source.label();
         let mut first = None;
         let count = match &self.design {
-            Design::Boundary(spec) => {
-                let corner = spec.corner(self);
+            Design::Boundary(_) => {
+                let corner = BoundarySpec::corner(&self.axes);
                 return self
                     .case_at(&corner)
                     .map(drop)

@@ -1,7 +1,7 @@
 //! What a report says, whatever it is written in.
 
-use crate::compare::word::{Difference, Fault};
 use crate::compare::{Comparison, Statistic};
+use crate::record::sequence::{Difference, Fault};
 
 /// How much of a comparison is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

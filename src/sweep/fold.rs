@@ -1,11 +1,11 @@
-//! The nose of a boundary, its point of largest y, looked for along x.
+//! The fold of a boundary, its point of largest y, looked for along x.
 //!
 //! The lattice knows it to one of its cells. Here columns are drawn through those cells, each is bisected, and the
 //! search goes on between the neighbours of the highest.
 
-use super::boundary::{Crossing, Tracer};
+use super::error::SweepEnd;
 use super::lattice::Edge;
-use super::output::SweepEnd;
+use super::tracer::{Crossing, Tracer};
 
 /// Columns drawn at a time.
 const COLUMNS: usize = 8;
@@ -13,7 +13,7 @@ const COLUMNS: usize = 8;
 /// Times that columns are drawn; the stretch of x shrinks to two parts in nine each time.
 const ROUNDS: usize = 3;
 
-/// A stretch of x around a nose, in shares of the plane.
+/// A stretch of x around a fold, in shares of the plane.
 struct Search {
     line: usize,
     left: f64,
@@ -24,7 +24,7 @@ struct Search {
     found: Vec<Crossing>,
 }
 
-/// Adds columns around the noses of lines that have one; `cell` is the size of a cell of the finest lattice.
+/// Adds columns around the folds of lines that have one; `cell` is the size of a cell of the finest lattice.
 pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f64; 2]) -> Result<(), SweepEnd> {
     let found = lines.iter().enumerate();
     let mut searches: Vec<Search> = found.filter_map(|(k, line)| search(k, line, cell)).collect();
@@ -67,7 +67,7 @@ pub(super) fn refine(tracer: &mut Tracer, lines: &mut [Vec<Crossing>], cell: [f6
     Ok(())
 }
 
-/// Where to look for the nose of a line; `None` for one without.
+/// Where to look for the fold of a line; `None` for one without.
 fn search(line: usize, points: &[Crossing], cell: [f64; 2]) -> Option<Search> {
     let top = top_of(points)?;
     let [x, y] = points[top].middle();

@@ -1,11 +1,11 @@
 //! Two mode words held against each other: what matches, what is missing, what is too many, and where they part.
 
-use crate::record::EventKind;
+use super::rows::EventKind;
 use serde::Serialize;
 
 /// One event of a mode word.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WordEvent {
+pub struct SequenceEvent {
     /// s.
     pub time: f64,
     /// What happened.
@@ -86,7 +86,7 @@ impl Alignment {
     /// The alignment is the cheapest one, where an unmatched event costs 1 and a matched pair up to 1, in proportion
     /// to the difference of its times up to a quarter of the natural period. Times are compared as they are, and also
     /// shifted by what the first or the last events differ by; what comes out cheapest is taken.
-    pub fn of(reference: &[WordEvent], candidate: &[WordEvent], natural_period: f64) -> Alignment {
+    pub fn of(reference: &[SequenceEvent], candidate: &[SequenceEvent], natural_period: f64) -> Alignment {
         let mut shifts = vec![0.0];
         for ends in [
             reference.first().zip(candidate.first()),
@@ -124,13 +124,14 @@ impl Alignment {
 }
 
 /// Cost of matching two events; `None` if they are of different kinds.
-fn match_cost(r: &WordEvent, c: &WordEvent, shift: f64, related: f64) -> Option<f64> {
+fn match_cost(r: &SequenceEvent, c: &SequenceEvent, shift: f64, related: f64) -> Option<f64> {
     (r.kind == c.kind).then(|| ((c.time - r.time - shift).abs() / related).min(1.0))
 }
 
-fn align(reference: &[WordEvent], candidate: &[WordEvent], shift: f64, related: f64) -> (f64, Vec<Pair>) {
+fn align(reference: &[SequenceEvent], candidate: &[SequenceEvent], shift: f64, related: f64) -> (f64, Vec<Pair>) {
     // What is equal at both ends needs no table.
-    let equal = |(r, c): (&WordEvent, &WordEvent)| match_cost(r, c, shift, related).is_some_and(|cost| cost < 1e-3);
+    let equal =
+        |(r, c): (&SequenceEvent, &SequenceEvent)| match_cost(r, c, shift, related).is_some_and(|cost| cost < 1e-3);
     let head = reference.iter().zip(candidate).take_while(|&pair| equal(pair)).count();
     let (r_rest, c_rest) = (&reference[head..], &candidate[head..]);
     let tail = r_rest
@@ -153,8 +154,8 @@ fn align(reference: &[WordEvent], candidate: &[WordEvent], shift: f64, related: 
 
 /// The classical table of prefixes, with one byte for each cell.
 fn align_middle(
-    reference: &[WordEvent],
-    candidate: &[WordEvent],
+    reference: &[SequenceEvent],
+    candidate: &[SequenceEvent],
     shift: f64,
     related: f64,
     offset: usize,
@@ -216,8 +217,8 @@ fn align_middle(
 
 /// Names what the unmatched events are.
 fn differences(
-    reference: &[WordEvent],
-    candidate: &[WordEvent],
+    reference: &[SequenceEvent],
+    candidate: &[SequenceEvent],
     pairs: &[Pair],
     natural_period: f64,
 ) -> Vec<Difference> {
@@ -260,8 +261,8 @@ fn differences(
 
 /// The unmatched event of the other word that explains the one at `k`, and what the two are together.
 fn partner(
-    reference: &[WordEvent],
-    candidate: &[WordEvent],
+    reference: &[SequenceEvent],
+    candidate: &[SequenceEvent],
     pairs: &[Pair],
     used: &[bool],
     k: usize,
@@ -296,8 +297,9 @@ fn partner(
 }
 
 /// Whether an event stands right beside another one of its kind.
-fn is_doubled(word: &[WordEvent], k: usize, natural_period: f64) -> bool {
-    let same =
-        |other: &WordEvent| other.kind == word[k].kind && (other.time - word[k].time).abs() <= AT_ONCE * natural_period;
+fn is_doubled(word: &[SequenceEvent], k: usize, natural_period: f64) -> bool {
+    let same = |other: &SequenceEvent| {
+        other.kind == word[k].kind && (other.time - word[k].time).abs() <= AT_ONCE * natural_period
+    };
     (k > 0 && same(&word[k - 1])) || word.get(k + 1).is_some_and(same)
 }

@@ -1,0 +1,174 @@
+//! From the journal to the sweep file.
+
+use super::curves::Boundaries;
+use super::error::SweepError;
+use super::journal::Journal;
+use super::quantities::{NO_COUNT, QUANTITIES, quantity_index};
+use super::report::{NAMED_FAILURES, SweepOptions};
+use super::running::Points;
+use super::shard::Part;
+use super::study::{Design, Study};
+use crate::case::Setting;
+use crate::results::{ShardPlan, Status, SweepAxis, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter};
+use std::path::PathBuf;
+
+/// A sweep file, how many of its points are done and how many of them failed, and the first of those.
+pub(super) struct Written {
+    pub(super) file: PathBuf,
+    pub(super) done: u64,
+    pub(super) failed: u64,
+    pub(super) failures: Vec<(u64, String)>,
+    pub(super) unfinished: u64,
+}
+
+/// Makes the sweep file from the journal, in the order of the points.
+pub(super) fn write(
+    study: &Study,
+    options: &SweepOptions,
+    journal: &mut Journal,
+    points: &Points,
+    part: Option<&Part>,
+    boundaries: Option<&Boundaries>,
+    interrupted: bool,
+) -> Result<Written, SweepError> {
+    let count = points.count();
+    let layout = match study.design {
+        Design::Grid => SweepLayout::Grid,
+        _ => SweepLayout::Table,
+    };
+    let words: Vec<Vec<String>> = (0..study.axes.len())
+        .map(|axis| words_of(study, points, axis))
+        .collect();
+    let code = |axis: usize, value: &Setting| match value.as_number() {
+        Some(number) if words[axis].is_empty() => number,
+        _ => words[axis].iter().position(|word| *word == value.word()).unwrap_or(0) as f64,
+    };
+    let axes = study.axes.iter().enumerate().map(|(k, axis)| SweepAxis {
+        name: axis.name.clone(),
+        keys: axis.keys.join(" "),
+        units: axis.unit.unwrap_or("1").to_owned(),
+        long_name: axis.description.to_owned(),
+        words: words[k].clone(),
+        values: axis.levels.iter().map(|level| code(k, level)).collect(),
+    });
+    let whole = layout;
+    // The points of a shard are no grid.
+    let layout = part.map_or(whole, |_| SweepLayout::Table);
+    let plan = SweepPlan {
+        layout,
+        axes: axes.collect(),
+        variables: sweep_variables(),
+        points: part.map_or(count as usize, |part| part.partition.size(part.shard)),
+        keep_events: study.keep.events,
+        shard: part.map(|part| ShardPlan {
+            shard: part.shard,
+            partition: part.partition.clone(),
+            layout: whole,
+            shape: part.shape.clone(),
+        }),
+    };
+    let mut writer = SweepWriter::create(options.path, options.overwrite, &study.files, &options.header, &plan)?;
+    let (mut done, mut failed, mut unfinished) = (0, 0, 0);
+    let mut failures = Vec::new();
+    let final_stick = quantity_index("final_stick_time");
+    for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
+        let coordinates = match layout {
+            SweepLayout::Grid => Vec::new(),
+            SweepLayout::Table => {
+                let values = points.coordinates(number);
+                values
+                    .iter()
+                    .enumerate()
+                    .map(|(axis, value)| code(axis, value))
+                    .collect()
+            }
+        };
+        let mut row = SweepRow {
+            number,
+            coordinates,
+            ..SweepRow::default()
+        };
+        if let Some(outcome) = journal.read(number)? {
+            done += 1;
+            row.events = outcome
+                .events
+                .iter()
+                .map(|e| {
+                    (
+                        e.time,
+                        e.kind.code(),
+                        e.mode_after,
+                        e.relative_velocity,
+                        e.internal_force,
+                    )
+                })
+                .collect();
+            match outcome.result {
+                Ok(values) => {
+                    unfinished += u64::from(final_stick.is_some_and(|k| values[k].is_nan()));
+                    row.values = Some(values.to_vec());
+                }
+                Err(message) => {
+                    failed += 1;
+                    if failures.len() < NAMED_FAILURES {
+                        failures.push((number, message.clone()));
+                    }
+                    row.failure = Some(message);
+                }
+            }
+        }
+        writer.push(row)?;
+    }
+    if let Some(boundaries) = boundaries {
+        boundaries.write(study, &mut writer)?;
+    }
+    let status = if interrupted {
+        Status::Interrupted
+    } else {
+        Status::Complete
+    };
+    Ok(Written {
+        file: writer.finish(&status)?,
+        done,
+        failed,
+        failures,
+        unfinished,
+    })
+}
+
+/// The variables of a sweep file: one for each of [`QUANTITIES`].
+pub(crate) fn sweep_variables() -> Vec<SweepVariable> {
+    let variables = QUANTITIES.iter().map(|quantity| SweepVariable {
+        name: quantity.name.to_owned(),
+        units: quantity.unit.to_owned(),
+        long_name: quantity.description.to_owned(),
+        count_fill: quantity.count.then_some(NO_COUNT),
+    });
+    variables.collect()
+}
+
+/// The words on an axis, each once, in the order of their first point; none where all values are numbers.
+fn words_of(study: &Study, points: &Points, axis: usize) -> Vec<String> {
+    let levels = &study.axes[axis].levels;
+    if study.axes[axis].range.is_some() {
+        return Vec::new();
+    }
+    let values: Vec<Setting> = if levels.is_empty() {
+        (0..points.count())
+            .map(|number| points.coordinates(number)[axis].clone())
+            .collect()
+    } else {
+        levels.clone()
+    };
+    if values.iter().all(|value| value.as_number().is_some()) {
+        return Vec::new();
+    }
+    let mut words: Vec<String> = Vec::new();
+    for value in values {
+        let word = value.word();
+        if !words.contains(&word) {
+            words.push(word);
+        }
+    }
+    words
+}

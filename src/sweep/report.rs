@@ -1,0 +1,60 @@
+//! How a sweep is run, and what it came to.
+
+use super::curves::Boundaries;
+use super::runner::Integrate;
+use super::shard::Shard;
+use crate::results::{Overwrite, SweepHeader};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// How a sweep is run.
+pub struct SweepOptions<'a> {
+    /// The sweep file.
+    pub path: &'a Path,
+    pub overwrite: Overwrite,
+    /// Go on with what an interrupted sweep of the same study has left.
+    pub resume: bool,
+    /// Only this part of the points, into the file of a shard.
+    pub shard: Option<Shard>,
+    /// Threads.
+    pub workers: usize,
+    pub header: SweepHeader,
+    pub integrate: &'a Integrate<'a>,
+    /// Set from outside to end the sweep in good order.
+    pub stop: &'a AtomicBool,
+}
+
+/// How far a sweep is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SweepProgress {
+    /// Points that are done, with those of an earlier start.
+    pub done: u64,
+    /// Points of the study, or as many as are known of so far.
+    pub total: u64,
+    /// Whether there may be more than [`Self::total`].
+    pub open: bool,
+    pub failed: u64,
+}
+
+/// What a sweep came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepReport {
+    /// The sweep file, or the partial file of an interrupted sweep.
+    pub file: PathBuf,
+    pub interrupted: bool,
+    /// Points in the file that are done.
+    pub points: u64,
+    /// Points that were run now, not before.
+    pub run_now: u64,
+    /// Points that failed, by number, and why; the first of them only, if there are many.
+    pub failures: Vec<(u64, String)>,
+    pub failed: u64,
+    /// Points whose runs end before a stick that lasts, so that their sticks may not be all; not counted again for a
+    /// sweep that had been complete before.
+    pub unfinished: Option<u64>,
+    /// Of a study of a boundary.
+    pub boundaries: Option<Boundaries>,
+}
+
+/// This many failures are named in a report.
+pub(super) const NAMED_FAILURES: usize = 5;
