@@ -7,7 +7,8 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::oracle::{self, ExactParameters, OracleOptions, rational};
+use stickslip::model::ExactParameters;
+use stickslip::oracle::{self, OracleOptions, rational};
 
 /// `paper-si` from a lower speed: it stops after a quarter of a second.
 fn short_brake() -> ExactParameters {

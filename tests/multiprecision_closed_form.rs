@@ -5,8 +5,9 @@ mod common;
 use common::truth;
 use num_rational::BigRational;
 use stickslip::model::closed_form::ClosedForm;
+use stickslip::model::nearest_double;
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
-use stickslip::oracle::{nearest_double, rational};
+use stickslip::oracle::rational;
 
 /// From the state of each stick event to the slip that ends it, by how much the rotor's speed changes. That takes a sum for
 /// each binary digit of the duration, eight or so, each rounded by half a unit in the last place of the speed: four units

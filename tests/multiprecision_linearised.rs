@@ -7,7 +7,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
 use stickslip::case::{Case, CaseSource};
-use stickslip::oracle::{self, ExactActuation, ExactParameters, OracleEvent, OracleOptions, nearest_double, rational};
+use stickslip::model::{ExactActuation, ExactParameters, nearest_double};
+use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::simulate;
 

@@ -5,7 +5,8 @@ use num_traits::{Signed, Zero};
 use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, nearest_double, rational};
+use stickslip::model::nearest_double;
+use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::simulate;
 

@@ -9,9 +9,10 @@ use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::Mode;
 use stickslip::model::axial::AxialMotion;
+use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::on_slow_manifold;
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
-use stickslip::oracle::{self, Number, OracleOptions, nearest_double, rational};
+use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::simulate;
 

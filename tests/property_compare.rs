@@ -4,8 +4,8 @@ mod compare_common;
 
 use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
 use stickslip::compare::detect::{Detector, Point};
-use stickslip::record::sequence::Fault;
 use stickslip::compare::{Comparison, Detection, Mapping, Reference};
+use stickslip::record::sequence::Fault;
 use stickslip::results::ResultFile;
 
 /// A copy of the reference in which values of one variable are changed.

@@ -5,8 +5,9 @@ mod cli_common;
 use cli_common::{Folder, output};
 use proptest::prelude::*;
 use resvg::usvg;
-use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, Story};
+use stickslip::plot::catalogue::{ENTRIES, ExponentialFit};
 use stickslip::plot::decimate::{MinMax, Portrait};
+use stickslip::plot::entry::Story;
 use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {

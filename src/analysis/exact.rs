@@ -6,8 +6,9 @@
 
 use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, certify};
 use crate::case::{Case, CaseSource, Override};
+use crate::model::ExactParameters;
 use crate::model::torsion::TorsionModel;
-use crate::oracle::{self, ExactParameters, Number, OracleProgress, OracleRequest, OracleSolution};
+use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use std::ops::ControlFlow;

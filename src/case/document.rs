@@ -4,7 +4,6 @@ use crate::quote::{quoted, shown};
 use toml_edit::{Document, Item, Table, TableLike, TomlError, Value as TomlValue};
 
 use super::error::{CaseError, Problem};
-use super::setting::Setting;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq)]
@@ -258,6 +257,15 @@ impl Override {
         &self.path
     }
 
+    /// Sets a value.
+    pub(super) fn value(path: &str, value: Value) -> Override {
+        Override {
+            path: path.to_owned(),
+            value,
+            origin: None,
+        }
+    }
+
     /// Sets a number, in SI.
     pub fn number(path: &str, value: f64) -> Override {
         Override {
@@ -281,21 +289,6 @@ impl Override {
             path: path.to_owned(),
             value: node.value,
             origin,
-        }
-    }
-
-    /// Sets one value of an axis.
-    pub fn setting(path: &str, value: &Setting) -> Override {
-        let value = match value {
-            Setting::Number(number) => Value::Float(*number),
-            Setting::Count(count) => Value::Integer(i64::try_from(*count).unwrap_or(i64::MAX)),
-            Setting::Flag(flag) => Value::Flag(*flag),
-            Setting::Text(text) => Value::Text(text.clone()),
-        };
-        Override {
-            path: path.to_owned(),
-            value,
-            origin: None,
         }
     }
 

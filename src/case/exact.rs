@@ -5,7 +5,7 @@ use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
 use super::{Case, CaseSource, schema};
 use crate::model::{Axial, KickTime};
-use crate::oracle::{ExactActuation, ExactKick, ExactParameters};
+use crate::model::{ExactActuation, ExactKick, ExactParameters};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::Pow;

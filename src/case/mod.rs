@@ -26,17 +26,18 @@ mod reader;
 mod resolved;
 mod setting;
 mod source;
+mod value;
 
 pub use document::Override;
 pub use error::{CaseError, Problem};
-pub(crate) use reader::number_of;
 pub(crate) use setting::read_setting;
 pub use setting::{Setting, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
+pub(crate) use value::number_of;
 
+use crate::model::ExactParameters;
 use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};
-use crate::oracle::ExactParameters;
 use crate::simulation::{OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].

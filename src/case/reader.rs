@@ -3,8 +3,9 @@
 use super::conditions::{self, Violation};
 use super::document::{self, Node, Override, Place, Value};
 use super::error::{CaseError, Problem};
-use super::quantity::{self, Dimension};
+use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
+use super::value::{choice, number};
 use super::{Case, CaseSource, suggest};
 use crate::model::KickTime;
 use crate::quote::shown;
@@ -378,61 +379,6 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
         Kind::Source(..) | Kind::SourceChoice(_) => {}
     }
     Ok(())
-}
-
-pub(super) fn number(value: &Value, dimension: Dimension, domain: Domain) -> Result<f64, String> {
-    let number = match value {
-        Value::Integer(number) => *number as f64,
-        Value::Float(number) => *number,
-        Value::Text(text) => quantity::parse(text, dimension)?,
-        other => {
-            return Err(format!(
-                "expected {}, but got {}",
-                quantity::expectation(dimension),
-                other.describe()
-            ));
-        }
-    };
-    match domain.complaint(number) {
-        None => Ok(number),
-        Some(complaint) => Err(format!("{complaint}, but is {}", written(value, number, dimension))),
-    }
-}
-
-/// A number by the rules of a key of the schema: its unit and its limits. For files that vary a case.
-pub(crate) fn number_of(node: &Node, path: &str) -> Result<f64, String> {
-    let key = schema::keys().iter().find(|key| key.path == path);
-    match key.map(|key| &key.kind) {
-        Some(Kind::Number(dimension, domain, _)) => number(&node.value, *dimension, *domain),
-        _ => unreachable!("{path} is a number of the schema"),
-    }
-}
-
-/// The value as written, and in SI if it was written in another unit.
-fn written(value: &Value, number: f64, dimension: Dimension) -> String {
-    match value {
-        Value::Text(text) => format!("\"{text}\", {number:?} {}", dimension.unit(), text = shown(text)),
-        _ => format!("{number:?}"),
-    }
-}
-
-pub(super) fn choice(value: &Value, names: &[&'static str]) -> Result<&'static str, String> {
-    let listed = || match names {
-        [only] => format!("\"{only}\""),
-        _ => format!("one of \"{}\"", names.join("\", \"")),
-    };
-    let Value::Text(text) = value else {
-        return Err(format!("expected {}, but got {}", listed(), value.describe()));
-    };
-    names.iter().find(|name| *name == text).copied().ok_or_else(|| {
-        let hint = suggest(text, names.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
-        format!(
-            "expected {}, but got \"{text}\"{}",
-            listed(),
-            hint.unwrap_or_default(),
-            text = shown(text)
-        )
-    })
 }
 
 fn missing(key: &Key) -> String {

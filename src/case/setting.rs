@@ -1,9 +1,9 @@
 //! One value for one key, checked by itself: what an axis of a study is made of.
 
-use super::document::Value;
+use super::document::{Override, Value};
 use super::quantity::Dimension;
-use super::reader::{choice, number};
 use super::schema::{self, Domain, Key, Kind};
+use super::value::{choice, number};
 
 /// One value of a key; a number is in the key's SI unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,19 @@ impl Setting {
             Setting::Flag(flag) => flag.to_string(),
             Setting::Text(text) => text.clone(),
         }
+    }
+}
+
+impl Override {
+    /// Sets one value of an axis.
+    pub fn setting(path: &str, value: &Setting) -> Override {
+        let value = match value {
+            Setting::Number(number) => Value::Float(*number),
+            Setting::Count(count) => Value::Integer(i64::try_from(*count).unwrap_or(i64::MAX)),
+            Setting::Flag(flag) => Value::Flag(*flag),
+            Setting::Text(text) => Value::Text(text.clone()),
+        };
+        Override::value(path, value)
     }
 }
 

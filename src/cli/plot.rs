@@ -2,7 +2,8 @@
 
 use super::arguments::{Common, Format, PlotOptions};
 use super::{CommandError, End, complain, print, print_json, terminal};
-use crate::plot::catalogue::{self, ENTRIES, Entry, Story};
+use crate::plot::catalogue::{self, ENTRIES};
+use crate::plot::entry::{Entry, Story};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{Figure, PlotError, Run, critical, own, page, raster, svg};
 use crate::results::{ResultFile, Status, SweepFile};

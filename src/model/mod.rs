@@ -7,6 +7,7 @@ pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
 pub mod closed_form;
+pub mod exact;
 pub mod friction;
 pub mod linear_flow;
 pub mod oscillator;
@@ -17,6 +18,7 @@ pub mod slow_stick;
 pub mod stability;
 pub mod torsion;
 
+pub use exact::{ExactActuation, ExactKick, ExactParameters, nearest_double};
 pub use parameters::{
     Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Mode, Parameters, Torsion,
 };

@@ -527,6 +527,15 @@ impl<const N: usize> From<&Float<N>> for Number {
     }
 }
 
+impl Number {
+    /// The double `value`, exactly, as a number of a precision of `bits`.
+    pub fn from_f64(value: f64, bits: usize) -> Number {
+        // A word holds the mantissa of a double.
+        let exact = Number::from(&Float::<1>::from_f64(value));
+        exact.with_bits(bits)
+    }
+}
+
 impl<const N: usize> PartialEq for Float<N> {
     fn eq(&self, other: &Self) -> bool {
         self.partial_cmp(other) == Some(Ordering::Equal)
@@ -608,7 +617,7 @@ impl<const N: usize> SubAssign<&Float<N>> for Float<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oracle::nearest_double;
+    use crate::model::nearest_double;
     use proptest::prelude::*;
 
     fn exact<const N: usize>(float: &Float<N>) -> BigRational {

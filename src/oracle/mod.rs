@@ -19,7 +19,7 @@
 mod automaton;
 mod float;
 mod number;
-mod parameters;
+mod pieces;
 mod report;
 mod roots;
 mod series;
@@ -27,8 +27,7 @@ mod solve;
 mod steps;
 
 pub use automaton::run;
-pub use number::{Number, decimal, nearest_double, rational};
-pub use parameters::{ExactActuation, ExactKick, ExactParameters};
+pub use number::{Number, decimal, rational};
 pub use report::{OracleEvent, OracleReport, OracleState};
 pub use solve::{OracleProgress, OracleRequest, OracleSolution, solve};
 

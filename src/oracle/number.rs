@@ -1,9 +1,9 @@
 //! Numbers as a run gives them: exact, and independent of the precision that it computed with.
 
-use super::float::Float;
+use crate::model::nearest_double;
 use num_bigint::{BigInt, BigUint};
 use num_rational::BigRational;
-use num_traits::{One, Pow, Signed, ToPrimitive, Zero};
+use num_traits::{One, Pow, Signed, Zero};
 use std::cmp::Ordering;
 
 /// A binary floating-point number: what a run of some precision found, exactly.
@@ -26,11 +26,9 @@ impl Number {
         }
     }
 
-    /// The double `value`, exactly, as a number of a precision of `bits`.
-    pub fn from_f64(value: f64, bits: usize) -> Number {
-        // A word holds the mantissa of a double.
-        let exact = Number::from(&Float::<1>::from_f64(value));
-        Number { bits, ..exact }
+    /// The same number, as one of a precision of `bits`.
+    pub(super) fn with_bits(self, bits: usize) -> Number {
+        Number { bits, ..self }
     }
 
     /// The rational `value`, cut off after `bits`.
@@ -145,11 +143,6 @@ pub fn rational(text: &str) -> Option<BigRational> {
     }
     let ten = BigRational::from_integer(BigInt::from(10));
     Some(BigRational::from_integer(digits) * Pow::pow(ten, power))
-}
-
-/// The double nearest to a rational.
-pub fn nearest_double(value: &BigRational) -> f64 {
-    value.to_f64().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! convolution, and E = exp(g) the convolution k E_k = sum of j g_j E_(k-j) over j = 1..k.
 
 use super::float::Float;
-use super::parameters::ExactParameters;
+use crate::model::ExactParameters;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 

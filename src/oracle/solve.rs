@@ -8,9 +8,9 @@
 //! the second, and so on. Where rounding decides about the events, two runs that differ by a machine word or more have
 //! them at different places: what has grown from 2^-64 of the other comes e-folds, and with them milliseconds, later.
 
-use super::parameters::ExactParameters;
 use super::report::OracleReport;
-use super::{DIGITS, OracleError, OracleOptions, automaton, digits_of, nearest_double, words, words_beyond};
+use super::{DIGITS, OracleError, OracleOptions, automaton, digits_of, words, words_beyond};
+use crate::model::{ExactParameters, nearest_double};
 use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};

@@ -1,8 +1,9 @@
 //! Order and length of a step from the precision.
 
 use super::float::Float;
-use super::parameters::ExactParameters;
+use super::pieces::pieces;
 use super::series::{Expansion, Model, State, component::*, largest_order};
+use crate::model::{ExactParameters, nearest_double};
 
 /// Orders that are tried, each against the last: the cost of a step is about the order's square, and the best length for
 /// it depends on how much of the motion is slow.
@@ -41,10 +42,9 @@ impl Scales {
     /// the same of the axial motion.
     pub fn new(exact: &ExactParameters) -> Scales {
         let p = exact.rounded();
-        let force = exact
-            .pieces()
+        let force = pieces(&exact.actuation)
             .iter()
-            .map(|piece| super::nearest_double(&piece.force).abs())
+            .map(|piece| nearest_double(&piece.force).abs())
             .fold(0.0, f64::max);
         let force = if force > 0.0 { force } else { 1.0 };
         let twist =

@@ -1,59 +1,21 @@
 //! The figures of the paper, from one run or several: each knows its window of time by the events.
 
-use super::error::PlotError;
+use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Story};
+use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::own::over_time;
 use super::portraits;
 use super::run::Run;
-use super::style::{BLACK, BLUE, GREY, PALETTE, VERMILLION};
+use super::style::{BLACK, BLUE, GREY, VERMILLION, line_color};
 use crate::analysis::modes::critical_speed;
-use crate::case;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
-use crate::record::EventKind;
 use crate::simulation::OutputWindow;
-use plotters::style::RGBColor;
-use std::f64::consts::TAU;
 
 /// The figure of the paper that is a critical curve in (alpha, c_t).
 const CRITICAL_CURVE: u32 = 25;
 /// The first and the last figure of the paper that are of one run.
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
-
-/// Samples in a period from which a close-up shows the motion and not its sampling.
-pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
-
-/// What comes of a figure: drawn, or why this run does not have it.
-pub type Outcome = Result<Figure, Absent>;
-
-/// Why a run does not have a figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Absent {
-    /// In words.
-    pub why: String,
-    /// The sampling that a repeated run would need to have it.
-    pub window: Option<OutputWindow>,
-}
-
-impl From<&str> for Absent {
-    fn from(why: &str) -> Self {
-        Absent {
-            why: why.to_owned(),
-            window: None,
-        }
-    }
-}
-
-/// One figure of the catalogue.
-#[derive(Debug, Clone, Copy)]
-pub struct Entry {
-    /// File name without extension.
-    pub name: &'static str,
-    pub title: &'static str,
-    /// Number in the paper, where it is known.
-    pub paper_figure: Option<u32>,
-    build: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
-}
 
 /// Every figure, in the order in which the paper tells the story.
 pub const ENTRIES: &[Entry] = &[
@@ -175,27 +137,13 @@ const fn entry(
     name: &'static str,
     title: &'static str,
     paper_figure: Option<u32>,
-    build: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
+    draw: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
 ) -> Entry {
     Entry {
         name,
         title,
         paper_figure,
-        build,
-    }
-}
-
-impl Entry {
-    /// Makes the figure.
-    ///
-    /// # Errors
-    /// If a file cannot be read. That a run does not have the figure is no error.
-    pub fn build(&self, story: &Story) -> Result<Outcome, PlotError> {
-        let outcome = (self.build)(self, story)?;
-        Ok(outcome.map(|figure| Figure {
-            paper_figure: self.paper_figure,
-            ..figure
-        }))
+        draw,
     }
 }
 
@@ -227,94 +175,6 @@ fn unknown_figure(name: &str) -> PlotError {
     }
 }
 
-/// " (did you mean ...?)" if a known name is close.
-pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> String {
-    case::suggest(unknown, known)
-        .map(|close| format!(" (did you mean {close}?)"))
-        .unwrap_or_default()
-}
-
-/// Colour of the n-th line.
-pub(super) fn line_color(number: usize) -> RGBColor {
-    PALETTE[number % PALETTE.len()]
-}
-
-/// The runs to draw and the moments of the first of them that divide its story.
-#[derive(Debug)]
-pub struct Story<'a> {
-    pub runs: &'a [Run],
-    pub run: &'a Run,
-    /// T_n, s.
-    pub period: f64,
-    /// Period of the axial motion without damping, s.
-    pub axial_period: f64,
-    /// First and last stick, s.
-    pub onset: Option<f64>,
-    /// The stick in which the run ends, s.
-    pub final_stick: Option<f64>,
-    /// Loss of stability, s.
-    pub instability: Option<f64>,
-    /// The last corner of F(t), s.
-    pub corner: Option<f64>,
-}
-
-impl<'a> Story<'a> {
-    /// Of runs of which the first is the reference; `None` without a run.
-    pub fn new(runs: &'a [Run]) -> Option<Story<'a>> {
-        let run = runs.first()?;
-        let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
-        let axial = &run.parameters.axial;
-        let corner = run.events.iter().rfind(|e| e.kind == EventKind::Corner);
-        Some(Story {
-            runs,
-            run,
-            period: TorsionModel::new(&run.parameters).natural_period(),
-            axial_period: TAU / (axial.stiffness / axial.mass).sqrt(),
-            onset: run.stick_slip.onset_time,
-            final_stick: run.stick_slip.final_stick_time,
-            instability: first(EventKind::Destabilised),
-            corner: corner.map(|e| e.time).filter(|&t| t > 0.0),
-        })
-    }
-
-    /// The part of a window that the first run covers, if its samples there resolve motions of `period`; or why not.
-    pub(super) fn resolved(
-        &self,
-        (from, to): (f64, f64),
-        period: f64,
-    ) -> Result<Result<(f64, f64), Absent>, PlotError> {
-        let window = (from.max(self.run.times.0), to.min(self.run.times.1));
-        let count = match self.run.rows_in(window) {
-            Ok(rows) => rows.len() as f64,
-            Err(PlotError::NothingInRange { .. }) => 0.0,
-            Err(error) => return Err(error),
-        };
-        if window.1 > window.0 && count * period >= SAMPLES_PER_PERIOD * (window.1 - window.0) {
-            return Ok(Ok(window));
-        }
-        Ok(Err(too_sparse((from, to), period)))
-    }
-}
-
-/// Why a close-up is not drawn, and which samples it needs: a hundred in a period.
-pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
-    // Two digits, and whole milliseconds.
-    let interval = period / 100.0;
-    let outward = |t: f64, round: fn(f64) -> f64| round(t * 1e3) / 1e3;
-    let window = OutputWindow {
-        from: outward(from, f64::floor).max(0.0),
-        to: outward(to, f64::ceil),
-        interval: format!("{interval:.1e}").parse().unwrap_or(interval),
-    };
-    Absent {
-        why: format!(
-            "the samples from {from:.6} to {to:.6} s are too far apart to show the motion: it takes one every {:.1e} s",
-            window.interval
-        ),
-        window: Some(window),
-    }
-}
-
 /// The sampling with which a repeated run has everything that was absent, as `--set` takes it: its windows so far and
 /// those that are needed. `None` if no sampling helps.
 pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
@@ -334,10 +194,6 @@ pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     let list = kept.iter().map(text).collect::<Vec<_>>().join(", ");
     (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
 }
-
-pub(super) const NO_STICK: &str = "the run has no stick";
-pub(super) const NO_CORNER: &str = "F(t) has no corner after the start";
-pub(super) const NO_CYCLE: &str = "the run has no stick that ends";
 
 fn whole(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
     // One pass over the file for all figures of the whole run.

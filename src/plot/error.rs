@@ -1,7 +1,7 @@
 //! Why a figure could not be drawn, in the words of the user.
 
 use super::target::TargetError;
-use crate::case::CaseError;
+use crate::case::{self, CaseError};
 use crate::results::ResultError;
 use std::path::PathBuf;
 
@@ -63,4 +63,11 @@ pub enum PlotError {
     TooLarge { width: f64, height: f64 },
     #[error("drawing failed: {0}")]
     Drawing(String),
+}
+
+/// " (did you mean ...?)" if a known name is close.
+pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> String {
+    case::suggest(unknown, known)
+        .map(|close| format!(" (did you mean {close}?)"))
+        .unwrap_or_default()
 }

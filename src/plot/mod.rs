@@ -6,6 +6,7 @@
 pub mod catalogue;
 pub mod critical;
 pub mod decimate;
+pub mod entry;
 pub mod error;
 pub mod figure;
 pub mod font;
@@ -19,6 +20,7 @@ pub mod portraits;
 pub mod raster;
 pub mod run;
 pub mod scale;
+pub mod signature;
 pub mod spiral;
 pub mod style;
 pub mod svg;

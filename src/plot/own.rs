@@ -1,11 +1,10 @@
 //! Figures of the user's own: any channel over time, or against another.
 
-use super::catalogue::line_color;
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
 use super::run::Run;
-use super::style::{BLACK, of_mode};
+use super::style::{BLACK, line_color, of_mode};
 use crate::model::Mode;
 
 /// A window of time, s, as far as the first run goes.

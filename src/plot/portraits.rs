@@ -1,6 +1,6 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::catalogue::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Story, too_sparse};
+use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Story, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::Run;

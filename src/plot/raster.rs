@@ -1,12 +1,9 @@
 //! From SVG to PNG, with the program's own font.
 
 use super::error::PlotError;
-use super::font;
+use super::{font, signature};
 use resvg::{tiny_skia, usvg};
 use std::sync::{Arc, OnceLock};
-
-/// Keyword and text of the PNG's text chunk, by which the program knows its own figures.
-pub const SIGNATURE: (&str, &str) = ("Software", "stickslip");
 
 /// Pixels of an inch in SVG.
 const SVG_DPI: f64 = 96.0;
@@ -69,7 +66,7 @@ fn encode(pixels: &tiny_skia::Pixmap, dpi: f64) -> Result<Vec<u8>, png::Encoding
         yppu: per_metre,
         unit: png::Unit::Meter,
     }));
-    encoder.add_text_chunk(SIGNATURE.0.to_owned(), SIGNATURE.1.to_owned())?;
+    encoder.add_text_chunk(signature::PNG.0.to_owned(), signature::PNG.1.to_owned())?;
     let rgb: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&rgb)?;

@@ -120,7 +120,7 @@ impl Run {
             PlotError::UnknownChannel {
                 path: self.path().to_owned(),
                 name: channel.to_owned(),
-                hint: super::catalogue::hint(channel, names.iter().map(String::as_str)),
+                hint: super::error::hint(channel, names.iter().map(String::as_str)),
                 known: names.join(", "),
             }
         })

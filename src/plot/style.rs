@@ -77,3 +77,8 @@ pub fn of_event(kind: EventKind) -> RGBColor {
         EventKind::Destabilised | EventKind::Restabilised => BLACK,
     }
 }
+
+/// Colour of the n-th line.
+pub fn line_color(number: usize) -> RGBColor {
+    PALETTE[number % PALETTE.len()]
+}

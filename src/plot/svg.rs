@@ -5,6 +5,7 @@ use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::font::{self, text_width, wrapped_title};
 use super::marks::marks;
 use super::scale::Scale;
+use super::signature;
 use super::style::*;
 use crate::record::EventKind;
 use plotters::coord::Shift;
@@ -16,9 +17,6 @@ use plotters::prelude::{
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
-
-/// Every figure starts with these words in its `<desc>`, by which the program knows its own.
-pub const SIGNATURE: &str = "stickslip figure";
 
 /// Free border, drawing units.
 const MARGIN: f64 = 150.0;
@@ -106,10 +104,11 @@ fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> Stri
     let mm = |units: u32| f64::from(units) / UNITS_PER_MM;
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {width} {height}\" \
-         role=\"img\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{SIGNATURE} {}</desc>{body}",
+         role=\"img\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{} {}</desc>{body}",
         mm(width),
         mm(height),
         escaped(&figure.full_title()),
+        signature::SVG,
         escaped(&figure.name),
     )
 }

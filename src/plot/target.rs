@@ -1,6 +1,6 @@
 //! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
-use super::{raster, svg};
+use super::signature;
 use crate::results::target::{folder_of, same_file, write_whole};
 use std::fs;
 use std::io::{self, ErrorKind, Read};
@@ -8,9 +8,6 @@ use std::path::{Path, PathBuf};
 
 /// Bytes at the start of a file in which a signature stands.
 const HEAD: u64 = 4096;
-
-/// By this, near its beginning, the program knows a page of its own.
-pub const PAGE_SIGNATURE: &str = "<meta name=\"generator\" content=\"stickslip";
 
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,11 +44,11 @@ impl Product {
     /// Whether a file that begins with `head` is such a product of this program.
     fn is_own(self, head: &[u8]) -> bool {
         let contains = |text: &str| head.windows(text.len()).any(|window| window == text.as_bytes());
-        let (keyword, value) = raster::SIGNATURE;
+        let (keyword, value) = signature::PNG;
         match self {
-            Product::Page => contains(PAGE_SIGNATURE),
+            Product::Page => contains(signature::PAGE),
             Product::Figure if head.starts_with(b"\x89PNG") => contains(&format!("{keyword}\0{value}")),
-            Product::Figure => contains(&format!("<desc>{}", svg::SIGNATURE)),
+            Product::Figure => contains(&format!("<desc>{}", signature::SVG)),
         }
     }
 }

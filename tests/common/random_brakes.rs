@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::oracle::{self, Number, OracleOptions, nearest_double, rational};
+use stickslip::model::nearest_double;
+use stickslip::oracle::{self, Number, OracleOptions, rational};
 
 /// Numbers in [0, 1) that are the same in every run (splitmix64).
 pub struct Random(pub u64);

@@ -3,13 +3,13 @@
 mod guards;
 
 use super::float::Float;
-use super::number::{Number, nearest_double};
-use super::parameters::{ExactParameters, Piece};
+use super::number::Number;
+use super::pieces::{Piece, pieces};
 use super::report::{OracleEvent, OracleReport, OracleState};
 use super::series::{Expansion, Law, Model, State, component::*};
 use super::steps::{self, Scales};
 use super::{OracleError, OracleOptions};
-use crate::model::{BreakawayTest, Mode};
+use crate::model::{BreakawayTest, ExactParameters, Mode, nearest_double};
 use crate::record::EventKind;
 use guards::Guard;
 use num_bigint::BigInt;
@@ -116,7 +116,7 @@ struct Run<const N: usize> {
 impl<const N: usize> Run<N> {
     fn new(exact: &ExactParameters, options: &OracleOptions) -> Self {
         let number = Float::from_rational;
-        let mut pieces: VecDeque<Piece> = exact.pieces().into();
+        let mut pieces: VecDeque<Piece> = pieces(&exact.actuation).into();
         let zero = || BigRational::from_integer(BigInt::from(0));
         let first = pieces.pop_front().unwrap_or(Piece {
             start: zero(),

@@ -70,7 +70,7 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
     let trajectory = Trajectory::of(file, SIZE_LIMIT.saturating_sub(fixed))?;
     let samples_kept = trajectory.kept;
     let trajectory = json(&trajectory)?;
-    let generator = format!("{} {}\">", target::PAGE_SIGNATURE, env!("CARGO_PKG_VERSION"));
+    let generator = format!("{} {}\">", super::signature::PAGE, env!("CARGO_PKG_VERSION"));
     let title = escape(file.title());
     let mut parts = Vec::new();
     for part in TEMPLATE.split("{{").flat_map(|part| part.split("}}")) {

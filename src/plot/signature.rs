@@ -1,0 +1,10 @@
+//! By what the program knows its own figures and pages.
+
+/// Keyword and text of a PNG's text chunk.
+pub const PNG: (&str, &str) = ("Software", "stickslip");
+
+/// Every SVG starts with these words in its `<desc>`.
+pub const SVG: &str = "stickslip figure";
+
+/// A page has this near its beginning.
+pub const PAGE: &str = "<meta name=\"generator\" content=\"stickslip";
