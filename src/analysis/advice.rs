@@ -1,7 +1,8 @@
 //! What to do about a result that falls short: advice is tried before it is given.
 
 use super::bands::compared_output;
-use super::certificate::{Certificate, Verdict, certify, significant};
+use super::certificate::{Certificate, Verdict, certify};
+use super::verdict::significant;
 use super::exact::distances;
 use super::ladder::run;
 use super::warning::{KICK_OPTION, finer};

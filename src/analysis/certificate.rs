@@ -10,17 +10,18 @@
 use super::bands::{Bands, bands, compared_output};
 use super::ladder::{Finished, Ladder, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
 use super::linearised::{Linearised, linearise};
+use super::verdict::LEAST_WITNESSES;
 use super::warning::{Warning, warnings};
 use super::{Growth, Summary};
+
+pub use super::verdict::{CertifiedEvent, Verdict};
+
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::oracle::OracleError;
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::{Method, SolverOptions};
 use serde::Serialize;
-
-/// Independent witnesses that must see the result's sequence of events.
-pub(super) const LEAST_WITNESSES: usize = 2;
 
 /// Two errors may cross within one event or a few; over so many on each side they do not.
 const NEIGHBOURS: usize = 4;
@@ -32,88 +33,6 @@ pub(super) const LARGEST_SHARE: f64 = 0.02;
 /// e-folds by which rounding has to grow until it can be seen in the relative velocity; some five below those that make a
 /// stick of it.
 const GROWN_NOISE: f64 = 20.0;
-
-/// What can be said of an event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// Independent methods agree on it.
-    Converged,
-    /// It is amplified rounding: no tolerance makes it converge.
-    NoiseDetermined,
-    /// Independent methods find another sequence of events from here on.
-    SequenceDiffers,
-}
-
-impl Verdict {
-    /// All of them, in the order of their codes.
-    pub const ALL: [Verdict; 3] = [Verdict::Converged, Verdict::NoiseDetermined, Verdict::SequenceDiffers];
-
-    /// The code in result files.
-    pub fn code(self) -> i8 {
-        self as i8
-    }
-
-    /// The name in result files and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Converged => "converged",
-            Verdict::NoiseDetermined => "noise-determined",
-            Verdict::SequenceDiffers => "sequence-differs",
-        }
-    }
-}
-
-/// An event of the certified result.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CertifiedEvent {
-    /// s.
-    pub time: f64,
-    /// What happened.
-    pub kind: &'static str,
-    /// What can be said of it.
-    pub verdict: Verdict,
-    /// How far from the exact solution of the stated model it can be, s; infinite unless it is converged.
-    #[serde(serialize_with = "finite_or_null")]
-    pub uncertainty: f64,
-    /// What the ladder of methods alone says of it; the same as `verdict` unless the oracle has spoken.
-    pub ladder_verdict: Verdict,
-    /// The uncertainty by the ladder alone, s; infinite unless it is converged there.
-    #[serde(serialize_with = "finite_or_null")]
-    pub ladder_uncertainty: f64,
-    /// Its distance from the oracle's event, own less exact, s; `None` without one.
-    pub true_error: Option<f64>,
-    /// What double precision can hold: the rounding of the case's numbers and of the state and the clock at every event
-    /// before, amplified since, s.
-    pub rounding: f64,
-    /// e-folds by which a deviation has grown from the loss of stability to just behind the event.
-    pub growth: Option<f64>,
-}
-
-fn finite_or_null<S: serde::Serializer>(x: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    match x.is_finite() {
-        true => serializer.serialize_some(x),
-        false => serializer.serialize_none(),
-    }
-}
-
-impl CertifiedEvent {
-    /// Significant decimal digits of the time that are true; 0 unless it is converged.
-    pub fn digits(&self) -> u32 {
-        significant(self.time, self.uncertainty)
-    }
-
-    /// The most digits of the time that double precision can hold.
-    pub fn most_digits(&self) -> u32 {
-        significant(self.time, self.rounding)
-    }
-}
-
-/// Whole digits of `value` that an error of `error` leaves.
-pub(super) fn significant(value: f64, error: f64) -> u32 {
-    let digits = (value.abs() / error).log10().floor();
-    if digits >= 1.0 { digits.min(17.0) as u32 } else { 0 }
-}
 
 /// What the ladder says of a result.
 #[derive(Debug, Clone, Serialize)]

@@ -1,6 +1,6 @@
 //! What each number of a case does to the equations.
 
-use super::linearised::Equations;
+use super::equations::Equations;
 use crate::case::{Case, schema};
 use crate::model::{Actuation, KickTime};
 

@@ -6,6 +6,7 @@
 //! loss of stability, and one for each parameter from t = 0 on.
 
 pub use super::influence::ParameterName;
+use super::equations::{DYNAMIC, Dynamic, Equations, extended};
 use super::influence::{Influence, STEP, influences, is_corner};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
@@ -18,12 +19,6 @@ use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::{RunFailure, SolverOptions, simulate};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::ControlFlow;
-
-/// Components that matter: u, u', v, v', theta'.
-pub(super) const DYNAMIC: usize = 5;
-
-/// The dynamic part of a state.
-pub(super) type Dynamic = SVector<f64, DYNAMIC>;
 
 /// Columns before those of the parameters: unit deviations from the loss of stability on, and from the last event on.
 const HEAD: usize = 2 * DYNAMIC;
@@ -91,72 +86,6 @@ pub fn linearise(
     let first = run(plain)?;
     let recorder = run(resolving_output(case, &first))?;
     Ok(of_run(case, &recorder, instability, stop))
-}
-
-/// The equations at a value of the parameters.
-pub(super) struct Equations {
-    torsion: TorsionModel,
-    axial: AxialMotion,
-}
-
-impl Equations {
-    pub(super) fn new(parameters: &Parameters) -> Equations {
-        Equations {
-            torsion: TorsionModel::new(parameters),
-            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
-        }
-    }
-
-    pub(super) fn rates(&self, mode: Mode, t: f64, y: &Dynamic) -> Dynamic {
-        let (full, mut rates) = (extended(y), [0.0; crate::model::torsion::DIMENSION]);
-        let force = || self.axial.pressing_force(t);
-        self.torsion.rates(mode, force, &full, &mut rates);
-        Dynamic::from_column_slice(&rates[..DYNAMIC])
-    }
-
-    pub(super) fn jacobian(&self, mode: Mode, t: f64, y: &Dynamic) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
-        let full = extended(y);
-        let mut jacobian = DMatrix::zeros(full.len(), full.len());
-        let force = || self.axial.pressing_force(t);
-        self.torsion.jacobian(mode, force, &full, &mut jacobian.as_view_mut());
-        jacobian.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
-    }
-
-    /// The gradient of I theta' + J phi_2', which in slip is the one slow variable.
-    fn momentum(&self) -> Dynamic {
-        let mut unit = [0.0; DYNAMIC];
-        Dynamic::from_fn(|row, _| {
-            unit.fill(0.0);
-            unit[row] = 1.0;
-            slow_momentum(&self.torsion, &unit)
-        })
-    }
-
-    /// The guard whose zero an event is, in the mode before it; `None` if the event is set by time.
-    fn guard(&self, kind: EventKind, before: Mode, after: Mode, t: f64, y: &Dynamic) -> Option<f64> {
-        let full = extended(y);
-        let speed = self.torsion.relative_velocity(&full);
-        let force = self.axial.pressing_force(t);
-        match kind {
-            EventKind::Stick | EventKind::Reversal => Some(speed),
-            EventKind::Slip => {
-                let sense = f64::from(after.sense());
-                Some(self.torsion.breakaway_torque(force) - sense * self.torsion.tested_torque(&full))
-            }
-            EventKind::Separation | EventKind::Contact => Some(force),
-            EventKind::Destabilised | EventKind::Restabilised => {
-                let sense = f64::from(before.sense());
-                Some(self.torsion.stability_margin(sense, speed, force))
-            }
-            EventKind::Kick | EventKind::Corner => None,
-        }
-    }
-}
-
-fn extended(y: &Dynamic) -> [f64; crate::model::torsion::DIMENSION] {
-    let mut full = [0.0; crate::model::torsion::DIMENSION];
-    full[..DYNAMIC].copy_from_slice(y.as_slice());
-    full
 }
 
 /// The linearisation of a recorded run, up to where `stop` says so.

@@ -1,6 +1,6 @@
 //! The recorded path of a run, dense enough to be followed between its samples.
 
-use super::linearised::{DYNAMIC, Dynamic};
+use super::equations::{DYNAMIC, Dynamic};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;

@@ -1,0 +1,80 @@
+//! The dynamic part of a state, its equations, and the guards, at a value of the parameters.
+
+use crate::model::axial::AxialMotion;
+use crate::model::slow_manifold::slow_momentum;
+use crate::model::torsion::{DIMENSION, TorsionModel};
+use crate::model::{Mode, Parameters};
+use crate::record::EventKind;
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// Components that matter: u, u', v, v', theta'.
+pub(super) const DYNAMIC: usize = 5;
+
+/// The dynamic part of a state.
+pub(super) type Dynamic = SVector<f64, DYNAMIC>;
+
+/// The equations at a value of the parameters.
+pub(super) struct Equations {
+    pub(super) torsion: TorsionModel,
+    pub(super) axial: AxialMotion,
+}
+
+impl Equations {
+    pub(super) fn new(parameters: &Parameters) -> Equations {
+        Equations {
+            torsion: TorsionModel::new(parameters),
+            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
+        }
+    }
+
+    pub(super) fn rates(&self, mode: Mode, t: f64, y: &Dynamic) -> Dynamic {
+        let (full, mut rates) = (extended(y), [0.0; DIMENSION]);
+        let force = || self.axial.pressing_force(t);
+        self.torsion.rates(mode, force, &full, &mut rates);
+        Dynamic::from_column_slice(&rates[..DYNAMIC])
+    }
+
+    pub(super) fn jacobian(&self, mode: Mode, t: f64, y: &Dynamic) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+        let full = extended(y);
+        let mut jacobian = DMatrix::zeros(full.len(), full.len());
+        let force = || self.axial.pressing_force(t);
+        self.torsion.jacobian(mode, force, &full, &mut jacobian.as_view_mut());
+        jacobian.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
+    }
+
+    /// The gradient of I theta' + J phi_2', which in slip is the one slow variable.
+    pub(super) fn momentum(&self) -> Dynamic {
+        let mut unit = [0.0; DYNAMIC];
+        Dynamic::from_fn(|row, _| {
+            unit.fill(0.0);
+            unit[row] = 1.0;
+            slow_momentum(&self.torsion, &unit)
+        })
+    }
+
+    /// The guard whose zero an event is, in the mode before it; `None` if the event is set by time.
+    pub(super) fn guard(&self, kind: EventKind, before: Mode, after: Mode, t: f64, y: &Dynamic) -> Option<f64> {
+        let full = extended(y);
+        let speed = self.torsion.relative_velocity(&full);
+        let force = self.axial.pressing_force(t);
+        match kind {
+            EventKind::Stick | EventKind::Reversal => Some(speed),
+            EventKind::Slip => {
+                let sense = f64::from(after.sense());
+                Some(self.torsion.breakaway_torque(force) - sense * self.torsion.tested_torque(&full))
+            }
+            EventKind::Separation | EventKind::Contact => Some(force),
+            EventKind::Destabilised | EventKind::Restabilised => {
+                let sense = f64::from(before.sense());
+                Some(self.torsion.stability_margin(sense, speed, force))
+            }
+            EventKind::Kick | EventKind::Corner => None,
+        }
+    }
+}
+
+pub(super) fn extended(y: &Dynamic) -> [f64; DIMENSION] {
+    let mut full = [0.0; DIMENSION];
+    full[..DYNAMIC].copy_from_slice(y.as_slice());
+    full
+}
