@@ -55,10 +55,11 @@ fn counters(case: &str, method: Method) -> String {
 }
 
 /// By how much of itself, or by how many if that is more, a count may differ under another arithmetic. With the variants of
-/// exp, sin and cos that glibc takes for processors without fused multiply-add, whose last bits are others, steps differ by
-/// at most 2.8 %, Jacobians by 7.4 %, refused steps of `paper` by FILLED_IN.
-const SHARE: f64 = 0.25;
-const AT_LEAST: f64 = 20.0;
+/// exp, sin and cos that glibc has for processors without fused multiply-add, whose last bits are others, steps and
+/// right-hand sides differ by at most 3 %, and the rarer counts, such as Jacobians and refused steps, by at most 8 % or by
+/// one (GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2). Another compiler of SUNDIALS may do as much again.
+const SHARE: f64 = 0.2;
+const AT_LEAST: f64 = 10.0;
 
 /// A digest (FNV-1a) of exp, sin and cos at ten thousand places, as on the machine of the snapshots: x86-64, glibc 2.36, with
 /// fused multiply-add.
@@ -99,7 +100,11 @@ fn hold(name: &str, counters: &str) {
     for ((name, expected), (found_name, found)) in expected.iter().zip(&found) {
         assert_eq!(name, found_name, "{counters}");
         // Events, samples and segments are those of the solution, not of the steps.
-        let bound = if name.starts_with(' ') { (SHARE * expected).max(AT_LEAST) } else { 0.0 };
+        let bound = if name.starts_with(' ') {
+            (SHARE * expected).max(AT_LEAST)
+        } else {
+            0.0
+        };
         assert!((found - expected).abs() <= bound, "{name}: {found}, not {expected}");
     }
     assert_eq!(expected.len(), found.len(), "{counters}");

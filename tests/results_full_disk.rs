@@ -32,7 +32,10 @@ fn main() {
             "full_disk_by_a_limit_on_files_ends_a_run_with_an_error",
             full_disk_by_a_limit_on_files_ends_a_run_with_an_error,
         ),
-        ("full_disk_is_noticed_before_the_run", full_disk_is_noticed_before_the_run),
+        (
+            "full_disk_is_noticed_before_the_run",
+            full_disk_is_noticed_before_the_run,
+        ),
     ];
     let mut tests: Vec<Trial> = limited
         .into_iter()
@@ -115,10 +118,7 @@ fn child_that_fills_the_disk() {
 
 /// Runs the child by `command`, and holds what is left against what was written.
 fn check(name: &str, mut command: Command, folder: &Path, words: &str) -> usize {
-    let output = command
-        .env(FOLDER, folder)
-        .output()
-        .unwrap();
+    let output = command.env(FOLDER, folder).output().unwrap();
     let stdout = String::from_utf8_lossy(&output.stdout);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{name}: {stdout}{stderr}");
