@@ -13,13 +13,15 @@ use stickslip::simulation::{Event, Recorder, RecorderError, Sample, Segment};
 
 const FOLDER: &str = "STICKSLIP_TEST_FOLDER";
 
+type Test = fn() -> Result<Completion, Failed>;
+
 const NO_MOUNT: &str = "a small file system needs the right to mount one";
 
 fn main() {
     if std::env::var_os(FOLDER).is_some() {
         return child_that_fills_the_disk();
     }
-    let limited: [(&str, fn() -> Result<Completion, Failed>); 4] = [
+    let limited: [(&str, Test); 4] = [
         (
             "full_disk_is_an_error_that_keeps_what_was_saved",
             full_disk_is_an_error_that_keeps_what_was_saved,
