@@ -1,5 +1,5 @@
 //! A full disk ends a run with an error, and leaves what was saved before; a folder that may not be written is named.
-//! Where this user may not mount a small disk, or may write everywhere, the test reports itself as ignored.
+//! Where this user may not mount a small disk, the test reports itself as ignored.
 
 mod results_common;
 
@@ -15,11 +15,20 @@ const FOLDER: &str = "STICKSLIP_TEST_FOLDER";
 
 type Test = fn() -> Result<Completion, Failed>;
 
+const CLOSED: &str = "STICKSLIP_TEST_CLOSED_FOLDER";
+
+/// The user and group that own nothing, by their usual number.
+#[cfg(unix)]
+const NOBODY: u32 = 65534;
+
 const NO_MOUNT: &str = "a small file system needs the right to mount one";
 
 fn main() {
     if std::env::var_os(FOLDER).is_some() {
         return child_that_fills_the_disk();
+    }
+    if let Some(folder) = std::env::var_os(CLOSED) {
+        return child_that_may_not_write(Path::new(&folder));
     }
     let limited: [(&str, Test); 4] = [
         (
@@ -228,24 +237,37 @@ fn full_disk_is_noticed_before_the_run() -> Result<Completion, Failed> {
     Ok(Completion::Completed)
 }
 
-/// A folder that may not be written is named.
+/// A folder that may not be written is named. The superuser may write everywhere, and asks another user.
 #[cfg(unix)]
 fn refused_folder_without_permission() -> Result<Completion, Failed> {
     use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::process::CommandExt;
+    let allow = |path: &Path, mode| std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let closed = folder.path().join("closed");
     std::fs::create_dir(&closed).unwrap();
-    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o555)).unwrap();
+    allow(folder.path(), 0o755);
+    allow(&closed, 0o555);
+    let mut child = Command::new(std::env::current_exe().unwrap());
+    child.env(CLOSED, &closed);
     if std::fs::write(closed.join("probe"), "").is_ok() {
-        return missing("this user may write everywhere");
+        child.uid(NOBODY).gid(NOBODY).current_dir("/");
     }
-    let path = closed.join("paper.h5");
-    let created = ResultWriter::create(&path, Overwrite::Force, &[], &header());
-    let message = created.expect_err("to be refused").to_string();
-    assert!(message.starts_with(&path.display().to_string()), "{message}");
-    assert!(message.contains("; "), "{message}");
+    let Ok(output) = child.output() else {
+        return missing("this user may write everywhere, and another may not start this test");
+    };
+    let message = String::from_utf8_lossy(&output.stdout);
+    // The place, the reason and a remedy.
+    assert!(message.starts_with(&closed.display().to_string()), "{message}");
     assert!(message.contains("permission"), "{message}");
+    assert!(message.contains("; "), "{message}");
     Ok(Completion::Completed)
+}
+
+/// Not a test: what a user without permission is told.
+fn child_that_may_not_write(folder: &Path) {
+    let created = ResultWriter::create(&folder.join("paper.h5"), Overwrite::Force, &[], &header());
+    println!("{}", created.expect_err("to be refused"));
 }
 
 #[cfg(not(unix))]
