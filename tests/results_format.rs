@@ -1,32 +1,12 @@
-//! What other programs see in a result file.
+//! The bytes of a result file, and what it lists of itself. What other programs see in one: `results_readers`.
 
 mod results_common;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use results_common::{header, record, stick_slip, write};
 use stickslip::results::{AttributeValue, MetaValue, Overwrite, ResultFile, ResultWriter, Status, schema};
-
-/// The output of a program, or `None` with a message where it is not installed.
-fn output_of(program: &str, arguments: &[&str], file: &Path) -> Option<String> {
-    match Command::new(program).args(arguments).arg(file).output() {
-        Ok(output) => {
-            assert!(
-                output.status.success(),
-                "{program}: {}",
-                String::from_utf8_lossy(&output.stderr)
-            );
-            Some(String::from_utf8_lossy(&output.stdout).into_owned())
-        }
-        Err(_) => {
-            println!("skipped: {program} is not installed");
-            None
-        }
-    }
-}
 
 #[test]
 fn regression_identical_runs_give_identical_bytes() {
@@ -84,81 +64,6 @@ fn regression_only_meta_and_history_differ() {
     assert!(differing <= 12, "{differing} bytes differ");
 }
 
-/// Against h5dump, which knows nothing of this program.
-#[test]
-fn h5dump_sees_plain_columns() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.h5");
-    write(&path, 5000);
-    let Some(header) = output_of("h5dump", &["-H", "-p"], &path) else {
-        return;
-    };
-    let columns = schema::tables()
-        .iter()
-        .map(|table| table.variables.len())
-        .sum::<usize>();
-    for (what, count) in [
-        ("DATASET \"", columns + 3),
-        ("CHECKSUM FLETCHER32", columns),
-        ("PREPROCESSING SHUFFLE", columns),
-    ] {
-        assert_eq!(header.matches(what).count(), count, "{what}");
-    }
-    assert!(header.contains("COMPRESSION DEFLATE"));
-    for line in output_of("h5dump", &["-H", "-A", "0"], &path).unwrap().lines() {
-        assert!(
-            !line.contains("H5T_VLEN") && !line.contains("H5T_COMPOUND") && !line.contains("H5T_VARIABLE"),
-            "{line}"
-        );
-    }
-    let times = output_of(
-        "h5dump",
-        &["-d", "/trajectory/time", "-s", "4998", "-c", "2", "-y", "-m", "%.17g"],
-        &path,
-    );
-    let times = times.unwrap();
-    for row in [4998, 4999] {
-        let time = results_common::sample(row).time;
-        assert!(times.contains(&format!("{time}")), "{time}: {times}");
-    }
-}
-
-/// Against ncdump, of the netCDF library: dimensions are dimensions, with their variables.
-#[test]
-fn netcdf_sees_dimensions_and_flags() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.h5");
-    write(&path, 5000);
-    let Some(header) = output_of("ncdump", &["-h"], &path) else {
-        return;
-    };
-    for line in [
-        "time = UNLIMITED ; // (5000 currently)",
-        "event = UNLIMITED ; // (50 currently)",
-        "segment = UNLIMITED ; // (50 currently)",
-        "cycle = UNLIMITED ; // (3 currently)",
-        "double time(time) ;",
-        "byte mode(time) ;",
-        "mode:flag_values = 0b, 1b, 2b, 3b ;",
-        "string mode:flag_meanings = \"separated stick slip-forward slip-backward\" ;",
-        "double theta_dot_after(event) ;",
-        "double theta_dot_after:units",
-        "int64 steps(segment) ;",
-        "string case ;",
-        ":format_version = 1 ;",
-    ] {
-        let line = line.replace(
-            "double theta_dot_after:units",
-            "string theta_dot_after:units = \"rad s-1\" ;",
-        );
-        assert!(header.contains(&line), "{line}\n{header}");
-    }
-    assert!(
-        !header.contains("phony_dim") && !header.contains("_FillValue"),
-        "{header}"
-    );
-}
-
 /// Against the schema, through the reader.
 #[test]
 fn contents_lists_every_variable_with_units_and_range() {
@@ -207,27 +112,5 @@ fn schema_names_are_unique_and_flags_are_single_words() {
         for (_, meaning) in table.variables.iter().flat_map(|variable| &variable.flags) {
             assert!(!meaning.contains(' '), "{meaning}");
         }
-    }
-}
-
-/// Against h5py, xarray and netCDF4, where STICKSLIP_PYTHON names a Python that has them.
-#[test]
-fn netcdf_python_readers_agree() {
-    let Some(python) = std::env::var_os("STICKSLIP_PYTHON") else {
-        println!("skipped: STICKSLIP_PYTHON names no Python with .ci/requirements.txt");
-        return;
-    };
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.h5");
-    for count in [0, 5000] {
-        write(&path, count);
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/.ci/interop.py");
-        let output = Command::new(&python).arg(script).arg(&path).output().unwrap();
-        let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-        assert!(
-            output.status.success() && text.contains(" 0 failed"),
-            "{count} samples: {text}"
-        );
-        println!("{text}");
     }
 }

@@ -1,16 +1,71 @@
-//! A full disk ends a run with an error, and leaves what was saved before.
-#![cfg(target_os = "linux")]
+//! A full disk ends a run with an error, and leaves what was saved before; a folder that may not be written is named.
+//! Where this user may not mount a small disk, the test reports itself as ignored.
 
 mod results_common;
 
 use std::path::Path;
 use std::process::Command;
 
-use results_common::{Rows, bits, header, record, stick_slip};
+use libtest_mimic::{Arguments, Completion, Failed, Trial};
+use results_common::{Rows, bits, header, missing, record, stick_slip};
 use stickslip::record::{Event, Recorder, RecorderError, Sample, Segment};
 use stickslip::results::{Overwrite, ResultFile, ResultWriter, Status, partial_path};
 
 const FOLDER: &str = "STICKSLIP_TEST_FOLDER";
+
+type Test = fn() -> Result<Completion, Failed>;
+
+const CLOSED: &str = "STICKSLIP_TEST_CLOSED_FOLDER";
+
+/// The user and group that own nothing, by their usual number.
+#[cfg(unix)]
+const NOBODY: u32 = 65534;
+
+const NO_MOUNT: &str = "a small file system needs the right to mount one";
+
+fn main() {
+    if std::env::var_os(FOLDER).is_some() {
+        return child_that_fills_the_disk();
+    }
+    if let Some(folder) = std::env::var_os(CLOSED) {
+        return child_that_may_not_write(Path::new(&folder));
+    }
+    let limited: [(&str, Test); 4] = [
+        (
+            "full_disk_is_an_error_that_keeps_what_was_saved",
+            full_disk_is_an_error_that_keeps_what_was_saved,
+        ),
+        (
+            "full_disk_by_a_limit_on_files_is_an_error_that_keeps_what_was_saved",
+            full_disk_by_a_limit_on_files_is_an_error_that_keeps_what_was_saved,
+        ),
+        (
+            "full_disk_by_a_limit_on_files_ends_a_run_with_an_error",
+            full_disk_by_a_limit_on_files_ends_a_run_with_an_error,
+        ),
+        (
+            "full_disk_is_noticed_before_the_run",
+            full_disk_is_noticed_before_the_run,
+        ),
+    ];
+    let mut tests: Vec<Trial> = limited
+        .into_iter()
+        .map(|(name, test)| {
+            Trial::ignorable_test(name, move || {
+                if cfg!(target_os = "linux") {
+                    test()
+                } else {
+                    missing("small disks and limits on files are those of Linux")
+                }
+            })
+        })
+        .collect();
+    tests.push(Trial::ignorable_test(
+        "refused_folder_without_permission",
+        refused_folder_without_permission,
+    ));
+    libtest_mimic::run(&Arguments::from_args(), tests).exit();
+}
 
 /// A file system of the given size, unmounted at the end; `None` where this user may not mount one.
 struct SmallDisk(tempfile::TempDir);
@@ -26,7 +81,6 @@ impl SmallDisk {
         if mount.is_ok_and(|output| output.status.success()) {
             Some(SmallDisk(folder))
         } else {
-            println!("skipped: a small file system needs the right to mount one");
             None
         }
     }
@@ -57,8 +111,6 @@ impl Recorder for Counting<'_> {
 
 /// Not a test: the run that meets the full disk, in a process of its own so that the file can be
 /// seen as others see it.
-#[test]
-#[ignore = "run as another process by the tests of this file"]
 fn child_that_fills_the_disk() {
     let folder = std::env::var_os(FOLDER).expect("a folder");
     let path = Path::new(&folder).join("run.h5");
@@ -77,11 +129,7 @@ fn child_that_fills_the_disk() {
 
 /// Runs the child by `command`, and holds what is left against what was written.
 fn check(name: &str, mut command: Command, folder: &Path, words: &str) -> usize {
-    let output = command
-        .args(["--exact", "child_that_fills_the_disk", "--ignored", "--nocapture"])
-        .env(FOLDER, folder)
-        .output()
-        .unwrap();
+    let output = command.env(FOLDER, folder).output().unwrap();
     let stdout = String::from_utf8_lossy(&output.stdout);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{name}: {stdout}{stderr}");
@@ -119,20 +167,21 @@ fn check(name: &str, mut command: Command, folder: &Path, words: &str) -> usize 
     rows
 }
 
-#[test]
-fn full_disk_is_an_error_that_keeps_what_was_saved() {
+fn full_disk_is_an_error_that_keeps_what_was_saved() -> Result<Completion, Failed> {
     // The first is too small for the rows of one block, the others for the whole run.
     for size in ["1m", "3m", "5m", "8m", "11m"] {
-        let Some(disk) = SmallDisk::new(size) else { return };
+        let Some(disk) = SmallDisk::new(size) else {
+            return missing(NO_MOUNT);
+        };
         let child = Command::new(std::env::current_exe().unwrap());
         let rows = check(size, child, disk.0.path(), "the disk is full");
         assert!(size == "1m" || rows > 0, "{size}");
     }
+    Ok(Completion::Completed)
 }
 
 /// The same where no file may become larger, which takes no right to mount anything.
-#[test]
-fn full_disk_by_a_limit_on_files_is_an_error_that_keeps_what_was_saved() {
+fn full_disk_by_a_limit_on_files_is_an_error_that_keeps_what_was_saved() -> Result<Completion, Failed> {
     // Blocks of 512 or of 1024 bytes, as the shell has it.
     for blocks in ["6000", "12000", "20000"] {
         let folder = tempfile::tempdir().unwrap();
@@ -143,11 +192,11 @@ fn full_disk_by_a_limit_on_files_is_an_error_that_keeps_what_was_saved() {
         let rows = check(blocks, child, folder.path(), "grow no further");
         assert!(rows > 0, "{blocks}");
     }
+    Ok(Completion::Completed)
 }
 
 /// The program itself under such a limit, whose signal would end it without a word.
-#[test]
-fn full_disk_by_a_limit_on_files_ends_a_run_with_an_error() {
+fn full_disk_by_a_limit_on_files_ends_a_run_with_an_error() -> Result<Completion, Failed> {
     let folder = tempfile::tempdir().unwrap();
     let output = Command::new("sh")
         .args([
@@ -171,16 +220,57 @@ fn full_disk_by_a_limit_on_files_ends_a_run_with_an_error() {
     assert!(samples > 0);
     assert_eq!(document["saved"]["samples"], samples);
     assert_eq!(document["saved"]["events"], events);
+    Ok(Completion::Completed)
 }
 
 /// With no space for even the empty file.
-#[test]
-fn full_disk_is_noticed_before_the_run() {
-    let Some(disk) = SmallDisk::new("32k") else { return };
+fn full_disk_is_noticed_before_the_run() -> Result<Completion, Failed> {
+    let Some(disk) = SmallDisk::new("32k") else {
+        return missing(NO_MOUNT);
+    };
     let path = disk.0.path().join("run.h5");
     let error = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header())
         .unwrap_err()
         .to_string();
     assert!(error.contains("the disk is full"), "{error}");
     assert!(!partial_path(&path).exists());
+    Ok(Completion::Completed)
+}
+
+/// A folder that may not be written is named. The superuser may write everywhere, and asks another user.
+#[cfg(unix)]
+fn refused_folder_without_permission() -> Result<Completion, Failed> {
+    use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::process::CommandExt;
+    let allow = |path: &Path, mode| std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let closed = folder.path().join("closed");
+    std::fs::create_dir(&closed).unwrap();
+    allow(folder.path(), 0o755);
+    allow(&closed, 0o555);
+    let mut child = Command::new(std::env::current_exe().unwrap());
+    child.env(CLOSED, &closed);
+    if std::fs::write(closed.join("probe"), "").is_ok() {
+        child.uid(NOBODY).gid(NOBODY).current_dir("/");
+    }
+    let Ok(output) = child.output() else {
+        return missing("this user may write everywhere, and another may not start this test");
+    };
+    let message = String::from_utf8_lossy(&output.stdout);
+    // The place, the reason and a remedy.
+    assert!(message.starts_with(&closed.display().to_string()), "{message}");
+    assert!(message.contains("permission"), "{message}");
+    assert!(message.contains("; "), "{message}");
+    Ok(Completion::Completed)
+}
+
+/// Not a test: what a user without permission is told.
+fn child_that_may_not_write(folder: &Path) {
+    let created = ResultWriter::create(&folder.join("paper.h5"), Overwrite::Force, &[], &header());
+    println!("{}", created.expect_err("to be refused"));
+}
+
+#[cfg(not(unix))]
+fn refused_folder_without_permission() -> Result<Completion, Failed> {
+    missing("permissions are those of Unix")
 }

@@ -2,9 +2,9 @@
 
 use super::bands::compared_output;
 use super::certificate::{Certificate, Verdict, certify};
-use super::verdict::significant;
 use super::exact::distances;
 use super::ladder::run;
+use super::verdict::significant;
 use super::warning::{KICK_OPTION, finer};
 use crate::case::Case;
 use crate::oracle::OracleSolution;

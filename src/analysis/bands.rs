@@ -6,8 +6,8 @@
 //! share of the way between its own two events. The band of a stretch is how far the exact solution can be at the phase of
 //! a row. What it can be at the row's time is more by the rate times the uncertainty of the times at the stretch's ends.
 
-use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use super::ladder::{Finished, counterparts, shares_errors};
+use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;

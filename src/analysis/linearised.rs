@@ -5,19 +5,18 @@
 //! Y+ = R (Y- + f- t*) - f+ t*, where R is the derivative of the reset. The columns of Y are five unit deviations at the
 //! loss of stability, and one for each parameter from t = 0 on.
 
-pub use super::influence::ParameterName;
 use super::equations::{DYNAMIC, Dynamic, Equations, extended};
+pub use super::influence::ParameterName;
 use super::influence::{Influence, STEP, influences, is_corner};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
-use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::{on_slow_manifold, slow_momentum};
+use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::torsion::{TorsionModel, index::*};
-use crate::model::{KickTime, Mode, Parameters};
+use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::{RunFailure, SolverOptions, simulate};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use std::ops::ControlFlow;
 
 /// Columns before those of the parameters: unit deviations from the loss of stability on, and from the last event on.

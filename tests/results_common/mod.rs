@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use libtest_mimic::{Completion, Failed};
 use stickslip::model::Mode;
 use stickslip::record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 use stickslip::results::{Extra, Header, MetaValue, Overwrite, ResultWriter, Status, StickSlipTable};
@@ -169,4 +170,13 @@ pub fn bits(rows: &Rows) -> (Vec<Vec<u64>>, Vec<Vec<u64>>, Vec<String>) {
         rows.events.iter().map(event).collect(),
         segments,
     )
+}
+
+/// How a test ends that this machine cannot run: ignored, for the reason given; failed where STICKSLIP_IGNORE_NONE says
+/// that all is there.
+pub fn missing(reason: &str) -> Result<Completion, Failed> {
+    if std::env::var_os("STICKSLIP_IGNORE_NONE").is_some() {
+        return Err(format!("{reason}, and STICKSLIP_IGNORE_NONE is set").into());
+    }
+    Ok(Completion::ignored_with(reason))
 }
