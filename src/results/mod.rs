@@ -11,18 +11,12 @@ mod checksums;
 mod contents;
 mod error;
 mod foreign;
-mod partition;
 mod raw;
 mod reader;
 pub mod schema;
 mod source;
 mod stick_slip;
-mod sweep_columns;
-mod sweep_file;
-mod sweep_merge;
-mod sweep_shard;
-mod sweep_virtual;
-mod sweep_writer;
+mod sweep;
 mod table;
 pub(crate) mod target;
 mod times;
@@ -35,15 +29,12 @@ pub use check::{CheckReport, Problem, check};
 pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use partition::{Partition, Patch, Stride};
 pub use reader::ResultFile;
 pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
-pub use sweep_file::SweepFile;
-pub use sweep_merge::{MergeError, MergeOptions, MergeReport, merge};
-pub use sweep_shard::{ShardFile, ShardPlan};
-pub use sweep_writer::{
-    Column, ColumnData, SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter,
+pub use sweep::{
+    Column, ColumnData, MergeError, MergeOptions, MergeReport, Partition, Patch, ShardFile, ShardPlan, Stride,
+    SweepAxis, SweepCell, SweepFile, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter, merge,
 };
 pub(crate) use target::folder_of;
 pub use target::{Overwrite, check_target, partial_path};

@@ -6,134 +6,15 @@ use std::path::{Path, PathBuf};
 use hdf5::Dataset;
 use hdf5::plist::file_access::LibraryVersion;
 
-use super::attributes::{MetaValue, write_attributes, write_input, write_text_attribute};
-use super::schema;
-use super::sweep_columns::{Columns, write_column};
-use super::sweep_shard::{self, ShardPlan};
-use super::sweep_virtual::Storage;
-use super::table::{self, create_group};
-use super::target::{self, Overwrite, WriteLock};
-use super::{ResultError, Status, checksums, raw};
-
-/// Name of the variable that says what came of a point.
-pub(super) const POINT_STATUS: &str = "status";
-/// Codes of [`POINT_STATUS`].
-pub(super) const POINT_STATUSES: [(i8, &str); 3] = [(0, "complete"), (1, "failed"), (2, "missing")];
-/// The dimension of a table of points.
-pub(super) const POINT: &str = "point";
-/// Groups of a sweep file, and what they count.
-pub(super) const FAILURES: (&str, &str) = ("failures", "failure");
-pub(super) const EVENTS: (&str, &str) = ("events", "event");
-/// The study as given, in /input.
-pub(super) const INPUT_STUDY: &str = "study";
-/// The base case with what the study sets, in /input.
-pub(super) const INPUT_CASE: &str = "case";
-/// Root attribute with the digest of the study.
-pub(super) const DIGEST: &str = "study_digest";
-
-/// What a sweep file says about its study.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepHeader {
-    /// Root attribute `title`.
-    pub title: String,
-    /// The program that computed it, with its version; root attribute `source`.
-    pub source: String,
-    /// Where the model is published; root attribute `references`.
-    pub references: String,
-    /// Root attribute `history`. Without a time, so that the same study gives the same file.
-    pub history: String,
-    /// Identifies the study.
-    pub digest: String,
-    /// The study's TOML text as given.
-    pub study_text: String,
-    /// The text of the base case, as TOML.
-    pub case_text: String,
-    /// Attributes of /meta.
-    pub meta: Vec<(String, MetaValue)>,
-}
-
-/// One axis: a dimension of a grid, or a column of a table of points.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SweepAxis {
-    pub name: String,
-    /// The keys it sets, separated by blanks.
-    pub keys: String,
-    /// UDUNITS.
-    pub units: String,
-    pub long_name: String,
-    /// Where its values are words: each in the place of its code.
-    pub words: Vec<String>,
-    /// The coordinates of a grid (codes where there are words); empty for a column.
-    pub values: Vec<f64>,
-}
-
-/// One variable of every point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SweepVariable {
-    pub name: String,
-    /// UDUNITS.
-    pub units: String,
-    pub long_name: String,
-    /// Stored as int64, with this value for nothing; else float64 with NaN.
-    pub count_fill: Option<i64>,
-}
-
-/// How the points lie in the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SweepLayout {
-    /// Every variable has the axes as dimensions; the last runs fastest.
-    Grid,
-    /// The axes are columns over the dimension `point`.
-    Table,
-}
-
-/// How large a sweep file is and what stands in it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SweepPlan {
-    pub layout: SweepLayout,
-    pub axes: Vec<SweepAxis>,
-    pub variables: Vec<SweepVariable>,
-    /// How many points there are.
-    pub points: usize,
-    pub keep_events: bool,
-    /// Where the file holds a shard of the study and not the whole: which. Its points lie in a table.
-    pub shard: Option<ShardPlan>,
-}
-
-/// One event of a point: time (s), codes of kind and of the mode after it, relative velocity (rad/s), internal force (N).
-pub type SweepCell = (f64, i8, i8, f64, f64);
-
-/// What a sweep file holds of one point.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepRow {
-    pub number: u64,
-    /// Values on the axes of a table; empty in a grid.
-    pub coordinates: Vec<f64>,
-    /// One for each variable (NaN for nothing); `None` where the point failed or is missing.
-    pub values: Option<Vec<f64>>,
-    /// Why it failed.
-    pub failure: Option<String>,
-    pub events: Vec<SweepCell>,
-}
-
-/// A column of a further table.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    pub name: String,
-    /// UDUNITS.
-    pub units: String,
-    pub long_name: String,
-    pub data: ColumnData,
-}
-
-/// The values of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ColumnData {
-    Numbers(Vec<f64>),
-    Counts(Vec<i64>),
-    /// Codes, and what they mean.
-    Codes(Vec<i8>, Vec<(i8, String)>),
-}
+use super::columns::{Columns, write_column};
+use super::schema::{Column, DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
+use super::shard;
+use super::storage::Storage;
+use crate::results::attributes::{write_attributes, write_input, write_text_attribute};
+use crate::results::schema;
+use crate::results::table::{self, create_group};
+use crate::results::target::{self, Overwrite, WriteLock};
+use crate::results::{ResultError, Status, checksums, raw};
 
 /// Writes one sweep file, beside its name until it is whole.
 pub struct SweepWriter {
@@ -160,7 +41,7 @@ impl SweepWriter {
     /// Creates the file under a hidden name.
     ///
     /// # Errors
-    /// Those of [`super::check_target`]; another program that writes the same file; any failure to create it.
+    /// Those of [`crate::results::check_target`]; another program that writes the same file; any failure to create it.
     pub fn create(
         path: &Path,
         overwrite: Overwrite,
@@ -192,7 +73,7 @@ impl SweepWriter {
             };
             let file = create_file(&made, header, format, storage)?;
             if let Some(shard) = &plan.shard {
-                sweep_shard::describe(&file, header, shard, plan)?;
+                shard::describe(&file, header, shard, plan)?;
             }
             let columns = Columns::create(&file, plan, storage)?;
             Ok((file, columns))

@@ -6,7 +6,7 @@ use hdf5::types::OwnedDynValue;
 use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 
 use super::partition::{Patch, Stride};
-use super::target::folder_of;
+use crate::results::target::folder_of;
 
 /// Where the points of a sweep file are stored.
 #[derive(Clone, Copy)]
@@ -89,7 +89,7 @@ impl Stored for i32 {
 impl Stored for i8 {
     /// The status "missing"; no kind of event has a negative code, so that for them there is no better one.
     fn absent() -> OwnedDynValue {
-        super::sweep_writer::POINT_STATUSES[2].0.into()
+        super::schema::POINT_STATUSES[2].0.into()
     }
 }
 

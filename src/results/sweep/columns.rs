@@ -3,16 +3,16 @@
 use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayViewD, IxDyn};
 
-use super::attributes::write_text_attribute;
-use super::checksums::{Summed, Sums};
-use super::raw;
-use super::schema::{self, attribute};
-use super::sweep_virtual::{Rows, Storage, Stored};
-use super::sweep_writer::{
+use super::schema::{
     Column, ColumnData, EVENTS, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell, SweepLayout,
     SweepPlan, SweepRow,
 };
-use super::table::{DEFLATE_LEVEL, create_group};
+use super::storage::{Rows, Storage, Stored};
+use crate::results::attributes::write_text_attribute;
+use crate::results::checksums::{Summed, Sums};
+use crate::results::raw;
+use crate::results::schema::{self, attribute};
+use crate::results::table::{DEFLATE_LEVEL, create_group};
 
 /// Points that are buffered before they are written, at least; also the size of a chunk.
 const BLOCK: usize = 16_384;

@@ -4,11 +4,12 @@
 use std::path::{Path, PathBuf};
 
 use super::partition::Partition;
-use super::sweep_shard::ShardFile;
-use super::sweep_virtual::{Rows, Shards, Source, Storage, relative_path};
-use super::sweep_writer::{SweepHeader, SweepPlan, SweepWriter};
-use super::target::same_file;
-use super::{MetaValue, Overwrite, ResultError, Status, partial_path};
+use super::schema::{SweepHeader, SweepPlan};
+use super::shard::ShardFile;
+use super::storage::{Rows, Shards, Source, Storage, relative_path};
+use super::writer::SweepWriter;
+use crate::results::target::same_file;
+use crate::results::{MetaValue, Overwrite, ResultError, Status, partial_path};
 
 /// What is merged into what.
 #[derive(Debug, Clone, Copy)]

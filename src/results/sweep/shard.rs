@@ -6,18 +6,18 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::ResultError;
-use super::attributes::{AttributeValue, MetaValue, write_text_attribute};
+use super::columns::write_axis;
+use super::file::{SweepFile, open_checked};
 use super::partition::Partition;
-use super::schema::{self, attribute, root};
-use super::source::{Numeric, Source};
-use super::sweep_columns::write_axis;
-use super::sweep_file::{SweepFile, open_checked};
-use super::sweep_writer::{
-    DIGEST, EVENTS, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell, SweepHeader,
-    SweepLayout, SweepPlan, SweepRow, SweepVariable,
+use super::schema::{
+    DIGEST, EVENTS, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis, SweepCell,
+    SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
 };
-use super::table::create_group;
+use crate::results::ResultError;
+use crate::results::attributes::{AttributeValue, MetaValue, write_text_attribute};
+use crate::results::schema::{self, attribute, root};
+use crate::results::source::{Numeric, Source};
+use crate::results::table::create_group;
 
 /// Root attributes: which shard, counted from 1, and of how many.
 const SHARD: &str = "shard";
@@ -38,18 +38,6 @@ const SHARDS: usize = 1 << 20;
 const NAMES: usize = 4096;
 /// Group with the coordinates of a grid.
 const AXES_GROUP: &str = "axes";
-
-/// Which part of a study the file of a shard holds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ShardPlan {
-    /// Counted from 0.
-    pub shard: usize,
-    pub partition: Partition,
-    /// Of the file of the whole study.
-    pub layout: SweepLayout,
-    /// Lengths of the axes of a grid, the number of points of a table.
-    pub shape: Vec<usize>,
-}
 
 /// Writes what sets the file of a shard apart.
 pub(super) fn describe(

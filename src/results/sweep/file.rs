@@ -3,11 +3,11 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::ResultError;
-use super::attributes::AttributeValue;
-use super::schema;
-use super::source::{DatasetInfo, Kind, Source};
-use super::sweep_writer::{DIGEST, FAILURES, POINT};
+use super::schema::{DIGEST, FAILURES, POINT};
+use crate::results::ResultError;
+use crate::results::attributes::AttributeValue;
+use crate::results::schema;
+use crate::results::source::{DatasetInfo, Kind, Source};
 
 /// A sweep file, open for reading.
 #[derive(Debug)]
