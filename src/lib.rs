@@ -8,14 +8,19 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | `input` | reading texts within limits |
+//! | `quote` | what a message quotes of an input |
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
+//! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
 //! | [`model`] | the physics: pure functions of parameters and state; no solver |
-//! | [`hybrid`] | the event automaton: modes, guards, transitions, generic over the model |
-//! | [`simulation`] | the brake run by the automaton: which solver where, samples, events |
-//! | [`results`] | the HDF5 result file: schema, writer, reader |
+//! | [`record`] | what a run is made of: samples, events, segments, and who takes them |
+//! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the model |
+//! | [`simulation`] | the brake run by the automaton: which engine where, samples, events |
+//! | [`results`] | the HDF5 files: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
-//! | [`analysis`] | what is computed from a run: stick-slip statistics, growth exponent |
+//! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
+//! | [`compare`] | the result of any solver held against a reference |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`calibrate`] | parameters that reproduce measured numbers |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
