@@ -278,8 +278,13 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     break;
                 }
                 let transitions = rules.at_time_event(&self.location, self.time, &self.state);
+                let in_vain = transitions.is_empty();
                 self.apply(rules, transitions, "a time event")?;
-                self.count_restart()?;
+                if in_vain {
+                    self.get_on(end_time, "the search for the next event", STRIDE)?;
+                } else {
+                    self.count_restart()?;
+                }
             }
             if self.time >= end_time {
                 break;

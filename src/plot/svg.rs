@@ -114,8 +114,13 @@ fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> Stri
     )
 }
 
+/// A text as the content of an element. Control characters are none that XML allows, and would steer a terminal on which
+/// the file is listed.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    crate::quote::for_terminal(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 /// Scales, ticks and heights of the panels, and the margins that all of them share.

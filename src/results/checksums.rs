@@ -14,7 +14,7 @@ use hdf5::{Dataset, File};
 
 use super::attributes::AttributeValue;
 use super::schema::{self, CHECKSUMS, attribute, group, root};
-use super::source::{DatasetInfo, Holds, Kind, Source};
+use super::source::{DatasetInfo, Fault, Holds, Kind, Source};
 use super::{ResultError, raw};
 
 /// Checksums of the values of variables that are stored in chunks with checksums of HDF5's, by path without a leading
@@ -84,6 +84,8 @@ pub(super) fn of(source: &Source, known: &Known) -> Result<String, ResultError> 
                 };
                 add(path, of_dataset(source, path, info)?, values);
             }
+            // Nothing that this program wrote.
+            Kind::Not(Fault::Unnamed(_)) => {}
             Kind::Not(fault) => return Err(source.fault(fault)),
             Kind::Other => {}
         }

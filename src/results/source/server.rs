@@ -42,6 +42,9 @@ const KEPT: usize = 512;
 /// HDF5's own choice.
 const CHUNK_SLOTS: usize = 521;
 
+/// In place of the value of an attribute that cannot be asked for.
+const UNNAMED: &str = "not read: the name of this attribute is not UTF-8";
+
 /// Answers requests about one file.
 #[derive(Default)]
 pub(super) struct Server {
@@ -264,6 +267,10 @@ impl Server {
                     Ok(Opened::Group(group)) => identity(&group).map_or_else(Kind::Not, Kind::Group),
                     Ok(Opened::Dataset(dataset)) => self.info(&dataset, &inside).map_or_else(Kind::Not, Kind::Dataset),
                     Ok(Opened::Other) => Kind::Other,
+                    // The name came with replacements, which are no part of it.
+                    Err(_) if name.contains(char::REPLACEMENT_CHARACTER) => {
+                        Kind::Not(Fault::Unnamed(format!("/{inside}")))
+                    }
                     // A link that leads nowhere is no damage; an object that cannot be opened is.
                     Err(_) if link != LinkType::Hard => Kind::Other,
                     Err(fault) => Kind::Not(fault),
@@ -292,7 +299,12 @@ impl Server {
         names.sort();
         let mut attributes = Vec::with_capacity(names.len());
         for name in names {
-            let Ok(attribute) = location.attr(&name) else { continue };
+            let Ok(attribute) = location.attr(&name) else {
+                if name.contains(char::REPLACEMENT_CHARACTER) {
+                    attributes.push((name, Value::Text(UNNAMED.to_owned())));
+                }
+                continue;
+            };
             if let Some(value) = value_of(&attribute)? {
                 attributes.push((name, value.into()));
             }
@@ -546,7 +558,8 @@ fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
     if attribute.size().saturating_mul(bytes.max(8)) > ATTRIBUTE_BYTES {
         return refused(format!(
             "the attribute {} has {} values",
-            attribute.name(),
+            // The binding takes it for UTF-8.
+            String::from_utf8_lossy(attribute.name().as_bytes()),
             attribute.size()
         ));
     }
