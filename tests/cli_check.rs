@@ -198,11 +198,41 @@ fn cli_a_change_of_mode_without_its_event_is_named() {
     let (stick, corner) = (first("stick"), first("corner"));
     for (column, row, code, place, words) in [
         // A slip in place of the first stick, which leads from slip to stick.
-        ("events/kind", stick, 1_i8, format!("row {stick} of /events"), "a slip does not lead"),
-        ("events/kind", stick, 5, format!("row {stick} of /events"), "a kick does not lead"),
-        ("events/mode_after", stick, 3, format!("row {stick} of /events"), "a stick does not lead"),
-        ("events/mode_after", corner, 1, format!("row {corner} of /events"), "a corner does not lead"),
-        ("segments/mode", 0, 3, "row 1 of /segments".to_owned(), "after what comes before it"),
+        (
+            "events/kind",
+            stick,
+            1_i8,
+            format!("row {stick} of /events"),
+            "a slip does not lead",
+        ),
+        (
+            "events/kind",
+            stick,
+            5,
+            format!("row {stick} of /events"),
+            "a kick does not lead",
+        ),
+        (
+            "events/mode_after",
+            stick,
+            3,
+            format!("row {stick} of /events"),
+            "a stick does not lead",
+        ),
+        (
+            "events/mode_after",
+            corner,
+            1,
+            format!("row {corner} of /events"),
+            "a corner does not lead",
+        ),
+        (
+            "segments/mode",
+            1,
+            3,
+            "row 1 of /segments".to_owned(),
+            "after what comes before it",
+        ),
     ] {
         std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
         let unlocked = hdf5::File::with_options()

@@ -454,7 +454,7 @@ fn regression_a_pattern_of_names_leads_to_no_other_file() {
             }]);
             let made = file.new_dataset::<f64>().shape(100..);
             let inside = format!("{name}{inside}");
-            let made = made.virtual_map(source, inside, [100], .., 100.., blocks);
+            let made = made.virtual_map(source, inside, [100], 0..100, 100.., blocks);
             made.create(name).unwrap();
         }
         drop(file);
@@ -483,7 +483,9 @@ fn regression_a_shard_that_is_gone_is_an_error() {
                 assert!(stdout.contains(word), "no \"{word}\" in {stdout}");
             }
             // Once, and not for every variable.
-            let lines = stdout.lines().filter(|line| words.iter().all(|word| line.contains(word)));
+            let lines = stdout
+                .lines()
+                .filter(|line| words.iter().all(|word| line.contains(word)));
             assert!(words.contains(&"has no") || lines.count() == 1, "{stdout}");
             refused(&folder, &[&["inspect", "whole.h5"][..], more].concat(), words);
         }
@@ -568,13 +570,18 @@ fn regression_no_reading_process_is_left() {
 fn regression_a_reading_process_at_a_standstill_is_not_waited_for() {
     use std::io::{Read, Write};
     let folder = with_run();
-    let made = std::process::Command::new("mkfifo").arg(folder.path("pipe.csv")).status();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("pipe.csv"))
+        .status();
     if !made.is_ok_and(|status| status.success()) {
         return;
     }
     let mut compare = folder.start(&["compare", "run.h5", "pipe.csv"]);
     // It is opened for reading when the reference has been read.
-    let mut pipe = std::fs::OpenOptions::new().write(true).open(folder.path("pipe.csv")).unwrap();
+    let mut pipe = std::fs::OpenOptions::new()
+        .write(true)
+        .open(folder.path("pipe.csv"))
+        .unwrap();
     let own = compare.id().to_string();
     let readers: Vec<i32> = std::fs::read_dir("/proc")
         .unwrap()
@@ -596,7 +603,10 @@ fn regression_a_reading_process_at_a_standstill_is_not_waited_for() {
     let mut said = String::new();
     compare.stderr.take().unwrap().read_to_string(&mut said).unwrap();
     assert_eq!(status.code(), Some(1), "{said}");
-    assert!(said.contains("neither computed nor read") && !said.contains("damaged"), "{said}");
+    assert!(
+        said.contains("neither computed nor read") && !said.contains("damaged"),
+        "{said}"
+    );
 }
 
 /// A file that a run is writing is read as its last flush left it, every time.

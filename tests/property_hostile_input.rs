@@ -484,7 +484,11 @@ fn shards() {
             let attribute = file.attr(name).ok()?;
             let value = match attribute.read_raw::<i64>() {
                 Ok(numbers) => numbers.iter().map(|number| format!("{number} ")).collect(),
-                Err(_) => attribute.read_scalar::<hdf5::types::VarLenUnicode>().ok()?.as_str().to_owned(),
+                Err(_) => attribute
+                    .read_scalar::<hdf5::types::VarLenUnicode>()
+                    .ok()?
+                    .as_str()
+                    .to_owned(),
             };
             Some(format!("{name}\n{value}").into_bytes())
         };
@@ -494,7 +498,10 @@ fn shards() {
     campaign("shard", &seeds, |bytes| {
         let text = String::from_utf8_lossy(bytes).replace('\0', " ");
         let (name, value) = text.split_once('\n').unwrap_or(("", &text));
-        let name = names.into_iter().find(|known| *known == name).unwrap_or(names[bytes.len() % names.len()]);
+        let name = names
+            .into_iter()
+            .find(|known| *known == name)
+            .unwrap_or(names[bytes.len() % names.len()]);
         std::fs::write(path("bad.h5"), &whole).unwrap();
         {
             let file = unlocked(&path("bad.h5"));
@@ -505,7 +512,11 @@ fn shards() {
                     file.new_attr_builder().with_data(&numbers[..]).create(name).unwrap();
                 }
                 Ok(numbers) if numbers.len() == 1 => {
-                    file.new_attr::<i64>().create(name).unwrap().write_scalar(&numbers[0]).unwrap();
+                    file.new_attr::<i64>()
+                        .create(name)
+                        .unwrap()
+                        .write_scalar(&numbers[0])
+                        .unwrap();
                 }
                 // More does not fit into an attribute of HDF5.
                 _ => {

@@ -142,7 +142,9 @@ fn is_brief(modes: &Modes) -> bool {
 
 /// A growth rate (1/s) at a sliding speed; none of an instability that the speed falls through before anything can swing.
 fn growth(modes: &Modes, speed: Option<f64>, rate: f64) -> String {
-    let unstable = speed.zip(modes.critical_speed).is_some_and(|(x, critical)| x < critical);
+    let unstable = speed
+        .zip(modes.critical_speed)
+        .is_some_and(|(x, critical)| x < critical);
     if unstable && rate > 0.0 && is_brief(modes) {
         "-".to_owned()
     } else {

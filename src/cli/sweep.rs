@@ -302,7 +302,10 @@ fn into_a_file(
         events: provenance::events(case),
     };
     std::fs::create_dir_all(folder).map_err(|error| {
-        IntegrateError::Storage(format!("{}: cannot be created: {error}; check its folder", folder.display()))
+        IntegrateError::Storage(format!(
+            "{}: cannot be created: {error}; check its folder",
+            folder.display()
+        ))
     })?;
     let path = folder.join(format!("{number:06}.h5"));
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &study.files, &header).map_err(storage)?;

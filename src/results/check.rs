@@ -336,7 +336,11 @@ impl Check {
             }
             if !brings_about(event.kind, mode, event.mode_after) {
                 let from = mode.map_or(String::new(), |mode| format!("from {} ", mode.name()));
-                let what = format!("a {} does not lead {from}to {}", event.kind.name(), event.mode_after.name());
+                let what = format!(
+                    "a {} does not lead {from}to {}",
+                    event.kind.name(),
+                    event.mode_after.name()
+                );
                 self.problem(place(row, group::EVENTS), what);
             }
             mode = Some(event.mode_after);

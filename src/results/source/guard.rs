@@ -192,7 +192,9 @@ mod imp {
             let io = std::fs::read_to_string(format!("/proc/{}/io", self.child.id())).ok()?;
             let bytes = io.lines().filter_map(|line| {
                 let (name, bytes) = line.split_once(':')?;
-                ["rchar", "wchar", "read_bytes"].contains(&name).then(|| bytes.trim().parse::<u64>().ok())?
+                ["rchar", "wchar", "read_bytes"]
+                    .contains(&name)
+                    .then(|| bytes.trim().parse::<u64>().ok())?
             });
             Some(bytes.sum())
         }
@@ -262,7 +264,9 @@ mod imp {
                     continue;
                 };
                 let seconds = limit.as_secs();
-                self.out_of = Some(Lost::Ended(format!("reading it came to no end within {seconds} s{words}")));
+                self.out_of = Some(Lost::Ended(format!(
+                    "reading it came to no end within {seconds} s{words}"
+                )));
                 return Err(io::Error::other("out of time"));
             }
         }
