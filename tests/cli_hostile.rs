@@ -69,6 +69,10 @@ fn cli_budgets_of_steps_and_time_end_a_run() {
             "{said}"
         );
     }
+    // Nor is one forgotten over samples that take long: of doubles of this size little is left between two of them.
+    let mut fast = folder.stickslip(&["run", "-q", "-o", "f.h5", "--set", "initial.speed=9e18"]);
+    let (_, said) = output(fast.args(["--max-wall-time", "0.2"]), 1);
+    assert!(said.contains("0.2 s of wall time"), "{said}");
     let said = refusal(&mut folder.stickslip(&["run", "--max-wall-time", "soon"]));
     assert!(said.contains("solver.max_wall_time"), "{said}");
 }

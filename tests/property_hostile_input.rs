@@ -3,7 +3,7 @@
 //!
 //! Seeds of every kind of text input are damaged at random, the same way every time, and read. `cargo test` takes a few
 //! hundred of each; `STICKSLIP_HOSTILE=10000 cargo test --release --test property_hostile_input -- --nocapture` takes
-//! so many of each and prints what they came to. What such campaigns have found stands among the seeds.
+//! so many of each and prints what they came to; `STICKSLIP_HOSTILE_KIND=case` takes one kind alone. What such campaigns have found stands among the seeds.
 
 // An allocator is unsafe to write: this one counts what the system's gives out.
 #![allow(unsafe_code)]
@@ -161,6 +161,9 @@ fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
 
 /// Reads damaged files of one kind by `read`, which says whether the file was refused.
 fn campaign(kind: &str, seeds: &[Vec<u8>], read: impl Fn(&[u8]) -> Result<(), String>) {
+    if std::env::var("STICKSLIP_HOSTILE_KIND").is_ok_and(|only| only != kind) {
+        return;
+    }
     let files = std::env::var("STICKSLIP_HOSTILE").map_or(FILES, |count| count.parse().expect("a number of files"));
     // Left behind by a crash.
     let kept = std::env::temp_dir().join(format!("stickslip-hostile-{kind}-{}", std::process::id()));

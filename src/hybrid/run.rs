@@ -12,8 +12,9 @@ use std::sync::Arc;
 /// The observer is asked whether to go on after so many steps,
 const STEPS_BETWEEN_QUESTIONS: u32 = 256;
 
-/// and after so many samples, which can be far denser than the steps.
-const SAMPLES_BETWEEN_QUESTIONS: u32 = 1024;
+/// and after so many samples, which can be far denser than the steps, and take milliseconds each where a solver integrates
+/// up to them anew.
+const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
 
 /// So many steps and restarts in a row that do not move the time by its rounding at the end are a standstill.
 const STANDSTILL: u32 = 10_000;
