@@ -161,6 +161,13 @@ fn cli_what_was_changed_is_named() {
             .unwrap();
     };
     only(change(&text), "/input/case", "fixed length");
+    // What is said of the checksums has one, too.
+    let described = |file: &hdf5::File| {
+        let text: hdf5::types::VarLenUnicode = "path".parse().unwrap();
+        let sums = file.dataset("meta/checksums").unwrap();
+        sums.attr("long_name").unwrap().write_scalar(&text).unwrap();
+    };
+    only(change(&described), "/meta/checksums", "checksum");
     let unlink = |file: &hdf5::File| file.unlink("events/kind").unwrap();
     only(change(&unlink), "/events/kind", "missing");
     only(change(&unlink), "/events/kind", "checksum");
