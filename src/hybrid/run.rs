@@ -12,8 +12,9 @@ use std::sync::Arc;
 /// The observer is asked whether to go on after so many steps,
 const STEPS_BETWEEN_QUESTIONS: u32 = 256;
 
-/// and after so many samples, which can be far denser than the steps.
-const SAMPLES_BETWEEN_QUESTIONS: u32 = 1024;
+/// and after so many samples, which can be far denser than the steps, and take milliseconds each where a solver integrates
+/// up to them anew.
+const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
 
 /// So many steps and restarts in a row that do not move the time by its rounding at the end are a standstill.
 const STANDSTILL: u32 = 10_000;
@@ -278,8 +279,13 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     break;
                 }
                 let transitions = rules.at_time_event(&self.location, self.time, &self.state);
+                let in_vain = transitions.is_empty();
                 self.apply(rules, transitions, "a time event")?;
-                self.count_restart()?;
+                if in_vain {
+                    self.get_on(end_time, "the search for the next event", STRIDE)?;
+                } else {
+                    self.count_restart()?;
+                }
             }
             if self.time >= end_time {
                 break;
