@@ -53,3 +53,65 @@ impl<R: Read> Read for Lines<R> {
         Ok(count)
     }
 }
+
+/// A table that is read row by row. A row longer than [`LONGEST_LINE`] is an error, of however many lines it is: a quote
+/// that is not closed makes one of all that follows.
+pub(crate) struct Rows<R> {
+    lines: Lines<R>,
+    since_row: usize,
+}
+
+impl<R: Read> Rows<R> {
+    pub(crate) fn new(inner: R) -> Self {
+        Rows {
+            lines: Lines::new(inner),
+            since_row: 0,
+        }
+    }
+
+    /// Says that a row has been taken; what is read from now on belongs to the next, or is kept for it already.
+    pub(crate) fn taken(&mut self) {
+        self.since_row = 0;
+    }
+}
+
+impl<R: Read> Read for Rows<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.lines.read(buffer)?;
+        self.since_row += count;
+        if self.since_row > LONGEST_LINE {
+            let most = LONGEST_LINE >> 20;
+            let what = format!("a row of more than {most} MB, as a quote makes one that is not closed");
+            return Err(io::Error::new(ErrorKind::InvalidData, what));
+        }
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::BufReader;
+
+    /// The reader of a table keeps no more than a row, whatever quotes are in it.
+    #[test]
+    fn property_a_row_has_an_end() {
+        let rows = "1,2,3\n".repeat(6 * LONGEST_LINE / 10);
+        let read = |text: &str| {
+            let rows = Rows::new(BufReader::new(text.as_bytes()).take(u64::MAX));
+            let mut table = csv::ReaderBuilder::new().from_reader(rows);
+            let (mut record, mut count) = (csv::ByteRecord::new(), 0);
+            loop {
+                match table.read_byte_record(&mut record) {
+                    Ok(true) => count += 1,
+                    Ok(false) => return Ok(count),
+                    Err(error) => return Err(error.to_string()),
+                }
+                table.get_mut().taken();
+            }
+        };
+        assert_eq!(read(&rows), Ok(6 * LONGEST_LINE / 10 - 1));
+        let unclosed = format!("1,2,3\n1,\"2,3\n{rows}");
+        assert!(read(&unclosed).unwrap_err().contains("quote"));
+    }
+}

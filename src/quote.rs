@@ -55,7 +55,7 @@ pub(crate) fn for_terminal(text: &str) -> String {
 
 /// Control characters, and those that turn the writing direction, as `\u{1b}`.
 fn spelt_out(text: &str, stays: impl Fn(char) -> bool) -> String {
-    let is_harmless = |c: char| stays(c) || !(c.is_control() || turns(c));
+    let is_harmless = |c: char| stays(c) || !steers(c);
     if text.chars().all(is_harmless) {
         return text.to_owned();
     }
@@ -68,6 +68,11 @@ fn spelt_out(text: &str, stays: impl Fn(char) -> bool) -> String {
         }
     }
     spelt
+}
+
+/// Whether a character would steer a terminal, or turn the writing direction.
+pub(crate) fn steers(c: char) -> bool {
+    c.is_control() || turns(c)
 }
 
 fn turns(c: char) -> bool {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use proptest::prelude::*;
-use stickslip::model::axial::AxialMotion;
+use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::closed_form::{Breakaway, ClosedForm};
 use stickslip::model::friction::{uniform_pressure_radius, uniform_wear_radius};
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
@@ -58,6 +58,29 @@ fn tables() -> impl Strategy<Value = Actuation> {
             .unzip();
         Actuation::Table { time, force }
     })
+}
+
+/// On a ramp the contact stays, as above; where each search has more steps than it may take, it comes on and finds nothing.
+#[test]
+fn property_a_search_for_contact_changes_has_an_end() {
+    let stiff = Axial {
+        stiffness: 4e26,
+        damping: 0.0,
+        ..AXIAL
+    };
+    let actuation = Actuation::Ramp {
+        force: 2225.0,
+        rise_time: 1.0,
+    };
+    let motion = AxialMotion::new(&stiff, &actuation);
+    let (mut t, mut departing, mut searches) = (0.0, true, 0);
+    while let Some(next) = motion.next_contact_change(t, true, departing, 0.5) {
+        assert_eq!(next.cause, ChangeCause::Searched);
+        assert!(next.time > t && !next.departs() && !next.at_corner());
+        (t, departing, searches) = (next.time, false, searches + 1);
+    }
+    // sqrt(2 omega t) steps, by t'(n) = sqrt(2 t/omega)
+    assert!((1..10).contains(&searches), "{searches}");
 }
 
 proptest! {

@@ -161,6 +161,13 @@ fn cli_what_was_changed_is_named() {
             .unwrap();
     };
     only(change(&text), "/input/case", "fixed length");
+    // What is said of the checksums has one, too.
+    let described = |file: &hdf5::File| {
+        let text: hdf5::types::VarLenUnicode = "path".parse().unwrap();
+        let sums = file.dataset("meta/checksums").unwrap();
+        sums.attr("long_name").unwrap().write_scalar(&text).unwrap();
+    };
+    only(change(&described), "/meta/checksums", "checksum");
     let unlink = |file: &hdf5::File| file.unlink("events/kind").unwrap();
     only(change(&unlink), "/events/kind", "missing");
     only(change(&unlink), "/events/kind", "checksum");
@@ -186,6 +193,67 @@ fn cli_what_was_changed_is_named() {
             .unwrap();
     };
     only(change(&unit), "/trajectory/theta_dot", "units is \"rpm\"");
+}
+
+/// Modes, kinds of events and segments are one story. The checksums, which find the change too, say less.
+#[test]
+fn cli_a_change_of_mode_without_its_event_is_named() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "-o", "run.h5", "-q"]), 0);
+    let kinds = folder.result("run.h5").events().unwrap();
+    let first = |kind: &str| kinds.iter().position(|event| event.kind.name() == kind).unwrap();
+    let (stick, corner) = (first("stick"), first("corner"));
+    for (column, row, code, place, words) in [
+        // A slip in place of the first stick, which leads from slip to stick.
+        (
+            "events/kind",
+            stick,
+            1_i8,
+            format!("row {stick} of /events"),
+            "a slip does not lead",
+        ),
+        (
+            "events/kind",
+            stick,
+            5,
+            format!("row {stick} of /events"),
+            "a kick does not lead",
+        ),
+        (
+            "events/mode_after",
+            stick,
+            3,
+            format!("row {stick} of /events"),
+            "a stick does not lead",
+        ),
+        (
+            "events/mode_after",
+            corner,
+            1,
+            format!("row {corner} of /events"),
+            "a corner does not lead",
+        ),
+        (
+            "segments/mode",
+            1,
+            3,
+            "row 1 of /segments".to_owned(),
+            "after what comes before it",
+        ),
+    ] {
+        std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
+        let unlocked = hdf5::File::with_options()
+            .with_fapl(|access| access.file_locking(false))
+            .open_rw(folder.path("bad.h5"));
+        let dataset = unlocked.unwrap().dataset(column).unwrap();
+        dataset.write_slice(&[code], row..row + 1).unwrap();
+        drop(dataset);
+        let problems = wrong(&folder, "bad.h5");
+        assert!(
+            problems.iter().any(|p| p.0 == place && p.1.contains(words)),
+            "{column}, {place}: {problems:?}"
+        );
+    }
 }
 
 /// Whatever byte of a text is changed, and whatever byte of a chunk of numbers, it is found.

@@ -31,6 +31,21 @@ fn cli_a_run_that_makes_no_progress_ends_by_itself() {
     }
 }
 
+/// A contact that rings 7e8 times a second, and might open each time, is not searched to the end of the run at once.
+#[test]
+fn cli_the_search_for_a_change_of_contact_keeps_to_the_budget() {
+    let folder = Folder::new();
+    let ringing = ["axial.stiffness=1e20", "axial.damping=1e-3", "actuation.rise_time=0"];
+    let ringing = ringing.map(|setting| ["--set", setting]).concat();
+    for more in [
+        &[][..],
+        &["--max-wall-time", "0.2"],
+        &["--method", "series", "--max-wall-time", "0.2"],
+    ] {
+        failure(&folder, &[&ringing[..], more].concat());
+    }
+}
+
 #[test]
 fn cli_budgets_of_steps_and_time_end_a_run() {
     let folder = Folder::new();
@@ -54,6 +69,10 @@ fn cli_budgets_of_steps_and_time_end_a_run() {
             "{said}"
         );
     }
+    // Nor is one forgotten over samples that take long: of doubles of this size little is left between two of them.
+    let mut fast = folder.stickslip(&["run", "-q", "-o", "f.h5", "--set", "initial.speed=9e18"]);
+    let (_, said) = output(fast.args(["--max-wall-time", "0.2"]), 1);
+    assert!(said.contains("0.2 s of wall time"), "{said}");
     let said = refusal(&mut folder.stickslip(&["run", "--max-wall-time", "soon"]));
     assert!(said.contains("solver.max_wall_time"), "{said}");
 }
@@ -174,6 +193,19 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
         let (stdout, _) = output(&mut folder.stickslip(arguments), 0);
         assert!(stdout.contains("a\\u{1b}[2Jb"), "{stdout:?}");
     }
+    // Nor does it reach whoever lists a figure or a page.
+    for arguments in [
+        &["modes", "x.h5", "-q", "--figure", "x.svg"][..],
+        &["plot", "x.h5", "--html", "x.html"],
+    ] {
+        output(&mut folder.stickslip(arguments), 0);
+        let text = std::fs::read_to_string(folder.path(arguments[arguments.len() - 1])).unwrap();
+        assert!(text.contains("a\\u{1b}[2Jb"), "{arguments:?}");
+        assert!(
+            !text.chars().any(|c| c.is_control() && !"\n\r\t".contains(c)),
+            "{arguments:?}"
+        );
+    }
 }
 
 #[test]
@@ -228,7 +260,8 @@ fn cli_names_that_a_sweep_needs_are_refused_first() {
     let folder = Folder::new();
     let study =
         "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, 21]\n";
-    for (name, keep) in [("a.journal", ""), ("a.runs", "[keep]\ntrajectory = true\n")] {
+    let files = "[keep]\ntrajectory = true\n";
+    for (name, keep) in [("a.journal", ""), ("a.journal", files), ("a.runs", files)] {
         folder.write("s.toml", format!("{study}{keep}"));
         let said = refusal(&mut folder.stickslip(&["sweep", "s.toml", "-o", name]));
         assert!(said.contains(name) && said.contains("-o"), "{said}");
@@ -298,8 +331,22 @@ fn cli_a_limit_on_files_is_an_error_of_every_command() {
             0,
         );
     }
+    let target =
+        "[[target]]\nquantity = \"natural_period\"\nvalue = \"0.00024 s\"\n[search]\npoints = 16\nstarts = 1\n";
+    let free = "[[free]]\nkey = \"torsion.surface_inertia\"\nfrom = 0.005\nto = 0.03\n";
+    folder.write(
+        "c.toml",
+        format!("case = \"paper\"\n[set]\noutput.end_time = 0.01\nperturbation = []\n{free}{target}"),
+    );
+    let series = "[[series]]\nmethods = [\"auto\", \"series\"]\ntolerances = [1e-6, 1e-7]\n";
+    folder.write(
+        "w.toml",
+        format!("case = \"paper-si\"\nset = [\"output.end_time=6.98\"]\n{series}"),
+    );
     let before = folder.names();
     let commands: &[&[&str]] = &[
+        &["calibrate", "c.toml", "-o", "out.h5"],
+        &["work-precision", "w.toml", "-o", "out.h5"],
         &["sweep", "s.toml", "-o", "out.h5"],
         &["merge", "1.h5", "2.h5", "-o", "out.h5"],
         &["plot", "r.h5", "--only", "rotor-speed", "-o", "out.svg"],

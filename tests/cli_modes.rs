@@ -91,6 +91,10 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let steep = ["modes", "--set", "friction.decay=1e6"];
     let (table, _) = output(&mut folder.stickslip(&steep), 0);
     assert!(table.contains("shorter than one oscillation"), "{table}");
+    assert!(table.contains("not counted: no oscillation fits in"), "{table}");
+    // No rate of what does not come about: those that are left are of the modes that there are, at some 1000 1/s.
+    let numbers = table.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
+    assert!(numbers.filter(|number| *number > 1e4).count() == 0, "{table}");
     let (document, _) = output(&mut folder.stickslip(&[&steep[..], &["--json"]].concat()), 0);
     let document = json(&document);
     let number = |name: &str| document["instability"][name].as_f64().unwrap();

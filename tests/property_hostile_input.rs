@@ -3,7 +3,7 @@
 //!
 //! Seeds of every kind of text input are damaged at random, the same way every time, and read. `cargo test` takes a few
 //! hundred of each; `STICKSLIP_HOSTILE=10000 cargo test --release --test property_hostile_input -- --nocapture` takes
-//! so many of each and prints what they came to. What such campaigns have found stands among the seeds.
+//! so many of each and prints what they came to; `STICKSLIP_HOSTILE_KIND=case` takes one kind alone. What such campaigns have found stands among the seeds.
 
 // An allocator is unsafe to write: this one counts what the system's gives out.
 #![allow(unsafe_code)]
@@ -21,6 +21,7 @@ use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
 use stickslip::compare::{Mapping, Reference};
 use stickslip::record::NoRecorder;
+use stickslip::results::{MergeOptions, merge};
 use stickslip::simulation::simulate;
 use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
@@ -161,10 +162,13 @@ fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
 
 /// Reads damaged files of one kind by `read`, which says whether the file was refused.
 fn campaign(kind: &str, seeds: &[Vec<u8>], read: impl Fn(&[u8]) -> Result<(), String>) {
+    if std::env::var("STICKSLIP_HOSTILE_KIND").is_ok_and(|only| only != kind) {
+        return;
+    }
     let files = std::env::var("STICKSLIP_HOSTILE").map_or(FILES, |count| count.parse().expect("a number of files"));
     // Left behind by a crash.
     let kept = std::env::temp_dir().join(format!("stickslip-hostile-{kind}-{}", std::process::id()));
-    let (mut refused, mut longest, mut peak) = (0, 0.0_f64, 0);
+    let (mut refused, mut longest, mut peak) = (0, (0.0_f64, 0), 0);
     for number in 0..files + seeds.len() as u64 {
         let bytes = match seeds.get(number as usize) {
             Some(seed) => seed.clone(),
@@ -185,11 +189,16 @@ fn campaign(kind: &str, seeds: &[Vec<u8>], read: impl Fn(&[u8]) -> Result<(), St
         }
         assert!(seconds < LONGEST, "{}: {seconds} s", case());
         assert!(memory < MOST_MEMORY, "{}: {memory} bytes", case());
-        (longest, peak) = (longest.max(seconds), peak.max(memory));
+        if seconds > longest.0 {
+            longest = (seconds, number);
+        }
+        peak = peak.max(memory);
     }
     std::fs::remove_file(&kept).unwrap();
     println!(
-        "{kind}: {files} files, {refused} refused, at most {longest:.2} s and {:.1} MB",
+        "{kind}: {files} files, {refused} refused, at most {:.2} s (number {}) and {:.1} MB",
+        longest.0,
+        longest.1,
         peak as f64 / 1e6
     );
 }
@@ -207,6 +216,7 @@ fn property_hostile_files_are_refused_or_read() {
     archives();
     mappings();
     journals();
+    shards();
 }
 
 /// A case is read, and if it is valid run for a moment.
@@ -274,6 +284,14 @@ fn studies() {
             .iter()
             .map(|study| study.text.as_bytes().to_vec()),
     );
+    // Found: tens of thousands of runs, each a case to be read.
+    let many = format!(
+        "case = \"paper\"\n[[series]]\nmethods = [\"auto\", \"erk\", \"series\"]\ntolerances = [1e-4{}]\n",
+        ", 1e-5".repeat(13_000)
+    );
+    let refusal = work_precision::Study::parse(&many, "hostile.toml", "hostile", Path::new("")).unwrap_err();
+    assert!(refusal.to_string().contains("more than 10000 runs"), "{refusal}");
+    seeds.push(many.into_bytes());
     campaign("study", &seeds, |bytes| {
         let text = String::from_utf8(bytes.to_vec()).map_err(|error| error.to_string())?;
         let source = StudySource {
@@ -425,5 +443,101 @@ fn journals() {
         assert!(found <= journal.points());
         let mut copy = Journal::open(&other, DIGEST, Existing::Discard).map_err(|error| error.to_string())?;
         copy.absorb(&mut journal).map_err(|error| error.to_string())
+    });
+}
+
+/// What a shard says of its study, by which `merge` makes the whole: the attributes of its root.
+fn shards() {
+    const STUDY: &str = "case = \"paper\"\n[set]\noutput.end_time = 0.005\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [20, \
+                         21]\n[[axis]]\nkey = \"solver.method\"\nvalues = [\"series\", \"auto\"]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("study.toml"), STUDY).unwrap();
+    for shard in ["1", "2"] {
+        let (part, file) = (format!("{shard}/2"), format!("{shard}.h5"));
+        let swept = std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
+            .args(["sweep", "study.toml", "-q", "--shard", &part, "-o", &file])
+            .current_dir(folder.path())
+            .status();
+        assert!(swept.unwrap().success());
+    }
+    let whole = std::fs::read(path("1.h5")).unwrap();
+    let names = [
+        "shard",
+        "shard_count",
+        "study_shape",
+        "study_layout",
+        "study_axes",
+        "study_variables",
+        "study_meta",
+        "digest",
+        "title",
+        "format",
+        "source",
+    ];
+    let unlocked = |file: &Path| {
+        let unlocked = hdf5::File::with_options()
+            .with_fapl(|access| access.file_locking(false))
+            .open_rw(file);
+        unlocked.unwrap()
+    };
+    // One of them a file: its name, and then its value.
+    let seeds: Vec<Vec<u8>> = {
+        let file = unlocked(&path("1.h5"));
+        let seed = |name: &&str| {
+            let attribute = file.attr(name).ok()?;
+            let value = match attribute.read_raw::<i64>() {
+                Ok(numbers) => numbers.iter().map(|number| format!("{number} ")).collect(),
+                Err(_) => attribute
+                    .read_scalar::<hdf5::types::VarLenUnicode>()
+                    .ok()?
+                    .as_str()
+                    .to_owned(),
+            };
+            Some(format!("{name}\n{value}").into_bytes())
+        };
+        names.iter().filter_map(seed).collect()
+    };
+    assert!(seeds.len() >= 8, "{}", seeds.len());
+    campaign("shard", &seeds, |bytes| {
+        let text = String::from_utf8_lossy(bytes).replace('\0', " ");
+        let (name, value) = text.split_once('\n').unwrap_or(("", &text));
+        let name = names
+            .into_iter()
+            .find(|known| *known == name)
+            .unwrap_or(names[bytes.len() % names.len()]);
+        std::fs::write(path("bad.h5"), &whole).unwrap();
+        {
+            let file = unlocked(&path("bad.h5"));
+            let numbers: Result<Vec<i64>, _> = value.split_whitespace().map(str::parse).collect();
+            let _ = file.delete_attr(name);
+            match numbers {
+                Ok(numbers) if name == "study_shape" => {
+                    file.new_attr_builder().with_data(&numbers[..]).create(name).unwrap();
+                }
+                Ok(numbers) if numbers.len() == 1 => {
+                    file.new_attr::<i64>()
+                        .create(name)
+                        .unwrap()
+                        .write_scalar(&numbers[0])
+                        .unwrap();
+                }
+                // More does not fit into an attribute of HDF5.
+                _ => {
+                    let short: String = value.chars().take(10_000).collect();
+                    let short: hdf5::types::VarLenUnicode = short.parse().unwrap();
+                    let made = file.new_attr::<hdf5::types::VarLenUnicode>().create(name);
+                    made.unwrap().write_scalar(&short).unwrap();
+                }
+            }
+        }
+        let _ = std::fs::remove_file(path("merged.h5"));
+        let options = MergeOptions {
+            shards: &[path("bad.h5"), path("2.h5")],
+            output: &path("merged.h5"),
+            replace: false,
+            by_reference: bytes.len() % 2 == 0,
+        };
+        merge(&options).map(drop).map_err(|error| error.to_string())
     });
 }

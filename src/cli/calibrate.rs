@@ -2,14 +2,14 @@
 
 use super::arguments::{CalibrateOptions, Common};
 use super::progress::CountBar;
-use super::run::{REFERENCES, interrupt_flag, looks_like_a_path};
+use super::run::{REFERENCES, bad_file, interrupt_flag, looks_like_a_path};
 use super::terminal::{align_right, show, table};
 use super::{CommandError, End, complain, print, print_json, provenance};
 use crate::calibrate::{
     Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
 };
 use crate::case::{CaseError, Override};
-use crate::results::{Overwrite, ResultError, SweepHeader, check_target};
+use crate::results::{Overwrite, SweepHeader, check_target};
 use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -97,8 +97,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     } else {
         Overwrite::OwnResults
     };
-    let input = |error: ResultError| CommandError::Input(error.to_string());
-    check_target(&path, overwrite, &study.runs.files).map_err(input)?;
+    check_target(&path, overwrite, &study.runs.files).map_err(bad_file)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }

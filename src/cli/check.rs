@@ -1,6 +1,7 @@
 //! `stickslip check`.
 
 use super::arguments::{CheckOptions, Common};
+use super::run::bad_file;
 use super::{CommandError, End, print, print_json};
 use crate::results::{CheckReport, ResultError, check as check_file};
 
@@ -10,7 +11,7 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
     let report = check_file(&options.file).map_err(|error| match error {
         // It is ours by all one can tell, and wrong.
         ResultError::Damaged { .. } | ResultError::BeyondLimits { .. } => CommandError::Computation(error.to_string()),
-        error => CommandError::Input(error.to_string()),
+        error => bad_file(error),
     })?;
     if common.json {
         print_json(&report)?;

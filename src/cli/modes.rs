@@ -118,7 +118,7 @@ fn mode_table(modes: &Modes) -> String {
                 mode.natural_frequency
                     .map_or_else(|| "-".to_owned(), |f| format!("{f:.1}")),
                 mode.damping_ratio.map_or_else(|| "-".to_owned(), |d| format!("{d:.4}")),
-                format!("{:.2}", mode.growth_rate),
+                growth(modes, state.relative_velocity, mode.growth_rate),
                 part("theta"),
                 part("phi2"),
                 part("phi1"),
@@ -131,6 +131,25 @@ fn mode_table(modes: &Modes) -> String {
          the mode grows; then the velocities of its shape\n{}",
         terminal::show(&table)
     )
+}
+
+/// Whether sliding is unstable for less than one oscillation. Quasi-steady friction, along which growth is counted, means
+/// nothing over a fraction of one.
+fn is_brief(modes: &Modes) -> bool {
+    let lost = modes.instability.as_ref();
+    lost.is_some_and(|lost| lost.window() < modes.natural_period)
+}
+
+/// A growth rate (1/s) at a sliding speed; none of an instability that the speed falls through before anything can swing.
+fn growth(modes: &Modes, speed: Option<f64>, rate: f64) -> String {
+    let unstable = speed
+        .zip(modes.critical_speed)
+        .is_some_and(|(x, critical)| x < critical);
+    if unstable && rate > 0.0 && is_brief(modes) {
+        "-".to_owned()
+    } else {
+        format!("{rate:.2}")
+    }
 }
 
 /// The real part of the velocity in phase with the largest one.
@@ -161,7 +180,7 @@ fn damping_table(modes: &Modes) -> String {
             format!("{relative_velocity:.4}"),
             format!("{damping:.4}"),
             format!("{damping_ratio:.4}"),
-            format!("{growth_rate:.2}"),
+            growth(modes, Some(relative_velocity), growth_rate),
         ]);
     }
     terminal::align_right(&mut table, 0..4);
@@ -172,7 +191,7 @@ fn stability(modes: &Modes) -> String {
     let sentence = match modes.stability {
         Stability::Lost => {
             let lost = modes.instability.as_ref();
-            return lost.map(|lost| loss(lost, modes.natural_period)).unwrap_or_default();
+            return lost.map(|lost| loss(lost, modes)).unwrap_or_default();
         }
         Stability::FrictionDoesNotFall => {
             "Steady sliding is stable at every speed and force: friction does not fall with speed (decay 0, or \
@@ -189,7 +208,15 @@ fn stability(modes: &Modes) -> String {
     format!("{sentence}\n")
 }
 
-fn loss(lost: &Instability, natural_period: f64) -> String {
+fn loss(lost: &Instability, modes: &Modes) -> String {
+    let natural_period = modes.natural_period;
+    let counted = |folds: f64| {
+        if is_brief(modes) {
+            "not counted: no oscillation fits in".to_owned()
+        } else {
+            format!("{folds:.2}")
+        }
+    };
     let mut table = terminal::table(&[]);
     let folds = |x: Option<f64>| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}"));
     let speed = |x: f64| format!("{x:.6} rad/s");
@@ -218,19 +245,18 @@ fn loss(lost: &Instability, natural_period: f64) -> String {
             "unstable until smooth sliding stops",
             format!("{:.3e} s, {:.3} T_n", lost.window(), lost.window() / natural_period),
         ),
-        ("growth exponent G", format!("{:.2}", lost.growth_exponent)),
+        ("growth exponent G", counted(lost.growth_exponent)),
         ("first stick", onset),
-        ("growth up to the first stick", format!("{:.2}", lost.growth_to_onset)),
+        ("growth up to the first stick", counted(lost.growth_to_onset)),
         ("e-folds gained from the kick", folds(lost.e_folds_gained)),
         ("kick above rounding, e-folds", above),
         ("the onset is decided by", decided.to_owned()),
     ] {
         table.add_row([name.to_owned(), value]);
     }
-    // Quasi-steady friction, along which growth is counted, means nothing over a fraction of an oscillation.
-    let note = if lost.window() < natural_period {
-        "The unstable window is shorter than one oscillation: nothing can swing up in it, and the\n\
-         growth that is counted is that of the one fall of the speed to the stop.\n"
+    let note = if is_brief(modes) {
+        "The unstable window is shorter than one oscillation: nothing can swing up in it, and a\n\
+         rate or a number of e-folds of its growth would say nothing.\n"
     } else {
         ""
     };

@@ -1,6 +1,7 @@
 //! `stickslip plot`.
 
 use super::arguments::{Common, Format, PlotOptions};
+use super::run::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::entry::{Entry, Story};
@@ -114,7 +115,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             options.files.len()
         )));
     };
-    let file = ResultFile::open(file).map_err(|error| CommandError::Input(error.to_string()))?;
+    let file = ResultFile::open(file).map_err(bad_file)?;
     let page = page::write(&file, path, options.force).map_err(bad)?;
     if common.json {
         print_json(&serde_json::json!({ "file": path.display().to_string(), "page": page }))?;
@@ -127,6 +128,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
 /// The exit status that an error deserves.
 pub(super) fn bad(error: PlotError) -> CommandError {
     match error {
+        PlotError::Result(error) => bad_file(error),
         PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
             CommandError::Computation(error.to_string())
         }

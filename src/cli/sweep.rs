@@ -119,13 +119,14 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         return Ok(End::Done);
     }
     let mut crew = ranks.crew();
-    if study.keep.trajectory {
-        if folder == path {
-            let what = "the results of its runs";
-            return Err(CommandError::Input(ResultError::Reserved { path, what }.to_string()));
-        }
-        std::fs::create_dir_all(&folder)
-            .map_err(|error| CommandError::Input(format!("{}: cannot be created: {error}", folder.display())))?;
+    // It is made for the first run: whatever is refused before leaves none behind.
+    if study.keep.trajectory && folder == path {
+        let what = "the results of its runs";
+        return Err(CommandError::Input(ResultError::Reserved { path, what }.to_string()));
+    }
+    if study.keep.trajectory && folder.exists() && !folder.is_dir() {
+        let what = "is no folder, and that of the runs is to have this name; choose another name with -o";
+        return Err(CommandError::Input(format!("{}: {what}", folder.display())));
     }
     let bar = SweepBar::new(common);
     let clock = Instant::now();
@@ -246,6 +247,7 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
             CommandError::Input(text)
         }
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
+            ResultError::NoReader { .. } => CommandError::Computation(text),
             _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);
                 CommandError::Computation(format!(
@@ -299,6 +301,12 @@ fn into_a_file(
         meta: provenance::meta(case, &started),
         events: provenance::events(case),
     };
+    std::fs::create_dir_all(folder).map_err(|error| {
+        IntegrateError::Storage(format!(
+            "{}: cannot be created: {error}; check its folder",
+            folder.display()
+        ))
+    })?;
     let path = folder.join(format!("{number:06}.h5"));
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &study.files, &header).map_err(storage)?;
     let result = simulate(

@@ -3,12 +3,12 @@
 use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
 use super::plot::{bad, check_target, save};
 use super::progress::CountBar;
-use super::run::interrupt_flag;
+use super::run::{bad_file, interrupt_flag};
 use super::{CommandError, End, complain, print, print_json, provenance, terminal};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::results::{
-    Overwrite, ReferenceRow, ResultError, Status, WorkPrecisionFile, WorkPrecisionRow, check_target as check_file,
+    Overwrite, ReferenceRow, Status, WorkPrecisionFile, WorkPrecisionRow, check_target as check_file,
 };
 use crate::simulation::Method;
 use serde::Serialize;
@@ -83,7 +83,6 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
     } else {
         Overwrite::OwnResults
     };
-    let bad_file = |error: ResultError| CommandError::Input(error.to_string());
     // Everything that can be refused is refused before minutes are spent.
     check_file(&path, overwrite, &study.files).map_err(bad_file)?;
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;

@@ -121,6 +121,11 @@ impl Budget {
         self.get_on(place, stop, "the search for a breakaway", SEARCH)
     }
 
+    /// Counts a search for the next time event that came so far in vain.
+    pub(super) fn search_for_time_event(&mut self, place: Place<'_>) -> Result<(), RunError> {
+        self.get_on(place, self.end_time, "the search for the next event", STRIDE)
+    }
+
     /// Ends a run that does not come on; `taken` says how many steps it has taken for this.
     fn get_on(&mut self, place: Place<'_>, stop: f64, solver: &'static str, taken: u32) -> Result<(), RunError> {
         if place.time > self.came_to + f64::EPSILON * self.end_time {

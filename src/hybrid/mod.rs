@@ -92,7 +92,8 @@ pub trait Rules<D: Dynamics> {
     /// The next instant, not before `t`, at which something happens by the clock.
     fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64>;
 
-    /// What happens at that instant; called exactly at the time that was named, and must make progress.
+    /// What happens at that instant; called exactly at the time that was named, and must make progress. Nothing, if the
+    /// search for the next instant has come so far in vain, with the work of very many steps, and goes on from there.
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<Self::Kind, D::Location>>;
 
     /// What happens when guards fire, simultaneous ones together.

@@ -12,8 +12,9 @@ use std::sync::Arc;
 /// The observer is asked whether to go on after so many steps,
 const STEPS_BETWEEN_QUESTIONS: u32 = 256;
 
-/// and after so many samples, which can be far denser than the steps.
-const SAMPLES_BETWEEN_QUESTIONS: u32 = 1024;
+/// and after so many samples, which can be far denser than the steps, and take milliseconds each where a solver integrates
+/// up to them anew.
+const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
 
 /// Where a run starts.
 #[derive(Debug, Clone)]
@@ -114,8 +115,13 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                     break;
                 }
                 let transitions = rules.at_time_event(&self.location, self.time, &self.state);
+                let in_vain = transitions.is_empty();
                 self.apply(rules, transitions, "a time event")?;
-                self.counted(Budget::restart)?;
+                if in_vain {
+                    self.counted(|budget, place| budget.search_for_time_event(place))?;
+                } else {
+                    self.counted(Budget::restart)?;
+                }
             }
             if self.time >= end_time {
                 break;

@@ -51,17 +51,19 @@ pub enum ChangeCause {
     Corner,
     /// A corner of F, where the pressing force stood beyond zero already: the ringing pressed, and was below its floor.
     Beyond,
+    /// Nothing: there is no change up to here, and the search, which has taken its share of steps, goes on from here.
+    Searched,
 }
 
 impl ContactChange {
     /// Whether the pressing force is zero at this moment, up to rounding, and just leaving it.
     pub fn departs(self) -> bool {
-        self.cause != ChangeCause::Beyond
+        matches!(self.cause, ChangeCause::Zero | ChangeCause::Corner)
     }
 
     /// Whether it belongs to the corner at its time, and so comes before a kick of that time.
     pub fn at_corner(self) -> bool {
-        self.cause != ChangeCause::Zero
+        matches!(self.cause, ChangeCause::Corner | ChangeCause::Beyond)
     }
 }
 
@@ -114,7 +116,12 @@ enum Search {
     None,
     /// From somewhere on, what still rings is no touch.
     Rest,
+    /// Up to this time (s) the force keeps its sign; the steps of the search are used up.
+    Searched(f64),
 }
+
+/// Steps of one search: tenths of a second. Each covers a part of an oscillation, and a run has some thousands of these.
+const SEARCH: u32 = 1_000_000;
 
 /// Of a rate that is a difference, relative to its parts: some roundings of the sums that they come of.
 const RATE_ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -419,11 +426,13 @@ impl AxialMotion {
     /// `departing` says that the force is just leaving zero at `t`, to the side that `closed` names: after a change, or
     /// where contact starts.
     ///
-    /// Zeros are bracketed by bounds on the curvature, so none is passed over.
+    /// Zeros are bracketed by bounds on the curvature, so none is passed over. A search that takes too many steps ends
+    /// where it is, with [`ChangeCause::Searched`].
     pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         let sign = if closed { 1.0 } else { -1.0 };
         let first = self.pieces.partition_point(|p| p.start <= t).saturating_sub(1);
         let (mut departing, mut rests) = (departing, false);
+        let mut steps = SEARCH;
         for (k, piece) in self.pieces[first..].iter().enumerate() {
             let from = t.max(piece.start);
             if from > until {
@@ -439,13 +448,17 @@ impl AxialMotion {
                     }
                 }
             }
-            match self.change_in_piece(piece, from, piece.end.min(until), sign, departing) {
+            match self.change_in_piece(piece, from, piece.end.min(until), sign, departing, &mut steps) {
                 Search::Zero(time) => {
                     let cause = ChangeCause::Zero;
                     return Some(ContactChange { time, cause });
                 }
                 Search::None => rests = false,
                 Search::Rest => rests = true,
+                Search::Searched(time) => {
+                    let cause = ChangeCause::Searched;
+                    return Some(ContactChange { time, cause });
+                }
             }
         }
         None
@@ -482,8 +495,17 @@ impl AxialMotion {
         (ChangeCause::Corner, side)
     }
 
-    /// First zero of sign * pressing force within one piece, found by steps over which it provably stays positive.
-    fn change_in_piece(&self, piece: &Piece, from: f64, to: f64, sign: f64, departing: bool) -> Search {
+    /// First zero of sign * pressing force within one piece, found by steps over which it provably stays positive, of which
+    /// so many are left.
+    fn change_in_piece(
+        &self,
+        piece: &Piece,
+        from: f64,
+        to: f64,
+        sign: f64,
+        departing: bool,
+        steps: &mut u32,
+    ) -> Search {
         let mut t = from;
         let mut departing = departing;
         while t < to {
@@ -520,6 +542,11 @@ impl AxialMotion {
                 return Search::Zero(t);
             }
             t += delta;
+            *steps -= 1;
+            if *steps == 0 && t < to {
+                return Search::Searched(t);
+            }
+            *steps = (*steps).max(1);
         }
         Search::None
     }

@@ -100,7 +100,8 @@ fn failed(error: impl std::fmt::Display) -> PlotError {
 
 /// The document with its physical size, and with what it shows for those who do not see it.
 fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> String {
-    let body = text.split_once('>').map_or("", |(_, body)| body);
+    // Of texts the drawing library escapes no more than XML asks for.
+    let body = crate::quote::for_terminal(text.split_once('>').map_or("", |(_, body)| body));
     let mm = |units: u32| f64::from(units) / UNITS_PER_MM;
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {width} {height}\" \
@@ -113,8 +114,13 @@ fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> Stri
     )
 }
 
+/// A text as the content of an element. Control characters are none that XML allows, and would steer a terminal on which
+/// the file is listed.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    crate::quote::for_terminal(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 /// Scales, ticks and heights of the panels, and the margins that all of them share.

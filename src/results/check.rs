@@ -1,5 +1,6 @@
 //! Whether a file of this program is as the program wrote it.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -7,6 +8,7 @@ use serde::Serialize;
 use super::schema::{self, CHECKSUMS, Kind as Stored, Table, group, root};
 use super::source::{Holds, Kind, Source};
 use super::{ResultError, ResultFile, Status, checksums};
+use crate::model::Mode;
 use crate::record::{Event, EventKind, Segment};
 
 /// What a check has found.
@@ -69,6 +71,7 @@ pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
             format,
         },
         source,
+        absent: HashSet::new(),
     };
     let status = check.report.status.clone();
     if !STATUSES.contains(&status.as_str()) {
@@ -98,9 +101,27 @@ fn within(time: f64, segment: &Segment) -> bool {
     (segment.start - rounding..=segment.end + rounding).contains(&time)
 }
 
+/// Whether an event of this kind can come in a mode, if that is known, and lead to another.
+fn brings_about(kind: EventKind, before: Option<Mode>, after: Mode) -> bool {
+    let slips = |mode: Mode| mode.sense() != 0;
+    let was = |fits: &dyn Fn(Mode) -> bool| before.is_none_or(fits);
+    match kind {
+        EventKind::Stick => after == Mode::Stick && was(&slips),
+        EventKind::Slip => slips(after) && was(&|mode| mode == Mode::Stick),
+        EventKind::Reversal => slips(after) && was(&|mode| slips(mode) && mode != after),
+        EventKind::Separation => after == Mode::Separated && was(&|mode| mode != Mode::Separated),
+        EventKind::Contact => after != Mode::Separated && was(&|mode| mode == Mode::Separated),
+        EventKind::Kick | EventKind::Corner | EventKind::Destabilised | EventKind::Restabilised => {
+            was(&|mode| mode == after)
+        }
+    }
+}
+
 struct Check {
     source: Source,
     report: CheckReport,
+    /// What is missing of virtual variables, and has been said to be.
+    absent: HashSet<String>,
 }
 
 impl Check {
@@ -111,8 +132,14 @@ impl Check {
         }
     }
 
-    /// An error is a problem like another.
+    /// An error is a problem like another. A file that is missing is missing for every variable, and said to be once.
     fn note(&mut self, place: &str, result: Result<(), ResultError>) {
+        if let Err(ResultError::Absent { what, .. }) = &result {
+            let file = what.split_once(": ").map_or(what.as_str(), |(_, file)| file);
+            if !self.absent.insert(file.to_owned()) {
+                return;
+            }
+        }
         if let Err(error) = result {
             self.problem(place, error.to_string());
         }
@@ -156,7 +183,12 @@ impl Check {
         }
         self.report.checksums = true;
         let stored = self.source.text(CHECKSUMS)?.unwrap_or_default();
-        for path in checksums::differences(&stored, &checksums::of(&self.source, &known)?) {
+        let mut found = checksums::of(&self.source, &known)?;
+        // Files of earlier builds lack it.
+        if stored.contains(&format!("/{CHECKSUMS} ")) {
+            found += &checksums::own_line(&self.source)?;
+        }
+        for path in checksums::differences(&stored, &found) {
             self.problem(path, "is not what was written: its checksum differs");
         }
         Ok(())
@@ -175,6 +207,7 @@ impl Check {
         self.report.samples = file.sample_count()?;
         self.segments(&segments);
         self.events(&events, &segments, complete);
+        self.modes(&events, &segments);
         self.trajectory(&file, &segments, complete)?;
         file.resolved().map(drop)?;
         if complete && let Some(statistics) = file.stick_slip()? {
@@ -279,6 +312,58 @@ impl Check {
             {
                 self.problem(format!("row {row} of /{}", group::EVENTS), "a state is not finite");
             }
+        }
+    }
+
+    /// What the contact does, from segment to segment by way of the events between them.
+    fn modes(&mut self, events: &[Event], segments: &[Segment]) {
+        let place = |row: usize, group: &str| format!("row {row} of /{group}");
+        // What the contact does, once known, and the segments that have begun.
+        let (mut mode, mut begun) = (None, 0);
+        for (row, event) in events.iter().enumerate() {
+            let number = event.segment as usize;
+            let Some(segment) = segments.get(number) else {
+                // A run that was ended from outside may lack it.
+                return;
+            };
+            if number + 1 < begun {
+                let what = format!("its segment is {number}, that of the one before {}", begun - 1);
+                self.problem(place(row, group::EVENTS), what);
+                return;
+            }
+            // At the start of a run events come before the first segment.
+            if number > 0 || event.time > segment.start {
+                while begun <= number {
+                    self.follows(mode, segments[begun].mode, begun);
+                    mode = Some(segments[begun].mode);
+                    begun += 1;
+                }
+            }
+            if !brings_about(event.kind, mode, event.mode_after) {
+                let from = mode.map_or(String::new(), |mode| format!("from {} ", mode.name()));
+                let what = format!(
+                    "a {} does not lead {from}to {}",
+                    event.kind.name(),
+                    event.mode_after.name()
+                );
+                self.problem(place(row, group::EVENTS), what);
+            }
+            mode = Some(event.mode_after);
+        }
+        for (number, segment) in segments.iter().enumerate().skip(begun) {
+            self.follows(mode, segment.mode, number);
+            mode = Some(segment.mode);
+        }
+    }
+
+    /// No mode changes without an event.
+    fn follows(&mut self, before: Option<Mode>, mode: Mode, segment: usize) {
+        if let Some(before) = before.filter(|before| *before != mode) {
+            let (mode, before) = (mode.name(), before.name());
+            self.problem(
+                format!("row {segment} of /{}", group::SEGMENTS),
+                format!("its mode is {mode}, but {before} after what comes before it"),
+            );
         }
     }
 

@@ -14,8 +14,11 @@ use hdf5::{Dataset, File};
 
 use super::attributes::AttributeValue;
 use super::schema::{self, CHECKSUMS, attribute, group, root};
-use super::source::{DatasetInfo, Holds, Kind, Source};
+use super::source::{DatasetInfo, Fault, Holds, Kind, Source};
 use super::{ResultError, raw};
+
+const DESCRIPTION: &str =
+    "path, CRC-32 of attributes, type, shape and values; of a table the values have a CRC-32 of their own";
 
 /// Checksums of the values of variables that are stored in chunks with checksums of HDF5's, by path without a leading
 /// slash; `None` where they cannot be read.
@@ -84,6 +87,8 @@ pub(super) fn of(source: &Source, known: &Known) -> Result<String, ResultError> 
                 };
                 add(path, of_dataset(source, path, info)?, values);
             }
+            // Nothing that this program wrote.
+            Kind::Not(Fault::Unnamed(_)) => {}
             Kind::Not(fault) => return Err(source.fault(fault)),
             Kind::Other => {}
         }
@@ -101,15 +106,23 @@ pub(super) fn write(file: &File, known: &Known) -> hdf5::Result<()> {
     if meta.link_exists(name) {
         meta.unlink(name)?;
     }
-    let lines = of(&Source::of_open(file), known).map_err(failed)?;
+    let mut lines = of(&Source::of_open(file), known).map_err(failed)?;
+    let mut own = crc32fast::Hasher::new();
+    for (name, text) in [(attribute::LONG_NAME, DESCRIPTION), (attribute::UNITS, "1")] {
+        add_attribute(name, &AttributeValue::Text(text.to_owned()), &mut own);
+    }
+    let _ = writeln!(lines, "/{CHECKSUMS} {:08x}", own.finalize());
     let dataset = raw::write_text(&meta, name, &lines)?;
     let describe = super::attributes::write_text_attribute;
     describe(&dataset, attribute::UNITS, "1")?;
-    describe(
-        &dataset,
-        attribute::LONG_NAME,
-        "path, CRC-32 of attributes, type, shape and values; of a table the values have a CRC-32 of their own",
-    )
+    describe(&dataset, attribute::LONG_NAME, DESCRIPTION)
+}
+
+/// The line of the checksums themselves, of whose attributes alone it is.
+pub(super) fn own_line(source: &Source) -> Result<String, ResultError> {
+    let mut sum = crc32fast::Hasher::new();
+    add_attributes(source, CHECKSUMS, &mut sum)?;
+    Ok(format!("/{CHECKSUMS} {:08x}\n", sum.finalize()))
 }
 
 /// The sums of values that the lines of a file have: those of a file to which something is added stand for what was written
@@ -216,15 +229,19 @@ fn add_attributes(source: &Source, path: &str, sum: &mut crc32fast::Hasher) -> R
         if schema::attribute::OF_HDF5.contains(&name.as_str()) {
             continue;
         }
-        sum.update(name.as_bytes());
-        match value {
-            AttributeValue::Text(text) => sum.update(text.as_bytes()),
-            AttributeValue::Integer(value) => sum.update(&value.to_le_bytes()),
-            AttributeValue::Number(value) => sum.update(&value.to_le_bytes()),
-            AttributeValue::Integers(values) => values.iter().for_each(|value| sum.update(&value.to_le_bytes())),
-            AttributeValue::Numbers(values) => values.iter().for_each(|value| sum.update(&value.to_le_bytes())),
-        }
-        sum.update(&[0]);
+        add_attribute(&name, &value, sum);
     }
     Ok(())
+}
+
+fn add_attribute(name: &str, value: &AttributeValue, sum: &mut crc32fast::Hasher) {
+    sum.update(name.as_bytes());
+    match value {
+        AttributeValue::Text(text) => sum.update(text.as_bytes()),
+        AttributeValue::Integer(value) => sum.update(&value.to_le_bytes()),
+        AttributeValue::Number(value) => sum.update(&value.to_le_bytes()),
+        AttributeValue::Integers(values) => values.iter().for_each(|value| sum.update(&value.to_le_bytes())),
+        AttributeValue::Numbers(values) => values.iter().for_each(|value| sum.update(&value.to_le_bytes())),
+    }
+    sum.update(&[0]);
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::attributes::AttributeValue;
 use super::schema::{self, attribute};
-use super::source::{DatasetInfo, Kind, Source};
+use super::source::{DatasetInfo, Fault, Kind, Source};
 use super::{ResultError, ResultFile};
 
 /// What a file of this program holds, for a listing.
@@ -66,6 +66,10 @@ pub(super) fn of_file(source: &Source) -> Result<Contents, ResultError> {
             contents.variables.push(variable);
             Ok(())
         }
+        Kind::Not(Fault::Unnamed(_)) => {
+            contents.variables.push(unnamed(path, &member.name));
+            Ok(())
+        }
         Kind::Not(fault) => Err(source.fault(fault)),
         Kind::Other => Ok(()),
     })?;
@@ -82,6 +86,22 @@ fn list(source: &Source, group: &str, contents: &mut Contents) -> Result<(), Res
         });
     }
     Ok(())
+}
+
+/// What has a name by which nobody can ask for it; whether it is a variable is not known.
+fn unnamed(path: &str, name: &str) -> VariableInfo {
+    let group = path.strip_suffix(name).unwrap_or_default().trim_end_matches('/');
+    VariableInfo {
+        group: format!("/{group}"),
+        name: name.to_owned(),
+        kind: "not read: the name is not UTF-8".to_owned(),
+        shape: Vec::new(),
+        units: None,
+        long_name: None,
+        flags: Vec::new(),
+        min: None,
+        max: None,
+    }
 }
 
 fn describe(

@@ -111,6 +111,8 @@ pub enum ResultError {
          fault: try again"
     )]
     NoReader { path: PathBuf, detail: String },
+    #[error("{path}: the name {place} is not UTF-8, and what it names is not read; give it another")]
+    Unnamed { path: PathBuf, place: String },
     #[error("{path}: was changed while it was read; try again")]
     Changed { path: PathBuf },
     #[error("{path}: a part of {what}; put the file back that the part is in, or merge the shards anew")]
@@ -215,12 +217,15 @@ pub(super) fn describe(error: &hdf5::Error) -> String {
     let Some(stack) = error.stack() else {
         return error.to_string();
     };
-    let outer = stack.first().map_or("", |frame| frame.desc());
-    let inner = stack.last().map_or("", |frame| frame.desc());
-    let system = stack
+    // Names from the file are in it, and the binding takes them for UTF-8.
+    let frames: Vec<String> = stack
         .iter()
-        .find(|frame| frame.desc().contains("errno"))
-        .map_or(inner, |frame| frame.desc());
+        .map(|frame| String::from_utf8_lossy(frame.desc().as_bytes()).into_owned())
+        .collect();
+    let outer = frames.first().map_or("", String::as_str);
+    let inner = frames.last().map_or("", String::as_str);
+    let system = frames.iter().find(|frame| frame.contains("errno"));
+    let system = system.map_or(inner, String::as_str);
     // HDF5 pads its message with buffers and offsets that help nobody: the system's words suffice.
     match system
         .split_once("error message = '")

@@ -3,19 +3,6 @@
 use super::{ResultError, ResultFile};
 
 impl ResultFile {
-    /// Reads every state and channel of the trajectory, block by block.
-    ///
-    /// # Errors
-    /// One that is not finite; or of the file.
-    pub fn check_values(&self) -> Result<(), ResultError> {
-        const BLOCK: usize = 65_536;
-        let rows = self.sample_count()?;
-        for start in (0..rows).step_by(BLOCK) {
-            self.finite_samples(start..rows.min(start + BLOCK))?;
-        }
-        Ok(())
-    }
-
     /// Reads the times of the trajectory, block by block, and holds each against the one before it. Whoever looks for a
     /// time in a file, or divides by the distance of two, relies on it.
     ///

@@ -4,7 +4,7 @@ use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Locati
 use super::plan::Plan;
 use super::semi_analytic::SemiAnalyticEngine;
 use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
-use crate::model::axial::ContactChange;
+use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::slow_stick::SlowStick;
 use crate::model::stability::{Forecast, QuietStretch};
@@ -451,6 +451,9 @@ impl Rules<Brake> for BrakeRules {
         if let Some(change) = change.filter(|change| change.at_corner() || !kick_due) {
             self.contact_change = None;
             self.departing = change.departs();
+            if change.cause == ChangeCause::Searched {
+                return Vec::new();
+            }
             let closing = location.mode == Mode::Separated;
             let (kind, mode) = if closing {
                 (EventKind::Contact, self.mode_in_contact(t, y))

@@ -95,7 +95,7 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
     let mut table = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_reader(crate::input::Lines::new(opened));
+        .from_reader(crate::input::Rows::new(opened));
     let bad = |error: csv::Error| match error.kind() {
         csv::ErrorKind::UnequalLengths {
             pos, expected_len, len, ..
@@ -134,8 +134,9 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
         keys.push(key);
     }
     let mut rows = Vec::new();
-    for record in table.records() {
-        let record = record.map_err(bad)?;
+    let mut record = csv::StringRecord::new();
+    while table.read_record(&mut record).map_err(bad)? {
+        table.get_mut().taken();
         if let Some(most) = too_many(axes.len(), rows.len() as u64 + 1) {
             return Err(format!(
                 "{file}: more than {most} points, which is what memory is given for; split the table in several studies"

@@ -24,6 +24,9 @@ pub const STUDIES: &[BuiltInStudy] = &[BuiltInStudy {
 /// Relative tolerance of the reference runs, if the study says nothing.
 const TIGHTEST: f64 = 1e-13;
 
+/// Runs of a study: each is a case of its own, kept in memory, and takes milliseconds at the least.
+const MOST_RUNS: usize = 10_000;
+
 /// Where the reference is from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReferenceChoice {
@@ -135,6 +138,10 @@ impl Study {
             }
             let knobs = tolerances.into_iter().map(Knob::Tolerance);
             let knobs: Vec<Knob> = knobs.chain(steps.into_iter().map(Knob::FixedStep)).collect();
+            if methods.len().saturating_mul(knobs.len()) > MOST_RUNS - pairs.len() {
+                let message = format!("makes more than {MOST_RUNS} runs; see docs/limits.md");
+                return Err(reader.problem(&root, &key, message));
+            }
             for method in methods {
                 pairs.extend(knobs.iter().map(|&knob| (method, knob, key.clone())));
             }

@@ -6,6 +6,7 @@ mod target;
 
 use super::arguments::{Common, CompareOptions};
 use super::progress::CompareBar;
+use super::run::bad_file;
 use super::{CommandError, End, print, print_json};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
@@ -29,7 +30,10 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         .as_deref()
         .map(|path| target::Target::check(path, options))
         .transpose()?;
-    let input = |error: CompareError| CommandError::Input(error.to_string());
+    let input = |error: CompareError| match error {
+        CompareError::Result(error) => bad_file(error),
+        error => CommandError::Input(error.to_string()),
+    };
     let mapping = mapping(options).map_err(input)?;
     let reference = Reference::open(&options.reference).map_err(input)?;
     let comparisons = options.candidates.iter().map(|path| {

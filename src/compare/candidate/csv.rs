@@ -3,7 +3,7 @@
 use super::super::CompareError;
 use super::source::{Place, Source};
 use super::table::{BLOCK, Pass, Table};
-use crate::input::Lines;
+use crate::input::{Lines, Rows};
 use crate::quote::shown;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::io::{BufRead, BufReader};
@@ -109,8 +109,8 @@ impl CsvTable {
         exact.or_else(|| self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name)))
     }
 
-    fn reader(&self) -> Result<csv::Reader<Lines<Place>>, CompareError> {
-        let file = Lines::new(self.source.file()?);
+    fn reader(&self) -> Result<csv::Reader<Rows<Place>>, CompareError> {
+        let file = Rows::new(self.source.file()?);
         let mut reader = ReaderBuilder::new()
             .has_headers(!self.bare)
             .delimiter(self.separator)
@@ -203,8 +203,13 @@ impl Table for CsvTable {
     fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
         let position = self.positions(&[column.to_owned()])?[0];
         let mut texts = Vec::new();
-        for record in self.reader()?.byte_records() {
-            let mut record = record.map_err(|error| self.failed(&error))?;
+        let mut reader = self.reader()?;
+        let mut record = ByteRecord::new();
+        while reader
+            .read_byte_record(&mut record)
+            .map_err(|error| self.failed(&error))?
+        {
+            reader.get_mut().taken();
             if is_blank(&record, self.separator) {
                 continue;
             }
@@ -247,7 +252,7 @@ struct CsvPass {
     names: Vec<String>,
     fields: usize,
     separator: u8,
-    reader: csv::Reader<Lines<Place>>,
+    reader: csv::Reader<Rows<Place>>,
     record: ByteRecord,
 }
 
@@ -262,9 +267,11 @@ impl Pass for CsvPass {
         columns.iter_mut().for_each(Vec::clear);
         while columns[0].len() < BLOCK {
             let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
-                let line = error.position().map_or(0, csv::Position::line);
-                self.fault(line, error.to_string(), "correct the file")
+                // Where no row was read, the one that was to be read begins.
+                let at = error.position().unwrap_or(self.reader.position());
+                self.fault(at.line(), error.to_string(), "correct the file")
             })?;
+            self.reader.get_mut().taken();
             if !more {
                 break;
             }

@@ -8,6 +8,7 @@ mod encoding;
 mod thinning;
 mod trajectory;
 
+use std::fmt::Write;
 use std::path::Path;
 
 use serde::Serialize;
@@ -93,10 +94,20 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
     })
 }
 
-/// JSON that can stand in a script element: no text in it ends the element or opens a comment.
+/// JSON that can stand in a script element: no text in it ends the element or opens a comment, or would steer a terminal on
+/// which the page is listed.
 fn json(value: &impl Serialize) -> Result<String, PlotError> {
     let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
-    Ok(text.replace('<', "\\u003c"))
+    // Outside texts JSON has none of these, and inside them they may be written so.
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c == '<' || crate::quote::steers(c) {
+            let _ = write!(safe, "\\u{:04x}", u32::from(c));
+        } else {
+            safe.push(c);
+        }
+    }
+    Ok(safe)
 }
 
 /// A text as the content of an element, without characters that would steer a terminal on which the page is listed.

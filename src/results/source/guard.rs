@@ -45,6 +45,10 @@ mod imp {
     const PROCESSOR: Duration = Duration::from_secs(3);
     /// Time for one request, most of it spent waiting for a disk or a network.
     const PATIENCE: Duration = Duration::from_secs(120);
+    /// Time in which a process that does not answer computes or reads something, however slow the disk.
+    const STANDSTILL: Duration = Duration::from_secs(6);
+    /// Less processor time in it is that of its thread which looks for the program.
+    const IDLING: Duration = Duration::from_millis(20);
     /// A certificate comes with sums over what is in the file: so many of its bytes take a second at most, compressed as
     /// they are.
     const SUMMED: u64 = 4 << 20;
@@ -128,16 +132,16 @@ mod imp {
                 guard: self,
                 since: Instant::now(),
                 before,
+                moved: (Instant::now(), before, None),
                 out_of: None,
             };
             let received = receive::<Result<Answer, Fault>>(&mut patient);
             let out_of = patient.out_of;
             match (received, out_of) {
                 (Ok((answer, numbers)), _) => answer.map(|answer| (answer, numbers)).map_err(Lost::Fault),
-                (Err(_), Some(out_of)) => {
-                    let _ = self.child.kill();
-                    let _ = self.child.wait();
-                    Err(Lost::Ended(out_of))
+                (Err(_), Some(lost)) => {
+                    self.kill();
+                    Err(lost)
                 }
                 (Err(_), None) => Err(self.end()),
             }
@@ -159,8 +163,7 @@ mod imp {
         fn end(&mut self) -> Lost {
             use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGTERM};
             let Some(status) = self.status() else {
-                let _ = self.child.kill();
-                let _ = self.child.wait();
+                self.kill();
                 return Lost::Ended("the process that read it answered with nonsense".to_owned());
             };
             match status.signal() {
@@ -178,6 +181,24 @@ mod imp {
             }
         }
 
+        /// Ends it. One that waits for a disk which does not answer cannot be ended before it does, and is left.
+        fn kill(&mut self) {
+            let _ = self.child.kill();
+            let _ = self.status();
+        }
+
+        /// Bytes that the process has asked for, written, or been given by a disk; `None` where the system does not say.
+        fn moved(&self) -> Option<u64> {
+            let io = std::fs::read_to_string(format!("/proc/{}/io", self.child.id())).ok()?;
+            let bytes = io.lines().filter_map(|line| {
+                let (name, bytes) = line.split_once(':')?;
+                ["rchar", "wchar", "read_bytes"]
+                    .contains(&name)
+                    .then(|| bytes.trim().parse::<u64>().ok())?
+            });
+            Some(bytes.sum())
+        }
+
         /// What the process has used; `None` where the system does not say.
         fn processor_time(&self) -> Option<Duration> {
             let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
@@ -191,8 +212,7 @@ mod imp {
 
     impl Drop for Guard {
         fn drop(&mut self) {
-            let _ = self.child.kill();
-            let _ = self.child.wait();
+            self.kill();
         }
     }
 
@@ -204,8 +224,10 @@ mod imp {
         patience: Duration,
         since: Instant,
         before: Option<Duration>,
+        /// When the process was last seen to have done something, and what it had used and moved until then.
+        moved: (Instant, Option<Duration>, Option<u64>),
         /// The limit that was reached.
-        out_of: Option<String>,
+        out_of: Option<Lost>,
     }
 
     impl Read for Patient<'_> {
@@ -215,10 +237,24 @@ mod imp {
                     Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
                     other => return other,
                 }
-                let used = match (self.guard.processor_time(), self.before) {
+                let (processor, moved) = (self.guard.processor_time(), self.guard.moved());
+                let used = match (processor, self.before) {
                     (Some(now), Some(before)) => now.saturating_sub(before),
                     _ => Duration::ZERO,
                 };
+                let computes = match (processor, self.moved.1) {
+                    (Some(now), Some(before)) => now.saturating_sub(before) >= IDLING,
+                    _ => true,
+                };
+                if computes || moved != self.moved.2 {
+                    self.moved = (Instant::now(), processor, moved);
+                } else if self.moved.0.elapsed() >= STANDSTILL {
+                    self.out_of = Some(Lost::Stopped(format!(
+                        "has neither computed nor read anything for {} s, as where a disk does not answer",
+                        STANDSTILL.as_secs()
+                    )));
+                    return Err(io::Error::other("at a standstill"));
+                }
                 let waited = self.since.elapsed();
                 let (limit, words) = if used >= self.processor {
                     (self.processor, " of processor time")
@@ -227,7 +263,10 @@ mod imp {
                 } else {
                     continue;
                 };
-                self.out_of = Some(format!("reading it came to no end within {} s{words}", limit.as_secs()));
+                let seconds = limit.as_secs();
+                self.out_of = Some(Lost::Ended(format!(
+                    "reading it came to no end within {seconds} s{words}"
+                )));
                 return Err(io::Error::other("out of time"));
             }
         }

@@ -604,6 +604,7 @@ fn error_of(path: &Path, lost: Lost) -> ResultError {
     match lost {
         Lost::Fault(Fault::Hdf5(detail)) => ResultError::read_detail(path, detail),
         Lost::Fault(Fault::Refused(what)) => ResultError::BeyondLimits { path: owned(), what },
+        Lost::Fault(Fault::Unnamed(place)) => ResultError::Unnamed { path: owned(), place },
         Lost::Fault(Fault::Absent(what)) => ResultError::Absent { path: owned(), what },
         Lost::Fault(Fault::Elsewhere(what)) => ResultError::Elsewhere { path: owned(), what },
         Lost::NotStarted(error) => ResultError::NoReader {

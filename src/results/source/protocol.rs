@@ -75,6 +75,8 @@ pub(crate) enum Fault {
     Refused(String),
     /// What is asked for is kept in another file.
     Elsewhere(String),
+    /// An object has a name that is not UTF-8, by which nobody can ask for it: its place, as it can be shown.
+    Unnamed(String),
     /// A part of a variable should be in another file, and is not: which, and where.
     Absent(String),
 }

@@ -3,7 +3,7 @@
 //! Nothing that a file says is believed before it is checked: names and texts are bytes until they are found to be
 //! UTF-8, and a size is held against a limit, and against what the file can store, before memory is asked for.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 use hdf5::dataset::Layout;
@@ -41,6 +41,9 @@ const SOURCES: usize = 1 << 20;
 const KEPT: usize = 512;
 /// HDF5's own choice.
 const CHUNK_SLOTS: usize = 521;
+
+/// In place of the value of an attribute that cannot be asked for.
+const UNNAMED: &str = "not read: the name of this attribute is not UTF-8";
 
 /// Answers requests about one file.
 #[derive(Default)]
@@ -264,6 +267,10 @@ impl Server {
                     Ok(Opened::Group(group)) => identity(&group).map_or_else(Kind::Not, Kind::Group),
                     Ok(Opened::Dataset(dataset)) => self.info(&dataset, &inside).map_or_else(Kind::Not, Kind::Dataset),
                     Ok(Opened::Other) => Kind::Other,
+                    // The name came with replacements, which are no part of it.
+                    Err(_) if name.contains(char::REPLACEMENT_CHARACTER) => {
+                        Kind::Not(Fault::Unnamed(format!("/{inside}")))
+                    }
                     // A link that leads nowhere is no damage; an object that cannot be opened is.
                     Err(_) if link != LinkType::Hard => Kind::Other,
                     Err(fault) => Kind::Not(fault),
@@ -292,7 +299,12 @@ impl Server {
         names.sort();
         let mut attributes = Vec::with_capacity(names.len());
         for name in names {
-            let Ok(attribute) = location.attr(&name) else { continue };
+            let Ok(attribute) = location.attr(&name) else {
+                if name.contains(char::REPLACEMENT_CHARACTER) {
+                    attributes.push((name, Value::Text(UNNAMED.to_owned())));
+                }
+                continue;
+            };
             if let Some(value) = value_of(&attribute)? {
                 attributes.push((name, value.into()));
             }
@@ -301,6 +313,10 @@ impl Server {
     }
 
     fn info(&self, dataset: &Dataset, path: &str) -> Answered<DatasetInfo> {
+        // For the shape of one HDF5 may open the files that it is made of.
+        if dataset.layout() == Layout::Virtual && !self.follow_external {
+            self.check_places(dataset, path)?;
+        }
         let shape = dataset.shape();
         let (class, bytes) = raw::class_of(dataset)?;
         let holds = match class {
@@ -449,9 +465,7 @@ impl Server {
             if known.last().is_some_and(|last| *last == (file.clone(), inside.clone())) {
                 continue;
             }
-            // A per cent sign is written twice; a single one begins a pattern of names, whose files nobody lists.
-            let pattern = |name: &str| name.replace("%%", "").contains('%');
-            if pattern(&file) || pattern(&inside) {
+            if is_pattern(&file) || is_pattern(&inside) {
                 if self.follow_external {
                     continue;
                 }
@@ -481,11 +495,26 @@ impl Server {
         Ok(())
     }
 
-    /// Opens a file that a virtual dataset is made of.
-    fn open_source(&self, name: &str, path: &str) -> Answered<hdf5::File> {
-        if name == "." {
-            return self.file().cloned();
+    /// Refuses a virtual dataset that is made of files elsewhere, without opening one of them.
+    fn check_places(&self, dataset: &Dataset, path: &str) -> Answered<()> {
+        let mut known = HashSet::new();
+        for (file, inside) in raw::virtual_sources(dataset, SOURCES)?.unwrap_or_default() {
+            if is_pattern(&file) || is_pattern(&inside) {
+                return Err(Fault::Elsewhere(format!("/{path}, in {file} with {inside},")));
+            }
+            let name = file.replace("%%", "%");
+            if name != "."
+                && known.insert(name.clone())
+                && let Err(fault @ Fault::Elsewhere(_)) = self.place_of(&name, path)
+            {
+                return Err(fault);
+            }
         }
+        Ok(())
+    }
+
+    /// Where a file is that a virtual dataset is made of.
+    fn place_of(&self, name: &str, path: &str) -> Answered<PathBuf> {
         let elsewhere = || Fault::Elsewhere(format!("/{path}, in {name},"));
         let below = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if !self.follow_external && !Path::new(name).components().all(below) {
@@ -510,6 +539,15 @@ impl Server {
                 return Err(elsewhere());
             }
         }
+        Ok(place)
+    }
+
+    /// Opens a file that a virtual dataset is made of.
+    fn open_source(&self, name: &str, path: &str) -> Answered<hdf5::File> {
+        if name == "." {
+            return self.file().cloned();
+        }
+        let place = self.place_of(name, path)?;
         // Not opened unless it is a plain file: a pipe, for one, would block.
         if !place.is_file() {
             return Err(Fault::Absent(format!("/{path}: {name} is no plain file")));
@@ -520,6 +558,11 @@ impl Server {
             .open(&place)
             .map_err(|error| Fault::Absent(format!("/{path}: {name} cannot be read ({})", describe(&error))))
     }
+}
+
+/// A per cent sign is written twice; a single one begins a pattern of names, whose files nobody lists.
+fn is_pattern(name: &str) -> bool {
+    name.replace("%%", "").contains('%')
 }
 
 fn identity(group: &Group) -> Answered<String> {
@@ -546,7 +589,8 @@ fn value_of(attribute: &Attribute) -> Answered<Option<AttributeValue>> {
     if attribute.size().saturating_mul(bytes.max(8)) > ATTRIBUTE_BYTES {
         return refused(format!(
             "the attribute {} has {} values",
-            attribute.name(),
+            // The binding takes it for UTF-8.
+            String::from_utf8_lossy(attribute.name().as_bytes()),
             attribute.size()
         ));
     }
