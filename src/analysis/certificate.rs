@@ -8,7 +8,9 @@
 //! word ([`super::exact`]).
 
 use super::bands::{Bands, bands, compared_output};
-use super::ladder::{Finished, Ladder, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
+use super::ladder::{
+    Finished, Ladder, Rung, agree, climb, finest_auto, many_periods, matched, run, shares_errors, witnesses,
+};
 use super::linearised::{Linearised, linearise};
 use super::warning::{Warning, warnings};
 use super::{Growth, Summary};
@@ -213,15 +215,22 @@ pub fn certify(
     let summary = Summary::of_run(&case.parameters, &own.report);
     let warnings = warnings(case, &summary, own.report.initial_energy);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
+    let many_periods = many_periods(case, &own, stop);
+    // Where everything has to be resolved, `series` has the path in a twentieth of the time.
     let fine = SolverOptions {
-        method: Method::Auto,
+        method: if many_periods.is_some() {
+            Method::Series
+        } else {
+            Method::Auto
+        },
         rtol: 1e-12,
         fixed_step: None,
         ..case.solver.clone()
     };
     let (ladder, linearised) = std::thread::scope(|scope| {
         let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability), stop));
-        (climb(case, &result.events, &output, own, stop), linearised.join())
+        let ladder = climb(case, &result.events, &output, own, many_periods, stop);
+        (ladder, linearised.join())
     });
     let Ladder { runs: ladder, left_out } = ladder;
     if stop() {
