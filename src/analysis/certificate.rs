@@ -216,19 +216,19 @@ pub fn certify(
     let warnings = warnings(case, &summary, own.report.initial_energy);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
     let many_periods = many_periods(case, &own, stop);
-    // Where everything has to be resolved, `series` has the path in a twentieth of the time.
-    let fine = SolverOptions {
-        method: if many_periods.is_some() {
-            Method::Series
-        } else {
-            Method::Auto
-        },
+    let fine = |method: Method| SolverOptions {
+        method,
         rtol: 1e-12,
         fixed_step: None,
         ..case.solver.clone()
     };
+    let linearised_by = |method: Method| linearise(case, &fine(method), growth.map(|g| g.instability), stop);
     let (ladder, linearised) = std::thread::scope(|scope| {
-        let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability), stop));
+        let linearised = scope.spawn(|| match many_periods {
+            // Where everything has to be resolved, `series` has the path in a twentieth of the time, if it has one.
+            Some(_) => linearised_by(Method::Series).or_else(|_| linearised_by(Method::Auto)),
+            None => linearised_by(Method::Auto),
+        });
         let ladder = climb(case, &result.events, &output, own, many_periods, stop);
         (ladder, linearised.join())
     });
