@@ -20,8 +20,8 @@ const MOST_QUESTIONS: u32 = 6_000;
 /// Steps between two questions, as the automaton asks them.
 const STEPS_BETWEEN_QUESTIONS: f64 = 256.0;
 
-/// Steps of `cvode` in a natural period of sliding where nothing damps the fast mode: 61 in `paper-si` with c_t = 0.
-const STEPS_PER_PERIOD: f64 = 60.0;
+/// Steps of `cvode` in a natural period of sliding where nothing damps the fast mode: 57 in `paper-si` with c_t = 0.
+const STEPS_PER_PERIOD: f64 = 56.0;
 
 /// What is said where it is given up, or not begun.
 const TOO_LONG: &str = "left out, as it takes more than a second";
