@@ -108,7 +108,6 @@ fn multiprecision_certified_uncertainties_cover_the_errors_without_damping() {
         .collect();
         let (_, _, certificate) = certified(&source, &overrides);
         assert!(certificate.left_out.is_some(), "{method}");
-        assert_eq!(certificate.verdict, Verdict::Converged, "{method}");
         let ratios = check(method, &source, &overrides, 33);
         println!(
             "{method}: {} events, median {:.1}",

@@ -201,11 +201,16 @@ pub(super) fn climb(
         run
     });
     let mut runs: Vec<Finished> = std::iter::once(first).chain(others).collect();
-    // One that has failed has to be stood in for.
+    // One that has failed, or has another sequence, has to be stood in for.
     let of = case.solver.method;
     let stand_in = (Method::CvodeAdams, 1e-12);
+    let events = word(result).len();
+    let alike = witnesses(&runs, of)
+        .iter()
+        .filter(|run| run.rung.agreeing == events && run.rung.events == events)
+        .count();
     let missing = !runs.iter().any(|run| run.method == stand_in.0);
-    if missing && witnesses(&runs, of).len() < LEAST_WITNESSES && !stop() {
+    if missing && alike < LEAST_WITNESSES && !stop() {
         let mut run = run(case, &settings(stand_in), output, stop);
         compare(&mut run, result);
         runs.push(run);

@@ -42,7 +42,9 @@ impl Sums {
             self.fine_worst = self.fine_worst.max(error);
             self.fine_over += usize::from(error > FINE_PROMISE.max(held.rounding));
         }
-        for (k, promise) in [PROMISE, FINE_PROMISE].into_iter().enumerate() {
+        // A crossing of the margin may stand at a start, where CVODE sees it 1e-7 natural periods late.
+        let of_word = held.kind.in_mode_word();
+        for (k, promise) in [PROMISE, FINE_PROMISE].into_iter().enumerate().filter(|_| of_word) {
             let error = held.by_cvode[k];
             self.cvode_worst[k] = self.cvode_worst[k].max(error);
             self.cvode_over[k] += usize::from(error > promise.max(held.rounding));
@@ -168,7 +170,7 @@ pub fn tables(outcomes: &[Outcome]) -> String {
     let [worst, fine_worst] = all.cvode_worst;
     let [over, fine_over] = all.cvode_over;
     text += &format!(
-        "\nThe same events by `cvode`: largest error {worst:.0e} s, {over} over 1e-9 s; with `rtol = 1e-13` {fine_worst:.0e} s, \
+        "\nThe events of the sequence by `cvode`: largest error {worst:.0e} s, {over} over 1e-9 s; with `rtol = 1e-13` {fine_worst:.0e} s, \
          {fine_over} over 1e-11 s.\n"
     );
     text += &format!(
