@@ -545,3 +545,31 @@ fn cli_run_witnesses_differ_where_they_must() {
         assert!(said["statement"].as_str().unwrap().chars().count() <= 80, "{said}");
     }
 }
+
+/// Where nothing damps the torsional oscillation, a witness would take seconds: it is left out, and not begun where the run's
+/// own steps foretell it. Without a run's segments it has to find out.
+#[test]
+fn cli_run_leaves_a_long_witness_out() {
+    use stickslip::analysis::witness::{Sequence, Testimony, witness};
+    let folder = Folder::new();
+    let undamped = ["--set", "torsion.damping=0", "--set", "output.window=[]"];
+    let run = ["run", "paper-si", "--method", "series", "--json"];
+    let (stdout, _) = output(folder.stickslip(&run).args(undamped), 0);
+    let said = &json(&stdout)["witness"];
+    assert_eq!(said["testimony"], "left-out", "{said}");
+    assert_eq!(
+        said["statement"],
+        "witness cvode: left out, as it takes more than a second"
+    );
+    // Not begun: it knows of no event.
+    assert_eq!(said["events"], 0, "{said}");
+    assert!(said["largest_difference"].is_null(), "{said}");
+
+    use stickslip::case::{Case, CaseSource, Override};
+    let overrides = [undamped[1], undamped[3]].map(|text| Override::parse(text).unwrap());
+    let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let sequence = Sequence::of_events(&folder.result("paper-si.h5").events().unwrap());
+    let given_up = witness(&case, &sequence, false, &|| false).expect("nobody stops it");
+    assert_eq!(given_up.testimony, Testimony::LeftOut);
+    assert_eq!(given_up.statement, said["statement"].as_str().unwrap());
+}

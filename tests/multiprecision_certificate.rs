@@ -88,6 +88,37 @@ fn multiprecision_certified_uncertainties_cover_what_auto_and_erk_share() {
     assert!(ratios.len() > 130 && middle < 100.0);
 }
 
+/// Where nothing damps the fast mode over thousands of periods the ladder is a short one, and the linearised run one of
+/// `series`. Its uncertainties cover the errors all the same, for a result of SUNDIALS and for one of `series`.
+#[test]
+fn multiprecision_certified_uncertainties_cover_the_errors_without_damping() {
+    let source = CaseSource::built_in("paper-si").unwrap();
+    for method in ["auto", "series"] {
+        let overrides: Vec<Override> = [
+            "torsion.damping=0",
+            "initial.speed=14",
+            "actuation.rise_time=0.05",
+            "friction.decay=1.2",
+            "perturbation=[{kind=\"kick\", time=0.4, relative_velocity=1e-3}]",
+            "output.end_time=1.6",
+            "output.window=[]",
+            &format!("solver.method={method}"),
+        ]
+        .iter()
+        .map(|text| Override::parse(text).unwrap())
+        .collect();
+        let (_, _, certificate) = certified(&source, &overrides);
+        assert!(certificate.left_out.is_some(), "{method}");
+        let ratios = check(method, &source, &overrides, 33);
+        println!(
+            "{method}: {} events, median {:.1}",
+            ratios.len(),
+            median(ratios.clone())
+        );
+        assert!(ratios.len() > 100, "{method}");
+    }
+}
+
 fn random_sets(indices: impl Iterator<Item = u64>) {
     let source = CaseSource::built_in("paper-si").unwrap();
     let mut ratios = Vec::new();

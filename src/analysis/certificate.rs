@@ -8,7 +8,9 @@
 //! word ([`super::exact`]).
 
 use super::bands::{Bands, bands, compared_output};
-use super::ladder::{Finished, Ladder, Rung, agree, climb, finest_auto, matched, run, shares_errors, witnesses};
+use super::ladder::{
+    Finished, Ladder, Rung, agree, climb, finest_auto, many_periods, matched, run, shares_errors, witnesses,
+};
 use super::linearised::{Linearised, linearise};
 use super::verdict::LEAST_WITNESSES;
 use super::warning::{Warning, warnings};
@@ -133,15 +135,22 @@ pub fn certify(
     let summary = Summary::of_run(&case.parameters, &own.report);
     let warnings = warnings(case, &summary, own.report.initial_energy);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
-    let fine = SolverOptions {
-        method: Method::Auto,
+    let many_periods = many_periods(case, &own, stop);
+    let fine = |method: Method| SolverOptions {
+        method,
         rtol: 1e-12,
         fixed_step: None,
         ..case.solver.clone()
     };
+    let linearised_by = |method: Method| linearise(case, &fine(method), growth.map(|g| g.instability), stop);
     let (ladder, linearised) = std::thread::scope(|scope| {
-        let linearised = scope.spawn(|| linearise(case, &fine, growth.map(|g| g.instability), stop));
-        (climb(case, &result.events, &output, own, stop), linearised.join())
+        let linearised = scope.spawn(|| match many_periods {
+            // Where everything has to be resolved, `series` has the path in a twentieth of the time, if it has one.
+            Some(_) => linearised_by(Method::Series).or_else(|_| linearised_by(Method::Auto)),
+            None => linearised_by(Method::Auto),
+        });
+        let ladder = climb(case, &result.events, &output, own, many_periods, stop);
+        (ladder, linearised.join())
     });
     let Ladder { runs: ladder, left_out } = ladder;
     if stop() {

@@ -13,7 +13,7 @@ use stickslip::analysis::exact::settle;
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::{SolverOptions, simulate};
+use stickslip::simulation::{Method, SolverOptions, simulate};
 
 /// True digits of the oracle's event times, as in `certify --oracle`.
 const DIGITS: u32 = 25;
@@ -32,6 +32,8 @@ pub struct Held {
     pub rounding: f64,
     /// Distance of the run with `rtol = 1e-13` from the oracle, s; `None` if it has no such event.
     pub fine_error: Option<f64>,
+    /// Distances of `cvode` from the oracle, by default and with `rtol = 1e-13`, s; infinite where it has no such event.
+    pub by_cvode: [f64; 2],
 }
 
 impl Held {
@@ -126,6 +128,16 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     .map_err(failed)?;
     let fine = errors(&fine.events, &exact);
     let own = errors(&result.events, &exact);
+    let by_cvode = [case.solver.rtol, 1e-13].map(|rtol| {
+        let solver = SolverOptions {
+            method: Method::Cvode,
+            rtol,
+            ..case.solver.clone()
+        };
+        events_of(&case, &solver).map(|run| distances(&result.events, &run.events, &exact))
+    });
+    let [by_cvode, fine_by_cvode] = by_cvode;
+    let by_cvode = [by_cvode.map_err(failed)?, fine_by_cvode.map_err(failed)?];
     for (position, (event, certified)) in result.events.iter().zip(&certificate.events).enumerate() {
         if certified.verdict != Verdict::Converged {
             continue;
@@ -144,6 +156,7 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
             uncertainty: certified.uncertainty,
             rounding: certified.rounding,
             fine_error: fine.get(position).copied().flatten(),
+            by_cvode: by_cvode.each_ref().map(|errors| errors[position]),
         };
         let short = held.is_short(event.time);
         if short {
@@ -173,6 +186,20 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
         }
     }
     Ok(())
+}
+
+/// Of each event of a result, how far another run has it from the oracle's, s: the events of each kind in order.
+fn distances(result: &[Event], other: &[Event], exact: &[OracleEvent]) -> Vec<f64> {
+    let errors = errors(other, exact);
+    let of_kind = |position: usize| {
+        let kind = result[position].kind;
+        let number = result[..position].iter().filter(|event| event.kind == kind).count();
+        let mut same = (0..other.len()).filter(|index| other[*index].kind == kind);
+        same.nth(number).and_then(|index| errors[index])
+    };
+    (0..result.len())
+        .map(|position| of_kind(position).unwrap_or(f64::INFINITY))
+        .collect()
 }
 
 /// Of each event, in the order of its kind, the distance to the oracle's, s.
