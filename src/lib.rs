@@ -9,6 +9,8 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
+//! | [`series`] | Taylor series and Radau collocation for numbers of any precision; no physics |
+//! | [`friction`] | the friction laws, behind one interface |
 //! | [`model`] | the physics: pure functions of parameters and state; no solver |
 //! | [`hybrid`] | the event automaton: modes, guards, transitions, generic over the model |
 //! | [`simulation`] | the brake run by the automaton: which solver where, samples, events |
@@ -25,6 +27,7 @@ pub mod analysis;
 pub mod calibrate;
 pub mod case;
 pub mod cli;
+pub mod friction;
 pub mod hybrid;
 mod input;
 pub mod model;

@@ -1,7 +1,6 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
 use super::eigenvalues::eigenvalues;
-use super::modes::critical_speed;
 use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
 use crate::model::Torsion;
@@ -105,7 +104,7 @@ pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
     let torsion = TorsionModel::new(parameters);
     let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
     let speed = parameters.initial.speed;
-    let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).trouble else {
+    let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).instability else {
         return Some(0.0);
     };
     let rest = axial.silent_from(axial.corners().last().unwrap_or(0.0));
@@ -113,7 +112,7 @@ pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
     if lost * (1.0 - EARLIER) < rest {
         return None;
     }
-    let Some(critical) = critical_speed(&torsion, axial.pressing_force(lost)) else {
+    let Some(critical) = torsion.critical_speed(axial.pressing_force(lost)) else {
         return Some(0.0);
     };
     let path = SmoothSliding {

@@ -35,7 +35,8 @@ pub use setting::{Setting, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
 
-use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};
+use crate::friction::{Exponential, Friction};
+use crate::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Parameters, Torsion};
 use crate::oracle::ExactParameters;
 use crate::simulation::{OutputOptions, SolverOptions};
 
@@ -108,9 +109,12 @@ impl Case {
                 },
                 friction: Friction {
                     breakaway: f64::NAN,
-                    low_speed: f64::NAN,
-                    high_speed: f64::NAN,
-                    decay: f64::NAN,
+                    law: Exponential {
+                        low_speed: f64::NAN,
+                        high_speed: f64::NAN,
+                        decay: f64::NAN,
+                    }
+                    .into(),
                 },
                 initial: Initial { speed: f64::NAN },
                 perturbations: Vec::new(),

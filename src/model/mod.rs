@@ -7,7 +7,7 @@ pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
 pub mod closed_form;
-pub mod friction;
+pub mod contact;
 pub mod linear_flow;
 pub mod oscillator;
 pub mod parameters;
@@ -17,6 +17,4 @@ pub mod slow_stick;
 pub mod stability;
 pub mod torsion;
 
-pub use parameters::{
-    Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Mode, Parameters, Torsion,
-};
+pub use parameters::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

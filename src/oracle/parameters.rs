@@ -1,7 +1,8 @@
 //! The parameters as exact rationals: decimals as written, units by their exact factors.
 
 use super::number::nearest_double;
-use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion};
+use crate::friction::{Exponential, Friction};
+use crate::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
@@ -118,9 +119,12 @@ impl ExactParameters {
             },
             friction: Friction {
                 breakaway: round(&self.breakaway),
-                low_speed: round(&self.low_speed),
-                high_speed: round(&self.high_speed),
-                decay: round(&self.decay),
+                law: Exponential {
+                    low_speed: round(&self.low_speed),
+                    high_speed: round(&self.high_speed),
+                    decay: round(&self.decay),
+                }
+                .into(),
             },
             initial: Initial {
                 speed: round(&self.speed),
