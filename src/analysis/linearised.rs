@@ -12,14 +12,11 @@ use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
 use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::{on_slow_manifold, slow_momentum};
-use crate::model::torsion::{TorsionModel, index::*};
+use crate::model::torsion::{DYNAMIC, TorsionModel, index::*};
 use crate::model::{KickTime, Mode, Parameters};
 use crate::simulation::{Event, EventKind, MemoryRecorder, RunFailure, SolverOptions, simulate};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::ControlFlow;
-
-/// Components that matter: u, u', v, v', theta'.
-pub(super) const DYNAMIC: usize = 5;
 
 /// The dynamic part of a state.
 pub(super) type Dynamic = SVector<f64, DYNAMIC>;

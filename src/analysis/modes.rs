@@ -1,14 +1,14 @@
 //! The linear modes of the brake in its states, and what becomes of steady sliding: how its damping falls with the
 //! speed, when it loses stability, and what then decides the onset of stick-slip.
 
-use super::eigenvalues::eigenvalues;
+use super::eigenvalues::{eigenvalues, leading_block};
 use super::growth::fast_growth_rate;
 use super::stability_path::{Crossing, eigenvalue_crossing};
 use super::{Growth, Summary};
 use crate::friction::{FrictionLaw, Law};
 use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
-use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel, index::*};
 use crate::model::{Axial, Mode, Parameters};
 use crate::simulation::{NoRecorder, OutputOptions, RunFailure, RunReport, SolverOptions, State, simulate};
 use nalgebra::{Complex, DMatrix};
@@ -16,10 +16,8 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
-const SLIP_DYNAMIC: usize = 5;
 /// In stick the rotor speed follows from the twist rates: theta' = u' + v'.
-const STICK_DYNAMIC: usize = 4;
+const STICK_DYNAMIC: usize = DYNAMIC - 1;
 
 /// Points of the curve of effective damping.
 const CURVE: usize = 201;
@@ -257,7 +255,7 @@ pub fn stick_modes(torsion: &TorsionModel) -> StateModes {
     StateModes {
         state: "stick",
         relative_velocity: None,
-        modes: eigenmodes(&scaled(&full, STICK_DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&full, STICK_DYNAMIC, torsion), velocities, name),
     }
 }
 
@@ -293,22 +291,8 @@ pub fn slip_modes(torsion: &TorsionModel, normal_force: f64, x: f64) -> StateMod
     StateModes {
         state: "slip",
         relative_velocity: Some(x),
-        modes: eigenmodes(&scaled(&full, SLIP_DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&full, DYNAMIC, torsion), velocities, name),
     }
-}
-
-/// The leading block of the Jacobian with the twists scaled to the size of their rates: the eigenvalues stay, their
-/// rounding shrinks.
-fn scaled(full: &DMatrix<f64>, dynamic: usize, torsion: &TorsionModel) -> DMatrix<f64> {
-    let omega = torsion.natural_angular_frequency();
-    let scale = |k: usize| {
-        if k == ROTOR_TWIST || k == STATOR_TWIST {
-            omega
-        } else {
-            1.0
-        }
-    };
-    DMatrix::from_fn(dynamic, dynamic, |i, j| full[(i, j)] * scale(i) / scale(j))
 }
 
 /// Eigenvalues with Im >= 0, the fastest first, each with the velocities of its right eigenvector.

@@ -1,9 +1,9 @@
 //! The recorded path of a run, dense enough to be followed between its samples.
 
-use super::linearised::{DYNAMIC, Dynamic};
+use super::linearised::Dynamic;
 use crate::case::Case;
 use crate::model::Mode;
-use crate::model::torsion::TorsionModel;
+use crate::model::torsion::{DYNAMIC, TorsionModel};
 use crate::simulation::{Event, MemoryRecorder, OutputOptions, OutputWindow, Sample, Segment, State};
 use std::iter::Peekable;
 

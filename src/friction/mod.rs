@@ -9,7 +9,9 @@
 //! |---|---|
 //! | `exponential` | mu_d + (mu_s - mu_d) exp(-alpha x), equation (8) |
 //!
-//! A further law is a file beside these that implements [`Law`], and its name in `laws!` below.
+//! A further law is a file beside these that implements [`Law`], and its name in `laws!` below. What it takes besides: the
+//! keys of its parameters (`case/schema.rs`, `case/conditions.rs`), its formula in the oracle, which shares no code with this
+//! folder, a case of `tests/analytic_friction.rs`, and its line in the docs.
 
 mod exponential;
 mod law;

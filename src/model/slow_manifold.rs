@@ -21,7 +21,7 @@
 
 use super::Torsion;
 use super::slip_series::SlipSeries;
-use super::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use super::torsion::{DIMENSION, DYNAMIC, TorsionModel, TorsionState, index::*};
 use crate::friction::{FrictionSeries, Law, LawSeries};
 use crate::series::taylor;
 
@@ -66,15 +66,6 @@ pub struct SlowState {
     pub settled: bool,
 }
 
-/// The components that the slow manifold gives.
-const COMPONENTS: [usize; 5] = [
-    ROTOR_TWIST,
-    ROTOR_TWIST_RATE,
-    STATOR_TWIST,
-    STATOR_TWIST_RATE,
-    ROTOR_SPEED,
-];
-
 /// The state on the slow manifold of slip with sense `s` that has the momentum I theta' + J phi_2' of `y`.
 ///
 /// `pressing` is F_n (N) and its rate (N/s), constant as far as the motion looks ahead. The quadratures stay as they
@@ -83,9 +74,7 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
     let momentum = slow_momentum(model, y);
     let with = |slow: &TorsionState| {
         let mut state = *y;
-        COMPONENTS
-            .iter()
-            .for_each(|&component| state[component] = slow[component]);
+        state[..DYNAMIC].copy_from_slice(&slow[..DYNAMIC]);
         state
     };
     let frequency = model.natural_angular_frequency();

@@ -12,6 +12,10 @@ use nalgebra::DMatrixViewMut;
 /// Number of components of the torsional state.
 pub const DIMENSION: usize = 8;
 
+/// Number of its components that the equations depend on, which are the first: the twists, their rates and the rotor speed.
+/// Those after them are quadratures.
+pub const DYNAMIC: usize = 5;
+
 /// Positions in the torsional state vector.
 pub mod index {
     /// u = theta - phi_2, rotor twist, rad.
@@ -296,6 +300,15 @@ impl TorsionModel {
     /// Natural angular frequency of the relative mode, sqrt(k_t/J), rad/s.
     pub fn natural_angular_frequency(&self) -> f64 {
         (self.torsion.stiffness / self.torsion.surface_inertia).sqrt()
+    }
+
+    /// What a component of the state is multiplied by to compare with a rate: omega_n for a twist, 1/s, else 1.
+    pub fn rate_weight(&self, component: usize) -> f64 {
+        if component == ROTOR_TWIST || component == STATOR_TWIST {
+            self.natural_angular_frequency()
+        } else {
+            1.0
+        }
     }
 
     /// T_n = 2 pi sqrt(J/k_t), s.

@@ -1,10 +1,10 @@
 //! Radau steps.
 
 use super::super::brake::Brake;
-use super::{BrakeStepper, DYNAMIC, Last, STAGES, STEP_NOISE, tableau};
+use super::{BrakeStepper, Last, STAGES, STEP_NOISE, tableau};
 use crate::friction::Law;
 use crate::hybrid::{Advance, StepperError};
-use crate::model::torsion::{DIMENSION, TorsionState};
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionState};
 use crate::series::polynomial_roots::first_falling;
 use crate::series::radau::{Attempt, Radau, StiffProblem};
 use crate::series::taylor;

@@ -2,11 +2,11 @@
 
 use super::super::brake::GUARD_STOPPING;
 use super::super::rules::LARGEST_TIME_SCALE_RATIO;
-use super::{BrakeStepper, DYNAMIC, Last, STEP_NOISE, TERMS};
+use super::{BrakeStepper, Last, STEP_NOISE, TERMS};
 use crate::friction::Law;
 use crate::hybrid::{Advance, StepperError};
 use crate::model::slow_manifold::{SlowSeries, slow_momentum};
-use crate::model::torsion::{TorsionState, index::*};
+use crate::model::torsion::{DYNAMIC, TorsionState, index::*};
 use crate::series::polynomial_roots::first_falling;
 use crate::series::taylor;
 

@@ -20,7 +20,7 @@ mod expansion;
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Stepper, StepperError};
 use crate::model::slip_series::SlipSeries;
-use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionState, index::*};
 use crate::series::radau::Radau;
 use crate::series::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
@@ -32,9 +32,6 @@ const TERMS: usize = 28;
 
 /// Stages of Radau IIA: order 13.
 const STAGES: usize = 7;
-
-/// Components that the right-hand side needs; those after them are quadratures.
-const DYNAMIC: usize = 5;
 
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
