@@ -180,11 +180,10 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
     /// One term after the other, and with a division: the digits of results that landed are those of this sum.
     #[inline]
     fn extend_from(&mut self, n: usize, x: &[T; N]) {
-        let mut sum = T::of(0.0);
-        for k in 1..=n {
+        let sum = (1..=n).fold(T::of(0.0), |sum, k| {
             let rate = -self.decay.clone() * T::of(k as f64) * x[k].clone();
-            sum = sum + rate * self.exponential.get(n - k);
-        }
+            sum + rate * self.exponential.get(n - k)
+        });
         self.exponential.set(n, sum / T::of(n as f64));
     }
 
