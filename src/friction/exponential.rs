@@ -122,7 +122,7 @@ impl Law for Exponential {
     }
 
     fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
-        (self.friction_drop().abs() * self.decay.powi(order) / size).ln() / self.decay
+        ((self.friction_drop().abs() / size).ln() + f64::from(order) * self.decay.ln()) / self.decay
     }
 
     fn series<T: Number, const N: usize>(&self) -> ExponentialSeries<T, N> {

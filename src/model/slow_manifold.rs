@@ -15,9 +15,9 @@
 //! iterating gains a factor (c_t / k_t)/tau or (J / k_t)/tau^2 each time, 1e-4 for the slow time scale tau of 12 ms.
 //!
 //! The iteration is a formal expansion, and asymptotic: each round takes two more derivatives. Where friction changes fast,
-//! with a steepness rate ([`Law::steepness_rate`]) of some 40 s/rad and more near the stop, it gains a factor of two or less, and in the end it loses. There it is
-//! carried on to where its changes are least, with as many coefficients as that takes, and these changes tell the error that
-//! is left ([`SlowState::error`]).
+//! with a [steepness rate](Law::steepness_rate) of some 40 s/rad and more near the stop, it gains a factor of two or less,
+//! and in the end it loses. There it is carried on to where its changes are least, with as many coefficients as that takes,
+//! and these changes tell the error that is left ([`SlowState::error`]).
 
 use super::Torsion;
 use super::slip_series::SlipSeries;

@@ -20,8 +20,8 @@ const QUIET_E_FOLDS: f64 = 40.0;
 /// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
 const CALM_E_FOLDS: f64 = 60.0;
 
-/// [`QuietStretch::time_scale_ratio`] up to which sliding is followed along its slow manifold. At this the series of the manifold
-/// still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
+/// [`QuietStretch::time_scale_ratio`] up to which sliding is followed along its slow manifold. At this the series of the
+/// manifold still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
 pub const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
 
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
