@@ -83,7 +83,7 @@ impl Problem<3, 2> for Roberts {
 
 /// The brake of the case "paper-si" sliding at full force, from 2 rad/s, which sets its fast mode off: 80 periods, every
 /// one resolved.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Slip {
     torsion: TorsionModel,
     normal_force: f64,
@@ -268,15 +268,15 @@ fn by_c<P: Problem<N, G>, const N: usize, const G: usize>(mut problem: P) -> (u6
 
 /// Time of the layer over that of C, of the shortest of each: run by turns for so long that each is sure to be undisturbed
 /// some time, and each in front as often, on a machine that is busy with other things, too.
-fn ratio_by_turns<P: Problem<N, G> + Copy, const N: usize, const G: usize>(problem: P) -> f64 {
+fn ratio_by_turns<P: Problem<N, G> + Clone, const N: usize, const G: usize>(problem: P) -> f64 {
     let layer = || {
         let start = Instant::now();
-        black_box(by_the_layer(black_box(problem)));
+        black_box(by_the_layer(black_box(problem.clone())));
         start.elapsed()
     };
     let plain = || {
         let start = Instant::now();
-        black_box(by_c(black_box(problem)));
+        black_box(by_c(black_box(problem.clone())));
         start.elapsed()
     };
     let (mut shortest_layer, mut shortest_plain) = (Duration::MAX, Duration::MAX);
@@ -289,18 +289,18 @@ fn ratio_by_turns<P: Problem<N, G> + Copy, const N: usize, const G: usize>(probl
     shortest_layer.as_secs_f64() / shortest_plain.as_secs_f64()
 }
 
-fn compare<P: Problem<N, G> + Copy, const N: usize, const G: usize>(criterion: &mut Criterion, problem: P) {
-    let (layer, plain) = (by_the_layer(problem), by_c(problem));
+fn compare<P: Problem<N, G> + Clone, const N: usize, const G: usize>(criterion: &mut Criterion, problem: P) {
+    let (layer, plain) = (by_the_layer(problem.clone()), by_c(problem.clone()));
     assert_eq!(layer, plain, "the same arithmetic");
     println!("{}: {} steps, the same to the last bit", P::NAME, layer.0);
     println!(
         "{}: {:.4} of the time of C alone, by turns",
         P::NAME,
-        ratio_by_turns(problem)
+        ratio_by_turns(problem.clone())
     );
     let mut group = criterion.benchmark_group(P::NAME);
-    group.bench_function("c", |b| b.iter(|| by_c(black_box(problem))));
-    group.bench_function("layer", |b| b.iter(|| by_the_layer(black_box(problem))));
+    group.bench_function("c", |b| b.iter(|| by_c(black_box(problem.clone()))));
+    group.bench_function("layer", |b| b.iter(|| by_the_layer(black_box(problem.clone()))));
     group.finish();
 }
 

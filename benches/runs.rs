@@ -7,6 +7,7 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
+use stickslip::friction::Law;
 use stickslip::model::{Actuation, KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
 use stickslip::simulation::{Method, OutputOptions, SolverOptions, simulate};
@@ -103,7 +104,7 @@ impl OdeSystem for PlainBrake {
             torsion,
             friction,
             ..
-        } = self.parameters;
+        } = &self.parameters;
         let Actuation::Ramp { force, rise_time } = self.parameters.actuation else {
             unreachable!("the paper's case has a ramp")
         };
@@ -113,7 +114,7 @@ impl OdeSystem for PlainBrake {
             Mode::Stick => 0.5 * (t_r + t_s),
             mode => {
                 let s = f64::from(mode.sense());
-                s * friction.coefficient(s * (y[3] - y[4])) * self.parameters.contact.radius * n
+                s * friction.law.coefficient(s * (y[3] - y[4])) * self.parameters.contact.radius * n
             }
         };
         let applied = if self.loading { force * t / rise_time } else { force };
@@ -136,7 +137,7 @@ impl OdeSystem for PlainBrake {
             torsion,
             friction,
             ..
-        } = self.parameters;
+        } = &self.parameters;
         let (i, j, k, c) = (
             torsion.rotor_inertia,
             torsion.surface_inertia,
@@ -151,7 +152,7 @@ impl OdeSystem for PlainBrake {
             Mode::Stick => std::array::from_fn(|m| 0.5 * (rotor[m] + stator[m])),
             mode => {
                 let s = f64::from(mode.sense());
-                let (mu, slope) = friction.coefficient_and_slope(s * (y[3] - y[4]));
+                let (mu, slope) = friction.law.coefficient_and_slope(s * (y[3] - y[4]));
                 let r = self.parameters.contact.radius;
                 let by_speed = slope * r * self.normal_force(y);
                 [0.0, 0.0, 0.0, by_speed, -by_speed, -s * mu * r * k_e, -s * mu * r * c_a]

@@ -12,6 +12,7 @@
 //! | `quote` | what a message quotes of an input |
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
 //! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
+//! | [`friction`] | the friction laws, behind one interface |
 //! | [`model`] | the physics: pure functions of parameters and state; no solver |
 //! | [`record`] | what a run is made of: samples, events, segments, and who takes them |
 //! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the model |
@@ -31,6 +32,7 @@ pub mod calibrate;
 pub mod case;
 pub mod cli;
 pub mod compare;
+pub mod friction;
 pub mod hybrid;
 mod input;
 pub mod model;

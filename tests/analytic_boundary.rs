@@ -68,7 +68,8 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     let case = study.case_at(&study_corner(&study)).unwrap();
     let p = &case.parameters;
     let force = AxialMotion::new(&p.axial, &p.actuation).largest_force();
-    let slope = 2.0 * p.contact.radius * force * (p.friction.low_speed - p.friction.high_speed);
+    let law = p.friction.law.as_exponential().unwrap();
+    let slope = 2.0 * p.contact.radius * force * (law.low_speed - law.high_speed);
     for point in points {
         assert_eq!(point.branch, Branch::Lower);
         // A millisecond before the stop the speed is 1 rad/s or so, but the last instants count: the run sees the margin

@@ -3,7 +3,8 @@
 mod common;
 use common::linear_brake::LinearBrake;
 use common::{output, run, solver, truth};
-use stickslip::model::{Actuation, Friction, Parameters};
+use stickslip::friction::{Exponential, Friction};
+use stickslip::model::{Actuation, Parameters};
 use stickslip::simulation::{Method, SolverOptions};
 
 /// The end of the smooth slip, s: some eight natural periods, in which the oscillation that the step of the force starts
@@ -17,9 +18,12 @@ fn slip() -> Parameters {
     parameters.initial.speed = 10.0;
     parameters.friction = Friction {
         breakaway: 0.3,
-        low_speed: 0.3,
-        high_speed: 0.3,
-        decay: 0.0,
+        law: Exponential {
+            low_speed: 0.3,
+            high_speed: 0.3,
+            decay: 0.0,
+        }
+        .into(),
     };
     parameters.actuation = Actuation::Ramp {
         force: 2225.0,

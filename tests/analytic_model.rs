@@ -2,11 +2,12 @@
 
 use nalgebra::DMatrix;
 use proptest::prelude::*;
+use stickslip::friction::{Exponential, Friction};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::closed_form::{Breakaway, ClosedForm};
-use stickslip::model::friction::{uniform_pressure_radius, uniform_wear_radius};
+use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
-use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Torsion};
+use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Torsion};
 
 const AXIAL: Axial = Axial {
     mass: 4.54,
@@ -29,9 +30,12 @@ fn model() -> TorsionModel {
         },
         friction: Friction {
             breakaway: 0.6,
-            low_speed: 0.6,
-            high_speed: 0.3,
-            decay: 3.5,
+            law: Exponential {
+                low_speed: 0.6,
+                high_speed: 0.3,
+                decay: 3.5,
+            }
+            .into(),
         },
     }
 }
@@ -170,7 +174,7 @@ proptest! {
         y in prop::array::uniform8(-1.0..1.0f64), force in 0.0..3000.0f64, mode in 0..4usize, decay in 0.0..10.0f64,
     ) {
         let mut model = model();
-        model.friction.decay = decay;
+        model.friction.law.as_exponential_mut().unwrap().decay = decay;
         let scale = [1e-5, 0.2, 1e-5, 0.2, 0.5, 1.0, 1.0, 1.0];
         let y: Vec<f64> = y.iter().zip(scale).map(|(a, b)| a * b).collect();
         let rhs = |y: &[f64]| {

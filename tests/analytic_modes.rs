@@ -7,8 +7,9 @@ use std::f64::consts::TAU;
 use stickslip::analysis::Modes;
 use stickslip::analysis::modes::{Eigenmode, OnsetDecision, Stability, StateModes, slip_modes, stick_modes};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::friction::{Exponential, Friction};
 use stickslip::model::torsion::TorsionModel;
-use stickslip::model::{BreakawayTest, Contact, Friction, Torsion};
+use stickslip::model::{BreakawayTest, Contact, Torsion};
 use stickslip::record::EventKind;
 
 fn case(name: &str, overrides: &[&str]) -> Case {
@@ -95,9 +96,12 @@ fn torsion_models() -> impl Strategy<Value = TorsionModel> {
             },
             friction: Friction {
                 breakaway: 0.6,
-                low_speed: 0.6,
-                high_speed: 0.3,
-                decay: alpha,
+                law: Exponential {
+                    low_speed: 0.6,
+                    high_speed: 0.3,
+                    decay: alpha,
+                }
+                .into(),
             },
         }
     })
@@ -131,7 +135,8 @@ proptest! {
     #[test]
     fn analytic_slip_modes_without_slope(model in torsion_models()) {
         let Torsion { rotor_inertia: i, surface_inertia: j, stiffness: k, damping: c } = model.torsion;
-        let model = TorsionModel { friction: Friction { decay: 0.0, ..model.friction }, ..model };
+        let mut model = model;
+        model.friction.law.as_exponential_mut().unwrap().decay = 0.0;
         let slip = slip_modes(&model, 2000.0, 3.0);
         for (name, omega) in [("stator surface", (k / j).sqrt()), ("rotor surface", (k / i + k / j).sqrt())] {
             let mode = named(&slip, name);
@@ -147,7 +152,7 @@ proptest! {
         let torsion = Torsion { rotor_inertia: 1e10, ..model.torsion };
         let model = TorsionModel { torsion, ..model };
         let Torsion { surface_inertia: j, stiffness: k, damping: c, .. } = torsion;
-        let Friction { low_speed, high_speed, decay, .. } = model.friction;
+        let Exponential { low_speed, high_speed, decay } = *model.friction.law.as_exponential().unwrap();
         let slope = 2.0 * 0.05 * force * decay * (low_speed - high_speed) * (-decay * x).exp();
         let ratio = (c - slope) / (2.0 * (k * j).sqrt());
         // Complex roots, and a coupling that names the modes.

@@ -4,7 +4,8 @@ mod common;
 use common::linear_brake::LinearBrake;
 use common::{mode_word, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource, builtin};
-use stickslip::model::{Actuation, Friction, Kick, KickTime, Mode, Parameters};
+use stickslip::friction::{Exponential, Friction, Law};
+use stickslip::model::{Actuation, Kick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
@@ -51,9 +52,12 @@ fn table_case(breakaway: f64) -> Parameters {
     parameters.initial.speed = 1.2;
     parameters.friction = Friction {
         breakaway,
-        low_speed: 0.3,
-        high_speed: 0.3,
-        decay: 3.5,
+        law: Exponential {
+            low_speed: 0.3,
+            high_speed: 0.3,
+            decay: 3.5,
+        }
+        .into(),
     };
     parameters.actuation = Actuation::Table {
         time: TABLE_TIMES.to_vec(),
@@ -198,9 +202,12 @@ fn is_oracles(kind: EventKind) -> bool {
 fn analytic_constant_friction_by_every_method() {
     let friction = |low_speed: f64, high_speed: f64, decay: f64| Friction {
         breakaway: low_speed,
-        low_speed,
-        high_speed,
-        decay,
+        law: Exponential {
+            low_speed,
+            high_speed,
+            decay,
+        }
+        .into(),
     };
     for (name, friction, rise_time) in [
         ("mu_s = mu_d, ramp", friction(0.3, 0.3, 3.5), 0.02),
@@ -208,7 +215,7 @@ fn analytic_constant_friction_by_every_method() {
         ("mu_s = mu_d, step", friction(0.3, 0.3, 3.5), 0.0),
     ] {
         for method in Method::KINDS {
-            let recorder = hold_against_oracle(name, &short_brake(friction, rise_time), 0.2, method);
+            let recorder = hold_against_oracle(name, &short_brake(friction.clone(), rise_time), 0.2, method);
             assert!(recorder.samples.iter().filter(|s| s.mode == Mode::Stick).count() > 100);
             let stick_solver = match method {
                 Method::Auto | Method::Series => "closed-form",
@@ -320,7 +327,7 @@ fn interface_torque(p: &Parameters, mode: Mode, s: &State) -> (f64, f64) {
         Mode::Separated => 0.0,
         _ => {
             let sense = f64::from(mode.sense());
-            sense * p.friction.coefficient(sense * w) * r_fn
+            sense * p.friction.law.coefficient(sense * w) * r_fn
         }
     };
     let (theta_ddot, phi2_ddot) = (-rotor / t.rotor_inertia, (rotor - torque) / t.surface_inertia);
@@ -334,7 +341,7 @@ fn interface_torque(p: &Parameters, mode: Mode, s: &State) -> (f64, f64) {
         Mode::Separated => 0.0,
         _ => {
             let sense = f64::from(mode.sense());
-            let (mu, slope) = p.friction.coefficient_and_slope(sense * w);
+            let (mu, slope) = p.friction.law.coefficient_and_slope(sense * w);
             slope * (phi2_ddot - phi1_ddot) * r_fn + sense * mu * r_fn_rate
         }
     };
@@ -495,7 +502,7 @@ fn analytic_take_off_is_tangential_or_with_a_drop() {
             ..output(6.982, 0.1)
         };
         let (recorder, _) = run(&parameters, &solver(Method::Auto, rtol()), &options);
-        let (t, friction) = (parameters.torsion, parameters.friction);
+        let (t, friction) = (parameters.torsion, &parameters.friction);
         let r_fn = parameters.contact.radius * 2225.0;
         let slips: Vec<_> = recorder.events.iter().filter(|e| e.kind == EventKind::Slip).collect();
         assert!(slips.len() >= least, "{}", slips.len());
@@ -506,11 +513,12 @@ fn analytic_take_off_is_tangential_or_with_a_drop() {
             assert!(s.relative_velocity.abs() < 1e-15);
             let force = event.internal_force * parameters.contact.radius;
             assert!((force - sense * breakaway * r_fn).abs() < 1e-9 * r_fn, "{force}");
-            let slope = sense * 2.0 * r_fn * (friction.breakaway - friction.low_speed) / t.surface_inertia;
+            let slope =
+                sense * 2.0 * r_fn * (friction.breakaway - friction.law.at_vanishing_speed()) / t.surface_inertia;
             let (_, held_rate) = interface_torque(&parameters, Mode::Stick, s);
-            // Weakening friction adds its own part once omega_r grows.
-            let (_, weakening) = friction.coefficient_and_slope(0.0);
-            let spring = (t.damping + 2.0 * weakening * r_fn) / t.surface_inertia;
+            // Falling friction adds its own part once omega_r grows.
+            let (_, fall) = friction.law.coefficient_and_slope(0.0);
+            let spring = (t.damping + 2.0 * fall * r_fn) / t.surface_inertia;
             let curvature = 2.0 * held_rate / t.surface_inertia - spring * slope * if slope == 0.0 { 0.0 } else { 1.0 };
             let later: Vec<&Sample> = recorder
                 .samples
@@ -592,7 +600,7 @@ fn analytic_corners_are_recorded_once_each() {
     let friction = table_case(0.3).friction;
     for (rise_time, expected) in [(0.02, &[0.02][..]), (0.0, &[])] {
         let (recorder, _) = run(
-            &short_brake(friction, rise_time),
+            &short_brake(friction.clone(), rise_time),
             &solver(Method::Auto, rtol()),
             &output(0.1, 0.001),
         );

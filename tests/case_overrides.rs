@@ -210,7 +210,7 @@ fn setting_a_number_equals_overriding_it() {
     );
     let number = [Override::number("friction.decay", 4.0)];
     let overridden = Case::parse(&CaseSource::built_in("paper").unwrap(), &number).unwrap();
-    assert_eq!(overridden.parameters.friction.decay, 4.0);
+    assert_eq!(overridden.parameters.friction.law.as_exponential().unwrap().decay, 4.0);
 }
 
 #[test]

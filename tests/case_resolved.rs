@@ -6,9 +6,8 @@ use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, builtin};
-use stickslip::model::{
-    Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion,
-};
+use stickslip::friction::{Exponential, Friction};
+use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
 fn read(text: String) -> Case {
@@ -175,9 +174,12 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                 },
                 friction: Friction {
                     breakaway: friction.0.max(friction.1),
-                    low_speed: friction.0.min(friction.1),
-                    high_speed: friction.2,
-                    decay: friction.3,
+                    law: Exponential {
+                        low_speed: friction.0.min(friction.1),
+                        high_speed: friction.2,
+                        decay: friction.3,
+                    }
+                    .into(),
                 },
                 initial: Initial { speed },
                 perturbations,

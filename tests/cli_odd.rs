@@ -187,7 +187,10 @@ fn judge(name: &str, folder: &Folder) {
         assert!(sample.state.values().iter().all(|value| value.is_finite()), "{name}");
         assert!(channels.normal_force >= 0.0, "{name} at {}", sample.time);
         let pressing = case.parameters.contact.radius * channels.normal_force;
-        let most = friction.breakaway.max(friction.high_speed) * pressing;
+        let most = friction
+            .breakaway
+            .max(friction.law.as_exponential().unwrap().high_speed)
+            * pressing;
         assert!(
             channels.friction_torque.abs() <= most * (1.0 + 1e-9) + 1e-9,
             "{name} at {}",

@@ -78,7 +78,7 @@ fn channels(
         Mode::Stick => transmitted.clone(),
         _ => {
             let w = nearest_double(x("relative_velocity")).abs();
-            let f = &p.friction;
+            let f = p.friction.law.as_exponential().unwrap();
             let mu = f.high_speed + (f.low_speed - f.high_speed) * (-f.decay * w).exp();
             q(f64::from(mode.sense()) * mu * p.contact.radius) * &normal
         }

@@ -7,7 +7,8 @@ mod common;
 use common::random_brakes::{difference, exact_events};
 use common::{largest_event_error, largest_sample_error, mode_word, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource};
-use stickslip::simulation::{EventKind, Method, SolverOptions};
+use stickslip::record::EventKind;
+use stickslip::simulation::{Method, SolverOptions};
 
 fn check(case: &str, method: Method, rtol: f64, limit: f64) {
     let truth = truth(case);

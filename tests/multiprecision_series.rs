@@ -7,7 +7,7 @@ use astro_float::{BigFloat, Consts, Radix, RoundingMode};
 use common::truth;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
-use stickslip::model::slip_series::{SlipConstants, SlipSeries};
+use stickslip::model::slip_series::SlipSeries;
 use stickslip::model::torsion::{DIMENSION, TorsionModel, index::*};
 use stickslip::numerics::Number;
 use stickslip::numerics::polynomial_roots::first_falling;
@@ -66,15 +66,14 @@ const TERMS: usize = 48;
 
 /// From the state of a slip event to where omega_r falls to zero: the time that takes, and the state there.
 fn slip(model: &TorsionModel, start: [Wide; DIMENSION], force: f64) -> (Wide, [Wide; DIMENSION]) {
-    let constants = SlipConstants::new(model);
-    let mut series = SlipSeries::<Wide, TERMS>::new(Wide::of(1.0 / model.natural_angular_frequency()));
+    let mut series = SlipSeries::<Wide, TERMS>::new(model, Wide::of(1.0 / model.natural_angular_frequency()));
     let mut pressing: [Wide; TERMS] = std::array::from_fn(|_| Wide::of(0.0));
     pressing[0] = Wide::of(force);
     // A sixtieth of a natural period: 48 terms leave less than 1e-30 of it.
     let step = Wide::of(0.1);
     let (mut units, mut y) = (Wide::of(0.0), start);
     for round in 0..1000 {
-        series.expand(&constants, 1.0, &y, &pressing, 0);
+        series.expand(1.0, &y, &pressing, 0);
         let mut power = Wide::of(1.0);
         let mut guard = series.relative_velocity.clone().map(|c| {
             let scaled = c * power.clone();

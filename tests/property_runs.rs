@@ -7,7 +7,8 @@ use common::{mode_word, output, run, solver, truth};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stickslip::analysis::{Growth, Summary};
-use stickslip::model::{Actuation, Friction, Kick, KickTime, Mode, Parameters};
+use stickslip::friction::{Exponential, Friction};
+use stickslip::model::{Actuation, Kick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
@@ -20,10 +21,11 @@ struct Run {
 
 prop_compose! {
     fn frictions()(
-        high_speed in 0.1..0.4f64, weakening in 0.0..0.4f64, drop in prop_oneof![Just(0.0), 0.0..0.1f64],
+        high_speed in 0.1..0.4f64, friction_drop in 0.0..0.4f64, above in prop_oneof![Just(0.0), 0.0..0.1f64],
         decay in 0.0..20.0f64,
     ) -> Friction {
-        Friction { breakaway: high_speed + weakening + drop, low_speed: high_speed + weakening, high_speed, decay }
+        let low_speed = high_speed + friction_drop;
+        Friction { breakaway: low_speed + above, law: Exponential { low_speed, high_speed, decay }.into() }
     }
 }
 
@@ -46,7 +48,7 @@ prop_compose! {
         table in prop_oneof![2 => Just(None), 1 => tables().prop_map(Some)],
     ) -> Run {
         let mut parameters = truth("si-kick").parameters;
-        parameters.friction = friction;
+        parameters.friction = friction.clone();
         parameters.torsion.damping = damping;
         parameters.torsion.surface_inertia /= lightening;
         parameters.initial.speed = if backward { -speed } else { speed };
@@ -54,7 +56,7 @@ prop_compose! {
         parameters.actuation = Actuation::Ramp { force, rise_time };
         // Longest with mu_d alone: half a rise time passes without a force, as it were.
         let inertia = parameters.torsion.rotor_inertia + parameters.torsion.surface_inertia;
-        let slowing = friction.high_speed * parameters.contact.radius * force / inertia;
+        let slowing = friction.law.as_exponential().unwrap().high_speed * parameters.contact.radius * force / inertia;
         let stop = 0.5 * rise_time + speed / slowing;
         let (mut end, force_of_end) = (1.02 * stop.max(1.5 * rise_time) + 0.01, force);
         if let Some((first, points)) = table {

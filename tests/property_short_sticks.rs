@@ -57,7 +57,7 @@ fn property_sticks_are_found_down_to_the_shortest() {
         time: vec![0.0, 0.1],
         force: vec![500.0, 0.0],
     };
-    parameters.friction.decay = 1.85;
+    parameters.friction.law.as_exponential_mut().unwrap().decay = 1.85;
     parameters.torsion.damping = 13.3;
     let methods = [
         Method::Auto,

@@ -364,8 +364,8 @@ impl Problem for Belt {
         (-1.0, 0.0)
     }
     fn friction(&self, speed: f64) -> (f64, f64) {
-        let weakening = 1.0 / (1.0 + 3.0 * speed);
-        (weakening, -3.0 * weakening * weakening)
+        let coefficient = 1.0 / (1.0 + 3.0 * speed);
+        (coefficient, -3.0 * coefficient * coefficient)
     }
     fn surface_speed(&self) -> f64 {
         0.2

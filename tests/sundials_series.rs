@@ -8,8 +8,9 @@ mod common;
 use common::{mode_word, output, run, solver, truth};
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource};
+use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
-use stickslip::model::{Actuation, BreakawayTest, Friction, Kick, KickTime, Parameters};
+use stickslip::model::{Actuation, BreakawayTest, Kick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions, simulate};
 
@@ -120,9 +121,12 @@ fn sundials_other_friction() {
         let mut parameters = brake(10.0, 0.1);
         parameters.friction = Friction {
             breakaway: low_speed,
-            low_speed,
-            high_speed,
-            decay,
+            law: Exponential {
+                low_speed,
+                high_speed,
+                decay,
+            }
+            .into(),
         };
         let recorder = hold(name, &parameters, 1.5);
         assert_eq!(count(&recorder, EventKind::Stick), 1);

@@ -1,5 +1,6 @@
 //! Eigenvalues of the small matrices of a state's equations.
 
+use crate::model::torsion::TorsionModel;
 use nalgebra::linalg::Schur;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -9,6 +10,13 @@ const SWEEPS: usize = 200;
 /// By how much the tolerance grows from one attempt to the next, and how large it may become.
 const LOOSENING: f64 = 4.0;
 const LOOSEST: f64 = 1e-6;
+
+/// The leading block of a Jacobian, of `size` rows, with the twists scaled to the size of their rates: the eigenvalues stay,
+/// their rounding shrinks.
+pub(super) fn leading_block(jacobian: &DMatrix<f64>, size: usize, torsion: &TorsionModel) -> DMatrix<f64> {
+    let weight = |k: usize| torsion.rate_weight(k);
+    DMatrix::from_fn(size, size, |i, j| jacobian[(i, j)] * weight(i) / weight(j))
+}
 
 /// All eigenvalues of a square matrix, in the unit of its entries; NaN for each if entries are not finite.
 ///

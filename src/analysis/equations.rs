@@ -2,13 +2,10 @@
 
 use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::slow_momentum;
-use crate::model::torsion::{DIMENSION, TorsionModel};
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
 use crate::model::{Mode, Parameters};
 use crate::record::EventKind;
 use nalgebra::{DMatrix, SMatrix, SVector};
-
-/// Components that matter: u, u', v, v', theta'.
-pub(super) const DYNAMIC: usize = 5;
 
 /// The dynamic part of a state.
 pub(super) type Dynamic = SVector<f64, DYNAMIC>;

@@ -1,18 +1,14 @@
 //! How much the unstable sliding before the first stick amplifies a perturbation.
 
-use super::eigenvalues::eigenvalues;
-use super::modes::critical_speed;
+use super::eigenvalues::{eigenvalues, leading_block};
 use super::smooth_sliding::SmoothSliding;
-use crate::model::Parameters;
-use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
 use crate::model::stability::Forecast;
-use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::model::torsion::index::*;
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
+use crate::model::{Parameters, Torsion};
 use crate::record::{Event, EventDigest};
 use nalgebra::{Complex, DMatrix};
-
-/// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
-const DYNAMIC: usize = 5;
 
 /// A perturbation's growth along the kick-free smooth sliding, in e-folds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,7 +101,7 @@ pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
     let torsion = TorsionModel::new(parameters);
     let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
     let speed = parameters.initial.speed;
-    let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).trouble else {
+    let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).instability else {
         return Some(0.0);
     };
     let rest = axial.silent_from(axial.corners().last().unwrap_or(0.0));
@@ -113,7 +109,7 @@ pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
     if lost * (1.0 - EARLIER) < rest {
         return None;
     }
-    let Some(critical) = critical_speed(&torsion, axial.pressing_force(lost)) else {
+    let Some(critical) = torsion.critical_speed(axial.pressing_force(lost)) else {
         return Some(0.0);
     };
     let path = SmoothSliding {
@@ -217,17 +213,7 @@ pub fn fast_eigenvalues(torsion: &TorsionModel, axial: &AxialMotion, sense: f64,
     y[ROTOR_SPEED] = sense * x;
     let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
     torsion.slip_jacobian(sense, axial.pressing_force(t).max(0.0), &y, &mut full.as_view_mut());
-    // Twists scaled to the size of their rates: the eigenvalues stay, their rounding shrinks.
-    let omega = torsion.natural_angular_frequency();
-    let scale = |k: usize| {
-        if k == ROTOR_TWIST || k == STATOR_TWIST {
-            omega
-        } else {
-            1.0
-        }
-    };
-    let jacobian = DMatrix::from_fn(DYNAMIC, DYNAMIC, |i, j| full[(i, j)] * scale(i) / scale(j));
-    let mut eigenvalues = eigenvalues(&jacobian);
+    let mut eigenvalues = eigenvalues(&leading_block(&full, DYNAMIC, torsion));
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     eigenvalues.truncate(DYNAMIC - 1);
     eigenvalues

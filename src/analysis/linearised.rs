@@ -5,14 +5,15 @@
 //! Y+ = R (Y- + f- t*) - f+ t*, where R is the derivative of the reset. The columns of Y are five unit deviations at the
 //! loss of stability, and one for each parameter from t = 0 on.
 
-use super::equations::{DYNAMIC, Dynamic, Equations, extended};
+use super::equations::{Dynamic, Equations, extended};
 pub use super::influence::ParameterName;
 use super::influence::{Influence, STEP, influences, is_corner};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
 use crate::model::slow_manifold::on_slow_manifold;
-use crate::model::torsion::{TorsionModel, index::*};
+use crate::model::torsion::index::*;
+use crate::model::torsion::{DYNAMIC, TorsionModel};
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::{RunFailure, SolverOptions, simulate};

@@ -1,14 +1,16 @@
 //! The linear modes of the brake in its states, and what becomes of steady sliding: how its damping falls with the
 //! speed, when it loses stability, and what then decides the onset of stick-slip.
 
-use super::eigenvalues::eigenvalues;
+use super::eigenvalues::{eigenvalues, leading_block};
 use super::growth::fast_growth_rate;
 use super::stability_path::{Crossing, eigenvalue_crossing};
 use super::{Growth, Summary};
+use crate::friction::{FrictionLaw, Law};
 use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
-use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
-use crate::model::{Axial, Friction, Mode, Parameters};
+use crate::model::torsion::index::*;
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
+use crate::model::{Axial, Mode, Parameters};
 use crate::record::{NoRecorder, State};
 use crate::simulation::{OutputOptions, RunFailure, RunReport, SolverOptions, simulate};
 use nalgebra::{Complex, DMatrix};
@@ -16,10 +18,8 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Components of the slip state that carry its dynamics: the twists, their rates and the rotor speed.
-const SLIP_DYNAMIC: usize = 5;
 /// In stick the rotor speed follows from the twist rates: theta' = u' + v'.
-const STICK_DYNAMIC: usize = 4;
+const STICK_DYNAMIC: usize = DYNAMIC - 1;
 
 /// Points of the curve of effective damping.
 const CURVE: usize = 201;
@@ -68,7 +68,7 @@ pub struct StateModes {
 pub struct EffectiveDamping {
     /// |omega_r|, rad/s.
     pub relative_velocity: f64,
-    /// c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha |omega_r|), N m s/rad.
+    /// The stability margin c_t + 2 r F_n mu'(|omega_r|), N m s/rad.
     pub damping: f64,
     /// The same over 2 sqrt(k_t J).
     pub damping_ratio: f64,
@@ -82,7 +82,7 @@ pub struct EffectiveDamping {
 pub enum Stability {
     /// It does, within the run.
     Lost,
-    /// Friction does not fall with speed (alpha = 0 or mu_s <= mu_d): no speed and no force makes it unstable.
+    /// Friction does not fall with speed: no speed and no force makes it unstable.
     FrictionDoesNotFall,
     /// c_t outweighs the falling friction at every speed under the largest force.
     DampingSuffices,
@@ -168,7 +168,7 @@ impl Modes {
         let axial_motion = AxialMotion::new(&parameters.axial, &parameters.actuation);
         let torsion = TorsionModel::new(parameters);
         let force = axial_motion.largest_force().max(0.0);
-        let critical_speed = critical_speed(&torsion, force);
+        let critical_speed = torsion.critical_speed(force);
         let initial = parameters.initial.speed.abs();
         let mut speeds: Vec<f64> = [Some(0.0), critical_speed, Some(initial)]
             .into_iter()
@@ -189,18 +189,11 @@ impl Modes {
             critical_speed,
             states,
             effective_damping: damping_curve(&torsion, force, critical_speed, initial),
-            stability: stability(&parameters.friction, critical_speed, instability.is_some()),
+            stability: stability(&parameters.friction.law, critical_speed, instability.is_some()),
             instability,
             run_failure: failure.map(|error| error.to_string()),
         }
     }
-}
-
-/// |omega_r| at which the margin c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha |omega_r|) is zero, rad/s.
-pub fn critical_speed(torsion: &TorsionModel, normal_force: f64) -> Option<f64> {
-    let at_rest = torsion.torsion.damping - torsion.stability_margin(1.0, 0.0, normal_force);
-    let ratio = at_rest / torsion.torsion.damping;
-    (at_rest > 0.0 && ratio.is_finite() && ratio >= 1.0).then(|| ratio.ln() / torsion.friction.decay)
 }
 
 /// Damping of the relative mode at |omega_r| = `x` under `normal_force`.
@@ -222,8 +215,8 @@ pub fn effective_damping(torsion: &TorsionModel, normal_force: f64, x: f64) -> E
 }
 
 fn damping_curve(torsion: &TorsionModel, force: f64, critical: Option<f64>, initial: f64) -> Vec<EffectiveDamping> {
-    // Where the exponential of the friction has all but gone; without one, as far as the run goes.
-    let scale = 3.0 / torsion.friction.decay;
+    // Where friction has all but ceased to change; where it does not change, as far as the run goes.
+    let scale = 3.0 / torsion.friction.law.steepness_rate(0.0);
     let end = match critical {
         Some(critical) => critical + scale,
         None if scale.is_finite() => scale,
@@ -264,7 +257,7 @@ pub fn stick_modes(torsion: &TorsionModel) -> StateModes {
     StateModes {
         state: "stick",
         relative_velocity: None,
-        modes: eigenmodes(&scaled(&full, STICK_DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&full, STICK_DYNAMIC, torsion), velocities, name),
     }
 }
 
@@ -300,22 +293,8 @@ pub fn slip_modes(torsion: &TorsionModel, normal_force: f64, x: f64) -> StateMod
     StateModes {
         state: "slip",
         relative_velocity: Some(x),
-        modes: eigenmodes(&scaled(&full, SLIP_DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&full, DYNAMIC, torsion), velocities, name),
     }
-}
-
-/// The leading block of the Jacobian with the twists scaled to the size of their rates: the eigenvalues stay, their
-/// rounding shrinks.
-fn scaled(full: &DMatrix<f64>, dynamic: usize, torsion: &TorsionModel) -> DMatrix<f64> {
-    let omega = torsion.natural_angular_frequency();
-    let scale = |k: usize| {
-        if k == ROTOR_TWIST || k == STATOR_TWIST {
-            omega
-        } else {
-            1.0
-        }
-    };
-    DMatrix::from_fn(dynamic, dynamic, |i, j| full[(i, j)] * scale(i) / scale(j))
 }
 
 /// Eigenvalues with Im >= 0, the fastest first, each with the velocities of its right eigenvector.
@@ -449,10 +428,10 @@ fn instability(
 /// ln 1000: what stands a thousand times above rounding leaves three digits of the onset to the perturbation.
 const THOUSANDFOLD: f64 = 6.907_755_278_982_137;
 
-fn stability(friction: &Friction, critical: Option<f64>, lost: bool) -> Stability {
+fn stability(law: &FrictionLaw, critical: Option<f64>, lost: bool) -> Stability {
     if lost {
         Stability::Lost
-    } else if friction.decay == 0.0 || friction.low_speed <= friction.high_speed {
+    } else if !law.falls() {
         Stability::FrictionDoesNotFall
     } else if critical.is_none() {
         Stability::DampingSuffices

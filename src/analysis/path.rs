@@ -1,9 +1,9 @@
 //! The recorded path of a run, dense enough to be followed between its samples.
 
-use super::equations::{DYNAMIC, Dynamic};
+use super::equations::Dynamic;
 use crate::case::Case;
 use crate::model::Mode;
-use crate::model::torsion::TorsionModel;
+use crate::model::torsion::{DYNAMIC, TorsionModel};
 use crate::record::{Event, MemoryRecorder, Sample, Segment, State};
 use crate::simulation::{OutputOptions, OutputWindow};
 use std::iter::Peekable;

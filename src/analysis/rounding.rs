@@ -13,7 +13,8 @@
 //! The first two kinds of rounding are the same in every segment, and are added by their size. Those of states and of the
 //! clock are as many as there are events and have no preferred sign: their squares are added.
 
-use super::equations::{DYNAMIC, Dynamic};
+use super::equations::Dynamic;
+use crate::model::torsion::DYNAMIC;
 use nalgebra::SMatrix;
 
 /// Half a unit in the last place of 1.

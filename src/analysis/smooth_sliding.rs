@@ -2,6 +2,7 @@
 //! surface. No solver of the full equations stays on it where it is unstable.
 
 use super::growth::fast_growth_rate;
+use crate::friction::Law;
 use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::{SlowSeries, of_momentum, slow_momentum};
@@ -41,7 +42,7 @@ const MOST_SERIES: usize = 200;
 /// How fast steady sliding may change against how fast the twists follow it for a path along the slow manifold, which
 /// then gives a stop to 1e-9 s. Beyond, the manifold's series diverges, and two of its orders may differ by a factor of
 /// five in G.
-const LARGEST_HASTE: f64 = 0.04;
+const LARGEST_TIME_SCALE_RATIO: f64 = 0.04;
 
 /// Smooth sliding with one sense.
 #[derive(Debug, Clone, Copy)]
@@ -68,7 +69,11 @@ impl SmoothSliding<'_> {
         let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
         let mut momentum = self.sense * inertia * speed;
         // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
-        let rounds = if self.haste(time, speed) > LARGEST_HASTE { 0 } else { 6 };
+        let rounds = if self.time_scale_ratio(time, speed) > LARGEST_TIME_SCALE_RATIO {
+            0
+        } else {
+            6
+        };
         for _ in 0..rounds {
             momentum += self.sense * inertia * (speed - self.speed((time, momentum)));
         }
@@ -121,10 +126,9 @@ impl SmoothSliding<'_> {
     pub fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
         let corners: Vec<f64> = self.axial.corners().filter(|c| (until..start.0).contains(c)).collect();
         let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
-        let (of_speed, of_friction) = BACK_SHARE;
         let mut corners = corners.into_iter().rev().peekable();
         let (mut point, mut rates) = (start, Vec::new());
-        if self.haste(start.0, speed) > LARGEST_HASTE {
+        if self.time_scale_ratio(start.0, speed) > LARGEST_TIME_SCALE_RATIO {
             let (time, speed) = self.rigid_back(&mut rates, start.0, speed, until);
             if time <= until {
                 return rates;
@@ -134,7 +138,7 @@ impl SmoothSliding<'_> {
         while point.0 > until {
             while corners.next_if(|&c| c >= point.0).is_some() {}
             let target = corners.peek().copied().unwrap_or(until).max(until);
-            let fall = (of_speed * self.speed(point)).max(of_friction / self.torsion.friction.decay);
+            let fall = self.fall_back(self.speed(point));
             let least = least_step(rates.len(), point.0 - until);
             point = self.toward(point, target, self.longest_step(point.0, inertia * fall).max(least));
             rates.push((point.0, self.growth(point)));
@@ -142,14 +146,19 @@ impl SmoothSliding<'_> {
         rates
     }
 
+    /// By how much the speed may change from `x` in one step back, rad/s.
+    fn fall_back(&self, x: f64) -> f64 {
+        let (of_speed, of_friction) = BACK_SHARE;
+        (of_speed * x).max(of_friction / self.torsion.friction.law.steepness_rate(x))
+    }
+
     /// Adds (t, Re lambda) on the way back from `time`, excluded, to `until` or to where steady sliding is slow against its
     /// twists, with rotor and rotor surface as one inertia; returns the time and the speed there.
     fn rigid_back(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
         let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
-        let (of_speed, of_friction) = BACK_SHARE;
         let (mut t, mut x) = (time, speed);
-        while t > until && self.haste(t, x) > LARGEST_HASTE {
-            let fall = (of_speed * x).max(of_friction / self.torsion.friction.decay);
+        while t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO {
+            let fall = self.fall_back(x);
             let step = self.longest_step(t, inertia * fall);
             let step = step.max(least_step(rates.len(), t - until)).min(t - until);
             if t - step >= t {
@@ -166,7 +175,8 @@ impl SmoothSliding<'_> {
     /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop, whose time is then that of the last; to
     /// `end` at least, if there is none.
     pub fn rates_to_stop(&self, start: Point, speed: f64, end: f64) -> Vec<(f64, f64)> {
-        let first = self.torsion.friction.coefficient(speed) * self.torsion.contact.radius * self.pressing(start.0).0;
+        let first =
+            self.torsion.friction.law.coefficient(speed) * self.torsion.contact.radius * self.pressing(start.0).0;
         let end = if first > 0.0 {
             end.max(start.0 + FARTHEST * start.1.abs() / first)
         } else {
@@ -190,17 +200,17 @@ impl SmoothSliding<'_> {
     }
 
     /// How fast steady sliding changes against how fast the twists follow it
-    /// ([`crate::model::stability::QuietStretch::haste`]).
-    fn haste(&self, t: f64, x: f64) -> f64 {
+    /// ([`crate::model::stability::QuietStretch::time_scale_ratio`]).
+    fn time_scale_ratio(&self, t: f64, x: f64) -> f64 {
         let Torsion { stiffness, damping, .. } = self.torsion.torsion;
         let slope = damping - self.torsion.stability_margin(1.0, x, self.pressing(t).0);
-        slope / stiffness * self.torsion.friction.decay * self.rigid_slowing(t, x)
+        slope / stiffness * self.torsion.friction.law.steepness_rate(x) * self.rigid_slowing(t, x)
     }
 
     /// -d|omega_r|/dt of rotor and rotor surface as one, rad/s^2.
     fn rigid_slowing(&self, t: f64, x: f64) -> f64 {
         let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
-        self.torsion.friction.coefficient(x.max(0.0)) * self.torsion.contact.radius * self.pressing(t).0 / inertia
+        self.torsion.friction.law.coefficient(x.max(0.0)) * self.torsion.contact.radius * self.pressing(t).0 / inertia
     }
 
     /// Adds (t, Re lambda) from `start`, excluded, on, by steps under any force: to the stop or `end`, or else to the time
@@ -210,7 +220,7 @@ impl SmoothSliding<'_> {
         let mut corners = self.axial.corners().filter(|c| *c < end).peekable();
         let (mut point, mut x) = (start, speed);
         while point.0 < end && x > 0.0 {
-            if self.haste(point.0, x) > LARGEST_HASTE {
+            if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
                 return Some((point.0, x));
             }
             while corners.next_if(|&c| c <= point.0).is_some() {}
@@ -264,7 +274,9 @@ impl SmoothSliding<'_> {
             let reach = series.reach(error);
             let length = reach.min(end - point.0);
             // Written so that what is not a number ends it, too; `min` would hide such a reach.
-            if !(self.haste(point.0, speed) < LARGEST_HASTE && length > f64::EPSILON * point.0) || reach.is_nan() {
+            if !(self.time_scale_ratio(point.0, speed) < LARGEST_TIME_SCALE_RATIO && length > f64::EPSILON * point.0)
+                || reach.is_nan()
+            {
                 break;
             }
             let part = length / POINTS as f64;
@@ -314,8 +326,8 @@ impl SmoothSliding<'_> {
             // Root of slope tau + curvature tau^2 / 2 = change, without cancellation.
             2.0 * change / (slope + (slope * slope + 2.0 * curvature * change).sqrt())
         };
-        let friction = &self.torsion.friction;
-        let most = friction.low_speed.max(friction.high_speed) * self.torsion.contact.radius;
+        let coefficient = self.torsion.friction.law.coefficient_bounds(0.0, f64::INFINITY);
+        let most = coefficient.most * self.torsion.contact.radius;
         let pressing = if still { force } else { force + change };
         (fall / (most * pressing)).min(by_force)
     }

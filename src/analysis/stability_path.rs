@@ -1,6 +1,7 @@
 //! Where, along smooth sliding, the eigenvalues of the slip state cross into instability.
 
 use super::smooth_sliding::SmoothSliding;
+use crate::friction::Law;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 use crate::record::State;
@@ -37,7 +38,8 @@ pub fn eigenvalue_crossing(torsion: &TorsionModel, axial: &AxialMotion, time: f6
     };
     let start = path.point(time, at);
     let slowing = path.torque(start).abs() / (torsion.torsion.rotor_inertia + torsion.torsion.surface_inertia);
-    let step = STEP / (torsion.friction.decay * slowing);
+    let rate = torsion.friction.law.steepness_rate(at.relative_velocity.abs());
+    let step = STEP / (rate * slowing);
     let unstable = path.growth(start) > 0.0;
     let step = if unstable { -step } else { step };
     let mut near = start;

@@ -179,6 +179,7 @@ fn symbols(case: &Parameters) -> Vec<(&'static str, f64)> {
     } else {
         f64::NAN
     };
+    let law = friction.law.as_exponential();
     let test = if contact.breakaway_test == BreakawayTest::Transmitted {
         f64::NAN
     } else {
@@ -196,9 +197,9 @@ fn symbols(case: &Parameters) -> Vec<(&'static str, f64)> {
         ("I", torsion.rotor_inertia),
         ("J", torsion.surface_inertia),
         ("mu_0", friction.breakaway),
-        ("mu_s", friction.low_speed),
-        ("mu_d", friction.high_speed),
-        ("alpha", friction.decay),
+        ("mu_s", law.map_or(f64::NAN, |law| law.low_speed)),
+        ("mu_d", law.map_or(f64::NAN, |law| law.high_speed)),
+        ("alpha", law.map_or(f64::NAN, |law| law.decay)),
         ("omega_0", initial.speed),
         ("kick_time", kick_time),
         ("kick_relative_velocity", kick),

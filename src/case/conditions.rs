@@ -1,6 +1,7 @@
 //! The conditions between the values of a case.
 
 use super::Case;
+use crate::friction::Law;
 use crate::model::Actuation;
 use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
@@ -36,14 +37,15 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     };
 
     let friction = &case.parameters.friction;
-    if friction.breakaway < friction.low_speed {
+    let sliding = friction.law.at_vanishing_speed();
+    if friction.breakaway < sliding {
         complain(
             "friction.breakaway",
             &["friction.low_speed"],
             format!(
                 "must be at least friction.low_speed: {:?} is below {:?}, and between the two torques neither stick nor \
                  slip is consistent; raise breakaway or lower low_speed",
-                friction.breakaway, friction.low_speed
+                friction.breakaway, sliding
             ),
         );
     }

@@ -36,8 +36,8 @@ pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
 pub(crate) use value::number_of;
 
-use crate::model::ExactParameters;
-use crate::model::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Parameters, Torsion};
+use crate::friction::{Exponential, Friction};
+use crate::model::{Actuation, Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
 use crate::simulation::{OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
@@ -109,9 +109,12 @@ impl Case {
                 },
                 friction: Friction {
                     breakaway: f64::NAN,
-                    low_speed: f64::NAN,
-                    high_speed: f64::NAN,
-                    decay: f64::NAN,
+                    law: Exponential {
+                        low_speed: f64::NAN,
+                        high_speed: f64::NAN,
+                        decay: f64::NAN,
+                    }
+                    .into(),
                 },
                 initial: Initial { speed: f64::NAN },
                 perturbations: Vec::new(),

@@ -158,6 +158,20 @@ macro_rules! element {
     };
 }
 
+/// Access to a parameter of the exponential friction law.
+macro_rules! exponential {
+    ($field:ident) => {
+        Access {
+            get: |case, _| case.parameters.friction.law.as_exponential().map(|law| law.$field),
+            set: |case, _, value| {
+                if let Some(law) = case.parameters.friction.law.as_exponential_mut() {
+                    law.$field = value;
+                }
+            },
+        }
+    };
+}
+
 /// Access to a field of one variant of the actuation.
 macro_rules! profile {
     ($variant:ident . $field:ident) => {
@@ -351,19 +365,19 @@ const KEYS: &[Key] = &[
         "friction.low_speed",
         "mu_s, friction coefficient at vanishing sliding speed",
         Required,
-        Kind::Number(D::Number, NotNegative, field!(parameters.friction.low_speed)),
+        Kind::Number(D::Number, NotNegative, exponential!(low_speed)),
     ),
     key(
         "friction.high_speed",
         "mu_d, friction coefficient at high sliding speed",
         Required,
-        Kind::Number(D::Number, NotNegative, field!(parameters.friction.high_speed)),
+        Kind::Number(D::Number, NotNegative, exponential!(high_speed)),
     ),
     key(
         "friction.decay",
         "alpha, decay of the friction coefficient with sliding speed",
         Required,
-        Kind::Number(D::FrictionDecay, NotNegative, field!(parameters.friction.decay)),
+        Kind::Number(D::FrictionDecay, NotNegative, exponential!(decay)),
     ),
     key(
         "initial.speed",

@@ -194,8 +194,8 @@ fn stability(modes: &Modes) -> String {
             return lost.map(|lost| loss(lost, modes)).unwrap_or_default();
         }
         Stability::FrictionDoesNotFall => {
-            "Steady sliding is stable at every speed and force: friction does not fall with speed (decay 0, or \
-             low_speed not above high_speed)."
+            "Steady sliding is stable at every speed and force: friction does not fall with speed ([friction] \
+             of the case)."
         }
         Stability::DampingSuffices => {
             "Steady sliding is stable at every speed: the damping outweighs the fall of the friction even at rest, \

@@ -3,6 +3,7 @@
 use super::Channel;
 use super::candidate::Block;
 use super::reference::Physics;
+use crate::friction::Law;
 use crate::model::torsion::{DIMENSION, TorsionState, index::*};
 use serde::Serialize;
 
@@ -134,7 +135,7 @@ impl<'a> EnergyPass<'a> {
         } else {
             let sense = w.signum();
             model.slip_rhs(sense, force, y, &mut rates);
-            let (mu, slope) = model.friction.coefficient_and_slope(w.abs());
+            let (mu, slope) = model.friction.law.coefficient_and_slope(w.abs());
             let acceleration = sense * model.relative_velocity(&rates);
             let rate = acceleration * force * (mu + slope * w.abs()) + mu * w.abs() * force_rate;
             lost = (mu * radius * force * w.abs(), radius * rate);

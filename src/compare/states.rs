@@ -146,7 +146,7 @@ impl<'a> StatePass<'a> {
         });
         StatePass {
             walk,
-            model: physics.torsion,
+            model: physics.torsion.clone(),
             channels: channels.to_vec(),
             windows,
             window: 0,

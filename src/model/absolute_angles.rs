@@ -6,6 +6,7 @@
 
 use super::torsion::{DIMENSION as TORSIONAL, TorsionModel, TorsionState, index};
 use super::{Axial, Parameters};
+use crate::friction::Law;
 use crate::model::axial::AxialMotion;
 
 /// Number of components of the state.
@@ -154,7 +155,7 @@ impl AbsoluteModel {
             Contact::Slip { sense } => {
                 let normal_force = self.pressing_force(y).max(0.0);
                 let sense = if w == 0.0 { sense } else { w.signum() };
-                let mu = self.torsion.friction.coefficient(w.abs());
+                let mu = self.torsion.friction.law.coefficient(w.abs());
                 let interface = sense * mu * self.torsion.contact.radius * normal_force;
                 ((interface - t_s) / j, (t_r - interface) / j, interface)
             }

@@ -85,7 +85,7 @@ impl ClosedForm {
             (stator - rotor) * c_t,
         ));
         ClosedForm {
-            model: *model,
+            model: model.clone(),
             omega,
             separated: LinearFlow::new(separated, separated_energy),
             stick,

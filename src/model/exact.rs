@@ -1,6 +1,7 @@
 //! The parameters as exact rationals: decimals as written, units by their exact factors.
 
-use super::{Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion};
+use super::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
+use crate::friction::{Exponential, Friction};
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
@@ -106,9 +107,12 @@ impl ExactParameters {
             },
             friction: Friction {
                 breakaway: round(&self.breakaway),
-                low_speed: round(&self.low_speed),
-                high_speed: round(&self.high_speed),
-                decay: round(&self.decay),
+                law: Exponential {
+                    low_speed: round(&self.low_speed),
+                    high_speed: round(&self.high_speed),
+                    decay: round(&self.decay),
+                }
+                .into(),
             },
             initial: Initial {
                 speed: round(&self.speed),

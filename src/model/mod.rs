@@ -7,8 +7,8 @@ pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
 pub mod closed_form;
+pub mod contact;
 pub mod exact;
-pub mod friction;
 pub mod linear_flow;
 pub mod oscillator;
 pub mod parameters;
@@ -19,6 +19,4 @@ pub mod stability;
 pub mod torsion;
 
 pub use exact::{ExactActuation, ExactKick, ExactParameters, nearest_double};
-pub use parameters::{
-    Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Mode, Parameters, Torsion,
-};
+pub use parameters::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -1,5 +1,7 @@
 //! The parameters of the brake, in SI units and radians.
 
+use crate::friction::Friction;
+
 /// Everything that defines the physical problem, in SI units and radians.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
@@ -90,19 +92,6 @@ pub enum BreakawayTest {
     Stator,
     /// T_r alone, the paper's rotor force in (10).
     Rotor,
-}
-
-/// The friction law (8): mu(x) = mu_d + (mu_s - mu_d) exp(-alpha x), x = |omega_r| > 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Friction {
-    /// mu_0, at rest.
-    pub breakaway: f64,
-    /// mu_s, the limit at vanishing sliding speed.
-    pub low_speed: f64,
-    /// mu_d, at high speed.
-    pub high_speed: f64,
-    /// alpha, s/rad.
-    pub decay: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,132 +1,101 @@
 //! The Taylor series of a slip: all coefficients of the state in time, from its start.
 //!
-//! Equations (2), (3) and (8) hold coefficient by coefficient: sums stay sums, a product is a convolution, and
-//! e = exp(-alpha s omega_r) follows from e' = -alpha s omega_r' e. The recurrence is written for any [`Number`], so that
+//! Equations (2) and (3) hold coefficient by coefficient: sums stay sums, a product is a convolution, and the friction law
+//! gives its own coefficients from those of omega_r ([`LawSeries`]). The recurrence is written for any [`Number`], so that
 //! more digits take another number type and nothing else.
 
 use super::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::friction::{FrictionSeries, Law, LawSeries};
 use crate::numerics::Number;
-use crate::numerics::taylor::{self, Unfolding, zeros};
+use crate::numerics::taylor::{self, zeros};
 
-/// The constants of a slip in one precision, derived from a [`TorsionModel`].
+/// The constants of a slip in one precision, each taken for exact.
 #[derive(Debug, Clone)]
-pub struct SlipConstants<T> {
+struct SlipConstants<T> {
     per_rotor: T,
     per_surface: T,
     stiffness: T,
     damping: T,
     radius: T,
-    high_speed: T,
-    /// mu_s - mu_d.
-    weakening: T,
-    decay: T,
 }
 
 impl<T: Number> SlipConstants<T> {
-    /// The parameters of `model`, each taken for exact.
-    pub fn new(model: &TorsionModel) -> Self {
-        let (low, high) = (T::of(model.friction.low_speed), T::of(model.friction.high_speed));
+    fn new(model: &TorsionModel) -> Self {
         SlipConstants {
             per_rotor: T::of(1.0) / T::of(model.torsion.rotor_inertia),
             per_surface: T::of(1.0) / T::of(model.torsion.surface_inertia),
             stiffness: T::of(model.torsion.stiffness),
             damping: T::of(model.torsion.damping),
             radius: T::of(model.contact.radius),
-            weakening: low - high.clone(),
-            high_speed: high,
-            decay: T::of(model.friction.decay),
         }
     }
 }
 
 /// Coefficients 0 to N - 1 of everything in a slip, by powers of time over [`Self::unit`].
 #[derive(Debug, Clone)]
-pub struct SlipSeries<T, const N: usize> {
+pub struct SlipSeries<T: Number, const N: usize> {
     /// s.
     pub unit: T,
     /// By the [`index`](super::torsion::index) of the component.
     pub state: [[T; N]; DIMENSION],
     /// omega_r.
     pub relative_velocity: [T; N],
-    /// c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha |omega_r|).
+    /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad.
     pub stability_margin: [T; N],
     /// The interface torque s mu r F_n.
     friction_torque: [T; N],
-    /// k times coefficient k of -alpha s omega_r.
-    exponent_rate: [T; N],
-    exponential: Unfolding<T, N>,
+    friction: FrictionSeries<T, N>,
     /// 1 / n; the first is not used.
     reciprocals: [T; N],
+    constants: SlipConstants<T>,
 }
 
 impl<T: Number, const N: usize> SlipSeries<T, N> {
-    /// Room for series by powers of time over `unit` (s), which should be near 1 / omega_n.
-    pub fn new(unit: T) -> Self {
+    /// Room for the series of the slips of `model`, whose parameters are taken for exact, by powers of time over `unit` (s),
+    /// which should be near 1 / omega_n.
+    pub fn new(model: &TorsionModel, unit: T) -> Self {
         SlipSeries {
             unit,
             state: std::array::from_fn(|_| zeros()),
             relative_velocity: zeros(),
             stability_margin: zeros(),
             friction_torque: zeros(),
-            exponent_rate: zeros(),
-            exponential: Unfolding::new(),
+            friction: model.friction.law.series(),
             reciprocals: std::array::from_fn(|n| T::of(1.0) / T::of(n.max(1) as f64)),
+            constants: SlipConstants::new(model),
         }
     }
 
     /// Fills all coefficients for the slip of sense `sense` (+1 or -1) that starts with the state `y`. `force` holds the
     /// coefficients of F_n (N), of which those beyond `degree` are zero.
-    pub fn expand(
-        &mut self,
-        constants: &SlipConstants<T>,
-        sense: f64,
-        y: &[T; DIMENSION],
-        force: &[T; N],
-        degree: usize,
-    ) {
+    pub fn expand(&mut self, sense: f64, y: &[T; DIMENSION], force: &[T; N], degree: usize) {
         let SlipConstants {
             per_rotor,
             per_surface,
             stiffness,
             damping,
             radius,
-            high_speed,
-            weakening,
-            decay,
-        } = constants;
+        } = &self.constants;
         let sense = T::of(sense);
         let two = T::of(2.0);
         for (series, start) in self.state.iter_mut().zip(y) {
             series[0] = start.clone();
         }
         self.relative_velocity[0] = y[ROTOR_SPEED].clone() - y[ROTOR_TWIST_RATE].clone() - y[STATOR_TWIST_RATE].clone();
-        let exponent = -(decay.clone() * sense.clone());
-        // By powers of the unit's time; omega_r' is the accelerating torque over J, and the exponent's rate follows it.
+        // By powers of the unit's time; omega_r' is the accelerating torque over J, and the law follows it.
         let (rotor_step, surface_step) = (
             self.unit.clone() * per_rotor.clone(),
             self.unit.clone() * per_surface.clone(),
         );
-        let exponent_step = exponent.clone() * surface_step.clone();
-        let constant = sense.clone() * radius.clone() * high_speed.clone();
-        let falling = sense * radius.clone() * weakening.clone();
-        let steepness = -(two.clone() * radius.clone() * decay.clone() * weakening.clone());
-        // What stands there from another expansion may not be finite.
-        self.exponent_rate = zeros();
+        let factors = self
+            .friction
+            .factors(&(sense.clone() * radius.clone()), &(two.clone() * radius.clone()));
+        let speed = sense.clone() * self.relative_velocity[0].clone();
+        self.friction.start(&speed, &(sense * surface_step.clone()));
         for n in 0..N {
-            let newest = if n == 0 {
-                let e = (exponent.clone() * self.relative_velocity[0].clone()).exp();
-                self.exponential.set(0, e.clone());
-                e
-            } else {
-                self.exponential
-                    .exponential(&self.exponent_rate, n, &self.reciprocals[n])
-            };
-            let mut weakened = force[0].clone() * newest;
-            if n > 0 && degree > 0 {
-                weakened = self.exponential.product(force, n, 1, degree) + weakened;
-            }
-            self.stability_margin[n] = steepness.clone() * weakened.clone();
-            let torque = constant.clone() * force[n].clone() + falling.clone() * weakened;
+            let pressed = self.friction.pressed(force, n, degree);
+            self.stability_margin[n] = factors.slope.clone() * pressed.slope;
+            let torque = factors.constant.clone() * force[n].clone() + factors.shape.clone() * pressed.shape;
             self.friction_torque[n] = torque.clone();
             if n + 1 == N {
                 break;
@@ -148,7 +117,7 @@ impl<T: Number, const N: usize> SlipSeries<T, N> {
             // J omega_r' = T_r + T_s - 2 T: without the difference of speeds, which would cancel.
             let accelerating = (rotor_torque + stator_torque) - two.clone() * torque;
             self.relative_velocity[n + 1] = surface * accelerating.clone();
-            self.exponent_rate[n + 1] = exponent_step.clone() * accelerating;
+            self.friction.extend(n + 1, &accelerating, &share);
             self.state[SLIP][n + 1] = step * self.relative_velocity[n].clone();
         }
         self.stability_margin[0] = damping.clone() + self.stability_margin[0].clone();

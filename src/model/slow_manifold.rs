@@ -15,13 +15,15 @@
 //! iterating gains a factor (c_t / k_t)/tau or (J / k_t)/tau^2 each time, 1e-4 for the slow time scale tau of 12 ms.
 //!
 //! The iteration is a formal expansion, and asymptotic: each round takes two more derivatives. Where friction changes fast,
-//! with alpha of some 40 s/rad and more near the stop, it gains a factor of two or less, and in the end it loses. There it is
-//! carried on to where its changes are least, with as many coefficients as that takes, and these changes tell the error that
-//! is left ([`SlowState::error`]).
+//! with a [steepness rate](Law::steepness_rate) of some 40 s/rad and more near the stop, it gains a factor of two or less,
+//! and in the end it loses. There it is carried on to where its changes are least, with as many coefficients as that takes,
+//! and these changes tell the error that is left ([`SlowState::error`]).
 
 use super::Torsion;
 use super::slip_series::SlipSeries;
-use super::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use super::torsion::index::*;
+use super::torsion::{DIMENSION, DYNAMIC, TorsionModel, TorsionState};
+use crate::friction::{FrictionSeries, Law, LawSeries};
 use crate::numerics::taylor;
 
 /// Taylor coefficients that are kept for a state alone.
@@ -31,7 +33,7 @@ const ORDER: usize = 14;
 const ROUNDS: usize = 8;
 
 /// Coefficients and most rounds where these do not reach rounding. A round takes two derivatives, so that the last ones say
-/// little; the changes are least after some 18 at alpha = 70 s/rad.
+/// little; the changes are least after some 18 at a steepness rate of 70 s/rad.
 const LONG_ORDER: usize = 28;
 const LONG_ROUNDS: usize = 20;
 
@@ -46,7 +48,7 @@ const ERROR_OF_CHANGE: f64 = 8.0;
 const PATH_ORDER: usize = 6;
 const PATH_ROUNDS: usize = 3;
 
-/// Most rounds for a step: where friction weakens so fast that the slow mode is hardly slower than the others.
+/// Most rounds for a step: where friction changes so fast that the slow mode is hardly slower than the others.
 const STEP_ROUNDS: usize = 12;
 
 /// Coefficients of the derivative; what would come from beyond the order is left out.
@@ -65,15 +67,6 @@ pub struct SlowState {
     pub settled: bool,
 }
 
-/// The components that the slow manifold gives.
-const COMPONENTS: [usize; 5] = [
-    ROTOR_TWIST,
-    ROTOR_TWIST_RATE,
-    STATOR_TWIST,
-    STATOR_TWIST_RATE,
-    ROTOR_SPEED,
-];
-
 /// The state on the slow manifold of slip with sense `s` that has the momentum I theta' + J phi_2' of `y`.
 ///
 /// `pressing` is F_n (N) and its rate (N/s), constant as far as the motion looks ahead. The quadratures stay as they
@@ -82,9 +75,7 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
     let momentum = slow_momentum(model, y);
     let with = |slow: &TorsionState| {
         let mut state = *y;
-        COMPONENTS
-            .iter()
-            .for_each(|&component| state[component] = slow[component]);
+        state[..DYNAMIC].copy_from_slice(&slow[..DYNAMIC]);
         state
     };
     let frequency = model.natural_angular_frequency();
@@ -97,7 +88,7 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
             _ => 0.0,
         })
     };
-    let mut short = SlowSeries::<ORDER>::zero();
+    let mut short = SlowSeries::<ORDER>::zero(model);
     let mut before = short.start();
     for _ in 0..ROUNDS {
         before = short.start();
@@ -142,7 +133,7 @@ fn least_change(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum
         ..
     } = model.torsion;
     let frequency = model.natural_angular_frequency();
-    let mut series = SlowSeries::<LONG_ORDER>::zero();
+    let mut series = SlowSeries::<LONG_ORDER>::zero(model);
     let (mut before, mut last) = ([0.0; DIMENSION], [f64::INFINITY; DIMENSION]);
     let mut best = (before, last, f64::INFINITY);
     for _ in 0..LONG_ROUNDS {
@@ -195,7 +186,7 @@ pub struct SlowSeries<const N: usize> {
     rotor_speed: [f64; N],
     /// s omega_r.
     speed: [f64; N],
-    exponential: [f64; N],
+    friction: FrictionSeries<f64, N>,
     torque: [f64; N],
 }
 
@@ -206,7 +197,7 @@ impl<const N: usize> SlowSeries<N> {
     }
 
     fn of_rounds(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64, rounds: usize) -> Self {
-        let mut series = Self::zero();
+        let mut series = Self::zero(model);
         for _ in 0..rounds {
             if series.round(model, sense, pressing, momentum) {
                 break;
@@ -215,14 +206,14 @@ impl<const N: usize> SlowSeries<N> {
         series
     }
 
-    fn zero() -> Self {
+    fn zero(model: &TorsionModel) -> Self {
         let zeros = [0.0; N];
         SlowSeries {
             rotor_twist: zeros,
             stator_twist: zeros,
             rotor_speed: zeros,
             speed: zeros,
-            exponential: zeros,
+            friction: model.friction.law.series(),
             torque: zeros,
         }
     }
@@ -236,30 +227,26 @@ impl<const N: usize> SlowSeries<N> {
             stiffness: k_t,
             damping: c_t,
         } = model.torsion;
-        let friction = &model.friction;
-        let (weakening, alpha) = (friction.low_speed - friction.high_speed, friction.decay);
         let SlowSeries {
             rotor_twist: u,
             stator_twist: v,
             rotor_speed: speed,
             speed: x,
-            exponential,
+            friction,
             torque,
         } = self;
         let (u_dot, v_dot) = (derivative(u), derivative(v));
         let (u_ddot, v_ddot) = (derivative(&u_dot), derivative(&v_dot));
+        let factors = friction.factors(&1.0, &0.0);
         speed[0] = (momentum + j * u_dot[0]) / (i + j);
         for n in 0..N {
             x[n] = sense * (speed[n] - u_dot[n] - v_dot[n]);
-            exponential[n] = if n == 0 {
-                (-alpha * x[0]).exp()
+            if n == 0 {
+                friction.start(&x[0], &1.0);
             } else {
-                (1..=n)
-                    .map(|k| -alpha * k as f64 * x[k] * exponential[n - k])
-                    .sum::<f64>()
-                    / n as f64
-            };
-            let mu = |n: usize| weakening * exponential[n] + if n == 0 { friction.high_speed } else { 0.0 };
+                friction.extend_from(n, x);
+            }
+            let mu = |n: usize| factors.shape * friction.shape(n) + if n == 0 { factors.constant } else { 0.0 };
             let product = mu(n) * pressing.0 + if n > 0 { mu(n - 1) * pressing.1 } else { 0.0 };
             torque[n] = sense * model.contact.radius * product;
             if n + 1 < N {
@@ -324,16 +311,16 @@ impl<const N: usize> SlowSeries<N> {
         slip.state[STATOR_TWIST_RATE] = v_dot;
         slip.state[ROTOR_SPEED] = self.rotor_speed;
         slip.relative_velocity = self.speed.map(|x| sense * x);
-        let friction = &model.friction;
-        let steepness = 2.0 * model.contact.radius * friction.decay * (friction.low_speed - friction.high_speed);
+        let slope = self.friction.factors(&1.0, &(2.0 * model.contact.radius)).slope;
         for component in [SLIP, FRICTION_LOSS, DAMPING_LOSS] {
             slip.state[component][0] = y[component];
         }
         let friction_loss = taylor::product(&self.torque, &slip.relative_velocity);
         let (rotor, stator) = (taylor::product(&u_dot, &u_dot), taylor::product(&v_dot, &v_dot));
         for n in 0..N {
-            let before = if n > 0 { self.exponential[n - 1] } else { 0.0 };
-            slip.stability_margin[n] = -steepness * (self.exponential[n] * pressing.0 + before * pressing.1);
+            let shape = |n: usize| self.friction.slope_shape(n);
+            let before = if n > 0 { shape(n - 1) } else { 0.0 };
+            slip.stability_margin[n] = slope * (shape(n) * pressing.0 + before * pressing.1);
             if n + 1 < N {
                 let step = 1.0 / (n + 1) as f64;
                 slip.state[SLIP][n + 1] = step * slip.relative_velocity[n];

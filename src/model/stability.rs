@@ -2,12 +2,13 @@
 
 use super::axial::AxialMotion;
 use super::torsion::TorsionModel;
+use crate::friction::Law;
 
 /// No step is shorter than this part of the speed at the start, however steep the friction law.
 const FINEST: f64 = 20_000.0;
 
-/// Above so many e-folds the friction law's exponential is below the rounding of the rest.
-const NO_WEAKENING: f64 = 40.0;
+/// Share of the friction law's speed scale that one step may take.
+const SHARE_OF_SCALE: f64 = 0.05;
 
 /// More steps are not taken: 1000 are usual.
 const MOST_STEPS: usize = 100_000;
@@ -21,30 +22,31 @@ pub struct Forecast {
     path: Vec<(f64, f64)>,
     /// (t (s), |omega_r| (rad/s)) at the same times.
     speeds: Vec<(f64, f64)>,
-    /// When sliding turns unstable, or the relative velocity reaches zero, whichever comes first.
-    pub trouble: Option<f64>,
+    /// When sliding turns unstable, or the relative velocity reaches zero, whichever comes first, s.
+    pub instability: Option<f64>,
 }
 
 impl Forecast {
+    /// Of the slip at `t` (s) with this relative velocity (rad/s), as far as `until` (s).
     pub fn new(model: &TorsionModel, axial: &AxialMotion, t: f64, relative_velocity: f64, until: f64) -> Self {
         let sense = if relative_velocity < 0.0 { -1.0 } else { 1.0 };
         let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
         let surface = model.torsion.surface_inertia;
         let radius = model.contact.radius;
         let slowing =
-            |t: f64, x: f64| model.friction.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia;
+            |t: f64, x: f64| model.friction.law.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia;
         let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.applied_force(t).max(0.0));
         let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
         let mut path = vec![(t, damping)];
         let mut speeds = vec![(t, x)];
-        let mut trouble = None;
+        let mut instability = None;
         let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
         let finest = x / FINEST;
         while t < until {
             let here = margin(t, x);
-            // A force so steep that the path does not get on counts as trouble, too: steps are then resolved.
+            // A force so steep that the path does not get on counts as instability, too: steps are then resolved.
             if here < 0.0 || x <= 0.0 || path.len() > MOST_STEPS {
-                trouble = Some(t);
+                instability = Some(t);
                 break;
             }
             let rate = slowing(t, x);
@@ -53,16 +55,15 @@ impl Forecast {
             if t + step > corner {
                 step = corner - t;
             }
-            // Resolve the fall of the speed and, where it matters, of the friction's exponential.
-            let decay = model.friction.decay.max(1e-3);
-            let weakening = (0.05 / decay).max(0.5 * (x - NO_WEAKENING / decay));
-            let fall = (0.02 * x + 1e-6).min(weakening).max(finest);
+            // Resolve the fall of the speed and, where it matters, the change of friction.
+            let followed = model.friction.law.followed_fall(x, SHARE_OF_SCALE);
+            let fall = (0.02 * x + 1e-6).min(followed).max(finest);
             let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
             if ahead * step > fall {
                 step = fall / ahead;
             }
             if t + step <= t {
-                trouble = Some(t);
+                instability = Some(t);
                 break;
             }
             let middle = slowing(t + step / 2.0, x - rate * step / 2.0);
@@ -72,12 +73,16 @@ impl Forecast {
             path.push((t, damping));
             speeds.push((t, x));
         }
-        Forecast { path, speeds, trouble }
+        Forecast {
+            path,
+            speeds,
+            instability,
+        }
     }
 
-    /// The latest time before which `e_folds` of damping still lie ahead of the trouble; `None` without trouble.
+    /// The latest time before which `e_folds` of damping still lie ahead of the instability; `None` without one.
     pub fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
-        self.trouble?;
+        self.instability?;
         let last = self.path.last()?.1 - e_folds;
         let quiet = self.path.windows(2).rev().find(|pair| pair[0].1 <= last);
         Some(quiet.map_or(self.path[0].0, |pair| between(pair, last)))
@@ -88,7 +93,7 @@ impl Forecast {
         self.speeds.iter().find(|(_, x)| *x <= speed).map(|(t, _)| *t)
     }
 
-    /// The time by which `e_folds` of damping have passed since the start, if that comes before any trouble.
+    /// The time by which `e_folds` of damping have passed since the start, if that comes before any instability.
     pub fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
         let passed = self.path.windows(2).find(|pair| pair[1].1 >= e_folds);
         passed.map(|pair| between(pair, e_folds))
@@ -116,33 +121,29 @@ pub struct QuietStretch {
     pub damping: f64,
     /// E-folds that a perturbation can gain between the loss of stability and the stop, at most.
     pub growth: f64,
-    /// How fast steady sliding changes against how fast the twists follow it, at most: the rate at which the friction
-    /// weakens over the rate k_t/c of a disk with the slope of the friction torque as its damping. The slow manifold is
-    /// there to all digits while this is small.
-    pub haste: f64,
+    /// How fast steady sliding changes against how fast the twists follow it, at most: the rate at which the slope of the
+    /// friction changes over the rate k_t/c of a disk with the slope of the friction torque as its damping. The slow
+    /// manifold is there to all digits while this is small.
+    pub time_scale_ratio: f64,
 }
 
 impl QuietStretch {
     /// Of the slip at `t` with this relative velocity (rad/s).
     pub fn new(model: &TorsionModel, axial: &AxialMotion, t: f64, relative_velocity: f64) -> Self {
-        let (torsion, friction, radius) = (&model.torsion, &model.friction, model.contact.radius);
+        let (torsion, law) = (&model.torsion, &model.friction.law);
         let inertia = torsion.rotor_inertia + torsion.surface_inertia;
         let (least, most) = (
             axial.lowest_pressing_force_after(t).max(0.0),
             axial.highest_pressing_force_after(t).max(0.0),
         );
-        // 2 r F_n alpha (mu_s - mu_d), what takes from the margin at omega_r = 0
-        let weakening = 2.0 * radius * most * friction.decay * (friction.low_speed - friction.high_speed);
-        // Below this speed the margin may be less than c_t / part.
-        let critical = |part: f64| {
-            if weakening > part * torsion.damping {
-                (weakening / (part * torsion.damping)).ln() / friction.decay
-            } else {
-                0.0
-            }
-        };
-        let slowing = |mu: f64, force: f64| mu * radius * force / inertia;
-        let fastest = slowing(friction.low_speed.max(friction.high_speed), most);
+        let weight = model.slope_weight(most);
+        let coefficient = law.coefficient_bounds(0.0, f64::INFINITY);
+        // -2 r F_n mu', the most that falling friction takes from the margin
+        let negative_damping = -weight * law.slope_bounds(0.0, f64::INFINITY).least;
+        // Below this speed the margin may be less than c_t (1 - part).
+        let critical = |part: f64| law.damped_from(part * torsion.damping, weight);
+        let slowing = |mu: f64, force: f64| mu * model.contact.radius * force / inertia;
+        let fastest = slowing(coefficient.most, most);
         let half = critical(0.5);
         let until = if half > 0.0 {
             t + 0.9 * (relative_velocity.abs() - half) / fastest
@@ -151,9 +152,9 @@ impl QuietStretch {
         };
         let unstable = critical(1.0);
         let growth = if unstable > 0.0 {
-            let slowest = slowing(friction.low_speed.min(friction.high_speed), least);
+            let slowest = slowing(coefficient.least, least);
             // A real pair grows at most twice as fast as its mean.
-            1.2 * (weakening - torsion.damping) / torsion.surface_inertia * unstable / slowest
+            1.2 * (negative_damping - torsion.damping) / torsion.surface_inertia * unstable / slowest
         } else {
             0.0
         };
@@ -161,7 +162,7 @@ impl QuietStretch {
             until,
             damping: torsion.damping / (4.0 * torsion.surface_inertia),
             growth,
-            haste: weakening.max(0.0) / torsion.stiffness * friction.decay * fastest,
+            time_scale_ratio: negative_damping / torsion.stiffness * law.steepness_rate(0.0) * fastest,
         }
     }
 }

@@ -5,11 +5,16 @@
 //! omega_r = theta' - u' - v', and no component: as a component it would be rounded at each step to 16 digits of the
 //! sliding speed, and that rounding would feed the fast mode. The rounding of the rotor speed only feeds the slow one.
 
-use super::{BreakawayTest, Contact, Friction, Mode, Parameters, Torsion};
+use super::{BreakawayTest, Contact, Mode, Parameters, Torsion};
+use crate::friction::{Friction, Law};
 use nalgebra::DMatrixViewMut;
 
 /// Number of components of the torsional state.
 pub const DIMENSION: usize = 8;
+
+/// Number of its components that the equations depend on, which are the first: the twists, their rates and the rotor speed.
+/// Those after them are quadratures.
+pub const DYNAMIC: usize = 5;
 
 /// Positions in the torsional state vector.
 pub mod index {
@@ -36,19 +41,23 @@ use index::*;
 pub type TorsionState = [f64; DIMENSION];
 
 /// The torsional system with its friction, without time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TorsionModel {
+    /// Inertias, stiffness and damping.
     pub torsion: Torsion,
+    /// Radius, and the breakaway test.
     pub contact: Contact,
+    /// At rest and in slip.
     pub friction: Friction,
 }
 
 impl TorsionModel {
+    /// Of a brake.
     pub fn new(parameters: &Parameters) -> Self {
         TorsionModel {
             torsion: parameters.torsion,
             contact: parameters.contact,
-            friction: parameters.friction,
+            friction: parameters.friction.clone(),
         }
     }
 
@@ -86,12 +95,16 @@ impl TorsionModel {
     /// s mu(s omega_r) r F_n: the interface torque of slip with sense `s`, N m.
     #[inline]
     pub fn sliding_torque(&self, sense: f64, y: &[f64], normal_force: f64) -> f64 {
-        sense * self.friction.coefficient(sense * self.relative_velocity(y)) * self.contact.radius * normal_force
+        let mu = self.friction.law.coefficient(sense * self.relative_velocity(y));
+        sense * mu * self.contact.radius * normal_force
     }
 
     /// The rate of [`Self::sliding_torque`], N m/s, for the state's rates `dydt` and `pressing`, F_n (N) with its rate (N/s).
     pub fn sliding_torque_rate(&self, sense: f64, y: &[f64], dydt: &[f64], pressing: (f64, f64)) -> f64 {
-        let (mu, slope) = self.friction.coefficient_and_slope(sense * self.relative_velocity(y));
+        let (mu, slope) = self
+            .friction
+            .law
+            .coefficient_and_slope(sense * self.relative_velocity(y));
         let acceleration = self.relative_velocity(dydt);
         self.contact.radius * (slope * acceleration * pressing.0 + sense * mu * pressing.1)
     }
@@ -183,7 +196,7 @@ impl TorsionModel {
     /// Jacobian of [`Self::slip_rhs`], DIMENSION x DIMENSION, into a zeroed matrix.
     pub fn slip_jacobian(&self, sense: f64, normal_force: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
         let w = self.relative_velocity(y);
-        let (mu, slope) = self.friction.coefficient_and_slope(sense * w);
+        let (mu, slope) = self.friction.law.coefficient_and_slope(sense * w);
         let r_fn = self.contact.radius * normal_force;
         // d(s mu(s w))/dw = mu'(s w)
         self.free_jacobian(slope * r_fn, y, jac);
@@ -291,16 +304,38 @@ impl TorsionModel {
         0.5 * self.torsion.stiffness * (y[ROTOR_TWIST] * y[ROTOR_TWIST] + y[STATOR_TWIST] * y[STATOR_TWIST])
     }
 
-    /// c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha |omega_r|), N m s/rad: the damping left to the relative mode in
-    /// steady sliding with sense `s`. Its zero is what the project calls instability.
+    /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad: the damping left to the relative mode in steady sliding with sense `s`.
+    /// Its zero is what the project calls instability.
     pub fn stability_margin(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> f64 {
-        let (_, slope) = self.friction.coefficient_and_slope(sense * relative_velocity);
-        self.torsion.damping + 2.0 * self.contact.radius * normal_force * slope
+        let (_, slope) = self.friction.law.coefficient_and_slope(sense * relative_velocity);
+        self.torsion.damping + self.slope_weight(normal_force) * slope
+    }
+
+    /// 2 r F_n, N m: what mu' is multiplied by in the stability margin.
+    #[inline]
+    pub fn slope_weight(&self, normal_force: f64) -> f64 {
+        2.0 * self.contact.radius * normal_force
+    }
+
+    /// The highest |omega_r| (rad/s) at which the stability margin is zero, if it is anywhere.
+    pub fn critical_speed(&self, normal_force: f64) -> Option<f64> {
+        let weight = self.slope_weight(normal_force);
+        let zeros = self.friction.law.damping_zeros(self.torsion.damping, weight);
+        zeros.first().copied()
     }
 
     /// Natural angular frequency of the relative mode, sqrt(k_t/J), rad/s.
     pub fn natural_angular_frequency(&self) -> f64 {
         (self.torsion.stiffness / self.torsion.surface_inertia).sqrt()
+    }
+
+    /// What a component of the state is multiplied by to compare with a rate: omega_n for a twist, 1/s, else 1.
+    pub fn rate_weight(&self, component: usize) -> f64 {
+        if component == ROTOR_TWIST || component == STATOR_TWIST {
+            self.natural_angular_frequency()
+        } else {
+            1.0
+        }
     }
 
     /// T_n = 2 pi sqrt(J/k_t), s.

@@ -64,7 +64,7 @@ pub(super) struct Model<const N: usize> {
     /// -alpha.
     minus_decay: Float<N>,
     /// 2 r alpha (mu_s - mu_d).
-    weakening: Float<N>,
+    negative_damping: Float<N>,
     /// r mu_0.
     breakaway: Float<N>,
     /// 1/k, and k.
@@ -90,7 +90,7 @@ impl<const N: usize> Model<N> {
             per_surface_inertia: number(&exact.surface_inertia.recip()),
             friction: [number(&(&exact.radius * &exact.high_speed)), number(&falling)],
             minus_decay: number(&-&exact.decay),
-            weakening: number(&(integer(2) * &exact.decay * falling)),
+            negative_damping: number(&(integer(2) * &exact.decay * falling)),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
             reciprocals: orders.clone().map(|k| number(&integer(k.max(1)).recip())).collect(),
             integers: orders.map(|k| number(&integer(k))).collect(),
@@ -146,7 +146,7 @@ pub(super) struct Expansion<const N: usize> {
     slope: Vec<Float<N>>,
     /// E = exp(g), and E F_n.
     exponential: Vec<Float<N>>,
-    weakened: Vec<Float<N>>,
+    pressed: Vec<Float<N>>,
 }
 
 impl<const N: usize> Expansion<N> {
@@ -162,7 +162,7 @@ impl<const N: usize> Expansion<N> {
             speed: Vec::new(),
             slope: Vec::new(),
             exponential: Vec::new(),
-            weakened: Vec::new(),
+            pressed: Vec::new(),
         }
     }
 
@@ -231,10 +231,10 @@ impl<const N: usize> Expansion<N> {
             &Float::convolution(&self.slope[1..], &self.exponential[..k]) * &model.reciprocals[k]
         };
         self.exponential.push(exponential);
-        let weakened = Float::convolution(&self.exponential, &self.normal);
+        let pressed = Float::convolution(&self.exponential, &self.normal);
         let [constant, falling] = &model.friction;
-        let torque = &(constant * &self.normal[k]) + &(falling * &weakened);
-        self.weakened.push(weakened);
+        let torque = &(constant * &self.normal[k]) + &(falling * &pressed);
+        self.pressed.push(pressed);
         if sense < 0 { -&torque } else { torque }
     }
 
@@ -260,7 +260,7 @@ impl<const N: usize> Expansion<N> {
 
     /// The margin of steady sliding, c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha s omega_r), N m s/rad.
     pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
-        let mut margin: Vec<Float<N>> = self.weakened.iter().map(|w| -&(&model.weakening * w)).collect();
+        let mut margin: Vec<Float<N>> = self.pressed.iter().map(|w| -&(&model.negative_damping * w)).collect();
         if let Some(first) = margin.first_mut() {
             *first += &model.torsion[0];
         }

@@ -47,8 +47,8 @@ impl Scales {
             .map(|piece| nearest_double(&piece.force).abs())
             .fold(0.0, f64::max);
         let force = if force > 0.0 { force } else { 1.0 };
-        let twist =
-            p.friction.low_speed.max(p.friction.high_speed).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
+        let [low, high] = [&exact.low_speed, &exact.high_speed].map(nearest_double);
+        let twist = low.max(high).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
         let speed = twist * (p.torsion.stiffness / p.torsion.surface_inertia).sqrt();
         let depth = force / p.axial.stiffness;
         let velocity = depth * (p.axial.stiffness / p.axial.mass).sqrt();

@@ -7,7 +7,7 @@ use super::own::over_time;
 use super::portraits;
 use super::run::Run;
 use super::style::{BLACK, BLUE, GREY, VERMILLION, line_color};
-use crate::analysis::modes::critical_speed;
+use crate::friction::Law;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 use crate::simulation::OutputWindow;
@@ -218,17 +218,17 @@ fn close_up(
     }
 }
 
-/// Equation (8), from rest to where the exponential has gone.
+/// mu(x), from rest to where friction has ceased to change.
 fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
     let mut curves = Vec::new();
     let several = story.runs.len() > 1;
-    let scale = 6.0 / story.run.parameters.friction.decay;
+    let scale = 6.0 / story.run.parameters.friction.law.steepness_rate(0.0);
     let end = if scale.is_finite() { scale } else { 1.0 };
     for (k, run) in story.runs.iter().enumerate() {
         let friction = &run.parameters.friction;
         let law = (0..=240)
             .map(|k| end * f64::from(k) / 240.0)
-            .map(|x| (x, friction.coefficient(x)));
+            .map(|x| (x, friction.law.coefficient(x)));
         let label = if several {
             run.label()
         } else {
@@ -241,12 +241,13 @@ fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
         let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
         curves.push(rest.styled(CurveStyle::Points));
         let force = AxialMotion::new(&story.run.parameters.axial, &story.run.parameters.actuation).largest_force();
-        if let Some(x) = critical_speed(&TorsionModel::new(&story.run.parameters), force) {
-            let point = Curve::line("critical speed", BLACK, vec![(x, friction.coefficient(x))]);
+        if let Some(x) = TorsionModel::new(&story.run.parameters).critical_speed(force) {
+            let point = Curve::line("critical speed", BLACK, vec![(x, friction.law.coefficient(x))]);
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
-    let largest = friction.breakaway.max(friction.low_speed).max(friction.high_speed);
+    let sliding = friction.law.coefficient_bounds(0.0, f64::INFINITY);
+    let largest = friction.breakaway.max(sliding.most);
     let y = Axis::new("friction coefficient", "1")
         .with_symbol("μ")
         .from_to(0.0, 1.1 * largest.max(1e-3));

@@ -76,9 +76,9 @@ impl Brake {
     pub fn new(parameters: &Parameters) -> Self {
         let torsion = TorsionModel::new(parameters);
         Brake {
+            closed_form: closed_form::ClosedForm::new(&torsion),
             torsion,
             axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
-            closed_form: closed_form::ClosedForm::new(&torsion),
             slow_stick: None,
         }
     }

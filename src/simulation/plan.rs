@@ -2,6 +2,7 @@
 
 use super::brake::Location;
 use super::options::{Method, SolverOptions};
+use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::torsion::{DIMENSION, TorsionModel, index};
 use crate::model::{Mode, Parameters};
@@ -79,7 +80,7 @@ impl Plan {
     pub fn new(parameters: &Parameters, largest_force: f64, options: &SolverOptions) -> Self {
         let model = TorsionModel::new(parameters);
         // What the friction torque twists a disk by, and the velocity of an oscillation of that amplitude.
-        let friction = parameters.friction.low_speed.max(parameters.friction.high_speed);
+        let friction = parameters.friction.law.coefficient_bounds(0.0, f64::INFINITY).most;
         let twist = friction * parameters.contact.radius * largest_force / parameters.torsion.stiffness;
         let twist = if twist > 0.0 { twist } else { 1e-6 };
         let speed = twist * model.natural_angular_frequency();
@@ -130,17 +131,18 @@ impl Plan {
 
     /// The relative velocity (rad/s) below which smooth sliding bends too much for steps that stride over the fast mode.
     ///
-    /// The friction law's exponential puts a part into the twists whose fifth derivative, by which BDF of order 4 errs,
-    /// is (alpha omega_r')^5 times its size; where a step of STRIDE would err by more than the tolerance, the shorter
-    /// steps of Adams' method cost less.
+    /// The friction law puts a part into the twists by whose fifth derivative BDF of order 4 errs: that of mu times the
+    /// fifth power of omega_r'; where a step of STRIDE would err by more than the tolerance, the shorter steps of Adams'
+    /// method cost less.
     pub fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
-        let friction = model.friction;
+        const ORDER: i32 = 5;
+        let law = &model.friction.law;
         let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
-        let largest = friction.low_speed.max(friction.high_speed);
+        let largest = law.coefficient_bounds(0.0, f64::INFINITY).most;
         let slowing = largest * model.contact.radius * largest_force / inertia;
-        let bend = (friction.decay * slowing * STRIDE * self.period / TAU).powi(5) / 5.0;
-        let share = (friction.low_speed - friction.high_speed).abs() / (0.5 * largest);
-        (share * bend / self.cvode_sliding()).ln() / friction.decay
+        let stride = slowing * STRIDE * self.period / TAU;
+        let tolerated = 0.5 * largest * self.cvode_sliding();
+        law.speed_of_derivative(ORDER, f64::from(ORDER) * tolerated / stride.powi(ORDER))
     }
 
     /// The relative tolerance of `cvode` in smooth sliding.

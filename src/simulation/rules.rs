@@ -21,9 +21,9 @@ const QUIET_E_FOLDS: f64 = 40.0;
 /// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
 const CALM_E_FOLDS: f64 = 60.0;
 
-/// [`QuietStretch::haste`] up to which sliding is followed along its slow manifold. At this the series of the manifold
-/// still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
-pub const LARGEST_HASTE: f64 = 0.01;
+/// [`QuietStretch::time_scale_ratio`] up to which sliding is followed along its slow manifold. At this the series of the
+/// manifold still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
+pub const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
 
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
 const NOISE_OF_KICK: f64 = 1e-3;
@@ -244,7 +244,7 @@ impl BrakeRules {
     fn foresee_smooth_sliding(&mut self, t: f64, y: &[f64]) -> bool {
         let Brake { torsion, axial, .. } = &*self.brake;
         let quiet = QuietStretch::new(torsion, axial, t, torsion.relative_velocity(y));
-        if quiet.haste > LARGEST_HASTE {
+        if quiet.time_scale_ratio > LARGEST_TIME_SCALE_RATIO {
             return false;
         }
         let from = t.max(axial.silent_from(t));
@@ -319,7 +319,8 @@ impl BrakeRules {
     }
 
     fn kick(&mut self, location: &Location, t: f64, y: &[f64], delta: f64) -> Vec<Happening> {
-        let torsion = self.brake.torsion;
+        let brake = self.brake.clone();
+        let torsion = &brake.torsion;
         if location.mode == Mode::Stick {
             // Equal and opposite impulses on surfaces that move as one: absorbed.
             return vec![Transition {

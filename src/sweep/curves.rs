@@ -54,7 +54,7 @@ pub struct Boundaries {
     /// The values of the axes outside the plane, for each plane.
     pub planes: Vec<Vec<Setting>>,
     pub curves: Vec<Curve>,
-    /// Where steady sliding loses its stability only in the limit of standstill: c_t = 2 r F alpha (mu_s - mu_d) under
+    /// Where steady sliding loses its stability only in the limit of standstill: c_t = -2 r F mu'(0) under
     /// the largest force.
     pub linear_limit: Vec<Line>,
     /// Contours of the growth exponent G.

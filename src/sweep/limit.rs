@@ -43,7 +43,7 @@ pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2
     points
 }
 
-/// c_t - 2 r F alpha (mu_s - mu_d), N m s/rad, F the largest force.
+/// c_t + 2 r F mu'(0), N m s/rad, F the largest force.
 fn standstill_margin(case: &Case) -> f64 {
     let parameters = &case.parameters;
     let force = AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();

@@ -114,9 +114,9 @@ impl LinearBrake {
     /// # Panics
     /// If friction is not constant, or a kick has no fixed time.
     pub fn run(parameters: &Parameters, end: f64) -> Self {
-        let f = parameters.friction;
+        let law = parameters.friction.law.as_exponential().unwrap();
         assert!(
-            f.decay == 0.0 || f.low_speed == f.high_speed,
+            law.decay == 0.0 || law.low_speed == law.high_speed,
             "friction is not constant"
         );
         let mut run = LinearBrake {
@@ -350,7 +350,7 @@ fn system(p: &Parameters, mode: Mode) -> Matrix {
         Mode::Stick => (rotor_torque + stator_torque) / 2.0,
         Mode::SlipForward | Mode::SlipBackward => {
             // constant: mu_s where alpha = 0, or mu_s = mu_d
-            pressing * (f64::from(mode.sense()) * p.friction.low_speed * p.contact.radius)
+            pressing * (f64::from(mode.sense()) * p.friction.law.as_exponential().unwrap().low_speed * p.contact.radius)
         }
     };
     let theta_ddot = -rotor_torque / i;

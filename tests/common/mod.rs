@@ -7,9 +7,8 @@ pub mod random_brakes;
 pub mod rigid_growth;
 
 use std::ops::ControlFlow;
-use stickslip::model::{
-    Actuation, Axial, BreakawayTest, Contact, Friction, Initial, Kick, KickTime, Parameters, Torsion,
-};
+use stickslip::friction::{Exponential, Friction};
+use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
 use stickslip::simulation::{Method, OutputOptions, RunReport, SolverOptions, simulate};
 
@@ -85,9 +84,12 @@ pub fn truth(name: &str) -> Truth {
             },
             friction: Friction {
                 breakaway: p("mu_0"),
-                low_speed: p("mu_s"),
-                high_speed: p("mu_d"),
-                decay: p("alpha"),
+                law: Exponential {
+                    low_speed: p("mu_s"),
+                    high_speed: p("mu_d"),
+                    decay: p("alpha"),
+                }
+                .into(),
             },
             initial: Initial { speed: p("omega_0") },
             perturbations,

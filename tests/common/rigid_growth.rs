@@ -1,5 +1,6 @@
 //! Growth along smooth sliding by another way: rotor and surface as one rigid inertia, and the relative mode alone.
 
+use stickslip::friction::Exponential;
 use stickslip::model::Parameters;
 use stickslip::model::axial::AxialMotion;
 
@@ -10,13 +11,18 @@ use stickslip::model::axial::AxialMotion;
 pub fn rigid_growth(parameters: &Parameters, start: f64, speed: f64, end: f64) -> f64 {
     let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
     let force = |t: f64| axial.applied_force(t).max(0.0);
-    let (torsion, friction, r) = (parameters.torsion, parameters.friction, parameters.contact.radius);
-    let weakening = friction.low_speed - friction.high_speed;
-    let mu = |x: f64| friction.high_speed + weakening * (-friction.decay * x.max(0.0)).exp();
+    let (torsion, friction, r) = (parameters.torsion, &parameters.friction, parameters.contact.radius);
+    let &Exponential {
+        low_speed,
+        high_speed,
+        decay,
+    } = friction.law.as_exponential().unwrap();
+    let friction_drop = low_speed - high_speed;
+    let mu = |x: f64| high_speed + friction_drop * (-decay * x.max(0.0)).exp();
     let inertia = torsion.rotor_inertia + torsion.surface_inertia;
     let slope = |t: f64, x: f64| -r * mu(x) * force(t) / inertia;
     let rate = |t: f64, x: f64| {
-        let falling = 2.0 * r * force(t) * friction.decay * weakening * (-friction.decay * x.max(0.0)).exp();
+        let falling = 2.0 * r * force(t) * decay * friction_drop * (-decay * x.max(0.0)).exp();
         let damping = torsion.damping - falling;
         let half = -damping / (2.0 * torsion.surface_inertia);
         let real = half * half - torsion.stiffness / torsion.surface_inertia;

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::compare::{Comparison, Mapping, Reference};
+use stickslip::friction::Law;
 use stickslip::model::Parameters;
 use stickslip::record::{EventKind, Recorder, State};
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
@@ -122,7 +123,7 @@ impl Solver {
             (phi, phi)
         } else {
             let w = self.relative_velocity(y);
-            let friction = sense * p.friction.coefficient(w.abs()) * p.contact.radius * force;
+            let friction = sense * p.friction.law.coefficient(w.abs()) * p.contact.radius * force;
             (
                 (rotor - friction) / t.surface_inertia,
                 (friction - stator) / t.surface_inertia,

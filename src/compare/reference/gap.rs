@@ -3,6 +3,7 @@
 
 use super::super::Channel;
 use super::Physics;
+use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
 use crate::record::State;
@@ -132,7 +133,7 @@ impl Curve {
             Curve::Clipped(c) => horner(c, s).max(0.0),
             Curve::Sliding { sense, velocity, force } => {
                 sense
-                    * model.friction.coefficient(sense * horner(velocity, s))
+                    * model.friction.law.coefficient(sense * horner(velocity, s))
                     * model.contact.radius
                     * horner(force, s).max(0.0)
             }

@@ -1,6 +1,7 @@
 //! What the channels of the reference are measured by.
 
 use super::super::Channel;
+use crate::friction::Law;
 use crate::model::Parameters;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
@@ -12,7 +13,7 @@ pub struct Physics {
     pub torsion: TorsionModel,
     /// The axial motion in closed form.
     pub axial: AxialMotion,
-    /// mu_s r F / k_t under the largest force: the twist that friction causes, rad.
+    /// mu r F / k_t with the largest mu and force: the twist that friction causes, rad.
     pub twist: f64,
     /// T_n, s.
     pub natural_period: f64,
@@ -30,7 +31,7 @@ impl Physics {
     pub fn new(parameters: &Parameters) -> Physics {
         let torsion = TorsionModel::new(parameters);
         let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
-        let friction = parameters.friction.low_speed.max(parameters.friction.high_speed);
+        let friction = parameters.friction.law.coefficient_bounds(0.0, f64::INFINITY).most;
         Physics {
             twist: friction * parameters.contact.radius * axial.largest_force() / parameters.torsion.stiffness,
             natural_period: torsion.natural_period(),

@@ -1,9 +1,10 @@
 //! Radau steps.
 
 use super::super::brake::Brake;
-use super::{DYNAMIC, Last, STAGES, STEP_NOISE, SemiAnalyticEngine, tableau};
+use super::{Last, STAGES, STEP_NOISE, SemiAnalyticEngine, tableau};
+use crate::friction::Law;
 use crate::hybrid::{Advance, EngineError, Fired};
-use crate::model::torsion::{DIMENSION, TorsionState};
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionState};
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::radau::{Attempt, Radau, StiffProblem};
 use crate::numerics::taylor;
@@ -88,11 +89,11 @@ impl SemiAnalyticEngine {
             }
             let attempt = self
                 .radau
-                .attempt(&slip, self.tau, &self.y, length, &weights, self.foretold);
+                .attempt(&slip, self.tau, &self.y, length, &weights, self.predicted);
             let error = match attempt {
                 Attempt::Solved { error } if error.is_finite() => error,
                 _ => {
-                    // Shorter at once: what was foretold over a step too long is of no use from anywhere else either.
+                    // Shorter at once: what was predicted over a step too long is of no use from anywhere else either.
                     self.next = 0.4 * length;
                     continue;
                 }
@@ -101,7 +102,7 @@ impl SemiAnalyticEngine {
             let root = |x: f64| x.powf(1.0 / f64::from(order));
             let factor = 0.9 / root(error);
             // Its polynomial serves a shorter step from the same start, too.
-            self.foretold = true;
+            self.predicted = true;
             if error > 1.0 {
                 self.counters.error_test_failures += 1;
                 self.next = length * factor.max(0.1);
@@ -138,13 +139,13 @@ impl SemiAnalyticEngine {
     }
 
     /// How long the speed takes, at the rate of the Radau step just solved, to fall by a half or by four times what the
-    /// friction law takes to change e-fold, whichever is more. Longer steps would only be refused: their polynomial, and
-    /// Newton's method, would meet an exponential out of all bounds.
+    /// friction law's slope takes to change e-fold, whichever is more. Longer steps would only be refused: their
+    /// polynomial, and Newton's method, would meet a law out of all bounds.
     fn time_to_slow(&self, length: f64) -> f64 {
         let torsion = &self.brake.torsion;
         let start = torsion.relative_velocity(&self.y).abs();
         let end = torsion.relative_velocity(&self.radau.stage(STAGES - 1)).abs();
-        let drop = (0.5 * end).max(4.0 / torsion.friction.decay);
+        let drop = (0.5 * end).max(4.0 / torsion.friction.law.steepness_rate(end));
         if start > end {
             length * drop / (start - end)
         } else {

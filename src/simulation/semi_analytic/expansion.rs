@@ -1,23 +1,18 @@
 //! Taylor steps: of the slip, and along its slow manifold.
 
 use super::super::brake::GUARD_STOPPING;
-use super::super::rules::LARGEST_HASTE;
-use super::{DYNAMIC, Last, STEP_NOISE, SemiAnalyticEngine, TERMS};
+use super::super::rules::LARGEST_TIME_SCALE_RATIO;
+use super::{Last, STEP_NOISE, SemiAnalyticEngine, TERMS};
+use crate::friction::Law;
 use crate::hybrid::{Advance, EngineError, Fired};
 use crate::model::slow_manifold::{SlowSeries, slow_momentum};
-use crate::model::torsion::{TorsionState, index::*};
+use crate::model::torsion::index::*;
+use crate::model::torsion::{DYNAMIC, TorsionState};
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
 
 /// The last coefficient of a series along the slow manifold that is to be trusted.
 const SLOW_ORDER: usize = TERMS - 4;
-
-/// By how many e-folds the friction law's exponential may change over an expansion's step, while it matters: the terms of
-/// an exponential grow up to that index, and only beyond it do the last ones say what is left out.
-const E_FOLDS: f64 = 6.0;
-
-/// An exponential below this does not matter.
-const NO_WEAKENING: f64 = 1e-18;
 
 /// Shortest step along the slow manifold, in natural periods: below it there is none to speak of.
 const SHORTEST_SLOW: f64 = 2.0;
@@ -33,14 +28,13 @@ impl SemiAnalyticEngine {
         let degree = self.brake.axial.pressing_series(t, self.unit, &mut self.force);
         // Steps along the slow manifold leave another one.
         self.series.unit = self.unit;
-        self.series
-            .expand(&self.constants, self.sense(), &self.y, &self.force, degree);
+        self.series.expand(self.sense(), &self.y, &self.force, degree);
         self.counters.rhs_evaluations += 1;
     }
 
     /// How fast the fast mode moves (rad/s), from an expansion: an oscillation A cos(omega_n t) has the last coefficient
     /// A / (TERMS - 1)! in the series' unit, and nothing slower comes near that.
-    pub(super) fn liveliness(&self) -> f64 {
+    pub(super) fn ringing_rate(&self) -> f64 {
         let factorial: f64 = (1..TERMS).map(|n| n as f64).product();
         let last = |component: usize| self.series.state[component][TERMS - 1].abs();
         factorial * last(ROTOR_TWIST_RATE).max(last(STATOR_TWIST_RATE))
@@ -68,31 +62,29 @@ impl SemiAnalyticEngine {
         let left = self.span - self.tau;
         let rate = self.series.relative_velocity[1];
         let slope = torsion.torsion.damping - self.series.stability_margin[0];
-        let haste = slope / torsion.torsion.stiffness * torsion.friction.decay * rate.abs();
+        let steepness = torsion
+            .friction
+            .law
+            .steepness_rate(self.series.relative_velocity[0].abs());
+        let time_scale_ratio = slope / torsion.torsion.stiffness * steepness * rate.abs();
         let short = longest < left && longest < SHORTEST_SLOW * torsion.natural_period();
-        if longest.is_nan() || short || haste > LARGEST_HASTE {
+        if longest.is_nan() || short || time_scale_ratio > LARGEST_TIME_SCALE_RATIO {
             return Ok(None);
         }
         self.expansion_step(longest).map(Some)
     }
 
-    /// The longest step of at most `longest` (s) over which the friction law's exponential changes by [`E_FOLDS`] or stays
-    /// below what matters. The exponent's terms, all taken as positive, bound its change, and grow faster than the step.
-    fn within_weakening(&self, longest: f64) -> f64 {
-        let decay = self.brake.torsion.friction.decay;
+    /// The longest step of at most `longest` (s) over which the friction law may be taken from its Taylor coefficients. The
+    /// speed's terms, all taken as positive, bound its change, and grow faster than the step.
+    fn within_law(&self, longest: f64) -> f64 {
         let speed = &self.series.relative_velocity;
-        let allowed = (decay * speed[0].abs() + NO_WEAKENING.ln()).max(E_FOLDS);
         let longest = longest.min(self.span - self.tau);
         let x = longest / self.series.unit;
         let change = speed[1..=SLOW_ORDER]
             .iter()
             .rev()
             .fold(0.0, |sum, c| (sum + c.abs()) * x);
-        if decay * change <= allowed {
-            longest
-        } else {
-            longest * (allowed / (decay * change))
-        }
+        longest * self.brake.torsion.friction.law.expandable_share(speed[0].abs(), change)
     }
 
     /// The longest step of the expansion whose terms fall below what is tolerated by this order (s), no longer than to the
@@ -103,7 +95,7 @@ impl SemiAnalyticEngine {
                 .map(|k| self.series.state[k][n].abs() / weights[k])
                 .fold(0.0, |a: f64, b| if b <= a { a } else { b })
         };
-        self.within_weakening(taylor::step(order, size) * self.series.unit)
+        self.within_law(taylor::step(order, size) * self.series.unit)
     }
 
     /// A step of at most `longest` (s) by the expansion about where it stands.

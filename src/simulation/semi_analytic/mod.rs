@@ -19,8 +19,9 @@ mod expansion;
 
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
-use crate::model::slip_series::{SlipConstants, SlipSeries};
-use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::model::slip_series::SlipSeries;
+use crate::model::torsion::index::*;
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionState};
 use crate::numerics::radau::Radau;
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
@@ -32,9 +33,6 @@ const TERMS: usize = 28;
 
 /// Stages of Radau IIA: order 13.
 const STAGES: usize = 7;
-
-/// Components that the right-hand side needs; those after them are quadratures.
-const DYNAMIC: usize = 5;
 
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
@@ -59,7 +57,6 @@ enum Last {
 /// See the module.
 pub struct SemiAnalyticEngine {
     brake: Arc<Brake>,
-    constants: SlipConstants<f64>,
     /// 1 / omega_n, s.
     unit: f64,
     series: SlipSeries<f64, TERMS>,
@@ -79,10 +76,10 @@ pub struct SemiAnalyticEngine {
     /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
     beyond: bool,
     /// The fast mode may be above what is tolerated, though it need not be resolved for its own sake.
-    lively: bool,
-    /// The next Radau step, and whether the last one's polynomial foretells it.
+    ringing: bool,
+    /// The next Radau step, and whether the last one's polynomial predicts it.
     next: f64,
-    foretold: bool,
+    predicted: bool,
     /// Length and error of the last Radau step; zero before the first.
     accepted: (f64, f64),
     counters: Counters,
@@ -99,9 +96,8 @@ impl SemiAnalyticEngine {
     pub fn new(brake: Arc<Brake>) -> Self {
         let unit = 1.0 / brake.torsion.natural_angular_frequency();
         SemiAnalyticEngine {
-            constants: SlipConstants::new(&brake.torsion),
             unit,
-            series: SlipSeries::new(unit),
+            series: SlipSeries::new(&brake.torsion, unit),
             force: [0.0; TERMS],
             radau: Radau::new(tableau().clone()),
             location: Location {
@@ -119,9 +115,9 @@ impl SemiAnalyticEngine {
             last: Last::Expansion(0.0),
             first: true,
             beyond: false,
-            lively: true,
+            ringing: true,
             next: 0.0,
-            foretold: false,
+            predicted: false,
             accepted: (0.0, 0.0),
             counters: Counters::default(),
             radau_before: Default::default(),
@@ -180,9 +176,9 @@ impl Engine<Location> for SemiAnalyticEngine {
         self.last = Last::Expansion(0.0);
         self.first = true;
         self.beyond = self.brake.starts_beyond(location, t, y, GUARD_STOPPING);
-        self.lively = true;
+        self.ringing = true;
         self.next = 4.0 * self.brake.torsion.natural_period();
-        self.foretold = false;
+        self.predicted = false;
         self.accepted = (0.0, 0.0);
         self.counters = Counters::default();
         self.radau_before = self.radau.work();
@@ -193,22 +189,22 @@ impl Engine<Location> for SemiAnalyticEngine {
         if !self.location.resolved
             && let Some(advance) = self.slow_step()?
         {
-            self.lively = true;
-            self.foretold = false;
+            self.ringing = true;
+            self.predicted = false;
             return Ok(advance);
         }
-        if self.lively || self.location.resolved || self.beyond {
+        if self.ringing || self.location.resolved || self.beyond {
             self.expand();
-            self.lively = self.liveliness() > self.weights()[ROTOR_TWIST_RATE];
+            self.ringing = self.ringing_rate() > self.weights()[ROTOR_TWIST_RATE];
         }
-        if !self.lively && !self.location.resolved && !self.beyond {
+        if !self.ringing && !self.location.resolved && !self.beyond {
             if let Some(advance) = self.collocation_step()? {
                 return Ok(advance);
             }
             self.next = 4.0 * self.brake.torsion.natural_period();
-            self.foretold = false;
+            self.predicted = false;
             self.accepted = (0.0, 0.0);
-            self.lively = true;
+            self.ringing = true;
             self.expand();
         }
         let longest = self.longest_expansion(TERMS - 1, &self.weights());

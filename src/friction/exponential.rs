@@ -1,0 +1,208 @@
+//! Friction that falls exponentially with speed, equation (8).
+
+use super::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+use crate::numerics::Number;
+use crate::numerics::taylor::{Unfolding, zeros};
+
+/// Below this exponent exp is zero in doubles, which it takes long to find.
+const VANISHED: f64 = -746.0;
+
+/// E-folds after which the exponential is below the rounding of the rest.
+const FLAT: f64 = 40.0;
+
+/// A decay (s/rad) below this counts as this for a step: what takes more than 1000 rad/s needs no following.
+const SLOWEST_DECAY: f64 = 1e-3;
+
+/// By how many e-folds the exponential may change where Taylor coefficients stand for it, while it matters: the terms of an
+/// exponential grow up to that index, and only beyond it do the last ones say what is left out.
+const E_FOLDS: f64 = 6.0;
+
+/// An exponential below this does not matter.
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// mu(x) = mu_d + (mu_s - mu_d) exp(-alpha x), x = |omega_r|. With mu_s < mu_d it rises with speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exponential {
+    /// mu_s, the limit at vanishing sliding speed.
+    pub low_speed: f64,
+    /// mu_d, at high speed.
+    pub high_speed: f64,
+    /// alpha, s/rad.
+    pub decay: f64,
+}
+
+impl Exponential {
+    /// mu_s - mu_d.
+    #[inline]
+    fn friction_drop(&self) -> f64 {
+        self.low_speed - self.high_speed
+    }
+
+    /// mu(x) - mu_d.
+    #[inline]
+    fn excess(&self, x: f64) -> f64 {
+        let exponent = -self.decay * x;
+        if exponent < VANISHED {
+            return 0.0;
+        }
+        self.friction_drop() * exponent.exp()
+    }
+
+    fn slope(&self, x: f64) -> f64 {
+        self.coefficient_and_slope(x).1
+    }
+}
+
+impl Law for Exponential {
+    type Series<T: Number, const N: usize> = ExponentialSeries<T, N>;
+
+    #[inline]
+    fn coefficient(&self, x: f64) -> f64 {
+        self.high_speed + self.excess(x)
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        let excess = self.excess(x);
+        (self.high_speed + excess, -self.decay * excess)
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.low_speed
+    }
+
+    /// At the ends: the law is monotonic. Without decay the limit at high speed is still taken for mu_d.
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
+        let at = |x: f64| match x {
+            0.0 => self.low_speed,
+            f64::INFINITY => self.high_speed,
+            _ => self.coefficient(x),
+        };
+        Bounds::between(at(from), at(to))
+    }
+
+    /// At the ends: so is the slope.
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        let at = |x: f64| if x.is_infinite() { 0.0 } else { self.slope(x) };
+        Bounds::between(at(from), at(to))
+    }
+
+    /// One at most: the negative damping only falls with speed.
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        let left_at_rest = damping + weight * self.slope(0.0);
+        let taken_at_rest = damping - left_at_rest;
+        let ratio = taken_at_rest / damping;
+        if taken_at_rest > 0.0 && ratio.is_finite() && ratio >= 1.0 {
+            vec![ratio.ln() / self.decay]
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// alpha, at every speed.
+    #[inline]
+    fn steepness_rate(&self, _: f64) -> f64 {
+        self.decay
+    }
+
+    #[inline]
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        let decay = self.decay.max(SLOWEST_DECAY);
+        (share / decay).max(0.5 * (x - FLAT / decay))
+    }
+
+    /// The change by [`E_FOLDS`], or to where nothing is left of the exponential.
+    fn expandable_share(&self, x: f64, change: f64) -> f64 {
+        let allowed = (self.decay * x + NEGLIGIBLE.ln()).max(E_FOLDS);
+        if self.decay * change <= allowed {
+            1.0
+        } else {
+            allowed / (self.decay * change)
+        }
+    }
+
+    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
+        ((self.friction_drop().abs() / size).ln() + f64::from(order) * self.decay.ln()) / self.decay
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> ExponentialSeries<T, N> {
+        let (low, high) = (T::of(self.low_speed), T::of(self.high_speed));
+        ExponentialSeries {
+            friction_drop: low - high.clone(),
+            high_speed: high,
+            decay: T::of(self.decay),
+            step: T::of(0.0),
+            exponent_rate: zeros(),
+            exponential: Unfolding::new(),
+        }
+    }
+}
+
+/// Taylor coefficients of exp(-alpha x(t)), the shape of both mu and mu': e = exp(a) follows from e' = a' e.
+#[derive(Debug, Clone)]
+pub struct ExponentialSeries<T, const N: usize> {
+    high_speed: T,
+    /// mu_s - mu_d.
+    friction_drop: T,
+    decay: T,
+    /// -alpha times the unit of the rates.
+    step: T,
+    /// k times coefficient k of -alpha x.
+    exponent_rate: [T; N],
+    exponential: Unfolding<T, N>,
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
+    #[inline]
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        Factors {
+            constant: of_coefficient.clone() * self.high_speed.clone(),
+            shape: of_coefficient.clone() * self.friction_drop.clone(),
+            slope: -(of_slope.clone() * self.decay.clone() * self.friction_drop.clone()),
+        }
+    }
+
+    #[inline]
+    fn start(&mut self, x: &T, unit: &T) {
+        self.step = -(self.decay.clone() * unit.clone());
+        // What stands there from another motion may not be finite.
+        self.exponent_rate = zeros();
+        let exponent = -(self.decay.clone() * x.clone());
+        self.exponential.set(0, exponent.exp());
+    }
+
+    #[inline]
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        self.exponent_rate[n] = self.step.clone() * rate.clone();
+        self.exponential.exponential(&self.exponent_rate, n, reciprocal);
+    }
+
+    /// One term after the other, and with a division: the digits of results that landed are those of this sum.
+    #[inline]
+    fn extend_from(&mut self, n: usize, x: &[T; N]) {
+        let sum = (1..=n).fold(T::of(0.0), |sum, k| {
+            let rate = -self.decay.clone() * T::of(k as f64) * x[k].clone();
+            sum + rate * self.exponential.get(n - k)
+        });
+        self.exponential.set(n, sum / T::of(n as f64));
+    }
+
+    #[inline]
+    fn shape(&self, n: usize) -> T {
+        self.exponential.get(n)
+    }
+
+    #[inline]
+    fn slope_shape(&self, n: usize) -> T {
+        self.shape(n)
+    }
+
+    #[inline]
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        let shape = pressed_product(&self.exponential, force, n, degree);
+        Pressed {
+            slope: shape.clone(),
+            shape,
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! What the rest of the program asks of a friction law.
+
+use crate::numerics::Number;
+use crate::numerics::taylor::Unfolding;
+
+/// A law mu(x) of the sliding speed x = |omega_r| >= 0, rad/s.
+///
+/// The law is smooth through x = 0, so that a solver may evaluate it a little beyond the end of a slip, and between its
+/// [`knots`](Self::knots). A speed of infinity stands for the limit at high speed. What a method calls a bound need not be
+/// attained.
+pub trait Law {
+    /// Its Taylor coefficients along a motion.
+    type Series<T: Number, const N: usize>: LawSeries<T, N>;
+
+    /// mu(x).
+    fn coefficient(&self, x: f64) -> f64;
+
+    /// (mu(x), mu'(x)); mu' in s/rad.
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64);
+
+    /// mu_s, the limit of mu(x) at vanishing speed. A contact at rest must hold as much: mu_0 >= mu_s.
+    fn at_vanishing_speed(&self) -> f64;
+
+    /// Bounds of mu at speeds from `from` to `to` (rad/s, `to` may be infinite).
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds;
+
+    /// Bounds of mu' (s/rad) at speeds from `from` to `to` (rad/s, `to` may be infinite).
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds;
+
+    /// The speeds (rad/s, increasing) at which some derivative of the law jumps: no step of an integrator and no series may
+    /// cross one. A smooth law has none.
+    fn knots(&self) -> &[f64] {
+        &[]
+    }
+
+    /// The speeds (rad/s) at which `damping` + `weight` mu'(x) changes its sign, the highest first. With c_t for the damping
+    /// (N m s/rad) and 2 r F_n for the weight (N m) these are the zeros of the stability margin of steady sliding: where the
+    /// negative damping of falling friction, -2 r F_n mu', outweighs c_t below the first of them, it no longer does below the
+    /// second, and so on.
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64>;
+
+    /// The speed (rad/s) from which on `damping` + `weight` mu'(x) is never negative; 0 if it nowhere is, infinite if it is
+    /// at every speed.
+    fn damped_from(&self, damping: f64, weight: f64) -> f64 {
+        match self.damping_zeros(damping, weight).first() {
+            Some(&highest) => highest,
+            None if damping + weight * self.coefficient_and_slope(0.0).1 < 0.0 => f64::INFINITY,
+            None => 0.0,
+        }
+    }
+
+    /// Whether mu falls with speed anywhere. A law that does not cannot make steady sliding unstable.
+    fn falls(&self) -> bool {
+        self.slope_bounds(0.0, f64::INFINITY).least < 0.0
+    }
+
+    /// How fast mu' changes with speed at `x` and above, s/rad: |mu''| is at most about this times the largest |mu'| there,
+    /// alpha for exp(-alpha x). Its inverse is the law's speed scale: over that, its slope changes by a factor of e. Zero
+    /// for a law with a constant slope. It decides on steps, and enters no result.
+    fn steepness_rate(&self, x: f64) -> f64;
+
+    /// How far the speed may fall from `x` (rad/s) in one step of a method of low order that is to follow the law: by
+    /// `share` of its speed scale, or, where the law is flat to rounding, half of the way down to where it no longer is.
+    fn followed_fall(&self, x: f64, share: f64) -> f64;
+
+    /// Up to which share (in 0 to 1) of a change of speed `change` (rad/s, either way) from `x` the law may be taken from
+    /// some twenty Taylor coefficients, whose last ones then say what is left out.
+    fn expandable_share(&self, x: f64, change: f64) -> f64;
+
+    /// The speed (rad/s) below which the derivative of mu of this order may be larger than `size` (in (s/rad)^order); zero
+    /// or negative where it never is.
+    fn speed_of_derivative(&self, order: i32, size: f64) -> f64;
+
+    /// Room for its Taylor coefficients along a motion, of which none is known yet.
+    fn series<T: Number, const N: usize>(&self) -> Self::Series<T, N>;
+}
+
+/// The Taylor coefficients of a law along a motion x(t), made known one by one, by powers of time in any unit, for any
+/// type of numbers.
+///
+/// mu(x(t)) is a constant plus a factor times a shape, and mu'(x(t)) is a factor times another shape: the shapes'
+/// coefficients are what takes the work, and the [`Factors`] may take those of the caller in.
+pub trait LawSeries<T: Number, const N: usize> {
+    /// The factors of the law, times `of_coefficient` those of mu and times `of_slope` that of mu'.
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T>;
+
+    /// Makes coefficients 0 known, of a motion at the speed `x` now. The rates that follow are in multiples of `unit`.
+    fn start(&mut self, x: &T, unit: &T);
+
+    /// Makes coefficients `n` >= 1 known, when those up to n - 1 are. `rate` times the unit of [`Self::start`] is
+    /// coefficient n - 1 of x', or n times coefficient n of x; `reciprocal` is 1/n.
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T);
+
+    /// The same from the coefficients of x up to n, where the unit of [`Self::start`] is 1.
+    fn extend_from(&mut self, n: usize, x: &[T; N]) {
+        let order = T::of(n as f64);
+        self.extend(n, &(order.clone() * x[n].clone()), &(T::of(1.0) / order));
+    }
+
+    /// Coefficient `n` of the shape of mu, once known.
+    fn shape(&self, n: usize) -> T;
+
+    /// Coefficient `n` of the shape of mu', once known.
+    fn slope_shape(&self, n: usize) -> T;
+
+    /// Coefficients `n` of the shapes times a force, both known up to n. Coefficients of `force` beyond `degree` are zero,
+    /// and all are finite.
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T>;
+}
+
+/// What a quantity is at least and at most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// The lower bound.
+    pub least: f64,
+    /// The upper bound.
+    pub most: f64,
+}
+
+impl Bounds {
+    /// Of all between two values.
+    pub fn between(a: f64, b: f64) -> Bounds {
+        Bounds {
+            least: a.min(b),
+            most: a.max(b),
+        }
+    }
+}
+
+/// What makes mu and mu' of their shapes.
+#[derive(Debug, Clone)]
+pub struct Factors<T> {
+    /// The part of mu that does not depend on the speed.
+    pub constant: T,
+    /// Of the shape of mu.
+    pub shape: T,
+    /// Of the shape of mu', s/rad.
+    pub slope: T,
+}
+
+/// One Taylor coefficient of the shapes times a force, N.
+#[derive(Debug, Clone)]
+pub struct Pressed<T> {
+    /// Of the shape of mu.
+    pub shape: T,
+    /// Of the shape of mu'.
+    pub slope: T,
+}
+
+/// Coefficient `n` of a shape times a force, for [`LawSeries::pressed`].
+#[inline]
+pub fn pressed_product<T: Number, const N: usize>(
+    shape: &Unfolding<T, N>,
+    force: &[T; N],
+    n: usize,
+    degree: usize,
+) -> T {
+    let newest = force[0].clone() * shape.get(n);
+    if n > 0 && degree > 0 {
+        shape.product(force, n, 1, degree) + newest
+    } else {
+        newest
+    }
+}

@@ -1,0 +1,198 @@
+//! Friction of the contact: what holds it at rest, and the law of what it meets while it slides.
+//!
+//! A law is a function mu(x) of the sliding speed x = |omega_r|, in rad/s. [`Law`] is all that the rest of the program
+//! asks of it: values, slopes and their bounds, where the damping of steady sliding changes its sign, over which speeds
+//! the law changes, and its Taylor coefficients along a motion. Nothing outside this folder knows which law it is, but for
+//! the case's keys ([`crate::case`]) and the independent solution ([`crate::oracle`]).
+//!
+//! | module | law |
+//! |---|---|
+//! | `exponential` | mu_d + (mu_s - mu_d) exp(-alpha x), equation (8) |
+//!
+//! A further law is a file beside these that implements [`Law`], and its name in `laws!` below. What it takes besides: the
+//! keys of its parameters (`case/schema.rs`, `case/conditions.rs`), its formula in the oracle, which shares no code with this
+//! folder, a case of `tests/analytic_friction.rs`, and its line in the docs.
+
+mod exponential;
+mod law;
+
+pub use exponential::Exponential;
+pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+
+use crate::numerics::Number;
+
+/// Friction of the contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Friction {
+    /// mu_0, the coefficient of friction at rest, which a stick breaks away at.
+    pub breakaway: f64,
+    /// mu(x), the coefficient of friction in slip.
+    pub law: FrictionLaw,
+}
+
+/// Declares the laws: each name is a variant of [`FrictionLaw`] and of [`FrictionSeries`]. `$d` stands for the dollar sign of
+/// the macros that are declared here.
+macro_rules! laws {
+    ($d:tt $($(#[$about:meta])* $law:ident)+) => {
+        /// One of the friction laws.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum FrictionLaw {
+            $($(#[$about])* $law($law),)+
+        }
+
+        $(impl From<$law> for FrictionLaw {
+            fn from(law: $law) -> FrictionLaw {
+                FrictionLaw::$law(law)
+            }
+        })+
+
+        /// The Taylor coefficients of one of the friction laws along a motion.
+        #[derive(Debug, Clone)]
+        pub enum FrictionSeries<T: Number, const N: usize> {
+            $($(#[$about])* $law(<$law as Law>::Series<T, N>),)+
+        }
+
+        /// What an expression says of the law, whichever it is.
+        macro_rules! of_law {
+            ($d self:expr, $d law:ident => $d said:expr) => {
+                match $d self {
+                    $(FrictionLaw::$law($d law) => $d said,)+
+                }
+            };
+        }
+
+        /// What an expression says of the series, whichever law's it is.
+        macro_rules! of_series {
+            ($d self:expr, $d series:ident => $d said:expr) => {
+                match $d self {
+                    $(FrictionSeries::$law($d series) => $d said,)+
+                }
+            };
+        }
+
+        impl FrictionLaw {
+            /// Room for its Taylor coefficients, of which none is known yet.
+            fn any_series<T: Number, const N: usize>(&self) -> FrictionSeries<T, N> {
+                match self {
+                    $(FrictionLaw::$law(law) => FrictionSeries::$law(law.series()),)+
+                }
+            }
+        }
+    };
+}
+
+laws! { $
+    /// Equation (8), the paper's.
+    Exponential
+}
+
+impl FrictionLaw {
+    /// The parameters of the exponential law, if it is that: for a case's keys.
+    pub fn as_exponential(&self) -> Option<&Exponential> {
+        match self {
+            FrictionLaw::Exponential(law) => Some(law),
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn as_exponential_mut(&mut self) -> Option<&mut Exponential> {
+        match self {
+            FrictionLaw::Exponential(law) => Some(law),
+        }
+    }
+}
+
+impl Law for FrictionLaw {
+    type Series<T: Number, const N: usize> = FrictionSeries<T, N>;
+
+    #[inline]
+    fn coefficient(&self, x: f64) -> f64 {
+        of_law!(self, law => law.coefficient(x))
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        of_law!(self, law => law.coefficient_and_slope(x))
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        of_law!(self, law => law.at_vanishing_speed())
+    }
+
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
+        of_law!(self, law => law.coefficient_bounds(from, to))
+    }
+
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        of_law!(self, law => law.slope_bounds(from, to))
+    }
+
+    fn knots(&self) -> &[f64] {
+        of_law!(self, law => law.knots())
+    }
+
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        of_law!(self, law => law.damping_zeros(damping, weight))
+    }
+
+    fn damped_from(&self, damping: f64, weight: f64) -> f64 {
+        of_law!(self, law => law.damped_from(damping, weight))
+    }
+
+    fn steepness_rate(&self, x: f64) -> f64 {
+        of_law!(self, law => law.steepness_rate(x))
+    }
+
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        of_law!(self, law => law.followed_fall(x, share))
+    }
+
+    fn expandable_share(&self, x: f64, change: f64) -> f64 {
+        of_law!(self, law => law.expandable_share(x, change))
+    }
+
+    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
+        of_law!(self, law => law.speed_of_derivative(order, size))
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> FrictionSeries<T, N> {
+        self.any_series()
+    }
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
+    #[inline]
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        of_series!(self, series => series.factors(of_coefficient, of_slope))
+    }
+
+    #[inline]
+    fn start(&mut self, x: &T, unit: &T) {
+        of_series!(self, series => series.start(x, unit));
+    }
+
+    #[inline]
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        of_series!(self, series => series.extend(n, rate, reciprocal));
+    }
+
+    #[inline]
+    fn extend_from(&mut self, n: usize, x: &[T; N]) {
+        of_series!(self, series => series.extend_from(n, x));
+    }
+
+    #[inline]
+    fn shape(&self, n: usize) -> T {
+        of_series!(self, series => series.shape(n))
+    }
+
+    #[inline]
+    fn slope_shape(&self, n: usize) -> T {
+        of_series!(self, series => series.slope_shape(n))
+    }
+
+    #[inline]
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        of_series!(self, series => series.pressed(force, n, degree))
+    }
+}

@@ -1,0 +1,548 @@
+//! The friction laws against what the rest of the program is promised of a law: the program's own, and two that it does not
+//! have. Those show what the interface carries: one that falls algebraically, so that its scale changes with speed, and one
+//! that rises again, with bounds inside an interval and a margin of stability with two zeros.
+
+use proptest::prelude::*;
+use stickslip::friction::{Bounds, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product};
+use stickslip::series::Number;
+use stickslip::series::taylor::{self, Unfolding, zeros};
+
+const TERMS: usize = 28;
+
+/// mu_d + (mu_s - mu_d)/(1 + x/x_s).
+#[derive(Debug, Clone)]
+struct Hyperbolic {
+    low_speed: f64,
+    high_speed: f64,
+    /// x_s, rad/s.
+    scale: f64,
+}
+
+impl Hyperbolic {
+    fn shape(&self, x: f64) -> f64 {
+        1.0 / (1.0 + x / self.scale)
+    }
+
+    fn friction_drop(&self) -> f64 {
+        self.low_speed - self.high_speed
+    }
+}
+
+impl Law for Hyperbolic {
+    type Series<T: Number, const N: usize> = HyperbolicSeries<T, N>;
+
+    fn coefficient(&self, x: f64) -> f64 {
+        self.high_speed + self.friction_drop() * self.shape(x)
+    }
+
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        let shape = self.shape(x);
+        (self.coefficient(x), -self.friction_drop() / self.scale * shape * shape)
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.low_speed
+    }
+
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
+        Bounds::between(self.coefficient(from), self.coefficient(to))
+    }
+
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        Bounds::between(self.coefficient_and_slope(from).1, self.coefficient_and_slope(to).1)
+    }
+
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        let ratio = weight * self.friction_drop() / self.scale / damping;
+        if ratio.is_finite() && ratio >= 1.0 {
+            vec![self.scale * (ratio.sqrt() - 1.0)]
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// |mu''/mu'| = 2/(x_s + x).
+    fn steepness_rate(&self, x: f64) -> f64 {
+        2.0 / (self.scale + x)
+    }
+
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        // Its scale shrinks on the way down; a share of the one ahead is half of this one at least.
+        0.5 * share / self.steepness_rate(x)
+    }
+
+    /// The pole at -x_s bounds the series; at a quarter of its distance 28 terms leave 1e-17.
+    fn expandable_share(&self, x: f64, change: f64) -> f64 {
+        let reach = 0.25 * (self.scale + x);
+        if change <= reach { 1.0 } else { reach / change }
+    }
+
+    /// |d^n mu/dx^n| = (mu_s - mu_d) n!/x_s^n shape^(n + 1).
+    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
+        let factorial: f64 = (1..=order).map(f64::from).product();
+        let at_rest = self.friction_drop().abs() * factorial / self.scale.powi(order);
+        self.scale * ((at_rest / size).powf(1.0 / f64::from(order + 1)) - 1.0)
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> HyperbolicSeries<T, N> {
+        HyperbolicSeries {
+            high_speed: T::of(self.high_speed),
+            friction_drop: T::of(self.low_speed) - T::of(self.high_speed),
+            scale: T::of(self.scale),
+            unit: T::of(1.0),
+            speed: zeros(),
+            shape: Unfolding::new(),
+            square: Unfolding::new(),
+            plain: zeros(),
+        }
+    }
+}
+
+/// q = 1/(1 + x/x_s), from q (1 + x/x_s) = 1, and its square.
+struct HyperbolicSeries<T, const N: usize> {
+    high_speed: T,
+    friction_drop: T,
+    scale: T,
+    unit: T,
+    /// Coefficients of x/x_s, but for the first.
+    speed: [T; N],
+    shape: Unfolding<T, N>,
+    square: Unfolding<T, N>,
+    plain: [T; N],
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        Factors {
+            constant: of_coefficient.clone() * self.high_speed.clone(),
+            shape: of_coefficient.clone() * self.friction_drop.clone(),
+            slope: -(of_slope.clone() * self.friction_drop.clone() / self.scale.clone()),
+        }
+    }
+
+    fn start(&mut self, x: &T, unit: &T) {
+        self.unit = unit.clone();
+        (self.speed, self.plain) = (zeros(), zeros());
+        let shape = T::of(1.0) / (T::of(1.0) + x.clone() / self.scale.clone());
+        self.plain[0] = shape.clone();
+        self.square.set(0, shape.clone() * shape.clone());
+        self.shape.set(0, shape);
+    }
+
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        self.speed[n] = rate.clone() * self.unit.clone() * reciprocal.clone() / self.scale.clone();
+        let next = -(self.plain[0].clone() * self.shape.product(&self.speed, n, 1, n));
+        self.shape.set(n, next.clone());
+        self.plain[n] = next;
+        self.square.set(n, self.shape.product(&self.plain, n, 0, n));
+    }
+
+    fn shape(&self, n: usize) -> T {
+        self.shape.get(n)
+    }
+
+    fn slope_shape(&self, n: usize) -> T {
+        self.square.get(n)
+    }
+
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        Pressed {
+            shape: pressed_product(&self.shape, force, n, degree),
+            slope: pressed_product(&self.square, force, n, degree),
+        }
+    }
+}
+
+/// mu_d + (mu_s - mu_d) exp(-(x/x_s)^2) + mu_v x: flat at rest, falling, rising.
+#[derive(Debug, Clone)]
+struct Stribeck {
+    low_speed: f64,
+    high_speed: f64,
+    /// x_s, rad/s.
+    scale: f64,
+    /// mu_v, s/rad.
+    viscous: f64,
+}
+
+impl Stribeck {
+    fn friction_drop(&self) -> f64 {
+        self.low_speed - self.high_speed
+    }
+
+    /// Where the slope is least: mu'' = 0.
+    fn steepest(&self) -> f64 {
+        self.scale / 2f64.sqrt()
+    }
+
+    fn slope(&self, x: f64) -> f64 {
+        let share = x / self.scale;
+        let falling = if share > 30.0 {
+            0.0
+        } else {
+            2.0 * share * (-share * share).exp()
+        };
+        self.viscous - self.friction_drop() / self.scale * falling
+    }
+
+    /// The speeds at which the slope is `slope`, the highest first.
+    fn speeds_of_slope(&self, slope: f64) -> Vec<f64> {
+        let middle = self.steepest();
+        if self.slope(middle) >= slope {
+            return Vec::new();
+        }
+        let bisect = |mut below: f64, mut above: f64| {
+            for _ in 0..200 {
+                let x = 0.5 * (below + above);
+                if self.slope(x) < slope { below = x } else { above = x }
+            }
+            above
+        };
+        let mut found = Vec::new();
+        if slope < self.viscous {
+            found.push(bisect(middle, 31.0 * self.scale));
+            found.push(bisect(middle, 0.0));
+        }
+        found
+    }
+}
+
+impl Law for Stribeck {
+    type Series<T: Number, const N: usize> = StribeckSeries<T, N>;
+
+    fn coefficient(&self, x: f64) -> f64 {
+        let share = x / self.scale;
+        self.high_speed + self.friction_drop() * (-share * share).exp() + self.viscous * x
+    }
+
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        (self.coefficient(x), self.slope(x))
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.low_speed
+    }
+
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
+        let inside = self.speeds_of_slope(0.0).into_iter().filter(|x| (from..to).contains(x));
+        let ends = Bounds::between(self.coefficient(from), self.coefficient(to));
+        inside.map(|x| self.coefficient(x)).fold(ends, |all, mu| Bounds {
+            least: all.least.min(mu),
+            most: all.most.max(mu),
+        })
+    }
+
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        let ends = Bounds::between(self.slope(from), self.slope(to));
+        let steepest = self.steepest();
+        if (from..to).contains(&steepest) {
+            Bounds {
+                least: self.slope(steepest).min(ends.least),
+                ..ends
+            }
+        } else {
+            ends
+        }
+    }
+
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        self.speeds_of_slope(-damping / weight)
+    }
+
+    /// |mu''| is at most 2 (mu_s - mu_d)/x_s^2; |mu'| comes to the rise, or to 0.857 (mu_s - mu_d)/x_s less the rise.
+    fn steepness_rate(&self, _: f64) -> f64 {
+        4.7 / self.scale
+    }
+
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        (share / self.steepness_rate(x)).max(0.5 * (x - 6.4 * self.scale))
+    }
+
+    fn expandable_share(&self, _: f64, change: f64) -> f64 {
+        let reach = 0.25 * self.scale;
+        if change <= reach { 1.0 } else { reach / change }
+    }
+
+    fn speed_of_derivative(&self, _: i32, _: f64) -> f64 {
+        6.4 * self.scale
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> StribeckSeries<T, N> {
+        StribeckSeries {
+            law: self.clone(),
+            unit: T::of(1.0),
+            speed: zeros(),
+            exponent_rate: zeros(),
+            exponential: Unfolding::new(),
+            coefficient: Unfolding::new(),
+            slope: Unfolding::new(),
+        }
+    }
+}
+
+/// The shapes are mu and mu' themselves.
+struct StribeckSeries<T, const N: usize> {
+    law: Stribeck,
+    unit: T,
+    speed: [T; N],
+    exponent_rate: [T; N],
+    exponential: Unfolding<T, N>,
+    coefficient: Unfolding<T, N>,
+    slope: Unfolding<T, N>,
+}
+
+impl<T: Number, const N: usize> StribeckSeries<T, N> {
+    /// Coefficient n of mu and mu' from those of the exponential and x.
+    fn complete(&mut self, n: usize) {
+        let (drop, scale, viscous) = (
+            T::of(self.law.friction_drop()),
+            T::of(self.law.scale),
+            T::of(self.law.viscous),
+        );
+        let constant = T::of(if n == 0 { self.law.high_speed } else { 0.0 });
+        let mu = drop.clone() * self.exponential.get(n) + viscous.clone() * self.speed[n].clone() + constant;
+        self.coefficient.set(n, mu);
+        let product = self.exponential.product(&self.speed, n, 0, n);
+        let falling = T::of(-2.0) * drop / (scale.clone() * scale) * product;
+        self.slope.set(n, if n == 0 { falling + viscous } else { falling });
+    }
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        Factors {
+            constant: T::of(0.0),
+            shape: of_coefficient.clone(),
+            slope: of_slope.clone(),
+        }
+    }
+
+    fn start(&mut self, x: &T, unit: &T) {
+        self.unit = unit.clone();
+        (self.speed, self.exponent_rate) = (zeros(), zeros());
+        self.speed[0] = x.clone();
+        let share = x.clone() / T::of(self.law.scale);
+        self.exponential.set(0, (-(share.clone() * share)).exp());
+        self.complete(0);
+    }
+
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        self.speed[n] = rate.clone() * self.unit.clone() * reciprocal.clone();
+        // n times coefficient n of -(x/x_s)^2
+        let mut square = T::of(0.0);
+        for k in 0..=n {
+            square = square + self.speed[k].clone() * self.speed[n - k].clone();
+        }
+        self.exponent_rate[n] = T::of(-(n as f64)) * square / T::of(self.law.scale * self.law.scale);
+        self.exponential.exponential(&self.exponent_rate, n, reciprocal);
+        self.complete(n);
+    }
+
+    fn shape(&self, n: usize) -> T {
+        self.coefficient.get(n)
+    }
+
+    fn slope_shape(&self, n: usize) -> T {
+        self.slope.get(n)
+    }
+
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        Pressed {
+            shape: pressed_product(&self.coefficient, force, n, degree),
+            slope: pressed_product(&self.slope, force, n, degree),
+        }
+    }
+}
+
+/// Everything between `from` and `to` in `count` equal steps.
+fn grid(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
+    (0..=count).map(move |k| from + (to - from) * k as f64 / count as f64)
+}
+
+/// What every law is held to, at speeds up to `end`; `damping` and `weight` are those of a margin.
+fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestCaseError> {
+    let largest = law.coefficient_bounds(0.0, end).most;
+    let steepest = law.slope_bounds(0.0, f64::INFINITY);
+    let slope_scale = steepest.most.abs().max(steepest.least.abs());
+    // Values at the ends of an interval are rounded as those inside it are.
+    let (rounding, slope_rounding) = (4.0 * f64::EPSILON * largest, 1e-14 * slope_scale);
+    prop_assert!((law.coefficient(0.0) - law.at_vanishing_speed()).abs() <= rounding);
+    prop_assert!(law.knots().is_empty());
+    for (from, to) in [
+        (0.0, end),
+        (0.0, f64::INFINITY),
+        (0.1 * end, 0.4 * end),
+        (0.3 * end, f64::INFINITY),
+    ] {
+        let (mu, slopes) = (law.coefficient_bounds(from, to), law.slope_bounds(from, to));
+        for x in grid(from, to.min(end), 500) {
+            let (value, slope) = law.coefficient_and_slope(x);
+            prop_assert_eq!(value, law.coefficient(x));
+            prop_assert!(
+                mu.least - rounding <= value && value <= mu.most + rounding,
+                "{x}: {value} in {mu:?}"
+            );
+            prop_assert!(
+                slopes.least - slope_rounding <= slope && slope <= slopes.most + slope_rounding,
+                "{x}: {slope}"
+            );
+        }
+    }
+    for x in grid(0.05 * end, end, 100) {
+        // Central differences: h^2/6 of the third derivative, h = 1e-4 of the scale, and rounding over h.
+        let h = 1e-4 / law.steepness_rate(x);
+        let (before, after) = (law.coefficient_and_slope(x - h), law.coefficient_and_slope(x + h));
+        let slope = (after.0 - before.0) / (2.0 * h);
+        let expected = law.coefficient_and_slope(x).1;
+        let error = 1e-7 * slope_scale + 2.0 * rounding / h;
+        prop_assert!((slope - expected).abs() < error, "{x}: {slope} {expected}");
+        // mu'' against the largest slope, as far as differences tell.
+        let curvature = (after.1 - before.1).abs() / (2.0 * h);
+        let bound = law.steepness_rate(x) * slope_scale;
+        prop_assert!(
+            curvature <= 1.001 * bound + 1e-10 * slope_scale / h,
+            "{x}: {curvature} {bound}"
+        );
+        prop_assert!(law.followed_fall(x, 0.05) > 0.0);
+    }
+    zeros_are_sign_changes(law, end, damping, weight)
+}
+
+/// The zeros of the margin are all of its changes of sign, the highest first.
+fn zeros_are_sign_changes(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestCaseError> {
+    let margin = |x: f64| damping + weight * law.coefficient_and_slope(x).1;
+    let zeros = law.damping_zeros(damping, weight);
+    prop_assert!(zeros.windows(2).all(|pair| pair[0] > pair[1]));
+    for &x in &zeros {
+        prop_assert!(margin(x).abs() < 1e-12 * damping.max(weight), "{x}: {}", margin(x));
+    }
+    let near = |x: f64| zeros.iter().any(|zero| (zero - x).abs() < 1e-6 * end);
+    for x in grid(0.0, end, 500).filter(|&x| !near(x)) {
+        let above = zeros.iter().filter(|&&zero| zero > x).count();
+        // Above all of them sliding is damped.
+        prop_assert_eq!(margin(x) > 0.0, above % 2 == 0, "{}: {} of {:?}", x, margin(x), zeros);
+        prop_assert!(margin(x) > 0.0 || x < law.damped_from(damping, weight));
+    }
+    Ok(())
+}
+
+/// The coefficients along x(t) = x_0 + x_1 t + x_2 t^2, |t| <= 1, against the law itself, as far as the law allows: the last
+/// two terms then say what is left out, and sums of terms up to e^6 of the result round.
+fn series_are_the_law(law: &impl Law, x: [f64; 3]) -> Result<(), TestCaseError> {
+    let end = 0.999 * law.expandable_share(x[0], x[1].abs() + x[2].abs());
+    let steepest = law.slope_bounds(0.0, f64::INFINITY);
+    let (mu_scale, slope_scale) = (
+        law.coefficient_bounds(0.0, 2.0 * x[0]).most,
+        steepest.most.max(-steepest.least),
+    );
+    for by_rates in [true, false] {
+        let mut series = law.series::<f64, TERMS>();
+        let mut speed = [0.0; TERMS];
+        speed[..3].copy_from_slice(&x);
+        let unit = if by_rates { -0.25 } else { 1.0 };
+        series.start(&x[0], &unit);
+        for n in 1..TERMS {
+            if by_rates {
+                series.extend(n, &(n as f64 * speed[n] / unit), &(1.0 / n as f64));
+            } else {
+                series.extend_from(n, &speed);
+            }
+        }
+        let factors = series.factors(&1.0, &1.0);
+        let force: [f64; TERMS] = std::array::from_fn(|n| [3.0, 0.5].get(n).copied().unwrap_or(0.0));
+        let mut mu: [f64; TERMS] = std::array::from_fn(|n| factors.shape * series.shape(n));
+        mu[0] += factors.constant;
+        let slope: [f64; TERMS] = std::array::from_fn(|n| factors.slope * series.slope_shape(n));
+        let pressed: [f64; TERMS] = std::array::from_fn(|n| factors.shape * series.pressed(&force, n, 1).shape);
+        let pressed_slope: [f64; TERMS] = std::array::from_fn(|n| factors.slope * series.pressed(&force, n, 1).slope);
+        for t in grid(-end, end, 20) {
+            let (value, rate) = law.coefficient_and_slope(taylor::value(&speed, &t));
+            let force = 3.0 + 0.5 * t;
+            for (coefficients, expected, scale) in [
+                (&mu, value, mu_scale),
+                (&slope, rate, slope_scale),
+                (&pressed, (value - factors.constant) * force, 4.0 * mu_scale),
+                (&pressed_slope, rate * force, 4.0 * slope_scale),
+            ] {
+                let term = |n: usize| (coefficients[n] * t.powi(n as i32)).abs();
+                let error = (taylor::value(coefficients, &t) - expected).abs();
+                let allowed = 2.0 * (term(TERMS - 1) + term(TERMS - 2)) + 1e-12 * (scale + expected.abs());
+                prop_assert!(error < allowed, "{t}: {error:e} over {allowed:e}");
+            }
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn analytic_the_exponential_law(
+        low_speed in 0.1..1.0f64, high_speed in 0.05..1.0f64, decay in 0.05..200.0f64,
+        ratio in 0.2..50.0f64, x in 0.3..8.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let law = FrictionLaw::from(Exponential { low_speed, high_speed, decay });
+        let weight = 100.0;
+        let damping = weight * decay * (low_speed - high_speed).abs().max(1e-3) / ratio;
+        hold(&law, 12.0 / decay, damping, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x / decay))?;
+        prop_assert_eq!(law.falls(), low_speed > high_speed);
+        // |mu^(n)| = |mu_s - mu_d| alpha^n exp(-alpha x)
+        let of_third = (low_speed - high_speed).abs() * decay.powi(3) * (-x).exp();
+        prop_assert!((law.speed_of_derivative(3, of_third) - x / decay).abs() < 1e-12 / decay);
+    }
+
+    #[test]
+    fn analytic_the_interface_carries_a_hyperbolic_law(
+        low_speed in 0.1..1.0f64, high_speed in 0.0..1.0f64, scale in 0.01..10.0f64,
+        ratio in 0.2..50.0f64, x in 0.1..8.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let law = Hyperbolic { low_speed, high_speed, scale };
+        let weight = 100.0;
+        let damping = weight * (low_speed - high_speed).abs().max(1e-3) / scale / ratio;
+        hold(&law, 20.0 * scale, damping, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+    }
+
+    #[test]
+    fn analytic_the_interface_carries_a_law_that_rises_again(
+        drop in 0.05..0.5f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, rise in 0.001..1.2f64,
+        ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let law = Stribeck { low_speed: high_speed + drop, high_speed, scale, viscous: rise * drop / scale };
+        let weight = 100.0;
+        hold(&law, 8.0 * scale, weight * drop / scale / ratio, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+        // The steepest fall, sqrt(2/e) of drop/x_s, against the rise.
+        prop_assert_eq!(law.falls(), rise < (2.0 / std::f64::consts::E).sqrt());
+    }
+}
+
+/// With a rise, sliding is unstable between two speeds, and stable above and below: what `damped_from` says is the upper one.
+#[test]
+fn analytic_a_law_that_rises_again_restabilises() {
+    let law = Stribeck {
+        low_speed: 0.6,
+        high_speed: 0.3,
+        scale: 0.5,
+        viscous: 0.01,
+    };
+    let zeros = law.damping_zeros(20.0, 100.0);
+    assert_eq!(zeros.len(), 2);
+    assert_eq!(law.damped_from(20.0, 100.0), zeros[0]);
+    let least = law.coefficient_bounds(0.0, 10.0).least;
+    assert!(least < law.coefficient(10.0) && least < law.coefficient(0.0));
+}
+
+/// Without damping falling friction is unstable at every speed, and friction that does not fall at none.
+#[test]
+fn analytic_without_damping_all_speeds_are_alike() {
+    let law = |low_speed: f64, decay: f64| Exponential {
+        low_speed,
+        high_speed: 0.3,
+        decay,
+    };
+    assert_eq!(law(0.6, 5.0).damped_from(0.0, 100.0), f64::INFINITY);
+    for still in [law(0.2, 5.0), law(0.3, 5.0), law(0.6, 0.0)] {
+        assert_eq!(still.damped_from(0.0, 100.0), 0.0);
+        assert!(!still.falls());
+    }
+}
