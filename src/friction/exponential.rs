@@ -111,7 +111,7 @@ impl Law for Exponential {
         (share / decay).max(0.5 * (x - FLAT / decay))
     }
 
-    /// The change by [`E_FOLDS`], or to where nothing is left of the exponential.
+    /// The change by six e-folds, or to where nothing is left of the exponential.
     fn expandable_share(&self, x: f64, change: f64) -> f64 {
         let allowed = (self.decay * x + NEGLIGIBLE.ln()).max(E_FOLDS);
         if self.decay * change <= allowed {
