@@ -4,8 +4,8 @@
 
 use proptest::prelude::*;
 use stickslip::friction::{Bounds, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product};
-use stickslip::series::Number;
-use stickslip::series::taylor::{self, Unfolding, zeros};
+use stickslip::numerics::Number;
+use stickslip::numerics::taylor::{self, Unfolding, zeros};
 
 const TERMS: usize = 28;
 

@@ -8,6 +8,7 @@ mod eigenvalues;
 mod equations;
 pub mod exact;
 pub mod growth;
+mod growth_rate;
 pub mod headline;
 mod influence;
 pub mod ladder;

@@ -2,7 +2,7 @@
 //! speed, when it loses stability, and what then decides the onset of stick-slip.
 
 use super::eigenvalues::{eigenvalues, leading_block};
-use super::growth::fast_growth_rate;
+use super::growth_rate::fast_growth_rate;
 use super::stability_path::{Crossing, eigenvalue_crossing};
 use super::{Growth, Summary};
 use crate::friction::{FrictionLaw, Law};

@@ -1,7 +1,7 @@
 //! Smooth (kick-free) sliding: the motion on the slow manifold, whose one variable is the momentum of rotor and rotor
 //! surface. No solver of the full equations stays on it where it is unstable.
 
-use super::growth::fast_growth_rate;
+use super::growth_rate::fast_growth_rate;
 use crate::friction::Law;
 use crate::model::Torsion;
 use crate::model::axial::AxialMotion;

@@ -217,7 +217,7 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
     }
     text += &case.resolved();
     // Beside its name first, so that a full disk leaves no half of a case.
-    crate::results::target::write_whole(path, &[text.as_bytes()]).map_err(|error| failed(&error))
+    crate::results::disk::write_whole(path, &[text.as_bytes()]).map_err(|error| failed(&error))
 }
 
 fn document<'a>(

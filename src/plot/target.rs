@@ -1,7 +1,7 @@
 //! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
 use super::signature;
-use crate::results::target::{folder_of, same_file, write_whole};
+use crate::results::disk::{folder_of, same_file, write_whole};
 use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};

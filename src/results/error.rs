@@ -198,7 +198,7 @@ impl ResultError {
 
     /// An error of the operating system at `path`.
     pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
-        let (path, folder) = (path.to_owned(), super::target::folder_of(path));
+        let (path, folder) = (path.to_owned(), super::disk::folder_of(path));
         match source.kind() {
             io::ErrorKind::NotFound if !folder.exists() => ResultError::NoFolder { path, folder },
             io::ErrorKind::NotADirectory => ResultError::NoFolder { path, folder },

@@ -9,6 +9,7 @@ mod certificate;
 mod check;
 mod checksums;
 mod contents;
+pub(crate) mod disk;
 mod error;
 mod foreign;
 mod raw;
@@ -27,6 +28,7 @@ pub use attributes::{AttributeValue, MetaValue};
 pub use certificate::{BandColumns, CertificateTables, SensitivityTables, write_certified};
 pub use check::{CheckReport, Problem, check};
 pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
+pub(crate) use disk::folder_of;
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use reader::ResultFile;
@@ -36,7 +38,6 @@ pub use sweep::{
     Column, ColumnData, MergeError, MergeOptions, MergeReport, Partition, Patch, ShardFile, ShardPlan, Stride,
     SweepAxis, SweepCell, SweepFile, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter, merge,
 };
-pub(crate) use target::folder_of;
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttribute, WitnessAttributes};

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{self, write_attributes, write_text_attribute};
+use super::disk::WriteLock;
 use super::table::{self, Cell, TableWriter};
-use super::target::{self, Overwrite, WriteLock};
+use super::target::{self, Overwrite};
 use super::{MetaValue, ResultError, Status, schema};
 
 /// A row of /runs; NaN where there is no value.

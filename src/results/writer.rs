@@ -8,9 +8,10 @@ use super::attributes::{
     MetaValue, text_value, write_attributes, write_companions, write_input, write_number_attribute,
     write_text_attribute,
 };
+use super::disk::{self, WriteLock};
 use super::schema;
 use super::table::{Cell, TableWriter, create_file, create_group};
-use super::target::{self, Overwrite, WriteLock};
+use super::target::{self, Overwrite};
 use super::{ResultError, StickSlipTable, checksums};
 use crate::model::Mode;
 use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
@@ -193,7 +194,7 @@ impl ResultWriter {
         fs::rename(&self.partial, &self.path)
             .map_err(|error| ResultError::io(&self.path, "giving the finished file its name", error))?;
         // The folder's entry too; not every system can, and the file itself is safe by now.
-        let _ = fs::File::open(target::folder_of(&self.path)).and_then(|folder| folder.sync_all());
+        let _ = fs::File::open(disk::folder_of(&self.path)).and_then(|folder| folder.sync_all());
         Ok(self.path.clone())
     }
 

@@ -56,7 +56,7 @@ impl Target {
         } else {
             render::markdown(pages, shortfalls)
         };
-        crate::results::target::write_whole(&self.path, &[text.as_bytes()]).map_err(|error| {
+        crate::results::disk::write_whole(&self.path, &[text.as_bytes()]).map_err(|error| {
             let path = self.path.display();
             CommandError::Computation(format!(
                 "{path}: writing failed: {error}; check the disk and the folder"

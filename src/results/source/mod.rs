@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
-use super::{CertificateTables, ResultError, target};
+use super::{CertificateTables, ResultError, disk};
 pub use guard::serve_if_asked;
 use guard::{Guard, Lost};
 use protocol::{Answer, Opening, Request};
@@ -258,7 +258,7 @@ impl Source {
             growing: false,
         };
         for _ in 0..ATTEMPTS {
-            let Some(before) = target::flushes(path) else {
+            let Some(before) = disk::flushes(path) else {
                 return Self::opened(path, opening);
             };
             if before.is_multiple_of(2) {
@@ -267,7 +267,7 @@ impl Source {
                     ..opening.clone()
                 };
                 let opened = Self::opened(path, growing);
-                if target::flushes(path) == Some(before) {
+                if disk::flushes(path) == Some(before) {
                     return opened;
                 }
                 if !path.exists() {
@@ -593,7 +593,7 @@ fn check_plain(path: &Path) -> Result<(), ResultError> {
         return Err(ResultError::FolderIsNoResult { path: path_buf() });
     }
     // Not opened unless it is a plain file: a pipe, for one, would block.
-    if !path.is_file() || !target::has_hdf5_signature(path)? {
+    if !path.is_file() || !disk::has_hdf5_signature(path)? {
         return Err(ResultError::NotHdf5 { path: path_buf() });
     }
     Ok(())

@@ -521,9 +521,9 @@ impl Server {
             return Err(elsewhere());
         }
         // Where HDF5 looks, in this order: beside the file as it was named, in the folder of work, beside the file itself.
-        let named = crate::results::target::folder_of(&self.path);
+        let named = crate::results::disk::folder_of(&self.path);
         let real = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
-        let real = crate::results::target::folder_of(&real);
+        let real = crate::results::disk::folder_of(&real);
         let folders = [named, Path::new(".").to_owned(), real];
         let Some(found) = folders.iter().position(|folder| folder.join(name).exists()) else {
             return Err(Fault::Absent(format!("/{path}: {name} is not there")));

@@ -8,7 +8,7 @@ use super::schema::{SweepHeader, SweepPlan};
 use super::shard::ShardFile;
 use super::storage::{Rows, Shards, Source, Storage, relative_path};
 use super::writer::SweepWriter;
-use crate::results::target::same_file;
+use crate::results::disk::same_file;
 use crate::results::{MetaValue, Overwrite, ResultError, Status, partial_path};
 
 /// What is merged into what.

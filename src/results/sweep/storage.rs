@@ -6,7 +6,7 @@ use hdf5::types::OwnedDynValue;
 use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 
 use super::partition::{Patch, Stride};
-use crate::results::target::folder_of;
+use crate::results::disk::folder_of;
 
 /// Where the points of a sweep file are stored.
 #[derive(Clone, Copy)]

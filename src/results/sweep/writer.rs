@@ -11,9 +11,10 @@ use super::schema::{Column, DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepP
 use super::shard;
 use super::storage::Storage;
 use crate::results::attributes::{write_attributes, write_input, write_text_attribute};
+use crate::results::disk::{self, WriteLock};
 use crate::results::schema;
 use crate::results::table::{self, create_group};
-use crate::results::target::{self, Overwrite, WriteLock};
+use crate::results::target::{self, Overwrite};
 use crate::results::{ResultError, Status, checksums, raw};
 
 /// Writes one sweep file, beside its name until it is whole.
@@ -169,7 +170,7 @@ impl SweepWriter {
             // Of an interruption before; it may not be there.
             let _ = fs::remove_file(&partial);
         }
-        let _ = fs::File::open(target::folder_of(target)).and_then(|folder| folder.sync_all());
+        let _ = fs::File::open(disk::folder_of(target)).and_then(|folder| folder.sync_all());
         Ok(target.clone())
     }
 }
