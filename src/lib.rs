@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `input` | reading texts within limits |
 //! | `quote` | what a message quotes of an input |
+//! | `workers` | the pool of threads for independent jobs |
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
 //! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
 //! | [`friction`] | the friction laws, behind one interface |
@@ -45,3 +46,4 @@ pub mod results;
 pub mod simulation;
 pub mod sundials;
 pub mod sweep;
+mod workers;

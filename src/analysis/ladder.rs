@@ -1,11 +1,11 @@
 //! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
 
-use super::parallel::over_processors;
 use super::verdict::LEAST_WITNESSES;
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions, simulate};
+use crate::workers::over_processors;
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;

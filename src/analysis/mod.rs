@@ -15,7 +15,6 @@ pub mod ladder;
 pub mod linearised;
 pub mod modes;
 pub mod onset;
-mod parallel;
 mod path;
 mod rounding;
 pub mod sensitivity;

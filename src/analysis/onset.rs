@@ -1,10 +1,10 @@
 //! The onset of stick-slip against the tolerance: by several methods, with a kick and without.
 
-use super::parallel::over_processors;
 use crate::case::Case;
 use crate::model::{Kick, KickTime};
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use crate::simulation::{Method, OutputOptions, SolverOptions, simulate};
+use crate::workers::over_processors;
 use serde::Serialize;
 use std::cell::Cell;
 use std::ops::ControlFlow;

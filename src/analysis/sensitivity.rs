@@ -7,11 +7,11 @@
 use super::Summary;
 use super::certificate::Certificate;
 use super::linearised::{Linearised, ParameterName};
-use super::parallel::over_processors;
 use crate::case::{Case, CaseError};
 use crate::model::KickTime;
 use crate::record::{EventKind, NoRecorder};
 use crate::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions, simulate};
+use crate::workers::over_processors;
 use serde::Serialize;
 use std::ops::ControlFlow;
 

@@ -3,8 +3,8 @@
 use super::study::CalibrationStudy;
 use super::target::Target;
 use crate::sweep::{Integrate, Point, Values, run_point, without_a_file};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
+use crate::workers::in_order;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One run.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,30 +75,7 @@ impl Evaluator<'_> {
         f: impl Fn(&T) -> Result<R, Halted> + Sync,
         done: &mut dyn FnMut(usize),
     ) -> Result<Vec<R>, Vec<R>> {
-        let next = AtomicUsize::new(0);
-        let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
-        let (sender, receiver) = mpsc::channel();
-        std::thread::scope(|scope| {
-            for _ in 0..self.workers.clamp(1, items.len().max(1)) {
-                let (sender, next, f) = (sender.clone(), &next, &f);
-                scope.spawn(move || {
-                    loop {
-                        let index = next.fetch_add(1, Ordering::Relaxed);
-                        let Some(Ok(result)) = items.get(index).map(f) else {
-                            break;
-                        };
-                        if sender.send((index, result)).is_err() {
-                            break;
-                        }
-                    }
-                });
-            }
-            drop(sender);
-            for (count, (index, result)) in receiver.iter().enumerate() {
-                results[index] = Some(result);
-                done(count + 1);
-            }
-        });
+        let results = in_order(self.workers, items.len(), |index| f(&items[index]).ok(), done);
         let whole = results.iter().all(Option::is_some);
         let results = results.into_iter().flatten().collect();
         if whole { Ok(results) } else { Err(results) }

@@ -101,9 +101,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
-    let jobs = options
-        .jobs
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let jobs = options.jobs.unwrap_or_else(crate::workers::processors);
     let stop = interrupt_flag()?;
     let bar = CountBar::new(common, "done");
     let clock = Instant::now();

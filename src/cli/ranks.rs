@@ -55,7 +55,7 @@ impl Ranks {
     /// Threads of each process where none are asked for: a rank is one of many on its machine.
     pub(super) fn default_jobs(&self) -> usize {
         match self {
-            Ranks::Alone => std::thread::available_parallelism().map_or(1, usize::from),
+            Ranks::Alone => crate::workers::processors(),
             #[cfg(feature = "mpi")]
             Ranks::Job(_) => 1,
         }

@@ -5,10 +5,10 @@ use super::study::{Point, Study};
 use crate::case::{Case, CaseError};
 use crate::record::NoRecorder;
 use crate::simulation::{Progress, RunFailure, RunReport, simulate};
+use crate::workers::on_threads;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 /// Integrates one case for a sweep: into nothing, or into a file of its own.
@@ -70,30 +70,14 @@ pub fn run_points<E>(
     integrate: &Integrate,
     mut deliver: impl FnMut(Vec<Outcome>) -> Result<(), E>,
 ) -> Result<(), Stopped<E>> {
-    let points = Mutex::new(points);
     let given_up = AtomicBool::new(false);
     let halted = || stop.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
-    let (sender, receiver) = mpsc::sync_channel::<Result<Outcome, String>>(WAITING);
     let mut error = None;
-    std::thread::scope(|scope| {
-        for _ in 0..workers.max(1) {
-            let (sender, points, halted) = (sender.clone(), &points, &halted);
-            scope.spawn(move || {
-                while !halted() {
-                    let next = points.lock().unwrap_or_else(PoisonError::into_inner).next();
-                    let Some(point) = next else { break };
-                    let result = match run_point(study, &point, integrate, &halted) {
-                        Ok(Some(outcome)) => Ok(outcome),
-                        Ok(None) => break,
-                        Err(message) => Err(message),
-                    };
-                    if sender.send(result).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(sender);
+    let job = |point: Point| match halted() {
+        true => None,
+        false => run_point(study, &point, integrate, &halted).transpose(),
+    };
+    on_threads(workers, WAITING, points, job, |receiver| {
         let mut gathered = Instant::now();
         while let Ok(first) = receiver.recv() {
             let mut group = Vec::new();
