@@ -239,7 +239,8 @@ fn compare(own: &Sequence, result: &Sequence, noise_determined: bool) -> (Testim
     let same = agreeing == own.len() && agreeing == result.len();
     if noise_determined {
         let number = own.len();
-        let detail = format!("{number} events at times of its own, as the onset is amplified rounding");
+        let noun = if number == 1 { "event" } else { "events" };
+        let detail = format!("{number} {noun} at times of its own, as the onset is amplified rounding");
         return (Testimony::NoiseDetermined, detail);
     }
     if same {
