@@ -19,6 +19,7 @@
 //! | [`simulation`] | the brake run by the automaton: which engine where, samples, events |
 //! | [`results`] | the HDF5 files: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
+//! | [`run`](Run) | one run of a case: the front door |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
 //! | [`compare`] | the result of any solver held against a reference |
@@ -42,6 +43,9 @@ pub mod plot;
 mod quote;
 pub mod record;
 pub mod results;
+mod run;
 pub mod simulation;
 pub mod sundials;
 pub mod sweep;
+
+pub use run::Run;
