@@ -25,12 +25,13 @@
 //! | [`compare`] | the result of any solver held against a reference |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`calibrate`] | parameters that reproduce measured numbers |
-//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
-//! | [`cli`] | arguments to validated options to a call |
+//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run (feature `plot`) |
+//! | [`cli`] | arguments to validated options to a call (feature `cli`) |
 
 pub mod analysis;
 pub mod calibrate;
 pub mod case;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod friction;
@@ -39,6 +40,7 @@ mod input;
 pub mod model;
 pub mod numerics;
 pub mod oracle;
+#[cfg(feature = "plot")]
 pub mod plot;
 mod quote;
 pub mod record;
