@@ -5,13 +5,13 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use std::path::Path;
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::compare::{Mapping, Reference};
 use stickslip::record::Recorder;
 use stickslip::results::{ForeignFile, Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
-use stickslip::simulation::{OutputWindow, simulate};
+use stickslip::simulation::OutputWindow;
 
 const SAMPLES: usize = 4_000_000;
 
@@ -28,8 +28,7 @@ fn write(path: &Path, case: &Case) {
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;
-    let go_on = &mut |_| ControlFlow::Continue(());
-    simulate(&case.parameters, &case.solver, &case.output, recorder, go_on).unwrap();
+    Run::new(case).record(recorder).start().unwrap();
     writer
         .finish(Status::Complete, &StickSlipTable::default(), 0.0)
         .unwrap();

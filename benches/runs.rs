@@ -4,13 +4,13 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrixViewMut;
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::Law;
 use stickslip::model::{Actuation, KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
-use stickslip::simulation::{Method, OutputOptions, SolverOptions, simulate};
+use stickslip::simulation::{Method, OutputOptions, SolverOptions};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 
 /// The paper's case without samples, to `end_time`.
@@ -29,7 +29,7 @@ fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOpt
 /// Runs it; returns the number of sticks and the time of the last.
 fn run(input: &(Parameters, SolverOptions, OutputOptions), recorder: &mut dyn Recorder) -> (usize, f64) {
     let (parameters, solver, output) = input;
-    let report = simulate(parameters, solver, output, recorder, &mut |_| ControlFlow::Continue(())).unwrap();
+    let report = Run::of(parameters, solver, output).record(recorder).start().unwrap();
     let sticks = || report.events.iter().filter(|e| e.kind == EventKind::Stick);
     (sticks().count(), sticks().next_back().map_or(0.0, |e| e.time))
 }

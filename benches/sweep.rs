@@ -2,13 +2,12 @@
 //! and what writing takes. Seconds of the processor stand beside those of the clock, which other programs move.
 //! `STICKSLIP_BENCH_POINTS` is the largest number of points (default 1000; 100,000 takes minutes).
 
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
+use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use stickslip::results::{Overwrite, SweepHeader};
-use stickslip::simulation::simulate;
 use stickslip::sweep::{
     Existing, Journal, Outcome, Study, StudySource, SweepOptions, journal_path, run_points, sweep, without_a_file,
 };
@@ -98,14 +97,7 @@ fn phases(study: &Study) -> [f64; 5] {
         let case = study.case_at(&point.coordinates).expect("a valid point");
         let made = Instant::now();
         let mut stopwatch = Stopwatch::default();
-        let report = simulate(
-            &case.parameters,
-            &case.solver,
-            &case.output,
-            &mut stopwatch,
-            &mut |_| ControlFlow::Continue(()),
-        )
-        .expect("a run");
+        let report = Run::new(&case).record(&mut stopwatch).start().expect("a run");
         let end = Instant::now();
         std::hint::black_box(stickslip::analysis::Summary::of_run(&case.parameters, &report));
         let kick = stopwatch.kick.unwrap_or(made);

@@ -17,7 +17,6 @@ use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
 use stickslip::plot::{self, Figure, Run, modes, svg};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
-use stickslip::simulation::simulate;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let case = Case::parse(&CaseSource::built_in("paper")?, &[])?;
@@ -33,9 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         meta: Vec::new(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
-    let report = simulate(&case.parameters, &case.solver, &case.output, &mut writer, &mut |_| {
-        ControlFlow::Continue(())
-    })?;
+    let report = stickslip::Run::new(&case).record(&mut writer).start()?;
     writer.finish(Status::Complete, &StickSlipTable::default(), 0.0)?;
     println!("{} sticks", report.digest.cycles.stick_count);
     let runs = [Run::open(&path)?];

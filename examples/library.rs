@@ -4,27 +4,20 @@
 //!     cargo run --release --example library
 
 use std::error::Error;
-use std::ops::ControlFlow;
 
+use stickslip::Run;
 use stickslip::analysis::StickSlip;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let source = CaseSource::built_in("paper")?;
     let case = Case::parse(&source, &[Override::parse("torsion.damping=210 lbf in s/rad")?])?;
 
-    // A `results::ResultWriter` here would write the HDF5 file; any type that implements `Recorder` can listen.
+    // A `results::ResultWriter` here would write the HDF5 file; any type that implements `Recorder` can listen. A closure
+    // given to `control` is asked now and then, and can end the run.
     let mut recorder = MemoryRecorder::default();
-    simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut recorder,
-        // Asked now and then; Break ends the run in good order.
-        &mut |_progress| ControlFlow::Continue(()),
-    )?;
+    Run::new(&case).record(&mut recorder).start()?;
 
     let stick_slip = StickSlip::from_events(&recorder.events);
     println!("{} samples, {} events", recorder.samples.len(), recorder.events.len());

@@ -20,17 +20,19 @@
 //! | [`simulation`] | the brake run by the automaton: which engine where, samples, events |
 //! | [`results`] | the HDF5 files: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
+//! | [`run`](Run) | one run of a case: the front door |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
 //! | [`compare`] | the result of any solver held against a reference |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`calibrate`] | parameters that reproduce measured numbers |
-//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run |
-//! | [`cli`] | arguments to validated options to a call |
+//! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run (feature `plot`) |
+//! | [`cli`] | arguments to validated options to a call (feature `cli`) |
 
 pub mod analysis;
 pub mod calibrate;
 pub mod case;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod friction;
@@ -39,11 +41,15 @@ mod input;
 pub mod model;
 pub mod numerics;
 pub mod oracle;
+#[cfg(feature = "plot")]
 pub mod plot;
 mod quote;
 pub mod record;
 pub mod results;
+mod run;
 pub mod simulation;
 pub mod sundials;
 pub mod sweep;
 mod workers;
+
+pub use run::Run;

@@ -3,6 +3,9 @@
 //! What a file says is not the program's own: it can be of any length, and hold characters that move the cursor of a
 //! terminal, change its colours or turn its writing direction. Quoted it is short, and such characters are spelt out.
 
+// Lines and the terminal are the program's.
+#![cfg_attr(not(feature = "cli"), allow(dead_code))]
+
 /// A text in an error is cut to so many characters: enough to find it again.
 const LONGEST_QUOTE: usize = 80;
 

@@ -7,9 +7,9 @@ use cli_common::{Folder, json, output, refusal};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::results::{Header, Overwrite, ResultWriter, Status};
-use stickslip::simulation::simulate;
 
 /// A folder with the paper's run.
 fn with_run() -> Folder {
@@ -292,20 +292,17 @@ fn header() -> Header {
 fn interrupted(path: &Path, stop: f64) -> std::path::PathBuf {
     let case = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
     let mut writer = ResultWriter::create(path, Overwrite::OwnResults, &[], &header()).unwrap();
-    simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut writer,
-        &mut |progress| {
+    Run::new(&case)
+        .record(&mut writer)
+        .control(|progress| {
             if progress.time > stop {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
-        },
-    )
-    .unwrap();
+        })
+        .start()
+        .unwrap();
     writer
         .finish(Status::Interrupted, &results_common::stick_slip(), 0.1)
         .unwrap()

@@ -6,6 +6,7 @@ use common::random_brakes::random_brake;
 use num_rational::BigRational;
 use num_traits::Zero;
 use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::analysis::bands::Stretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
@@ -14,7 +15,6 @@ use stickslip::model::{ExactParameters, nearest_double};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
 use stickslip::record::{Event, MemoryRecorder, Sample};
 use stickslip::simulation::nearby::columns;
-use stickslip::simulation::simulate;
 
 /// Rows of a stretch that are held against the oracle.
 const ROWS: usize = 12;
@@ -153,10 +153,7 @@ fn check(name: &str, source: &CaseSource, overrides: &[Override], found: &mut Fo
     let case = Case::parse(source, overrides).unwrap();
     let exact_parameters = Case::exact_parameters(source, overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     let end = case.output.end_time;
     let truth = solve(&exact_parameters, end, Vec::new()).events;

@@ -3,21 +3,17 @@
 mod common;
 
 use common::random_brakes::{difference, exact_events, random_brake};
-use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
 use stickslip::analysis::exact::{certify_exactly, last_word};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
     let case = Case::parse(source, overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     (case, recorder.events, certificate)
 }
@@ -176,10 +172,7 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     let case = Case::parse(&source, &overrides).unwrap();
     let exact = Case::exact_parameters(&source, &overrides).unwrap();
     let mut result = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut result, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut result).start().unwrap();
     let (true_one, solution) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();
     assert!(true_one.by_oracle && true_one.contradiction.is_none());
     assert_eq!(true_one.verdict, Verdict::Converged);

@@ -3,11 +3,10 @@
 mod common;
 
 use common::random_brakes::{difference, exact_events};
-use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 /// The events of a run and of the oracle, of `paper-si` with these changes.
 fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
@@ -15,10 +14,7 @@ fn both(settings: &[String]) -> (Vec<Event>, Vec<OracleEvent>) {
     let source = CaseSource::built_in("paper-si").unwrap();
     let case = Case::parse(&source, &overrides).unwrap_or_else(|error| panic!("{error}"));
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let exact = exact_events(&source, &overrides, case.output.end_time, 33);
     (recorder.events, exact)
 }

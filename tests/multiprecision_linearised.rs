@@ -5,19 +5,16 @@ use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
 use stickslip::case::{Case, CaseSource};
 use stickslip::model::{ExactActuation, ExactParameters, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 fn run(case: &Case) -> MemoryRecorder {
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(case).record(&mut recorder).start().unwrap();
     recorder
 }
 

@@ -4,11 +4,11 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use std::ops::ControlFlow;
 use std::time::Duration;
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 /// The truth of a case, and the oracle's run of the built-in case it belongs to.
 fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleReport) {
@@ -234,10 +234,7 @@ fn multiprecision_release_agrees_with_the_solvers() {
     let case = Case::parse(&CaseSource::built_in("release").unwrap(), &[]).unwrap();
     let report = release(33);
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let kinds: Vec<_> = report.events.iter().map(|e| e.kind).collect();
     assert_eq!(kinds, recorder.events.iter().map(|e| e.kind).collect::<Vec<_>>());
     for kind in [
@@ -296,10 +293,7 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
         let source = CaseSource::built_in("paper-si").unwrap();
         let case = Case::parse(&source, &overrides).unwrap();
         let mut recorder = MemoryRecorder::default();
-        simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+        Run::new(&case).record(&mut recorder).start().unwrap();
         let options = OracleOptions {
             digits: 33,
             end_time: rational(&format!("{}", case.output.end_time)).unwrap(),

@@ -8,15 +8,15 @@
 mod common;
 
 use common::random_brakes::{difference, exact_events, random_brake, random_release};
-use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use stickslip::Run;
 use stickslip::analysis::growth::Growth;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::torsion::TorsionModel;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::{Method, SolverOptions, simulate};
+use stickslip::simulation::{Method, SolverOptions};
 
 const ALLOWED: f64 = 100.0;
 
@@ -46,10 +46,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
     );
     let mut recorder = MemoryRecorder::default();
     let end = case.output.end_time;
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let instability = Growth::of_run(&case.parameters, &recorder.events, end).map(|growth| growth.instability);
     let linearised = linearise(&case, &case.solver, instability, &|| false).unwrap();
     let kinds: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();

@@ -5,6 +5,7 @@ mod common;
 
 use common::random_brakes::{difference, exact_events};
 use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::Mode;
@@ -14,7 +15,6 @@ use stickslip::model::slow_manifold::on_slow_manifold;
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 fn overrides(texts: &[&str]) -> Vec<Override> {
     texts.iter().map(|text| Override::parse(text).unwrap()).collect()
@@ -28,10 +28,7 @@ fn source() -> CaseSource {
 fn check(name: &str, changes: &[Override], exact: &[(EventKind, Number)]) -> Vec<(f64, f64)> {
     let case = Case::parse(&source(), changes).unwrap();
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     assert_eq!(certificate.verdict, Verdict::Converged, "{name}");
     let kinds = |kinds: Vec<EventKind>| kinds;

@@ -1,12 +1,9 @@
 //! Numbers made from known parameters, rounded, give these parameters back within the spread that is stated.
-
-use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
+use stickslip::Run;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Role, calibrate};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::record::NoRecorder;
-use stickslip::simulation::simulate;
 use stickslip::sweep::StudySource;
 
 fn found(text: &str) -> Calibration {
@@ -34,14 +31,7 @@ fn measured(settings: &[&str]) -> Summary {
     ];
     overrides.extend(settings.iter().map(|setting| Override::parse(setting).unwrap()));
     let case = Case::parse(&base, &overrides).unwrap();
-    let report = simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut NoRecorder,
-        &mut |_| ControlFlow::Continue(()),
-    )
-    .unwrap();
+    let report = Run::new(&case).start().unwrap();
     Summary::of_run(&case.parameters, &report)
 }
 

@@ -1,11 +1,9 @@
 //! What a certificate says of results that are not what their case gives.
-
-use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::analysis::bands::{Compared, compared_output};
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::simulation::simulate;
 
 /// A short slide from a low speed, with a kick: sticks and slips within a fifth of a second.
 fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
@@ -22,10 +20,7 @@ fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
         .collect();
     let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     (case, recorder)
 }
 
@@ -121,10 +116,7 @@ fn property_an_event_without_an_uncertainty_is_not_converged() {
     let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
     let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(&mut recorder).start().unwrap();
     let certificate = certify(&case, &recorder, &|| false).unwrap();
     assert_eq!(certificate.verdict, Verdict::NoiseDetermined);
     let converged = |e: &&stickslip::analysis::certificate::CertifiedEvent| e.verdict == Verdict::Converged;

@@ -10,19 +10,17 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
-use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use stickslip::Run;
 use stickslip::analysis::work_precision;
 use stickslip::calibrate::{CALIBRATIONS, CalibrationStudy};
 use stickslip::case::{Case, CaseSource, Origin, Override, builtin};
 use stickslip::compare::{Mapping, Reference};
-use stickslip::record::NoRecorder;
 use stickslip::results::{MergeOptions, merge};
-use stickslip::simulation::simulate;
 use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
 mod compare_common;
@@ -253,13 +251,7 @@ fn cases() {
         // Samples by the million are meant by whoever asks for them.
         case.output.interval = case.output.interval.max(case.output.end_time / 1e5);
         case.output.windows.clear();
-        let run = simulate(
-            &case.parameters,
-            &case.solver,
-            &case.output,
-            &mut NoRecorder,
-            &mut |_| ControlFlow::Continue(()),
-        );
+        let run = Run::new(&case).start();
         run.map(drop).map_err(|failure| failure.to_string())
     });
 }

@@ -1,12 +1,9 @@
 //! The paper's numbers and the friction decay rate that it does not print: what the built-in calibrations come to.
-
-use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
+use stickslip::Run;
 use stickslip::analysis::Summary;
 use stickslip::calibrate::{Calibration, CalibrationOptions, CalibrationStudy, Determined, Role, calibrate};
 use stickslip::case::{Case, CaseSource};
-use stickslip::record::NoRecorder;
-use stickslip::simulation::simulate;
 
 fn study(name: &str) -> CalibrationStudy {
     CalibrationStudy::parse(CalibrationStudy::built_in(name).unwrap(), &[]).unwrap()
@@ -49,14 +46,7 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
         .unwrap()
         .solver
         .method;
-    let report = simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut NoRecorder,
-        &mut |_| ControlFlow::Continue(()),
-    )
-    .unwrap();
+    let report = Run::new(&case).start().unwrap();
     let summary = Summary::of_run(&case.parameters, &report);
     let within = |here: Option<f64>, value: f64, half: f64| (here.unwrap() - value).abs() <= half;
     assert!(within(summary.onset_time, 6.975, 5e-4), "{summary:?}");

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use page_common::{Page, assert_decoded, codes, doubles};
 use results_common::{header, record, stick_slip, write};
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::plot::PlotError;
 use stickslip::plot::page::{self, SIZE_LIMIT};
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, partial_path};
-use stickslip::simulation::simulate;
 use tempfile::TempDir;
 
 /// The page of a result file, beside it.
@@ -36,8 +36,7 @@ fn run(folder: &TempDir, overrides: &[&str]) -> PathBuf {
         ..header()
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header).unwrap();
-    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
-    simulate(&case.parameters, &case.solver, &case.output, &mut writer, go_on).unwrap();
+    Run::new(&case).record(&mut writer).start().unwrap();
     writer.finish(Status::Complete, &stick_slip(), 1.0).unwrap()
 }
 

@@ -6,13 +6,13 @@
 mod common;
 
 use common::{mode_word, output, run, solver, truth};
-use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
 use stickslip::model::{Actuation, BreakawayTest, Kick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
-use stickslip::simulation::{Method, SolverOptions, simulate};
+use stickslip::simulation::{Method, SolverOptions};
 
 const WITHIN: f64 = 1e-11;
 
@@ -165,14 +165,10 @@ fn sundials_the_stators_breakaway_test_chatters() {
     parameters.contact.breakaway_test = BreakawayTest::Stator;
     let [series, auto] =
         [(Method::Series, SolverOptions::default().rtol), (Method::Auto, 1e-13)].map(|(method, rtol)| {
-            let failure = simulate(
-                &parameters,
-                &solver(method, rtol),
-                &output(7.1, 0.1),
-                &mut MemoryRecorder::default(),
-                &mut |_| ControlFlow::Continue(()),
-            )
-            .expect_err("chattering");
+            let failure = Run::of(&parameters, &solver(method, rtol), &output(7.1, 0.1))
+                .record(&mut MemoryRecorder::default())
+                .start()
+                .expect_err("chattering");
             match failure.error {
                 RunError::Chattering { time, .. } => (time, failure.report.events.len()),
                 error => panic!("{}: {error}", method.name()),

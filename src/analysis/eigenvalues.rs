@@ -46,9 +46,8 @@ mod tests {
     use crate::analysis::Growth;
     use crate::case::{Case, CaseSource, Override};
     use crate::record::MemoryRecorder;
-    use crate::simulation::simulate;
+    use crate::run::Run;
     use std::f64::consts::TAU;
-    use std::ops::ControlFlow;
 
     /// The eigenvalues of a cyclic permutation are the roots of unity, all well-conditioned, as it is orthogonal: rounding
     /// and the tolerance of a second attempt leave 1e-13.
@@ -106,10 +105,7 @@ mod tests {
         let overrides = changes.map(|change| Override::parse(change).unwrap());
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
         let mut recorder = MemoryRecorder::default();
-        simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+        Run::new(&case).record(&mut recorder).start().unwrap();
         let growth = Growth::of_run(&case.parameters, &recorder.events, case.output.end_time);
         let growth = growth.expect("stability is lost");
         assert_eq!((growth.exponent, growth.smooth_end), (0.0, growth.instability));

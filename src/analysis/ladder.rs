@@ -4,7 +4,8 @@ use super::verdict::LEAST_WITNESSES;
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Event, EventKind, MemoryRecorder};
-use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions, simulate};
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -120,7 +121,13 @@ pub(super) fn run(
         true => ControlFlow::Break(()),
         false => ControlFlow::Continue(()),
     };
-    let (report, failure) = match simulate(&case.parameters, solver, output, &mut recorder, control) {
+    let (report, failure) = match Run::new(case)
+        .solver(solver)
+        .output(output)
+        .record(&mut recorder)
+        .control(control)
+        .start()
+    {
         Ok(report) => (report, None),
         Err(failure) => {
             let text = failure.to_string();

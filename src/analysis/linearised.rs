@@ -16,7 +16,8 @@ use crate::model::torsion::index::*;
 use crate::model::torsion::{DYNAMIC, TorsionModel};
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind, MemoryRecorder};
-use crate::simulation::{RunFailure, SolverOptions, simulate};
+use crate::run::Run;
+use crate::simulation::{RunFailure, SolverOptions};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use std::ops::ControlFlow;
 
@@ -68,16 +69,15 @@ pub fn linearise(
 ) -> Result<Linearised, Box<RunFailure>> {
     let run = |output| {
         let mut recorder = MemoryRecorder::default();
-        simulate(
-            &case.parameters,
-            solver,
-            &output,
-            &mut recorder,
-            &mut |_| match stop() {
+        Run::new(case)
+            .solver(solver)
+            .output(&output)
+            .record(&mut recorder)
+            .control(|_| match stop() {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
-            },
-        )?;
+            })
+            .start()?;
         Ok::<_, Box<RunFailure>>(recorder)
     };
     let mut plain = case.output.clone();

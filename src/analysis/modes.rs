@@ -11,8 +11,9 @@ use crate::model::axial::AxialMotion;
 use crate::model::torsion::index::*;
 use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
 use crate::model::{Axial, Mode, Parameters};
-use crate::record::{NoRecorder, State};
-use crate::simulation::{OutputOptions, RunFailure, RunReport, SolverOptions, simulate};
+use crate::record::State;
+use crate::run::Run;
+use crate::simulation::{OutputOptions, RunFailure, RunReport, SolverOptions};
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -367,13 +368,15 @@ fn run_to_first_stick(parameters: &Parameters, solver: &SolverOptions, end_time:
         windows: Vec::new(),
         steps: false,
     };
-    let result = simulate(parameters, solver, &output, &mut NoRecorder, &mut |progress| {
-        if progress.mode == Mode::Stick {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    });
+    let result = Run::of(parameters, solver, &output)
+        .control(|progress| {
+            if progress.mode == Mode::Stick {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })
+        .start();
     match result {
         // Smooth sliding is looked at to where the case ends, not to where this run was stopped.
         Ok(report) => (

@@ -3,7 +3,8 @@
 use crate::case::Case;
 use crate::model::{Kick, KickTime};
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
-use crate::simulation::{Method, OutputOptions, SolverOptions, simulate};
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, SolverOptions};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::cell::Cell;
@@ -73,13 +74,16 @@ pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset
         let first = FirstStick::default();
         let mut recorder = &first;
         // A failure behind the first stick does not matter, and one before it leaves none.
-        let _ = simulate(parameters, &solver, &output, &mut recorder, &mut |_| {
-            if stop() || first.0.get().is_some() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        });
+        let _ = Run::of(parameters, &solver, &output)
+            .record(&mut recorder)
+            .control(|_| {
+                if stop() || first.0.get().is_some() {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+            .start();
         Onset {
             method: method.name(),
             rtol,

@@ -9,8 +9,9 @@ use super::certificate::Certificate;
 use super::linearised::{Linearised, ParameterName};
 use crate::case::{Case, CaseError};
 use crate::model::KickTime;
-use crate::record::{EventKind, NoRecorder};
-use crate::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions, simulate};
+use crate::record::EventKind;
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions};
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -398,7 +399,7 @@ fn run(case: &Case, factor: usize, stop: &dyn Fn() -> bool) -> Result<RunReport,
             false => ControlFlow::Continue(()),
         }
     };
-    match simulate(&case.parameters, &case.solver, &output, &mut NoRecorder, control) {
+    match Run::new(case).output(&output).control(control).start() {
         Err(failure) => Err(NoReport::Failed(failure.to_string())),
         Ok(_) if too_long => Err(NoReport::TooLong),
         Ok(report) if report.interrupted => Err(NoReport::Interrupted),

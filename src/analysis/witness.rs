@@ -6,7 +6,8 @@
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Recorder, RecorderError, Sample, Segment};
-use crate::simulation::{Method, OutputOptions, SolverOptions, simulate};
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -193,14 +194,19 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
     }
     let mut recorder = MemoryRecorder::default();
     let mut questions = 0;
-    let ended = simulate(&case.parameters, &solver, &output, &mut recorder, &mut |_| {
-        questions += 1;
-        if questions > MOST_QUESTIONS || stop() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    });
+    let ended = Run::new(case)
+        .solver(&solver)
+        .output(&output)
+        .record(&mut recorder)
+        .control(|_| {
+            questions += 1;
+            if questions > MOST_QUESTIONS || stop() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })
+        .start();
     let own = Sequence::of_events(&recorder.events);
     let (testimony, detail) = match ended {
         Err(failure) => (

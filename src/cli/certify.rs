@@ -18,7 +18,7 @@ use crate::oracle::{self, OracleError, OracleSolution};
 use crate::plot::{onset, style, svg};
 use crate::record::MemoryRecorder;
 use crate::results::{Overwrite, ResultError, ResultFile, ResultWriter, Status, check_target, write_certified};
-use crate::simulation::simulate;
+use crate::run::Run;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -216,17 +216,14 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
     )
     .map_err(bad_file)?;
     let clock = Instant::now();
-    let report = simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut writer,
-        &mut |_| match stop.load(Ordering::Relaxed) {
+    let report = Run::new(&case)
+        .record(&mut writer)
+        .control(|_| match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
-        },
-    )
-    .map_err(|failure| failed(failure.to_string()))?;
+        })
+        .start()
+        .map_err(|failure| failed(failure.to_string()))?;
     if report.interrupted {
         return Ok(None);
     }

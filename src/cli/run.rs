@@ -12,7 +12,8 @@ use crate::hybrid::RunError;
 use crate::results::{
     Extra, Header, Overwrite, ResultError, ResultFile, ResultWriter, SavedRows, Status, StickSlipTable,
 };
-use crate::simulation::{RunFailure, RunReport, simulate};
+use crate::run::Run;
+use crate::simulation::{RunFailure, RunReport};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -93,20 +94,17 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         case.solver.rtol
     );
     let mut recorder = Remembering::new(&mut writer);
-    let result = simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut recorder,
-        &mut |progress| {
+    let result = Run::new(&case)
+        .record(&mut recorder)
+        .control(|progress| {
             bar.show(progress);
             if stop.load(Ordering::Relaxed) {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
-        },
-    );
+        })
+        .start();
     bar.finish();
     let sequence = recorder.into_sequence();
     let (report, failure) = match result {

@@ -10,7 +10,8 @@ use crate::case::{Case, CaseError, Override};
 use crate::hybrid::RunError;
 use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 use crate::results::{Header, MetaValue, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
-use crate::simulation::{Progress, RunReport, simulate};
+use crate::run::Run;
+use crate::simulation::{Progress, RunReport};
 use crate::sweep::{
     Boundaries, Branch, Design, Integrate, IntegrateError, JournalError, Shard, Study, StudySource, SweepError,
     SweepReport, Work, journal_path, without_a_file,
@@ -309,13 +310,10 @@ fn into_a_file(
     })?;
     let path = folder.join(format!("{number:06}.h5"));
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &study.files, &header).map_err(storage)?;
-    let result = simulate(
-        &case.parameters,
-        &case.solver,
-        &case.output,
-        &mut KeepingEvents(&mut writer),
-        control,
-    );
+    let result = Run::new(case)
+        .record(&mut KeepingEvents(&mut writer))
+        .control(control)
+        .start();
     let wall_time = writer.elapsed();
     match result {
         Ok(report) => {

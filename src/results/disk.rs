@@ -20,6 +20,7 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// Of the operating system; nothing is left of the file then.
+#[cfg(feature = "plot")]
 pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
     use std::io::Write;
     let mut builder = tempfile::Builder::new();

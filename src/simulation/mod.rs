@@ -54,7 +54,7 @@ pub fn chosen_solvers(parameters: &Parameters, solver: &SolverOptions) -> (Chose
 ///
 /// # Errors
 /// Solver failures, chattering, an exhausted event budget, or an error of the recorder, each with time and mode.
-pub fn simulate(
+pub(crate) fn simulate(
     parameters: &Parameters,
     solver: &SolverOptions,
     output: &OutputOptions,

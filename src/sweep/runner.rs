@@ -3,8 +3,8 @@
 use super::quantities::{EventRow, Outcome, values_of};
 use super::study::{Point, Study};
 use crate::case::{Case, CaseError};
-use crate::record::NoRecorder;
-use crate::simulation::{Progress, RunFailure, RunReport, simulate};
+use crate::run::Run;
+use crate::simulation::{Progress, RunFailure, RunReport};
 use crate::workers::on_threads;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -35,7 +35,7 @@ pub fn without_a_file(
     case: &Case,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, IntegrateError> {
-    simulate(&case.parameters, &case.solver, &case.output, &mut NoRecorder, control).map_err(IntegrateError::Run)
+    Run::new(case).control(control).start().map_err(IntegrateError::Run)
 }
 
 /// Why a pool stopped before the points were done.

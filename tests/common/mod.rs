@@ -5,12 +5,11 @@ pub mod campaign;
 pub mod linear_brake;
 pub mod random_brakes;
 pub mod rigid_growth;
-
-use std::ops::ControlFlow;
+use stickslip::Run;
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
-use stickslip::simulation::{Method, OutputOptions, RunReport, SolverOptions, simulate};
+use stickslip::simulation::{Method, OutputOptions, RunReport, SolverOptions};
 
 /// An event or a sample of the independent multiprecision code, rounded to double.
 pub struct TruthState {
@@ -103,10 +102,10 @@ pub fn truth(name: &str) -> Truth {
 /// A run kept in memory.
 pub fn run(parameters: &Parameters, solver: &SolverOptions, output: &OutputOptions) -> (MemoryRecorder, RunReport) {
     let mut recorder = MemoryRecorder::default();
-    let report = simulate(parameters, solver, output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .expect("a run");
+    let report = Run::of(parameters, solver, output)
+        .record(&mut recorder)
+        .start()
+        .expect("a run");
     (recorder, report)
 }
 

@@ -5,13 +5,13 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::compare::{Comparison, Mapping, Reference};
 use stickslip::friction::Law;
 use stickslip::model::Parameters;
 use stickslip::record::{EventKind, Recorder, State};
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, StickSlipTable};
-use stickslip::simulation::simulate;
 
 /// Runs a built-in case with overrides into a result file.
 pub fn run(path: &Path, case: &str, overrides: &[&str]) {
@@ -30,10 +30,7 @@ pub fn run(path: &Path, case: &str, overrides: &[&str]) {
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;
-    simulate(&case.parameters, &case.solver, &case.output, recorder, &mut |_| {
-        std::ops::ControlFlow::Continue(())
-    })
-    .unwrap();
+    Run::new(&case).record(recorder).start().unwrap();
     writer
         .finish(Status::Complete, &StickSlipTable::default(), 0.0)
         .unwrap();

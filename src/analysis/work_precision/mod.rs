@@ -11,7 +11,8 @@ pub use study::{BuiltInStudy, Knob, ReferenceChoice, STUDIES, Study};
 use super::truth::{Truth, TruthError};
 use crate::case::Case;
 use crate::record::{Event, EventKind, NoRecorder};
-use crate::simulation::{Method, RunReport, simulate};
+use crate::run::Run;
+use crate::simulation::{Method, RunReport};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -185,9 +186,7 @@ fn sequence(events: &[Event]) -> Sequence {
 /// A run without any record; `None` if it was interrupted.
 fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
     let mut recorder = NoRecorder;
-    match simulate(&case.parameters, &case.solver, &case.output, &mut recorder, &mut |_| {
-        control()
-    }) {
+    match Run::new(case).record(&mut recorder).control(|_| control()).start() {
         Ok(report) => Ok((!report.interrupted).then_some(report)),
         Err(failure) => Err(failure.to_string()),
     }

@@ -3,9 +3,9 @@
 use super::{Node, Physics, breaks_segment};
 use crate::case::Case;
 use crate::record::{Event, Recorder, RecorderError, Sample, Segment};
-use crate::simulation::{OutputOptions, OutputWindow, simulate};
+use crate::run::Run;
+use crate::simulation::{OutputOptions, OutputWindow};
 use std::cell::OnceCell;
-use std::ops::ControlFlow;
 
 /// Samples in a natural period while the fast mode is about.
 const PER_PERIOD: f64 = 96.0;
@@ -89,9 +89,9 @@ impl Rerun {
         }
         let mut kept = Kept::default();
         let parameters = &self.case.parameters;
-        let result = simulate(parameters, &self.case.solver, &output, &mut kept, &mut |_| {
-            ControlFlow::Continue(())
-        });
+        let result = Run::of(parameters, &self.case.solver, &output)
+            .record(&mut kept)
+            .start();
         if let Err(failure) = result {
             log::debug!("the reference's run cannot be repeated: {failure}");
             return None;

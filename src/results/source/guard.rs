@@ -161,14 +161,15 @@ mod imp {
 
         /// How the process ended, which it has, or else does now.
         fn end(&mut self) -> Lost {
-            use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGTERM};
+            use rustix::process::Signal;
+            const FROM_OUTSIDE: [Signal; 4] = [Signal::HUP, Signal::INT, Signal::KILL, Signal::TERM];
             let Some(status) = self.status() else {
                 self.kill();
                 return Lost::Ended("the process that read it answered with nonsense".to_owned());
             };
             match status.signal() {
                 // Nothing that a file does to HDF5 has these.
-                Some(signal @ (SIGHUP | SIGINT | SIGKILL | SIGTERM)) => {
+                Some(signal) if FROM_OUTSIDE.iter().any(|other| other.as_raw() == signal) => {
                     Lost::Stopped(format!("was ended from outside, with signal {signal}"))
                 }
                 Some(signal) => Lost::Ended(format!(
@@ -282,7 +283,8 @@ mod imp {
         // Where a system has no such limit, the one on time remains.
         let _ = setrlimit(Resource::As, limit(MEMORY));
         let _ = setrlimit(Resource::Core, limit(0));
-        // A limit on the size of files is an error of the write.
+        // A limit on the size of files is an error of the write; without the feature, the end of this process says so.
+        #[cfg(feature = "cli")]
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
         // One that computes does not see that the program has been killed, which it may have been already.
         std::thread::Builder::new().stack_size(64 << 10).spawn(move || {

@@ -5,15 +5,15 @@ pub mod table;
 
 use crate::common::random_brakes::difference;
 use brakes::{Drawn, Family, draw};
-use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::analysis::exact::settle;
 use stickslip::case::{Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
-use stickslip::simulation::{Method, SolverOptions, simulate};
+use stickslip::simulation::{Method, SolverOptions};
 
 /// True digits of the oracle's event times, as in `certify --oracle`.
 const DIGITS: u32 = 25;
@@ -89,10 +89,11 @@ pub fn hold(index: u64) -> Outcome {
 
 fn events_of(case: &Case, solver: &SolverOptions) -> Result<MemoryRecorder, String> {
     let mut recorder = MemoryRecorder::default();
-    simulate(&case.parameters, solver, &case.output, &mut recorder, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .map_err(|failure| failure.to_string())?;
+    Run::new(case)
+        .solver(solver)
+        .record(&mut recorder)
+        .start()
+        .map_err(|failure| failure.to_string())?;
     Ok(recorder)
 }
 
