@@ -387,6 +387,12 @@ fn archives() {
         let refusal = compared(&reference, &folder, "hostile.npz", bytes).unwrap_err();
         assert!(refusal.contains("time"), "{refusal}");
     }
+    // A last member that says it unpacks to 4 GB less two bytes, with what the first has taken too much.
+    let mut bomb = archive(&whole, Deflated);
+    let entry = bomb.windows(4).rposition(|bytes| bytes == b"PK\x01\x02").unwrap();
+    bomb[entry + 24..entry + 28].copy_from_slice(&0xFFFF_FFFE_u32.to_le_bytes());
+    let refusal = compared(&reference, &folder, "hostile.npz", &bomb).unwrap_err();
+    assert!(refusal.contains("more than 4 GB"), "{refusal}");
     campaign("npz", &seeds, |bytes| {
         compared(&reference, &folder, "hostile.npz", bytes)
     });

@@ -69,6 +69,27 @@ fn sundials_release_and_grip() {
     assert!(count(&recorder, EventKind::Separation) >= 2 && count(&recorder, EventKind::Stick) >= 2);
 }
 
+/// Without torsional damping the stability margin is zero where the contact force is. A contact that begins there goes on.
+#[test]
+fn sundials_release_without_torsional_damping() {
+    let mut parameters = Case::parse(&CaseSource::built_in("release").unwrap(), &[])
+        .unwrap()
+        .parameters;
+    parameters.torsion.damping = 0.0;
+    let out = output(0.46, 1e-3);
+    let by = |method, rtol| mode_word(&run(&parameters, &solver(method, rtol), &out).0);
+    let series = by(Method::Series, SolverOptions::default().rtol);
+    let auto = by(Method::Auto, 1e-12);
+    assert!(series.iter().any(|e| e.0 == EventKind::Contact), "{series:?}");
+    assert_eq!(series.len(), auto.len(), "{series:?}, {auto:?}");
+    for ((kind, time), other) in series.iter().zip(&auto) {
+        assert!(
+            *kind == other.0 && (time - other.1).abs() < WITHIN,
+            "{series:?}, {auto:?}"
+        );
+    }
+}
+
 /// A table whose force rises and falls while the brake slides and sticks.
 #[test]
 fn sundials_a_table() {

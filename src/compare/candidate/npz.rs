@@ -59,6 +59,11 @@ impl NpzTable {
             arrays: Vec::new(),
         };
         let mut unpacked = MOST_UNPACKED;
+        let too_much = || {
+            let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
+            let remedy = "write it with numpy.savez, which does not compress";
+            CompareError::content(path, "", what, remedy)
+        };
         for index in 0..archive.len() {
             let member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
             let name = member.name().map_err(|error| damaged(error.to_string()))?.into_owned();
@@ -78,14 +83,14 @@ impl NpzTable {
                 file.seek(SeekFrom::Start(start))
                     .map_err(|error| CompareError::io(path, &error))?;
             } else {
+                // What the archive itself says is not unpacked to find out.
+                if member.size() > unpacked {
+                    return Err(too_much());
+                }
                 let mut kept = tempfile::tempfile().map_err(|error| CompareError::io(&std::env::temp_dir(), &error))?;
                 length = std::io::copy(&mut member.take(unpacked + 1), &mut kept)
                     .map_err(|error| damaged(format!("{}: {error}", shown(&name))))?;
-                unpacked = unpacked.checked_sub(length).ok_or_else(|| {
-                    let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
-                    let remedy = "write it with numpy.savez, which does not compress";
-                    CompareError::content(path, "", what, remedy)
-                })?;
+                unpacked = unpacked.checked_sub(length).ok_or_else(too_much)?;
                 file = Place::from(kept);
             }
             let first = file.stream_position().map_err(|error| CompareError::io(path, &error))?;

@@ -18,6 +18,7 @@ mod collocation;
 mod expansion;
 
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
+use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::SlipSeries;
 use crate::model::torsion::index::*;
@@ -37,6 +38,10 @@ const STAGES: usize = 7;
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
 const MARGIN_NOISE: f64 = 1e-9;
+
+/// The same for the contact force: a share of the parts that it is the sum of. Without c_t the zero of the force, where the
+/// contact closes, is the margin's.
+const FORCE_NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// The same for the relative velocity: a share of the speeds that it is the difference of.
 const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;
@@ -153,7 +158,15 @@ impl SemiAnalyticEngine {
             let speeds = self.y[ROTOR_SPEED].abs() + self.y[ROTOR_TWIST_RATE].abs() + self.y[STATOR_TWIST_RATE].abs();
             VELOCITY_NOISE * speeds
         } else {
-            MARGIN_NOISE * self.brake.torsion.torsion.damping
+            let Brake { torsion, axial, .. } = &*self.brake;
+            let now = axial.at(self.origin);
+            // As the force is at this time, which is itself no more exact than its last place.
+            let parts = axial.largest_force() + (now.pressing_rate * self.origin).abs();
+            let (_, slope) = torsion
+                .friction
+                .law
+                .coefficient_and_slope(self.sense() * torsion.relative_velocity(&self.y));
+            MARGIN_NOISE * torsion.torsion.damping + torsion.slope_weight(FORCE_NOISE * parts) * slope.abs()
         }
     }
 
