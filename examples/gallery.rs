@@ -12,7 +12,7 @@ use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource};
 use stickslip::plot::catalogue::ENTRIES;
-use stickslip::plot::entry::Story;
+use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
 use stickslip::plot::{self, Figure, Run, modes, svg};
@@ -36,9 +36,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     writer.finish(Status::Complete, &StickSlipTable::default(), 0.0)?;
     println!("{} sticks", report.digest.cycles.stick_count);
     let runs = [Run::open(&path)?];
-    let story = Story::new(&runs).ok_or("no run")?;
+    let subject = Subject::new(&runs).ok_or("no run")?;
     for entry in ENTRIES {
-        save(&entry.build(&story)?.map_err(|absent| absent.why)?)?;
+        save(&entry.build(&subject)?.map_err(|absent| absent.why)?)?;
     }
     let of_case = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
     save(&modes::figure(&case.title, &of_case))?;

@@ -2,7 +2,7 @@
 
 mod common;
 use common::linear_brake::LinearBrake;
-use common::{mode_word, output, run, solver, truth};
+use common::{event_sequence, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource, builtin};
 use stickslip::friction::{Exponential, Friction, Law};
 use stickslip::model::{Actuation, Kick, KickTime, Mode, Parameters};
@@ -554,7 +554,7 @@ fn analytic_a_kick_at_a_corner_is_the_limit_of_later_kicks() {
     let at_corner: Vec<_> = at.events.iter().filter(|e| e.time == 0.02).map(|e| e.kind).collect();
     assert_eq!(at_corner.len(), 2);
     assert!(at_corner.contains(&EventKind::Corner) && at_corner.contains(&EventKind::Kick));
-    let (word, later) = (mode_word(&at), mode_word(&after));
+    let (word, later) = (event_sequence(&at), event_sequence(&after));
     assert_eq!(word.len(), later.len());
     for (a, b) in word.iter().zip(&later) {
         assert_eq!(a.0, b.0);
@@ -576,7 +576,7 @@ fn analytic_two_kicks_at_one_time_add_up() {
         let kicks: Vec<_> = recorder.events.iter().filter(|e| e.kind == EventKind::Kick).collect();
         assert_eq!(kicks.len(), 2);
         assert_eq!(kicks[0].after, kicks[1].before);
-        let (word, expected) = (mode_word(recorder), mode_word(&one));
+        let (word, expected) = (event_sequence(recorder), event_sequence(&one));
         assert_eq!(word.len(), expected.len());
         for (a, b) in word.iter().zip(&expected) {
             assert_eq!(a.0, b.0);

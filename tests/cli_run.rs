@@ -136,7 +136,7 @@ fn cli_run_methods_agree() {
         let named = meta.iter().find(|(key, _)| key == "method").unwrap();
         assert_eq!(serde_json::to_value(&named.1).unwrap(), serde_json::Value::from(method));
         let events = file.events().unwrap().into_iter();
-        words.push((method, events.filter(|event| event.kind.in_mode_word()).collect()));
+        words.push((method, events.filter(|event| event.kind.in_event_sequence()).collect()));
     }
     let (_, reference) = &words[0];
     assert!(reference.len() > 20);
@@ -440,7 +440,7 @@ fn cli_run_the_rotor_test_moves_the_last_stick_by_microseconds() {
             0,
         );
         let events = folder.result(file).events().unwrap();
-        let word = events.iter().filter(|event| event.kind.in_mode_word());
+        let word = events.iter().filter(|event| event.kind.in_event_sequence());
         word.map(|event| (event.kind, event.time)).collect()
     };
     let (transmitted, rotor) = (word("transmitted", "transmitted.h5"), word("rotor", "rotor.h5"));
@@ -464,7 +464,7 @@ fn cli_run_event_budget_is_a_clear_error() {
     let file = folder.result("paper.partial.h5");
     assert!(matches!(file.status(), Status::Failed(_)));
     let events = file.events().unwrap();
-    assert_eq!(events.iter().filter(|event| event.kind.in_mode_word()).count(), 11);
+    assert_eq!(events.iter().filter(|event| event.kind.in_event_sequence()).count(), 11);
     assert!(folder.names().iter().all(|name| name != "paper.h5"));
 }
 

@@ -18,17 +18,17 @@ fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, 
     (case, recorder.events, certificate)
 }
 
-/// Holds every certified event against the oracle and returns uncertainty over true error of each event of the mode word.
+/// Holds every certified event against the oracle and returns uncertainty over true error of each event of the sequence.
 fn check(name: &str, source: &CaseSource, overrides: &[Override], digits: u32) -> Vec<f64> {
     let (case, events, certificate) = certified(source, overrides);
     let truth = exact_events(source, overrides, case.output.end_time, digits);
     let mut ratios = Vec::new();
-    let expected: Vec<_> = truth.iter().filter(|e| e.kind.in_mode_word()).collect();
+    let expected: Vec<_> = truth.iter().filter(|e| e.kind.in_event_sequence()).collect();
     let word = || {
         events
             .iter()
             .zip(&certificate.events)
-            .filter(|(e, _)| e.kind.in_mode_word())
+            .filter(|(e, _)| e.kind.in_event_sequence())
     };
     for (index, (event, certified)) in word().enumerate() {
         if certified.verdict != Verdict::Converged {
@@ -122,7 +122,7 @@ fn random_sets(indices: impl Iterator<Item = u64>) {
         let overrides = random_brake(index);
         let name = format!("set {index}");
         let (case, events, certificate) = certified(&source, &overrides);
-        let word = events.iter().filter(|e| e.kind.in_mode_word()).count();
+        let word = events.iter().filter(|e| e.kind.in_event_sequence()).count();
         println!(
             "{name}: {} events, {}, growth {:?}",
             word,
@@ -186,7 +186,7 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     let index = result
         .events
         .iter()
-        .rposition(|event| event.kind.in_mode_word())
+        .rposition(|event| event.kind.in_event_sequence())
         .unwrap();
     narrow.events[index].ladder_uncertainty = 1e-17;
     last_word(&mut narrow, &case, &result.events, &solution);
@@ -233,7 +233,7 @@ fn multiprecision_unperturbed_is_called_noise() {
     // Nor does it where the result is its own: it is no witness of itself.
     let series = Override::parse("solver.method=series").unwrap();
     let (_, events, own) = certified(&source, &[series]);
-    assert_eq!(events.iter().filter(|e| e.kind.in_mode_word()).count(), 1);
+    assert_eq!(events.iter().filter(|e| e.kind.in_event_sequence()).count(), 1);
     assert_eq!(own.verdict, Verdict::NoiseDetermined);
     // The loss of stability itself is not noise.
     let lost = certificate

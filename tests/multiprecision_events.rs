@@ -5,7 +5,7 @@
 
 mod common;
 use common::random_brakes::{difference, exact_events};
-use common::{largest_event_error, largest_sample_error, mode_word, output, run, solver, truth};
+use common::{event_sequence, largest_event_error, largest_sample_error, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource};
 use stickslip::record::EventKind;
 use stickslip::simulation::{Method, SolverOptions};
@@ -73,14 +73,14 @@ fn multiprecision_release_cvode() {
     let source = CaseSource::built_in("release").unwrap();
     let case = Case::parse(&source, &[]).unwrap();
     let mut exact = exact_events(&source, &[], case.output.end_time, 33);
-    exact.retain(|event| event.kind.in_mode_word());
+    exact.retain(|event| event.kind.in_event_sequence());
     for (rtol, limit) in [(default_rtol(), 1e-9), (1e-13, 1e-11)] {
         let (recorder, _) = run(
             &case.parameters,
             &solver(Method::Cvode, rtol),
             &output(case.output.end_time, 0.01),
         );
-        let word = mode_word(&recorder);
+        let word = event_sequence(&recorder);
         let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.collect::<Vec<_>>();
         assert_eq!(
             kinds(&mut word.iter().map(|event| event.0)),

@@ -170,7 +170,7 @@ fn multiprecision_growth_covers_the_kick() {
         .position(|p| p.path == "perturbation.0.relative_velocity")
         .expect("a kick");
     // Given at the instability itself, half on each surface: of length 1/sqrt(2).
-    for event in linearised.events.iter().filter(|e| e.kind.in_mode_word()) {
+    for event in linearised.events.iter().filter(|e| e.kind.in_event_sequence()) {
         let Some(worst) = event.per_deviation.filter(|w| *w > 0.0) else {
             continue;
         };

@@ -42,7 +42,7 @@ fn digits(value: &Number, expected: &BigRational, scale: &BigRational) -> f64 {
 
 /// The least number of digits to which all event times and all states agree: (times, states).
 fn agreement(truth: &serde_json::Value, report: &OracleReport) -> (f64, f64) {
-    let events: Vec<_> = report.events.iter().filter(|e| e.kind.in_mode_word()).collect();
+    let events: Vec<_> = report.events.iter().filter(|e| e.kind.in_event_sequence()).collect();
     let expected = truth["events"].as_array().unwrap();
     let kinds: Vec<_> = events.iter().map(|e| e.kind.name()).collect();
     let expected_kinds: Vec<_> = expected.iter().map(|e| e["kind"].as_str().unwrap()).collect();

@@ -59,7 +59,7 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
         .events
         .iter()
         .enumerate()
-        .filter(|(_, event)| event.kind.in_mode_word())
+        .filter(|(_, event)| event.kind.in_event_sequence())
         .collect();
     let period = TorsionModel::new(&case.parameters).natural_period();
     let hardest = word
@@ -74,10 +74,10 @@ fn hold(brake: Brake, index: u64) -> Option<Vec<f64>> {
         return None;
     }
     let truth = exact_events(&source, &overrides, end, 33);
-    let truth: Vec<_> = truth.iter().filter(|event| event.kind.in_mode_word()).collect();
+    let truth: Vec<_> = truth.iter().filter(|event| event.kind.in_event_sequence()).collect();
     let expected: Vec<EventKind> = truth.iter().map(|event| event.kind).collect();
     let own: Vec<EventKind> = word.iter().map(|(_, event)| event.kind).collect();
-    assert_eq!(own, expected, "{name} {index}: the mode word");
+    assert_eq!(own, expected, "{name} {index}: the event sequence");
     let mut worst = 0.0_f64;
     let ratios: Vec<f64> = word
         .iter()

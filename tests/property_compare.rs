@@ -26,10 +26,12 @@ fn changed(variable: &str, change: impl Fn(usize, f64) -> f64) -> Comparison {
     compare(&copy, &Mapping::default())
 }
 
-/// The rows of /events that are in the mode word.
+/// The rows of /events that are in the event sequence.
 fn word_rows() -> Vec<usize> {
     let events = ResultFile::open(paper()).unwrap().events().unwrap();
-    (0..events.len()).filter(|&k| events[k].kind.in_mode_word()).collect()
+    (0..events.len())
+        .filter(|&k| events[k].kind.in_event_sequence())
+        .collect()
 }
 
 fn channel(c: &Comparison, name: &str) -> f64 {
@@ -88,7 +90,7 @@ fn property_the_error_of_one_channel_comes_back() {
     assert_eq!(worst.unwrap().max_at, time);
 }
 
-/// What is named when the mode word is changed.
+/// What is named when the event sequence is changed.
 fn faults(change: impl Fn(&mut Vec<(f64, String)>)) -> Vec<(Fault, &'static str, usize)> {
     let folder = tempfile::tempdir().unwrap();
     let mut word = word_of(paper());

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use resvg::usvg;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit};
 use stickslip::plot::decimate::{MinMax, Portrait};
-use stickslip::plot::entry::Story;
+use stickslip::plot::entry::Subject;
 use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
@@ -148,9 +148,9 @@ fn property_no_text_covers_another_or_the_data() {
     output(&mut folder.stickslip(&["run", "paper-si", "-q"]), 0);
     let runs = [folder.path("paper.h5"), folder.path("paper-si.h5")].map(|path| Run::open(&path).unwrap());
     for runs in [&runs[..1], &runs[..]] {
-        let story = Story::new(runs).unwrap();
+        let subject = Subject::new(runs).unwrap();
         for entry in ENTRIES {
-            let figure = entry.build(&story).unwrap().unwrap();
+            let figure = entry.build(&subject).unwrap().unwrap();
             for width in [60.0, 85.0, 300.0] {
                 assert_readable(&figure, width);
             }

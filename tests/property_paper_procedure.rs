@@ -2,7 +2,7 @@
 //! tells of, against the independent multiprecision truth.
 
 mod common;
-use common::{channel, mode_word, output, run, solver, truth};
+use common::{channel, event_sequence, output, run, solver, truth};
 use stickslip::analysis::StickSlip;
 use stickslip::model::Mode;
 use stickslip::record::{EventKind, MemoryRecorder};
@@ -72,7 +72,7 @@ fn multiprecision_paper_case_within_microseconds() {
     assert!((1e-9..1e-4).contains(&error), "onset off by {error:e} s");
     let sticks = truth.events.iter().filter(|e| e.kind == "stick").count();
     assert!(found.stick_count.abs_diff(sticks) <= 5);
-    assert!(mode_word(&recorder).iter().any(|e| e.0 == EventKind::Reversal));
+    assert!(event_sequence(&recorder).iter().any(|e| e.0 == EventKind::Reversal));
     // Seven seconds of steps that just keep within their stability leave more than the reference's rounding.
     assert!(report.energy_residual < 1e-9 * report.initial_energy);
 
@@ -130,7 +130,7 @@ fn property_release_is_legal() {
     };
     let (paper, auto) = (by(Method::Paper), by(Method::Auto));
     hold_sequence(&paper);
-    let first = |recorder: &MemoryRecorder, kind| mode_word(recorder).iter().find(|e| e.0 == kind).unwrap().1;
+    let first = |recorder: &MemoryRecorder, kind| event_sequence(recorder).iter().find(|e| e.0 == kind).unwrap().1;
     for kind in [EventKind::Separation, EventKind::Contact] {
         let late = first(&paper, kind) - first(&auto, kind);
         assert!((0.0..=STEPS.1).contains(&late), "{kind:?}: {late:e} s");

@@ -3,7 +3,7 @@
 
 mod common;
 use common::rigid_growth::rigid_growth;
-use common::{mode_word, output, run, solver, truth};
+use common::{event_sequence, output, run, solver, truth};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stickslip::analysis::{Growth, Summary};
@@ -200,7 +200,7 @@ fn property_runs_are_lawful_and_reproducible_with_more_accuracy() {
                 noise += 1;
             } else {
                 compared += 1;
-                let (word, tight_word) = (mode_word(&recorder), mode_word(&tight));
+                let (word, tight_word) = (event_sequence(&recorder), event_sequence(&tight));
                 let kinds = |w: &[(EventKind, f64)]| w.iter().map(|e| e.0.name()).collect::<Vec<_>>();
                 prop_assert_eq!(kinds(&word), kinds(&tight_word));
                 for (a, b) in word.iter().zip(&tight_word) {
@@ -231,7 +231,7 @@ fn property_series_and_auto_agree() {
             let (auto, auto_report) = compute(&case, Method::Auto, 1e-13);
             let summary = Summary::of_run(&case.parameters, &auto_report);
             let margin = kick_over_noise(&summary);
-            let (word, expected) = (mode_word(&recorder), mode_word(&auto));
+            let (word, expected) = (event_sequence(&recorder), event_sequence(&auto));
             let kinds = |w: &[(EventKind, f64)]| w.iter().map(|e| e.0.name()).collect::<Vec<_>>();
             let worst = word
                 .iter()
@@ -275,7 +275,7 @@ fn property_series_follows_smooth_sliding_to_its_stop() {
             let (recorder, report) = compute(&case, Method::Series, SolverOptions::default().rtol);
             check_order(&case.parameters, &recorder)?;
             let growth = Growth::of_run(&case.parameters, &report.events, report.end);
-            let stick = mode_word(&recorder).into_iter().find(|e| e.0 == EventKind::Stick);
+            let stick = event_sequence(&recorder).into_iter().find(|e| e.0 == EventKind::Stick);
             if let (Some(growth), Some(stick), true) = (growth, stick, report.stopped_smoothly) {
                 let (mut smooth, mut beyond_rounding, mut largest) = counts.get();
                 smooth += 1;

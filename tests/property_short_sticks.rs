@@ -1,7 +1,7 @@
 //! Sticks far shorter than a step: whatever the length of the steps, they are found.
 
 mod common;
-use common::{mode_word, output, run, truth};
+use common::{event_sequence, output, run, truth};
 use stickslip::model::{Actuation, Kick, KickTime, Parameters};
 use stickslip::record::EventKind;
 use stickslip::simulation::{Method, SolverOptions};
@@ -20,7 +20,7 @@ fn paper_si(relative_velocity: f64) -> Parameters {
 fn check(parameters: &Parameters, end: f64, solver: &SolverOptions, longest_step: f64, tolerance: f64) {
     let events = |options: &SolverOptions| -> (Vec<EventKind>, Vec<f64>) {
         let (recorder, _) = run(parameters, options, &output(end, end));
-        mode_word(&recorder).into_iter().unzip()
+        event_sequence(&recorder).into_iter().unzip()
     };
     let (word, times) = events(solver);
     let (fine_word, fine_times) = events(&SolverOptions {

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use stickslip::friction::Law;
 use stickslip::model::Actuation;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, find};
-use stickslip::plot::entry::Story;
+use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::CurveStyle;
 use stickslip::plot::portraits::turn_amplitudes;
 use stickslip::plot::spiral::Turns;
@@ -27,8 +27,8 @@ fn file() -> &'static std::path::Path {
 
 fn figure(name: &str) -> Figure {
     let runs = [Run::open(file()).unwrap()];
-    let story = Story::new(&runs).unwrap();
-    find(name).unwrap().build(&story).unwrap().unwrap()
+    let subject = Subject::new(&runs).unwrap();
+    find(name).unwrap().build(&subject).unwrap().unwrap()
 }
 
 fn points(figure: &Figure, label: &str) -> Vec<(f64, f64)> {

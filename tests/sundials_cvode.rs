@@ -6,7 +6,7 @@
 mod common;
 
 use common::random_brakes::{random_brake, random_release};
-use common::{mode_word, run};
+use common::{event_sequence, run};
 use stickslip::analysis::Summary;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::EventKind;
@@ -32,7 +32,7 @@ fn difference(name: &str, overrides: &[Override], rtol: f64) -> Option<f64> {
             .iter()
             .all(|s| ["cvode-adams", "cvode-bdf"].contains(&s.solver))
     );
-    let (own, exact) = (mode_word(&own), mode_word(&by(Method::Series, 1e-12).0));
+    let (own, exact) = (event_sequence(&own), event_sequence(&by(Method::Series, 1e-12).0));
     let kinds = |word: &[(EventKind, f64)]| word.iter().map(|event| event.0).collect::<Vec<_>>();
     assert_eq!(kinds(&own), kinds(&exact), "{name}, rtol {rtol:e}");
     own.iter().zip(&exact).map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max)

@@ -1,11 +1,11 @@
-//! `series` against the solvers of SUNDIALS: the same mode word and the same times, in every kind of case.
+//! `series` against the solvers of SUNDIALS: the same event sequence and the same times, in every kind of case.
 //!
 //! Two methods that share nothing but the equations and the rules. `auto` at rtol 1e-13 is itself within 1e-12 s of the
 //! multiprecision events; 1e-11 s is ten times that.
 
 mod common;
 
-use common::{mode_word, output, run, solver, truth};
+use common::{event_sequence, output, run, solver, truth};
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
@@ -59,7 +59,7 @@ fn hold(name: &str, parameters: &Parameters, end: f64) -> MemoryRecorder {
 }
 
 fn count(recorder: &MemoryRecorder, kind: EventKind) -> usize {
-    mode_word(recorder).iter().filter(|e| e.0 == kind).count()
+    event_sequence(recorder).iter().filter(|e| e.0 == kind).count()
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn sundials_release_without_torsional_damping() {
         .parameters;
     parameters.torsion.damping = 0.0;
     let out = output(0.46, 1e-3);
-    let by = |method, rtol| mode_word(&run(&parameters, &solver(method, rtol), &out).0);
+    let by = |method, rtol| event_sequence(&run(&parameters, &solver(method, rtol), &out).0);
     let series = by(Method::Series, SolverOptions::default().rtol);
     let auto = by(Method::Auto, 1e-12);
     assert!(series.iter().any(|e| e.0 == EventKind::Contact), "{series:?}");
@@ -166,7 +166,11 @@ fn sundials_reversals_by_kicks() {
             kick(KickTime::At(0.31), -2.0 * speed),
         ];
         let recorder = hold(&format!("kicks from {speed} rad/s"), &parameters, 0.5);
-        assert!(count(&recorder, EventKind::Reversal) >= 3, "{:?}", mode_word(&recorder));
+        assert!(
+            count(&recorder, EventKind::Reversal) >= 3,
+            "{:?}",
+            event_sequence(&recorder)
+        );
     }
 }
 

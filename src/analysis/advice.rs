@@ -194,7 +194,7 @@ fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() ->
     let word = events
         .iter()
         .zip(distances)
-        .filter(|(event, _)| event.kind.in_mode_word());
+        .filter(|(event, _)| event.kind.in_event_sequence());
     let digits = word.map(|(event, distance)| {
         distance.map_or(0, |(distance, error)| significant(event.time, distance.abs() + error))
     });

@@ -78,21 +78,21 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Digits that every event of the mode word has; `None` without any.
+    /// Digits that every event of the sequence has; `None` without any.
     pub fn least_digits(&self) -> Option<u32> {
-        self.in_mode_word().map(CertifiedEvent::digits).min()
+        self.in_event_sequence().map(CertifiedEvent::digits).min()
     }
 
-    /// Digits of the event of the mode word of which double precision can hold least.
+    /// Digits of the event of the sequence of which double precision can hold least.
     pub fn most_digits(&self) -> Option<u32> {
-        self.in_mode_word().map(CertifiedEvent::most_digits).min()
+        self.in_event_sequence().map(CertifiedEvent::most_digits).min()
     }
 
-    pub(super) fn in_mode_word(&self) -> impl Iterator<Item = &CertifiedEvent> {
+    pub(super) fn in_event_sequence(&self) -> impl Iterator<Item = &CertifiedEvent> {
         let word = |event: &&CertifiedEvent| {
             EventKind::ALL
                 .iter()
-                .any(|kind| kind.name() == event.kind && kind.in_mode_word())
+                .any(|kind| kind.name() == event.kind && kind.in_event_sequence())
         };
         self.events.iter().filter(word)
     }
@@ -282,7 +282,7 @@ fn judge(
             let uncertainty = apart + own + rounding;
             let timed =
                 matches!(event.kind, EventKind::Corner | EventKind::Kick) && distances.iter().all(|d| d[index] == 0.0);
-            if lost.is_none() && event.kind.in_mode_word() {
+            if lost.is_none() && event.kind.in_event_sequence() {
                 if noise && onset.is_some_and(|onset| index >= onset) {
                     lost = Some(Verdict::NoiseDetermined);
                 } else if seen < LEAST_WITNESSES {
@@ -303,10 +303,10 @@ fn judge(
             if lost.is_none() && noise && of_margin && grown > GROWN_NOISE {
                 lost = Some(Verdict::NoiseDetermined);
             }
-            // An event outside the mode word that the witnesses do not have, or not within half a period, is no result.
+            // An event outside the event sequence that the witnesses do not have, or not within half a period, is no result.
             let placed = seen >= LEAST_WITNESSES && uncertainty <= 0.5 * period;
             let mut alone = None;
-            if lost.is_none() && !event.kind.in_mode_word() && !timed && !placed {
+            if lost.is_none() && !event.kind.in_event_sequence() && !timed && !placed {
                 if noise {
                     lost = Some(Verdict::NoiseDetermined);
                 } else {

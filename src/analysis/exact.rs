@@ -114,7 +114,7 @@ fn solve(
 pub fn distances(case: &Case, result: &[Event], solution: &OracleSolution) -> (Vec<Option<(f64, f64)>>, usize) {
     let period = TorsionModel::new(&case.parameters).natural_period();
     let exact = &solution.report.events;
-    let in_word = |kind: EventKind| kind.in_mode_word();
+    let in_word = |kind: EventKind| kind.in_event_sequence();
     let theirs: Vec<usize> = (0..exact.len()).filter(|k| in_word(exact[*k].kind)).collect();
     let own: Vec<usize> = (0..result.len()).filter(|k| in_word(result[*k].kind)).collect();
     let word = |time: f64, kind| SequenceEvent { time, kind };
@@ -174,7 +174,7 @@ pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], s
     let spurious = distances
         .iter()
         .zip(result)
-        .filter(|(distance, event)| distance.is_none() && event.kind.in_mode_word())
+        .filter(|(distance, event)| distance.is_none() && event.kind.in_event_sequence())
         .count();
     certificate.verdict = match (missing + spurious, ladder) {
         (0, _) => Verdict::Converged,
@@ -195,7 +195,7 @@ fn contradiction(
     (missing, spurious): (usize, usize),
 ) -> Option<String> {
     let claims = || certificate.events.iter().zip(distances);
-    let word = result.iter().filter(|event| event.kind.in_mode_word()).count();
+    let word = result.iter().filter(|event| event.kind.in_event_sequence()).count();
     if missing + spurious > 0 && ladder == Verdict::Converged {
         let lost = claims().find(|(event, distance)| distance.is_none() && event.ladder_verdict == Verdict::Converged);
         let place = lost.map_or_else(String::new, |(event, _)| {

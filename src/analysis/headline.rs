@@ -157,7 +157,7 @@ impl Headline {
         [
             ("events", events, ""),
             ("onset of stick-slip", time(s.onset_time), paper::ONSET),
-            ("stick for good", time(s.final_stick_time), paper::FINAL_STICK),
+            ("final stick", time(s.final_stick_time), paper::FINAL_STICK),
             ("slip duration, first / last", slips, paper::SLIP),
             ("slip duration, range", range(s.slip_range), paper::SLIP_RANGE),
             (

@@ -83,9 +83,9 @@ pub struct Rung {
     pub method: &'static str,
     /// Relative tolerance.
     pub rtol: f64,
-    /// Events of the mode word that agree with the result's in kind, from the first on.
+    /// Events of the sequence that agree with the result's in kind, from the first on.
     pub agreeing: usize,
-    /// Events of the mode word.
+    /// Events of the sequence.
     pub events: usize,
     /// Largest distance to the result over the agreeing events, s; `None` if there is none.
     pub distance: Option<f64>,
@@ -227,7 +227,7 @@ pub(super) fn climb(
 }
 
 fn word(events: &[Event]) -> Vec<&Event> {
-    events.iter().filter(|event| event.kind.in_mode_word()).collect()
+    events.iter().filter(|event| event.kind.in_event_sequence()).collect()
 }
 
 fn compare(run: &mut Finished, result: &[Event]) {
@@ -305,7 +305,7 @@ pub(super) fn counterparts<'a>(result: &[Event], run: &'a Finished) -> Vec<Optio
         same.nth(number)
     };
     (0..result.len())
-        .map(|index| match result[index].kind.in_mode_word() {
+        .map(|index| match result[index].kind.in_event_sequence() {
             true => word.next(),
             false => other(index),
         })

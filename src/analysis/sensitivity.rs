@@ -166,7 +166,7 @@ pub fn of_final_stick(
     linearised: &Linearised,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<FinalStick> {
-    let last = linearised.events.iter().rfind(|event| event.kind.in_mode_word())?;
+    let last = linearised.events.iter().rfind(|event| event.kind.in_event_sequence())?;
     if last.kind != EventKind::Stick {
         return None;
     }
@@ -183,7 +183,7 @@ pub fn of_final_stick(
         })
         .collect();
     let word: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
-    let without_reruns = match Baseline::new(case, &in_mode_word(word), stop) {
+    let without_reruns = match Baseline::new(case, &in_event_sequence(word), stop) {
         Ok(baseline) => baseline.rerun(&mut rows, stop),
         Err(reason) => Some(reason),
     };
@@ -202,18 +202,18 @@ pub fn of_certificate(
     certificate: &Certificate,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<FinalStick> {
-    let last = certificate.in_mode_word().last()?;
+    let last = certificate.in_event_sequence().last()?;
     let linear = certificate
         .linearised
         .events
         .iter()
-        .rfind(|event| event.kind.in_mode_word())?;
+        .rfind(|event| event.kind.in_event_sequence())?;
     let known = last.uncertainty.is_finite() && last.kind == linear.kind.name();
     known.then(|| of_final_stick(case, half_last_digits, &certificate.linearised, stop))?
 }
 
-fn in_mode_word(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
-    kinds.into_iter().filter(|kind| kind.in_mode_word()).collect()
+fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
+    kinds.into_iter().filter(|kind| kind.in_event_sequence()).collect()
 }
 
 /// What a change of another number does to the kicks.
@@ -272,7 +272,7 @@ impl Baseline {
             NoReport::TooLong => "a run by series takes too long".to_owned(),
             NoReport::Interrupted => "interrupted".to_owned(),
         })?;
-        let own = in_mode_word(report.events.iter().map(|event| event.kind));
+        let own = in_event_sequence(report.events.iter().map(|event| event.kind));
         if own != word {
             let difference = difference(&own, word);
             return Err(format!("series finds another sequence of events: {difference}"));
@@ -341,7 +341,7 @@ impl Baseline {
             Err(NoReport::TooLong) => return Some(rerun(Outcome::TooLong, "the run takes too long".to_owned())),
             Err(NoReport::Interrupted) => return None,
         };
-        let word = in_mode_word(report.events.iter().map(|event| event.kind));
+        let word = in_event_sequence(report.events.iter().map(|event| event.kind));
         let final_stick = report.digest.cycles.final_stick_time;
         let noise = Summary::of_run(&case.parameters, &report).noise_determined;
         let outcome = match final_stick {

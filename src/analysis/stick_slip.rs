@@ -18,7 +18,7 @@ pub struct StickSlip {
 impl StickSlip {
     /// From all events of a run, in order.
     pub fn from_events(events: &[Event]) -> Self {
-        let in_word = events.iter().filter(|e| e.kind.in_mode_word());
+        let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
         StickSlip::from_word(in_word.map(|e| (e.time, e.kind)))
     }
 

@@ -87,7 +87,7 @@ impl Truth {
             let kind = event.get("kind").and_then(Value::as_str).unwrap_or_default();
             let kind = EventKind::ALL
                 .into_iter()
-                .find(|k| k.name() == kind && k.in_mode_word());
+                .find(|k| k.name() == kind && k.in_event_sequence());
             let time = event.get("time").and_then(decimal);
             kind.zip(time).ok_or_else(|| {
                 form(format!(

@@ -46,7 +46,7 @@ impl Sequence {
     }
 
     fn push(&mut self, event: &Event) {
-        if !event.kind.in_mode_word() {
+        if !event.kind.in_event_sequence() {
             return;
         }
         if self.events.len() < MOST_EVENTS {

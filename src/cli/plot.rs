@@ -4,7 +4,7 @@ use super::arguments::{Common, Format, PlotOptions};
 use super::run::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::plot::catalogue::{self, ENTRIES};
-use crate::plot::entry::{Entry, Story};
+use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{Figure, PlotError, Run, critical, own, page, raster, svg};
 use crate::results::{ResultFile, Status, SweepFile};
@@ -196,23 +196,23 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
                 .to_owned(),
         ));
     }
-    let Some(story) = Story::new(runs) else {
+    let Some(subject) = Subject::new(runs) else {
         return Ok(Chosen::default());
     };
     let all: Vec<&Entry> = ENTRIES.iter().collect();
     let (mut chosen, mut absent) = (Chosen::default(), Vec::new());
     for entry in if only.is_empty() { &all[..] } else { only } {
-        match entry.build(&story).map_err(bad)? {
+        match entry.build(&subject).map_err(bad)? {
             Ok(figure) => chosen.figures.push(figure),
             Err(missing) => absent.push((entry, missing)),
         }
     }
     let missing: Vec<_> = absent.iter().map(|(_, missing)| missing).collect();
-    chosen.sampling = catalogue::sampling(story.run, &missing);
+    chosen.sampling = catalogue::sampling(subject.run, &missing);
     // What is asked for by name has to be there.
     if let (Some((entry, missing)), false) = (absent.first(), only.is_empty()) {
-        let path = story.run.path().display();
-        let remedy = chosen.sampling.as_deref().map(|text| remedy(text, story.run.path()));
+        let path = subject.run.path().display();
+        let remedy = chosen.sampling.as_deref().map(|text| remedy(text, subject.run.path()));
         return Err(CommandError::Input(format!(
             "{path}: {} cannot be drawn: {}{}",
             entry.name,

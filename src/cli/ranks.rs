@@ -5,7 +5,7 @@ use super::arguments::SweepOptions;
 use crate::case::CaseError;
 #[cfg(feature = "mpi")]
 use crate::sweep::mpi;
-use crate::sweep::{Crew, Study, Threads, Work};
+use crate::sweep::{Study, Threads, Work, WorkerPool};
 use std::path::Path;
 
 /// What launchers tell their processes: how many there are (Open MPI, MPICH and its kin).
@@ -100,7 +100,7 @@ impl Ranks {
     }
 
     /// Who runs the points. On rank 0, and for all of the sweep: the others go when it is dropped.
-    pub(super) fn crew(&self) -> Box<dyn Crew> {
+    pub(super) fn worker_pool(&self) -> Box<dyn WorkerPool> {
         match self {
             Ranks::Alone => Box::new(Threads),
             #[cfg(feature = "mpi")]

@@ -119,7 +119,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
     if ranks.served(&work, &path) {
         return Ok(End::Done);
     }
-    let mut crew = ranks.crew();
+    let mut worker_pool = ranks.worker_pool();
     // It is made for the first run: whatever is refused before leaves none behind.
     if study.keep.trajectory && folder == path {
         let what = "the results of its runs";
@@ -147,12 +147,12 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             integrate,
             stop: &stop,
         },
-        &mut *crew,
+        &mut *worker_pool,
         &mut |progress| bar.show(progress),
     );
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
-    drop(crew);
+    drop(worker_pool);
     let report = match result {
         Ok(report) => report,
         Err(error @ SweepError::Lost { .. }) => return Err(ranks.give_up(command_error(&error, &path))),

@@ -1,6 +1,6 @@
 //! The figures of the paper, from one run or several: each knows its window of time by the events.
 
-use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Story};
+use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::own::over_time;
@@ -17,7 +17,7 @@ const CRITICAL_CURVE: u32 = 25;
 /// The first and the last figure of the paper that are of one run.
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
-/// Every figure, in the order in which the paper tells the story.
+/// Every figure, in the order in which the paper tells the subject.
 pub const ENTRIES: &[Entry] = &[
     entry("friction-law", "Friction law", Some(4), friction_law),
     entry("axial-displacement", "Axial displacement", Some(5), axial_displacement),
@@ -137,7 +137,7 @@ const fn entry(
     name: &'static str,
     title: &'static str,
     paper_figure: Option<u32>,
-    draw: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
+    draw: fn(&Entry, &Subject) -> Result<Outcome, PlotError>,
 ) -> Entry {
     Entry {
         name,
@@ -195,36 +195,36 @@ pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     (!needed.is_empty()).then(|| format!("output.window=[{list}]"))
 }
 
-fn whole(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
     // One pass over the file for all figures of the whole run.
     let channels = ["theta_dot", "phi2_dot", "phi1_dot", "relative_velocity"];
-    for run in story.runs {
-        run.curves(&channels, story.run.times)?;
+    for run in subject.runs {
+        run.curves(&channels, subject.run.times)?;
     }
-    over_time(story.runs, entry.name, entry.title, panels, story.run.times).map(Ok)
+    over_time(subject.runs, entry.name, entry.title, panels, subject.run.times).map(Ok)
 }
 
 /// A figure over a window in which motions of `period` are to be seen.
 fn close_up(
     entry: &Entry,
-    story: &Story,
+    subject: &Subject,
     panels: &[&[&str]],
     window: (f64, f64),
     period: f64,
 ) -> Result<Outcome, PlotError> {
-    match story.resolved(window, period)? {
-        Ok(window) => over_time(story.runs, entry.name, entry.title, panels, window).map(Ok),
+    match subject.resolved(window, period)? {
+        Ok(window) => over_time(subject.runs, entry.name, entry.title, panels, window).map(Ok),
         Err(reason) => Ok(Err(reason)),
     }
 }
 
 /// mu(x), from rest to where friction has ceased to change.
-fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
+fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     let mut curves = Vec::new();
-    let several = story.runs.len() > 1;
-    let scale = 6.0 / story.run.parameters.friction.law.steepness_rate(0.0);
+    let several = subject.runs.len() > 1;
+    let scale = 6.0 / subject.run.parameters.friction.law.steepness_rate(0.0);
     let end = if scale.is_finite() { scale } else { 1.0 };
-    for (k, run) in story.runs.iter().enumerate() {
+    for (k, run) in subject.runs.iter().enumerate() {
         let friction = &run.parameters.friction;
         let law = (0..=240)
             .map(|k| end * f64::from(k) / 240.0)
@@ -236,12 +236,12 @@ fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
         };
         curves.push(Curve::line(&label, line_color(k), law.collect()));
     }
-    let friction = &story.run.parameters.friction;
+    let friction = &subject.run.parameters.friction;
     if !several {
         let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
         curves.push(rest.styled(CurveStyle::Points));
-        let force = AxialMotion::new(&story.run.parameters.axial, &story.run.parameters.actuation).largest_force();
-        if let Some(x) = TorsionModel::new(&story.run.parameters).critical_speed(force) {
+        let force = AxialMotion::new(&subject.run.parameters.axial, &subject.run.parameters.actuation).largest_force();
+        if let Some(x) = TorsionModel::new(&subject.run.parameters).critical_speed(force) {
             let point = Curve::line("critical speed", BLACK, vec![(x, friction.law.coefficient(x))]);
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
@@ -267,73 +267,79 @@ fn friction_law(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
 }
 
 /// As long again as F(t) changes.
-fn axial_displacement(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    let (first, last) = story.run.times;
-    let end = story.corner.map_or(last, |corner| (2.0 * corner).min(last));
+fn axial_displacement(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let (first, last) = subject.run.times;
+    let end = subject.corner.map_or(last, |corner| (2.0 * corner).min(last));
     let end = if end > first { end } else { last };
-    over_time(story.runs, entry.name, entry.title, &[&["z"]], (first, end)).map(Ok)
+    over_time(subject.runs, entry.name, entry.title, &[&["z"]], (first, end)).map(Ok)
 }
 
-fn axial_settling(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    let Some(corner) = story.corner else {
+fn axial_settling(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let Some(corner) = subject.corner else {
         return Ok(Err(NO_CORNER.into()));
     };
-    let window = (corner - story.axial_period, corner + 5.0 * story.axial_period);
-    close_up(entry, story, &[&["z"]], window, story.axial_period)
+    let window = (corner - subject.axial_period, corner + 5.0 * subject.axial_period);
+    close_up(entry, subject, &[&["z"]], window, subject.axial_period)
 }
 
 /// From the loss of stability, or a little before the first stick, to a little after the last.
-fn stop(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
-    let Some(onset) = story.onset else {
+fn stop(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+    let Some(onset) = subject.onset else {
         return Ok(Err(NO_STICK.into()));
     };
-    let end = story
+    let end = subject
         .final_stick
-        .or(story.run.events.last().map(|e| e.time))
+        .or(subject.run.events.last().map(|e| e.time))
         .unwrap_or(onset);
-    let from = story.instability.unwrap_or(onset - 60.0 * story.period);
-    close_up(entry, story, panels, (from, end + 8.0 * story.period), story.period)
+    let from = subject.instability.unwrap_or(onset - 60.0 * subject.period);
+    close_up(
+        entry,
+        subject,
+        panels,
+        (from, end + 8.0 * subject.period),
+        subject.period,
+    )
 }
 
-fn growth(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    let Some(onset) = story.onset else {
+fn growth(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let Some(onset) = subject.onset else {
         return Ok(Err(NO_STICK.into()));
     };
-    let window = (onset - 24.0 * story.period, onset + 2.0 * story.period);
-    close_up(entry, story, &[&["relative_velocity"]], window, story.period)
+    let window = (onset - 24.0 * subject.period, onset + 2.0 * subject.period);
+    close_up(entry, subject, &[&["relative_velocity"]], window, subject.period)
 }
 
-fn transition(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    let Some(onset) = story.onset else {
+fn transition(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let Some(onset) = subject.onset else {
         return Ok(Err(NO_STICK.into()));
     };
-    let end = story
+    let end = subject
         .final_stick
-        .or(story.run.events.last().map(|e| e.time))
+        .or(subject.run.events.last().map(|e| e.time))
         .unwrap_or(onset);
-    let window = (onset - 12.0 * story.period, end + 6.0 * story.period);
-    close_up(entry, story, &[&["relative_velocity"]], window, story.period)
+    let window = (onset - 12.0 * subject.period, end + 6.0 * subject.period);
+    close_up(entry, subject, &[&["relative_velocity"]], window, subject.period)
 }
 
-fn first_cycles(entry: &Entry, story: &Story, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
-    let cycles = &story.run.stick_slip.cycles;
-    let (Some(onset), false) = (story.onset, cycles.is_empty()) else {
+fn first_cycles(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
+    let cycles = &subject.run.stick_slip.cycles;
+    let (Some(onset), false) = (subject.onset, cycles.is_empty()) else {
         return Ok(Err(NO_CYCLE.into()));
     };
     let length: f64 = cycles.iter().take(5).map(|c| c.period).sum();
-    let window = (onset - story.period, onset + length + 0.2 * story.period);
-    close_up(entry, story, panels, window, story.period)
+    let window = (onset - subject.period, onset + length + 0.2 * subject.period);
+    close_up(entry, subject, panels, window, subject.period)
 }
 
-fn last_cycles(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    let cycles = &story.run.stick_slip.cycles;
-    let (Some(end), false) = (story.final_stick, cycles.is_empty()) else {
+fn last_cycles(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let cycles = &subject.run.stick_slip.cycles;
+    let (Some(end), false) = (subject.final_stick, cycles.is_empty()) else {
         return Ok(Err(NO_CYCLE.into()));
     };
     let length: f64 = cycles.iter().rev().take(4).map(|c| c.period).sum();
-    let window = (end - length - 0.2 * story.period, end + 2.0 * story.period);
+    let window = (end - length - 0.2 * subject.period, end + 2.0 * subject.period);
     let panels: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
-    close_up(entry, story, panels, window, story.period)
+    close_up(entry, subject, panels, window, subject.period)
 }
 
 /// Stick durations as A exp(k/K): the factor from stick to stick and how well it fits.
@@ -379,13 +385,13 @@ impl ExponentialFit {
     }
 }
 
-fn durations(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    if story.run.stick_slip.cycles.is_empty() {
+fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    if subject.run.stick_slip.cycles.is_empty() {
         return Ok(Err(NO_CYCLE.into()));
     }
-    let several = story.runs.len() > 1;
+    let several = subject.runs.len() > 1;
     let mut curves = Vec::new();
-    for (number, run) in story.runs.iter().enumerate() {
+    for (number, run) in subject.runs.iter().enumerate() {
         let cycles = &run.stick_slip.cycles;
         let indexed = |f: fn(&crate::analysis::Cycle) -> f64| -> Vec<(f64, f64)> {
             cycles.iter().enumerate().map(|(k, c)| (k as f64, f(c))).collect()

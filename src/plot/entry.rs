@@ -40,7 +40,7 @@ pub struct Entry {
     pub title: &'static str,
     /// Number in the paper, where it is known.
     pub paper_figure: Option<u32>,
-    pub(super) draw: fn(&Entry, &Story) -> Result<Outcome, PlotError>,
+    pub(super) draw: fn(&Entry, &Subject) -> Result<Outcome, PlotError>,
 }
 
 impl Entry {
@@ -48,8 +48,8 @@ impl Entry {
     ///
     /// # Errors
     /// If a file cannot be read. That a run does not have the figure is no error.
-    pub fn build(&self, story: &Story) -> Result<Outcome, PlotError> {
-        let outcome = (self.draw)(self, story)?;
+    pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
+        let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {
             paper_figure: self.paper_figure,
             ..figure
@@ -57,9 +57,9 @@ impl Entry {
     }
 }
 
-/// The runs to draw and the moments of the first of them that divide its story.
+/// The runs to draw and the moments of the first of them that divide its subject.
 #[derive(Debug)]
-pub struct Story<'a> {
+pub struct Subject<'a> {
     pub runs: &'a [Run],
     pub run: &'a Run,
     /// T_n, s.
@@ -76,14 +76,14 @@ pub struct Story<'a> {
     pub corner: Option<f64>,
 }
 
-impl<'a> Story<'a> {
+impl<'a> Subject<'a> {
     /// Of runs of which the first is the reference; `None` without a run.
-    pub fn new(runs: &'a [Run]) -> Option<Story<'a>> {
+    pub fn new(runs: &'a [Run]) -> Option<Subject<'a>> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
         let axial = &run.parameters.axial;
         let corner = run.events.iter().rfind(|e| e.kind == EventKind::Corner);
-        Some(Story {
+        Some(Subject {
             runs,
             run,
             period: TorsionModel::new(&run.parameters).natural_period(),

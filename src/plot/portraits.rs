@@ -1,6 +1,6 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Story, too_sparse};
+use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Subject, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::Run;
@@ -24,8 +24,8 @@ pub fn turn_amplitudes(run: &Run, channel: &str, window: (f64, f64)) -> Result<V
 }
 
 /// A portrait of a spiral: of a single run, whether it converges stands in its title.
-fn spiral(entry: &Entry, story: &Story, axes: (&str, &str), window: (f64, f64)) -> Result<Outcome, PlotError> {
-    let factor = match story.runs {
+fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f64)) -> Result<Outcome, PlotError> {
+    let factor = match subject.runs {
         [run] => factor_per_turn(&turn_amplitudes(run, axes.1, window)?),
         _ => None,
     };
@@ -34,100 +34,112 @@ fn spiral(entry: &Entry, story: &Story, axes: (&str, &str), window: (f64, f64)) 
         Some(factor) => format!("{}: converges, ×{factor:.3} per turn", entry.title),
         None => entry.title.to_owned(),
     };
-    phase(story.runs, entry.name, &title, axes, window).map(Ok)
+    phase(subject.runs, entry.name, &title, axes, window).map(Ok)
 }
 
 fn in_window(
     entry: &Entry,
-    story: &Story,
+    subject: &Subject,
     axes: (&str, &str),
     window: (f64, f64),
     period: f64,
 ) -> Result<Outcome, PlotError> {
-    match story.resolved(window, period)? {
-        Ok(window) => spiral(entry, story, axes, window),
+    match subject.resolved(window, period)? {
+        Ok(window) => spiral(entry, subject, axes, window),
         Err(reason) => Ok(Err(reason)),
     }
 }
 
-fn after_corner(entry: &Entry, story: &Story, axes: (&str, &str), period: f64) -> Result<Outcome, PlotError> {
-    let Some(corner) = story.corner else {
+fn after_corner(entry: &Entry, subject: &Subject, axes: (&str, &str), period: f64) -> Result<Outcome, PlotError> {
+    let Some(corner) = subject.corner else {
         return Ok(Err(NO_CORNER.into()));
     };
-    in_window(entry, story, axes, (corner, corner + 6.0 * story.axial_period), period)
+    in_window(
+        entry,
+        subject,
+        axes,
+        (corner, corner + 6.0 * subject.axial_period),
+        period,
+    )
 }
 
-pub(super) fn axial(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    after_corner(entry, story, ("z", "z_dot"), story.axial_period)
+pub(super) fn axial(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    after_corner(entry, subject, ("z", "z_dot"), subject.axial_period)
 }
 
-pub(super) fn plateau(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    after_corner(entry, story, ("phi1", "phi1_dot"), story.period)
+pub(super) fn plateau(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    after_corner(entry, subject, ("phi1", "phi1_dot"), subject.period)
 }
 
-fn before_onset(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    match story.onset {
-        Some(onset) => in_window(entry, story, axes, (onset - TURNS * story.period, onset), story.period),
+fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
+    match subject.onset {
+        Some(onset) => in_window(
+            entry,
+            subject,
+            axes,
+            (onset - TURNS * subject.period, onset),
+            subject.period,
+        ),
         None => Ok(Err(NO_STICK.into())),
     }
 }
 
-pub(super) fn growth_stator(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    before_onset(entry, story, ("phi1", "phi1_dot"))
+pub(super) fn growth_stator(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    before_onset(entry, subject, ("phi1", "phi1_dot"))
 }
 
-pub(super) fn growth_rotor(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    before_onset(entry, story, ("rotor_twist", "rotor_twist_rate"))
+pub(super) fn growth_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    before_onset(entry, subject, ("rotor_twist", "rotor_twist_rate"))
 }
 
 /// From the first stick to the last: no spiral, but an orbit for each cycle.
-fn during(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    let (Some(onset), Some(last)) = (story.onset, story.run.events.last()) else {
+fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
+    let (Some(onset), Some(last)) = (subject.onset, subject.run.events.last()) else {
         return Ok(Err(NO_STICK.into()));
     };
-    let end = story.final_stick.unwrap_or(last.time);
+    let end = subject.final_stick.unwrap_or(last.time);
     if end <= onset {
         return Ok(Err(NO_CYCLE.into()));
     }
-    match story.resolved((onset, end), story.period)? {
-        Ok(window) => phase(story.runs, entry.name, entry.title, axes, window).map(Ok),
+    match subject.resolved((onset, end), subject.period)? {
+        Ok(window) => phase(subject.runs, entry.name, entry.title, axes, window).map(Ok),
         Err(reason) => Ok(Err(reason)),
     }
 }
 
-pub(super) fn stick_slip_stator(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    during(entry, story, ("phi1", "phi1_dot"))
+pub(super) fn stick_slip_stator(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    during(entry, subject, ("phi1", "phi1_dot"))
 }
 
-pub(super) fn stick_slip_rotor(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    during(entry, story, ("rotor_twist", "rotor_twist_rate"))
+pub(super) fn stick_slip_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    during(entry, subject, ("rotor_twist", "rotor_twist_rate"))
 }
 
-pub(super) fn torque(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    during(entry, story, ("relative_velocity", "transmitted_torque"))
+pub(super) fn torque(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    during(entry, subject, ("relative_velocity", "transmitted_torque"))
 }
 
 /// The last stick, as long as the samples resolve the swing of the rotor on both springs, which is some twenty times
 /// slower than the surfaces' own mode and decays as slowly; two turns at least.
-fn final_stick(entry: &Entry, story: &Story, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    let Some(start) = story.final_stick else {
+fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
+    let Some(start) = subject.final_stick else {
         return Ok(Err("the run does not end in a stick".into()));
     };
-    let modes = stick_modes(&TorsionModel::new(&story.run.parameters)).modes;
+    let modes = stick_modes(&TorsionModel::new(&subject.run.parameters)).modes;
     let Some(slow) = modes.iter().filter_map(|mode| mode.natural_frequency).reduce(f64::min) else {
         return Ok(Err("the rotor does not swing: it is overdamped".into()));
     };
     let window = (start, start + SWINGS / slow);
-    match story.run.dense_until(window, 1.0 / (slow * SAMPLES_PER_PERIOD))? {
-        Some(end) if end - start > 2.0 / slow => spiral(entry, story, axes, (start, end)),
+    match subject.run.dense_until(window, 1.0 / (slow * SAMPLES_PER_PERIOD))? {
+        Some(end) if end - start > 2.0 / slow => spiral(entry, subject, axes, (start, end)),
         _ => Ok(Err(too_sparse(window, 1.0 / slow))),
     }
 }
 
-pub(super) fn final_stick_stator(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    final_stick(entry, story, ("phi1", "phi1_dot"))
+pub(super) fn final_stick_stator(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    final_stick(entry, subject, ("phi1", "phi1_dot"))
 }
 
-pub(super) fn final_stick_rotor(entry: &Entry, story: &Story) -> Result<Outcome, PlotError> {
-    final_stick(entry, story, ("rotor_twist", "rotor_twist_rate"))
+pub(super) fn final_stick_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    final_stick(entry, subject, ("rotor_twist", "rotor_twist_rate"))
 }

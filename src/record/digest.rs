@@ -41,7 +41,7 @@ pub struct CycleStatistics {
 impl CycleStatistics {
     /// Takes the next event, by time (s) and kind; returns the cycle that it completes.
     pub fn push(&mut self, time: f64, kind: EventKind) -> Option<Cycle> {
-        if !kind.in_mode_word() {
+        if !kind.in_event_sequence() {
             return None;
         }
         let stick = kind == EventKind::Stick;

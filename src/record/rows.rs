@@ -118,8 +118,8 @@ impl EventKind {
         }
     }
 
-    /// Whether it belongs to the event sequence (the "mode word"); the others are information.
-    pub fn in_mode_word(self) -> bool {
+    /// Whether it belongs to the event sequence; the others are information.
+    pub fn in_event_sequence(self) -> bool {
         matches!(
             self,
             EventKind::Stick | EventKind::Slip | EventKind::Reversal | EventKind::Separation | EventKind::Contact

@@ -1,9 +1,9 @@
-//! Two mode words held against each other: what matches, what is missing, what is too many, and where they part.
+//! Two event sequences compared: what matches, what is missing, what is too many, and where they part.
 
 use super::rows::EventKind;
 use serde::Serialize;
 
-/// One event of a mode word.
+/// One event of a event sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SequenceEvent {
     /// s.

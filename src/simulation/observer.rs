@@ -220,7 +220,7 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
         if kind == EventKind::Kick {
             self.work_perturbation += self.readings.kinetic_energy(after.1) - self.readings.kinetic_energy(before.1);
         }
-        self.counted += usize::from(kind.in_mode_word());
+        self.counted += usize::from(kind.in_event_sequence());
         let state_after = self.readings.state(t, after.0.mode, after.1);
         // A kick may lead beyond the end of its mode, where friction is that of the mode which the reversal then begins.
         let reversed = f64::from(after.0.mode.sense()) * state_after.relative_velocity < 0.0;

@@ -353,7 +353,7 @@ impl Run<'_> {
             .event(self.time, kind, (&before, &self.state), (&after, &state))
             .map_err(|error| observed(error, &after))?;
         self.state = state;
-        self.counted += usize::from(kind.in_mode_word());
+        self.counted += usize::from(kind.in_event_sequence());
         if self.counted > self.max_events {
             return Err(RunError::TooManyEvents {
                 time: self.time,

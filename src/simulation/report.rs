@@ -10,7 +10,7 @@ pub struct Progress {
     /// s.
     pub time: f64,
     pub mode: Mode,
-    /// Events of the mode word so far.
+    /// Events of the sequence so far.
     pub events: usize,
 }
 

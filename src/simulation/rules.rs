@@ -76,7 +76,7 @@ pub struct BrakeRules {
     stopped_smoothly: bool,
 }
 
-type Happening = Transition<EventKind, Location>;
+type BrakeTransition = Transition<EventKind, Location>;
 
 impl BrakeRules {
     pub fn new(brake: Arc<Brake>, parameters: &Parameters, plan: Plan, end_time: f64) -> Self {
@@ -318,7 +318,7 @@ impl BrakeRules {
         location
     }
 
-    fn kick(&mut self, location: &Location, t: f64, y: &[f64], delta: f64) -> Vec<Happening> {
+    fn kick(&mut self, location: &Location, t: f64, y: &[f64], delta: f64) -> Vec<BrakeTransition> {
         let brake = self.brake.clone();
         let torsion = &brake.torsion;
         if location.mode == Mode::Stick {
@@ -345,7 +345,7 @@ impl BrakeRules {
             }];
         }
         let sense = f64::from(location.mode.sense());
-        let mut happenings = Vec::with_capacity(2);
+        let mut transitions = Vec::with_capacity(2);
         let after = if sense * w > 0.0 {
             self.enter(location.mode, location.watch, t, &kicked)
         } else {
@@ -354,26 +354,26 @@ impl BrakeRules {
                 ..*location
             }
         };
-        happenings.push(Transition {
+        transitions.push(Transition {
             kind: Some(EventKind::Kick),
             location: after,
             state: kicked.to_vec(),
         });
         if sense * w < 0.0 {
             let reversed = self.enter(slip(w), location.watch, t, &kicked);
-            happenings.push(Transition {
+            transitions.push(Transition {
                 kind: Some(EventKind::Reversal),
                 location: reversed,
                 state: kicked.to_vec(),
             });
         } else if w == 0.0 {
-            happenings.push(self.stop(location, t, &kicked));
+            transitions.push(self.stop(location, t, &kicked));
         }
-        happenings
+        transitions
     }
 
     /// What follows when the relative velocity has reached zero.
-    fn stop(&mut self, location: &Location, t: f64, y: &[f64]) -> Happening {
+    fn stop(&mut self, location: &Location, t: f64, y: &[f64]) -> BrakeTransition {
         let joined: TorsionState = self.brake.torsion.joined(y);
         let mode = self.settle(t, &joined);
         // A kick may end at zero with a torque that goes on in the same sense: nothing has happened.
@@ -432,7 +432,7 @@ impl Rules<Brake> for BrakeRules {
         .min_by(f64::total_cmp)
     }
 
-    fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<Happening> {
+    fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<BrakeTransition> {
         if let Some(corner) = self.brake.axial.next_corner(self.last_corner).filter(|&c| c <= t) {
             self.last_corner = corner;
             self.disturb(location.mode, t, y);
@@ -501,7 +501,7 @@ impl Rules<Brake> for BrakeRules {
         }]
     }
 
-    fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: Fired) -> Vec<Happening> {
+    fn at_guards(&mut self, location: &Location, t: f64, y: &[f64], fired: Fired) -> Vec<BrakeTransition> {
         if location.mode == Mode::Stick {
             let mode = if fired.contains(GUARD_FORWARD) {
                 Mode::SlipForward
@@ -515,7 +515,7 @@ impl Rules<Brake> for BrakeRules {
                 state: y.to_vec(),
             }];
         }
-        let mut happenings = Vec::new();
+        let mut transitions = Vec::new();
         let mut location = *location;
         let mut state = y.to_vec();
         if location.watch != Watch::Off && fired.contains(GUARD_STABILITY) {
@@ -525,15 +525,15 @@ impl Rules<Brake> for BrakeRules {
             };
             location.watch = watch;
             location.resolved = self.look_ahead(&location, t, &state, true);
-            happenings.push(Transition {
+            transitions.push(Transition {
                 kind: Some(kind),
                 location,
                 state: state.clone(),
             });
             if kind == EventKind::Destabilised {
                 for delta in std::mem::take(&mut self.waiting_kicks) {
-                    happenings.extend(self.kick(&location, t, &state, delta));
-                    if let Some(last) = happenings.last() {
+                    transitions.extend(self.kick(&location, t, &state, delta));
+                    if let Some(last) = transitions.last() {
                         location = last.location;
                         state.clone_from(&last.state);
                     }
@@ -542,9 +542,9 @@ impl Rules<Brake> for BrakeRules {
         }
         if fired.contains(GUARD_STOPPING) && location.mode != Mode::Stick {
             self.stopped_smoothly |= location.watch != Watch::Off && t < self.smooth_until;
-            happenings.push(self.stop(&location, t, &state));
+            transitions.push(self.stop(&location, t, &state));
         }
-        happenings
+        transitions
     }
 
     fn solver(&self, location: &Location) -> ChosenSolver {
@@ -560,7 +560,7 @@ impl Rules<Brake> for BrakeRules {
     }
 
     fn counts(&self, kind: &EventKind) -> bool {
-        kind.in_mode_word()
+        kind.in_event_sequence()
     }
 
     fn chatter_window(&self) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! A [`Study`] is read from a TOML file: a base case, [`Axis`]es over its keys, and which points they make: a grid, a
 //! sample, a table, or the points that tracing a boundary asks for. Points are numbered; what a point comes to depends on
-//! the study alone. A [`Crew`] computes them: a pool of threads ([`run_points`]), or the ranks of an MPI job (feature
+//! the study alone. A [`WorkerPool`] computes them: a pool of threads ([`run_points`]), or the ranks of an MPI job (feature
 //! `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file ([`crate::results::SweepWriter`]) is made from the
 //! journal in the order of the numbers; a [`Shard`] is a part of the points with a file of its own.
 
@@ -10,7 +10,6 @@ mod axis;
 mod boundary;
 mod boundary_tables;
 mod contour;
-mod crew;
 mod criterion;
 mod curves;
 mod earlier;
@@ -34,10 +33,10 @@ mod shard;
 mod source;
 mod study;
 mod tracer;
+mod worker_pool;
 
 pub(crate) use axis::read as read_axis;
 pub use axis::{Axis, Range, Spacing};
-pub use crew::{Crew, Delivery, Threads, Work};
 pub use criterion::{BoundarySpec, Comparison, Criterion};
 pub use curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
 pub use error::SweepError;
@@ -53,3 +52,4 @@ pub use shard::{Shard, ShardError};
 pub use source::{BuiltInStudy, STUDIES, StudySource};
 pub use study::{Design, Keep, Point, STUDY_RTOL, Study};
 pub(crate) use study::{read_base, read_settings, relabelled};
+pub use worker_pool::{Delivery, Threads, Work, WorkerPool};

@@ -1,4 +1,4 @@
-//! The record of an outcome, in a journal and between the members of a crew.
+//! The record of an outcome, in a journal and between the processes of a pool.
 
 use super::quantities::{EventRow, Outcome, QUANTITIES, Values};
 use crate::record::EventKind;
@@ -43,7 +43,7 @@ pub(super) fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
     frame[4..].copy_from_slice(&crc32fast::hash(record).to_le_bytes());
 }
 
-/// Outcomes as the bytes of a message between members of a crew: the records of a journal.
+/// Outcomes as the bytes of a message between processes of a pool: the records of a journal.
 #[cfg(feature = "mpi")]
 pub(super) fn to_message(outcomes: &[Outcome]) -> Vec<u8> {
     let mut bytes = Vec::new();

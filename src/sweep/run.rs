@@ -1,7 +1,6 @@
 //! From a study to its file: what is left to run is run, and the journal becomes the sweep file.
 
 use super::boundary::trace;
-use super::crew::{Crew, Threads};
 use super::earlier::{already_there, gather, ranks_left};
 use super::error::{SweepEnd, SweepError};
 use super::file::{Written, write};
@@ -10,6 +9,7 @@ use super::report::{SweepOptions, SweepProgress, SweepReport};
 use super::running::{Points, Running};
 use super::shard::Part;
 use super::study::{Design, Study};
+use super::worker_pool::{Threads, WorkerPool};
 use crate::results::{Overwrite, ResultError, check_target};
 use std::collections::HashMap;
 
@@ -29,14 +29,14 @@ pub fn sweep(
     sweep_with(study, options, &mut Threads, progress)
 }
 
-/// The same with the points run by `crew`.
+/// The same with the points run by `worker_pool`.
 ///
 /// # Errors
-/// Those of [`sweep`], and members of the crew that were lost.
+/// Those of [`sweep`], and workers that were lost.
 pub fn sweep_with(
     study: &Study,
     options: &SweepOptions,
-    crew: &mut dyn Crew,
+    worker_pool: &mut dyn WorkerPool,
     progress: &mut dyn FnMut(SweepProgress),
 ) -> Result<SweepReport, SweepError> {
     let path = options.path;
@@ -67,12 +67,12 @@ pub fn sweep_with(
     let mut journal = Journal::open(&journal_file, &digest, existing)?;
     gather(&mut journal, path, &digest, existing)?;
     let before = journal.points();
-    crew.begin();
+    worker_pool.begin();
     let mut state = Running {
         study,
         options,
         journal,
-        crew,
+        worker_pool,
         progress,
         failed: 0,
         stored: 0,
@@ -84,7 +84,7 @@ pub fn sweep_with(
         Design::Boundary(spec) => trace(spec, &mut state, &mut points).map(|found| boundaries = Some(found)),
         _ => state.run_numbers(study.point_count().unwrap_or(0), part.as_ref()),
     };
-    let silent = state.crew.dismiss();
+    let silent = state.worker_pool.dismiss();
     let interrupted = match ended {
         Ok(()) => false,
         Err(SweepEnd::Interrupted) => true,

@@ -1,12 +1,12 @@
 //! The points of a sweep under way: those that the journal does not hold are run.
 
-use super::crew::{Crew, Delivery, Work};
 use super::error::SweepEnd;
 use super::journal::Journal;
 use super::quantities::Outcome;
 use super::report::{SweepOptions, SweepProgress};
 use super::shard::Part;
 use super::study::{Design, Point, Study};
+use super::worker_pool::{Delivery, Work, WorkerPool};
 use crate::case::Setting;
 use std::collections::HashMap;
 
@@ -46,7 +46,7 @@ pub(super) struct Running<'a> {
     pub(super) study: &'a Study,
     pub(super) options: &'a SweepOptions<'a>,
     pub(super) journal: Journal,
-    pub(super) crew: &'a mut dyn Crew,
+    pub(super) worker_pool: &'a mut dyn WorkerPool,
     pub(super) progress: &'a mut dyn FnMut(SweepProgress),
     pub(super) failed: u64,
     /// Points that others have stored, and what they came to where a boundary is traced.
@@ -101,7 +101,7 @@ impl Running<'_> {
             study,
             options,
             journal,
-            crew,
+            worker_pool,
             progress,
             failed,
             stored,
@@ -138,6 +138,8 @@ impl Running<'_> {
             show(journal.points() + *stored, *failed);
             Ok(())
         };
-        crew.run(&work, &mut points, &mut deliver).map_err(SweepEnd::from)
+        worker_pool
+            .run(&work, &mut points, &mut deliver)
+            .map_err(SweepEnd::from)
     }
 }

@@ -141,19 +141,19 @@ pub fn channel(sample: &Sample, name: &str) -> f64 {
     }
 }
 
-/// The mode word of a run: (kind, time).
-pub fn mode_word(recorder: &MemoryRecorder) -> Vec<(EventKind, f64)> {
+/// The event sequence of a run: (kind, time).
+pub fn event_sequence(recorder: &MemoryRecorder) -> Vec<(EventKind, f64)> {
     recorder
         .events
         .iter()
-        .filter(|e| e.kind.in_mode_word())
+        .filter(|e| e.kind.in_event_sequence())
         .map(|e| (e.kind, e.time))
         .collect()
 }
 
 /// Asserts the truth's events in order, none extra, and returns the largest error of a time, s.
 pub fn largest_event_error(truth: &Truth, recorder: &MemoryRecorder) -> f64 {
-    let word = mode_word(recorder);
+    let word = event_sequence(recorder);
     let kinds: Vec<&str> = word.iter().map(|(k, _)| k.name()).collect();
     let expected: Vec<&str> = truth.events.iter().map(|e| e.kind.as_str()).collect();
     assert_eq!(

@@ -273,10 +273,10 @@ pub fn rows_of(path: &Path, from: f64) -> Rows {
     samples.iter().filter(|s| s.time >= from).map(row).collect()
 }
 
-/// Times and kinds of the mode word of a result file.
+/// Times and kinds of the event sequence of a result file.
 pub fn word_of(path: &Path) -> Vec<(f64, String)> {
     let events = ResultFile::open(path).unwrap().events().unwrap();
-    let word = events.iter().filter(|e| e.kind.in_mode_word());
+    let word = events.iter().filter(|e| e.kind.in_event_sequence());
     word.map(|e| (e.time, e.kind.name().to_owned())).collect()
 }
 

@@ -1,7 +1,7 @@
 //! What accuracy costs: methods by tolerances on one case against a reference.
 //!
 //! The error is that of event times, as nothing else of a hybrid run can be compared pointwise: of the first stick, of the
-//! stick for good, and the largest of all events. The last exists only where the run has the reference's sequence of
+//! final stick, and the largest of all events. The last exists only where the run has the reference's sequence of
 //! events; the first two are taken where both runs have such a stick, whatever is between.
 
 mod study;
@@ -179,7 +179,7 @@ pub fn run(
 type Sequence = Vec<(EventKind, f64)>;
 
 fn sequence(events: &[Event]) -> Sequence {
-    let events = events.iter().filter(|event| event.kind.in_mode_word());
+    let events = events.iter().filter(|event| event.kind.in_event_sequence());
     events.map(|event| (event.kind, event.time)).collect()
 }
 

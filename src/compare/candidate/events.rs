@@ -45,7 +45,7 @@ pub(super) fn own(path: &Path, events: &[Event], physics: &Physics) -> Result<Ve
     last_in_order(path, events)?;
     let mut found = Vec::new();
     for event in events {
-        if event.kind.in_mode_word() {
+        if event.kind.in_event_sequence() {
             let s = &event.before;
             let torque = |twist: f64, rate: f64| physics.twist_torque(twist, rate);
             found.push(Found {
@@ -171,7 +171,7 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>,
                 "say in [events.kinds] of a mapping what the candidate calls them",
             )
         })?;
-        if kind.in_mode_word() {
+        if kind.in_event_sequence() {
             events.push(Found::new(time_of, kind));
         }
     }

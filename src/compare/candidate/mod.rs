@@ -218,7 +218,7 @@ impl Candidate {
         self.format
     }
 
-    /// Its events of the mode word, if it has any table of them.
+    /// Its events of the sequence, if it has any table of them.
     pub fn events(&self) -> Option<&[Found]> {
         self.events.as_deref()
     }

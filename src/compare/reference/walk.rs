@@ -10,7 +10,7 @@ const BLOCK: usize = 16_384;
 
 /// Whether a segment ends at an event of this kind.
 pub fn breaks_segment(kind: EventKind) -> bool {
-    kind.in_mode_word() || matches!(kind, EventKind::Kick | EventKind::Corner)
+    kind.in_event_sequence() || matches!(kind, EventKind::Kick | EventKind::Corner)
 }
 
 /// A walk in order of time over the samples of a reference's file, and over those of its repeated run where the file's

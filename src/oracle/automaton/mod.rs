@@ -214,7 +214,7 @@ impl<const N: usize> Run<N> {
     }
 
     fn record(&mut self, kind: EventKind) -> Result<(), OracleError> {
-        self.counted += usize::from(kind.in_mode_word());
+        self.counted += usize::from(kind.in_event_sequence());
         if self.counted > self.max_events {
             return Err(OracleError::TooManyEvents {
                 time: self.time.to_f64(),

@@ -2,12 +2,12 @@
 
 use super::message::{BEGIN, FAILED, LEAVE, LEFT, OUTCOMES, POINT, STOP, STOPPED, next_message, write_point};
 use super::{PAUSE, Session};
-use crate::sweep::crew::{Crew, Delivery, Work};
 use crate::sweep::journal::JournalError;
 use crate::sweep::quantities::Outcome;
 use crate::sweep::record::from_message;
 use crate::sweep::runner::{Stopped, run_points};
 use crate::sweep::study::Point;
+use crate::sweep::worker_pool::{Delivery, Work, WorkerPool};
 use mpi::point_to_point::Status;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, Destination};
@@ -120,7 +120,7 @@ fn ahead(average: Duration) -> usize {
     (runs.ceil() as usize).clamp(1, MOST_AHEAD)
 }
 
-impl Crew for Ranks {
+impl WorkerPool for Ranks {
     fn begin(&mut self) {
         for member in &self.members {
             self.tell(member, BEGIN, &[]);

@@ -2,12 +2,12 @@
 
 use super::message::{BEGIN, FAILED, LEAVE, LEFT, OUTCOMES, POINT, STOP, STOPPED, next_message, read_point};
 use super::{PAUSE, Session};
-use crate::sweep::crew::Work;
 use crate::sweep::journal::{Existing, Journal, JournalError, rank_journal_path};
 use crate::sweep::quantities::Outcome;
 use crate::sweep::record::to_message;
 use crate::sweep::runner::{Stopped, run_points};
 use crate::sweep::study::Point;
+use crate::sweep::worker_pool::Work;
 use mpi::Tag;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, Destination};

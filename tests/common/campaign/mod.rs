@@ -171,7 +171,7 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     }
     if certificate.verdict == Verdict::Converged {
         let word = |kinds: &mut dyn Iterator<Item = EventKind>| -> Vec<EventKind> {
-            kinds.filter(|kind| kind.in_mode_word()).collect()
+            kinds.filter(|kind| kind.in_event_sequence()).collect()
         };
         let all = |kinds: &mut dyn Iterator<Item = EventKind>| {
             let mut names: Vec<&str> = kinds.map(EventKind::name).collect();

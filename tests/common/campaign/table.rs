@@ -43,7 +43,7 @@ impl Sums {
             self.fine_over += usize::from(error > FINE_PROMISE.max(held.rounding));
         }
         // A crossing of the margin may stand at a start, where CVODE sees it 1e-7 natural periods late.
-        let of_word = held.kind.in_mode_word();
+        let of_word = held.kind.in_event_sequence();
         for (k, promise) in [PROMISE, FINE_PROMISE].into_iter().enumerate().filter(|_| of_word) {
             let error = held.by_cvode[k];
             self.cvode_worst[k] = self.cvode_worst[k].max(error);

@@ -6,7 +6,7 @@ use super::runner::{Integrate, Stopped, run_points};
 use super::study::{Point, Study};
 use std::sync::atomic::AtomicBool;
 
-/// What every member of a crew needs to know.
+/// What every worker needs to know.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
     pub study: &'a Study,
@@ -27,7 +27,7 @@ pub enum Delivery {
 }
 
 /// Runs points.
-pub trait Crew {
+pub trait WorkerPool {
     /// Called once, when the journal of the sweep is open and before the first point.
     fn begin(&mut self) {}
 
@@ -52,7 +52,7 @@ pub trait Crew {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Threads;
 
-impl Crew for Threads {
+impl WorkerPool for Threads {
     fn run(
         &mut self,
         work: &Work,
