@@ -160,7 +160,13 @@ impl SemiAnalyticEngine {
             let torsion = &self.brake.torsion;
             let torques = torsion.rotor_torque(&self.y).abs() + torsion.stator_torque(&self.y).abs();
             let slope_noise = DEPARTURE_NOISE * torques / torsion.torsion.surface_inertia * self.series.unit * x;
-            let double = index == GUARD_STOPPING && guard[1].abs() <= slope_noise;
+            // Without c_t the margin's zero is the force's, which a force that sets in at a corner leaves tangentially.
+            let (force_noise, rate_noise) = self.noise_of_force();
+            let double = if index == GUARD_STOPPING {
+                guard[1].abs() <= slope_noise
+            } else {
+                torsion.torsion.damping < force_noise && guard[1].abs() < rate_noise * self.series.unit * x
+            };
             let roots = if double { 2 } else { 1 };
             guard.rotate_left(roots);
             guard[TERMS - roots..].fill(0.0);

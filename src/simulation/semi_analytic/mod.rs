@@ -158,16 +158,22 @@ impl SemiAnalyticEngine {
             let speeds = self.y[ROTOR_SPEED].abs() + self.y[ROTOR_TWIST_RATE].abs() + self.y[STATOR_TWIST_RATE].abs();
             VELOCITY_NOISE * speeds
         } else {
-            let Brake { torsion, axial, .. } = &*self.brake;
-            let now = axial.at(self.origin);
-            // As the force is at this time, which is itself no more exact than its last place.
-            let parts = axial.largest_force() + (now.pressing_rate * self.origin).abs();
-            let (_, slope) = torsion
-                .friction
-                .law
-                .coefficient_and_slope(self.sense() * torsion.relative_velocity(&self.y));
-            MARGIN_NOISE * torsion.torsion.damping + torsion.slope_weight(FORCE_NOISE * parts) * slope.abs()
+            MARGIN_NOISE * self.brake.torsion.torsion.damping + self.noise_of_force().0
         }
+    }
+
+    /// What the contact force's rounding where the segment begins is in the margin, N m s/rad, and what that of its rate is
+    /// in the margin's, N m/rad.
+    fn noise_of_force(&self) -> (f64, f64) {
+        let Brake { torsion, axial, .. } = &*self.brake;
+        let t = self.origin;
+        // The time is itself no more exact than its last place.
+        let force = axial.largest_force() + (axial.at(t).pressing_rate * t).abs();
+        let rate = axial.curvature_bound(t) * (t + torsion.natural_period());
+        let relative_velocity = self.sense() * torsion.relative_velocity(&self.y);
+        let slope = torsion.friction.law.coefficient_and_slope(relative_velocity).1.abs();
+        let noise = |of: f64| torsion.slope_weight(FORCE_NOISE * of) * slope;
+        (noise(force), noise(rate))
     }
 
     fn weights(&self) -> TorsionState {
