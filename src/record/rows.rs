@@ -91,7 +91,7 @@ pub enum EventKind {
     Contact = 4,
     /// A perturbation of the case acts.
     Kick = 5,
-    /// The actuating force has a corner.
+    /// The slope or the value of the actuating force changes.
     Corner = 6,
     /// Steady sliding loses its stability.
     Destabilised = 7,
