@@ -3,7 +3,9 @@
 /// A case file embedded in the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltIn {
+    /// The name by which it is called.
     pub name: &'static str,
+    /// The TOML text.
     pub text: &'static str,
 }
 

@@ -20,6 +20,7 @@ pub struct Problem {
     pub place: String,
     /// The dotted path of the key; empty if the problem belongs to none.
     pub key: String,
+    /// What is wrong and what to do.
     pub message: String,
 }
 

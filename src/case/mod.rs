@@ -43,9 +43,13 @@ use crate::simulation::{OutputOptions, SolverOptions};
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
+    /// A text for reports and figures.
     pub title: String,
+    /// The brake, SI.
     pub parameters: Parameters,
+    /// How it is computed.
     pub solver: SolverOptions,
+    /// Which times are computed and recorded.
     pub output: OutputOptions,
 }
 

@@ -15,24 +15,40 @@ use num_traits::{One, Pow, ToPrimitive, Zero};
 /// What a number in a case file measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Dimension {
+    /// No dimension.
     Number,
+    /// Unit kg.
     Mass,
+    /// Unit N/m.
     Stiffness,
+    /// Unit N s/m.
     Damping,
+    /// Unit N.
     Force,
+    /// Unit s.
     Time,
+    /// Unit m.
     Length,
+    /// Unit kg m^2.
     Inertia,
+    /// Unit N m/rad.
     TorsionalStiffness,
+    /// Unit N m s/rad.
     TorsionalDamping,
+    /// Unit rad/s.
     AngularVelocity,
+    /// Unit rad.
     Angle,
+    /// Unit s/rad.
     FrictionDecay,
+    /// Unit m/s.
     Velocity,
+    /// Unit N m.
     Torque,
 }
 
 impl Dimension {
+    /// Every dimension.
     pub const ALL: [Dimension; 15] = [
         Dimension::Number,
         Dimension::Mass,
@@ -90,6 +106,7 @@ impl Dimension {
 /// A unit symbol and what it stands for.
 #[derive(Debug, Clone, Copy)]
 pub struct Unit {
+    /// As written in a case file, such as `lbf`.
     pub symbol: &'static str,
     /// A quantity in other units of the table; empty for the base units.
     pub definition: &'static str,

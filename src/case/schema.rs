@@ -14,6 +14,7 @@ pub struct Key {
     pub path: &'static str,
     /// One line, beginning with the paper's symbol where there is one.
     pub description: &'static str,
+    /// What happens if it is absent.
     pub presence: Presence,
     pub(super) kind: Kind,
 }
@@ -21,6 +22,7 @@ pub struct Key {
 /// What happens if a key is absent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Presence {
+    /// There is no default.
     Required,
     /// Required with, and only allowed with, this `actuation.profile`.
     Profile(&'static str),
@@ -33,8 +35,11 @@ pub enum Presence {
 /// The limits of a number. Every number must be finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Domain {
+    /// Every finite number.
     Any,
+    /// Above 0.
     Positive,
+    /// 0 or more.
     NotNegative,
     /// From ten roundings of a double (2e-15) to 0.1: below, step control fights with rounding and fails.
     Tolerance,
@@ -90,6 +95,7 @@ impl Key {
         self.dimension().map(Dimension::unit)
     }
 
+    /// What its number measures; `None` if it takes none.
     pub fn dimension(&self) -> Option<Dimension> {
         match self.kind {
             Kind::Number(dimension, ..) | Kind::Source(dimension, _) | Kind::Series(dimension, _) => Some(dimension),

@@ -8,9 +8,13 @@ use super::value::{choice, number};
 /// One value of a key; a number is in the key's SI unit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Setting {
+    /// A real number in SI.
     Number(f64),
+    /// A whole number, 0 or more.
     Count(usize),
+    /// True or false.
     Flag(bool),
+    /// A name or a text.
     Text(String),
 }
 

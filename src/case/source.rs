@@ -9,10 +9,13 @@ use super::error::CaseError;
 /// The text of a case file, and where it is from for messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CaseSource {
+    /// The TOML text.
     pub text: String,
+    /// Where it is from.
     pub origin: Origin,
 }
 
+/// Where the text of a case is from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
     /// A TOML file.

@@ -216,7 +216,7 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
     )
     .map_err(bad_file)?;
     let clock = Instant::now();
-    let report = Run::new(&case)
+    let report = Run::new(case)
         .record(&mut writer)
         .control(|_| match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),

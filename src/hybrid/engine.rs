@@ -113,10 +113,13 @@ pub trait Engine<L>: Send {
     fn counters(&mut self) -> Result<Counters, EngineError>;
 }
 
+/// The settings of a solver and the engine that was made for them.
+type Made<L> = (ChosenSolver, Box<dyn Engine<L>>);
+
 /// The engines of a run: each is made when it is first needed, and begins anew with every segment.
 pub(super) struct Engines<D: Dynamics> {
     dynamics: Arc<D>,
-    made: Vec<(ChosenSolver, Box<dyn Engine<D::Location>>)>,
+    made: Vec<Made<D::Location>>,
 }
 
 impl<D: Dynamics> Engines<D> {

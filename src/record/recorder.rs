@@ -8,8 +8,11 @@ pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Takes the run as it is computed. Rows arrive in order of time.
 pub trait Recorder {
+    /// A row of the trajectory.
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
+    /// An event.
     fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
+    /// A segment, when it has ended.
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
     /// A cycle of stick-slip, after the event that completes it.
     fn cycle(&mut self, _cycle: &Cycle) -> Result<(), RecorderError> {
@@ -41,8 +44,11 @@ impl Recorder for NoRecorder {
 /// A recorder that keeps everything in memory: for tests and short runs.
 #[derive(Debug, Default)]
 pub struct MemoryRecorder {
+    /// All samples, in order of time.
     pub samples: Vec<Sample>,
+    /// All events, in order of time.
     pub events: Vec<Event>,
+    /// All segments, in order of time.
     pub segments: Vec<Segment>,
 }
 

@@ -12,6 +12,7 @@ macro_rules! channels {
             /// (name, UDUNITS unit, description) of each channel, in the order of [`Self::values`].
             pub const DESCRIPTIONS: &'static [(&'static str, &'static str, &'static str)] =
                 &[$((stringify!($field), $unit, $long_name),)+];
+            /// Number of channels.
             pub const COUNT: usize = Self::DESCRIPTIONS.len();
             /// The values in the order of [`Self::DESCRIPTIONS`].
             pub fn values(&self) -> [f64; Self::COUNT] {
@@ -65,28 +66,41 @@ channels! {
 pub struct Sample {
     /// s; strictly increasing from sample to sample.
     pub time: f64,
+    /// Mode in force at this time.
     pub mode: Mode,
     /// Index of the segment that holds it.
     pub segment: u32,
+    /// Positions and speeds, SI.
     pub state: State,
+    /// Forces, torques and energies, SI.
     pub channels: Channels,
 }
 
 /// What happened. The numbers are those of the result file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EventKind {
+    /// The surfaces come to relative rest and stay.
     Stick = 0,
+    /// The interface breaks away.
     Slip = 1,
+    /// The relative velocity changes its sign without a stick.
     Reversal = 2,
+    /// The normal force falls to zero and the contact opens.
     Separation = 3,
+    /// The contact closes again.
     Contact = 4,
+    /// A perturbation of the case acts.
     Kick = 5,
+    /// The slope or the value of the actuating force changes.
     Corner = 6,
+    /// Steady sliding loses its stability.
     Destabilised = 7,
+    /// Steady sliding regains its stability.
     Restabilised = 8,
 }
 
 impl EventKind {
+    /// Every kind, in the order of the codes.
     pub const ALL: [EventKind; 9] = [
         EventKind::Stick,
         EventKind::Slip,
@@ -104,6 +118,7 @@ impl EventKind {
         self as i8
     }
 
+    /// The name in result files and reports.
     pub fn name(self) -> &'static str {
         match self {
             EventKind::Stick => "stick",
@@ -132,12 +147,15 @@ impl EventKind {
 pub struct Event {
     /// s; events may be simultaneous.
     pub time: f64,
+    /// What happened.
     pub kind: EventKind,
     /// Mode after the event; its sense is the sign of the relative velocity in slip, 0 otherwise.
     pub mode_after: Mode,
     /// Index of the segment that the event ends (or stands in, where it ends none).
     pub segment: u32,
+    /// State just before the event.
     pub before: State,
+    /// State just after the event; it differs from the one before where the event makes a jump.
     pub after: State,
     /// T_f / r just before the event, N.
     pub internal_force: f64,
@@ -150,19 +168,28 @@ pub struct Segment {
     pub start: f64,
     /// s.
     pub end: f64,
+    /// Mode that is frozen throughout the segment.
     pub mode: Mode,
     /// Which solver integrated it: "cvode-bdf", "cvode-adams", "erk", "esdirk", "closed-form", "series" or
     /// "paper".
     pub solver: &'static str,
     /// Whether its steps had to resolve the fast torsional mode; `None` if it is from a file, where that is not written.
     pub resolved: Option<bool>,
+    /// Accepted steps.
     pub steps: u64,
+    /// Evaluations of the right-hand side.
     pub rhs_evaluations: u64,
+    /// Evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
+    /// Factorisations of the linear solver.
     pub linear_solver_setups: u64,
+    /// Steps rejected by the test of the local error.
     pub error_test_failures: u64,
+    /// Iterations of the nonlinear solver.
     pub nonlinear_iterations: u64,
+    /// Failures of the nonlinear solver to converge.
     pub nonlinear_convergence_failures: u64,
+    /// Evaluations of the guards.
     pub root_evaluations: u64,
     /// Order of the last step, 0 where it has no meaning.
     pub last_order: u32,

@@ -9,6 +9,7 @@ use crate::record::{Event, EventDigest};
 pub struct Progress {
     /// s.
     pub time: f64,
+    /// Mode in force at this time.
     pub mode: Mode,
     /// Events of the sequence so far.
     pub events: usize,
@@ -50,12 +51,17 @@ impl RunReport {
 /// What one solver did in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolverWork {
+    /// Its name, as in [`Segment::solver`](crate::record::Segment::solver).
     pub solver: &'static str,
+    /// Segments that it integrated.
     pub segments: u64,
     /// Simulated time, s.
     pub time: f64,
+    /// Accepted steps.
     pub steps: u64,
+    /// Evaluations of the right-hand side.
     pub rhs_evaluations: u64,
+    /// Evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
 }
 
@@ -64,7 +70,9 @@ pub struct SolverWork {
 #[error("{error}{}", remedy(error))]
 pub struct RunFailure {
     #[source]
+    /// What ended the run.
     pub error: RunError,
+    /// What had been computed until then.
     pub report: RunReport,
 }
 
