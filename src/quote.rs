@@ -56,6 +56,21 @@ pub(crate) fn for_terminal(text: &str) -> String {
     spelt_out(text, |c| matches!(c, '\n' | '\t'))
 }
 
+/// A JSON document without such characters, and without those that `also` says: in its texts, the only place where it can
+/// have them besides its line ends, they are written as `\u001b`.
+#[cfg_attr(not(any(feature = "cli", feature = "plot")), allow(dead_code))]
+pub(crate) fn in_json(document: &str, also: impl Fn(char) -> bool) -> String {
+    let mut safe = String::with_capacity(document.len());
+    for c in document.chars() {
+        if c != '\n' && (steers(c) || also(c)) {
+            safe.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            safe.push(c);
+        }
+    }
+    safe
+}
+
 /// Control characters, and those that turn the writing direction, as `\u{1b}`.
 fn spelt_out(text: &str, stays: impl Fn(char) -> bool) -> String {
     let is_harmless = |c: char| stays(c) || !steers(c);
@@ -94,6 +109,9 @@ mod tests {
         assert_eq!(shown(&"ä".repeat(80)), "ä".repeat(80));
         assert_eq!(shown(&"ä".repeat(81)), "ä".repeat(80) + "...");
         assert_eq!(for_terminal("a\tb\n\u{7}c\rd"), "a\tb\n\\u{7}c\\rd");
+        let document = serde_json::to_string_pretty(&["\u{7f}\u{1b}\u{9b}\u{202e}<"]).unwrap();
+        let safe = in_json(&document, |c| c == '<');
+        assert_eq!(safe, "[\n  \"\\u007f\\u001b\\u009b\\u202e\\u003c\"\n]");
         let error = lines(&"a:1: x\n".repeat(100));
         assert_eq!(error.lines().count(), MOST_LINES + 1);
         assert!(error.ends_with("and 70 more"), "{error}");

@@ -122,5 +122,5 @@ fn complain(text: &str) {
 fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|error| CommandError::Computation(format!("writing JSON failed: {error}")))?;
-    print(&(text + "\n"))
+    print(&(quote::in_json(&text, |_| false) + "\n"))
 }

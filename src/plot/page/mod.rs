@@ -8,7 +8,6 @@ mod encoding;
 mod thinning;
 mod trajectory;
 
-use std::fmt::Write;
 use std::path::Path;
 
 use serde::Serialize;
@@ -98,16 +97,7 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
 /// which the page is listed.
 fn json(value: &impl Serialize) -> Result<String, PlotError> {
     let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
-    // Outside texts JSON has none of these, and inside them they may be written so.
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c == '<' || crate::quote::steers(c) {
-            let _ = write!(safe, "\\u{:04x}", u32::from(c));
-        } else {
-            safe.push(c);
-        }
-    }
-    Ok(safe)
+    Ok(crate::quote::in_json(&text, |c| c == '<'))
 }
 
 /// A text as the content of an element, without characters that would steer a terminal on which the page is listed.
