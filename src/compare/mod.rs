@@ -2,7 +2,7 @@
 //!
 //! A [`Candidate`] is a result file, any HDF5, NPZ or CSV file with a time column and channels, or a table of events; a
 //! [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity ([`detect`]).
-//! The event sequences are aligned first ([`word`]); what matches gives event errors and the stretches ([`windows`]) in which
+//! The event sequences are aligned first ([`crate::record::sequence`]); what matches gives event errors and the stretches ([`windows`]) in which
 //! both runs are in the same segment; there the channels are compared sample by sample ([`states`]) with the reference
 //! as a function of time ([`mod@reference`]). Nothing is compared across an event. What differs is explained where the
 //! candidate's numbers are evidence for a cause ([`diagnosis`]).

@@ -20,7 +20,7 @@ const MOST_RESTARTS: f64 = 1e10;
 pub struct Limits {
     /// Most counted transitions.
     pub max_events: usize,
-    /// This many counted transitions within [`Rules::chatter_window`] are chattering.
+    /// This many counted transitions within [`Rules::chatter_window`](super::Rules::chatter_window) are chattering.
     pub chatter_count: usize,
     /// Most steps of the solvers.
     pub max_steps: Option<u64>,

@@ -22,7 +22,7 @@ pub struct RunReport {
     pub end: f64,
     /// Ended early by the control.
     pub interrupted: bool,
-    /// All events; none if the recorder stores them ([`Recorder::stores_events`]).
+    /// All events; none if the recorder stores them ([`Recorder::stores_events`](crate::record::Recorder::stores_events)).
     pub events: Vec<Event>,
     /// What is kept of the events in any case.
     pub digest: EventDigest,

@@ -29,7 +29,7 @@ pub enum IntegrateError {
 /// Integrates a case and keeps its events alone.
 ///
 /// # Errors
-/// Those of [`simulate`].
+/// Those of [`Run::start`].
 pub fn without_a_file(
     _number: u64,
     case: &Case,
