@@ -1,6 +1,7 @@
 //! `stickslip certify`.
 
 mod cli_common;
+mod unlocked;
 use cli_common::{Folder, json, output, refusal};
 
 /// A short slide from a low speed, with a kick: sticks and slips within a quarter of a second.
@@ -47,7 +48,7 @@ fn cli_certify_says_the_same_in_table_json_and_file() {
     let document = json(&document);
     assert_eq!(document["verdict"], "converged");
     let events = document["events"].as_array().unwrap();
-    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
     let stored = file
         .dataset("events/time_uncertainty")
         .unwrap()
@@ -154,7 +155,7 @@ fn cli_certify_with_the_oracle_prints_exact_events() {
     assert!(stick.len() >= 28, "{stick}");
     // The distance, and the oracle's own error, is the uncertainty; what the methods say stays beside it, and is wider.
     assert_eq!(document["contradiction"], serde_json::Value::Null);
-    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
     let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
     let (stored, by_ladder) = (read("events/time_uncertainty"), read("certificate/ladder_uncertainty"));
     let true_errors = read("certificate/true_error");
@@ -252,7 +253,7 @@ fn cli_certify_refuses_what_it_cannot_do() {
         &mut folder.stickslip(&[&["run", "paper-si", "-q", "-o", "lost.h5"], QUICK].concat()),
         0,
     );
-    let lost = hdf5::File::open_rw(folder.path("lost.h5")).unwrap();
+    let lost = unlocked::open_rw(folder.path("lost.h5")).unwrap();
     lost.unlink("input/resolved").unwrap();
     lost.close().unwrap();
     fails(
@@ -323,7 +324,7 @@ fn cli_certify_reruns_half_a_last_digit() {
     assert_eq!(document["final_stick"]["without_reruns"], serde_json::Value::Null);
     assert_eq!(document["warnings"], serde_json::json!([]));
     let parameters = document["sensitivity"].as_array().unwrap();
-    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
     let numbers = |name: &str| {
         file.dataset(&format!("sensitivity/{name}"))
             .unwrap()
@@ -402,7 +403,7 @@ fn cli_certify_without_a_final_stick_has_no_reruns() {
         stderr.contains("warning: 1 of the kicks set at the instability never came"),
         "{stderr}"
     );
-    let file = hdf5::File::open(folder.path("paper-si.certified.h5")).unwrap();
+    let file = unlocked::open(folder.path("paper-si.certified.h5")).unwrap();
     let shift = file
         .dataset("sensitivity/shift_plus")
         .unwrap()

@@ -1,6 +1,7 @@
 //! `stickslip check`: a file is as the program wrote it, or it says what is not.
 
 mod cli_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output};
 use stickslip::results::SweepFile;
@@ -103,10 +104,8 @@ fn cli_what_was_changed_is_named() {
     output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
     let change = |change: &dyn Fn(&hdf5::File)| {
         std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
-        let unlocked = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
-            .open_rw(folder.path("bad.h5"));
-        change(&unlocked.unwrap());
+        let opened = unlocked::open_rw(folder.path("bad.h5"));
+        change(&opened.unwrap());
         wrong(&folder, "bad.h5")
     };
     let set = |name: &'static str, row: usize, value: f64| {
@@ -242,10 +241,8 @@ fn cli_a_change_of_mode_without_its_event_is_named() {
         ),
     ] {
         std::fs::copy(folder.path("run.h5"), folder.path("bad.h5")).unwrap();
-        let unlocked = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
-            .open_rw(folder.path("bad.h5"));
-        let dataset = unlocked.unwrap().dataset(column).unwrap();
+        let opened = unlocked::open_rw(folder.path("bad.h5"));
+        let dataset = opened.unwrap().dataset(column).unwrap();
         dataset.write_slice(&[code], row..row + 1).unwrap();
         drop(dataset);
         let problems = wrong(&folder, "bad.h5");
@@ -262,7 +259,7 @@ fn property_a_changed_byte_of_a_text_or_of_numbers_is_found() {
     let folder = Folder::new();
     output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
     let sound = std::fs::read(folder.path("run.h5")).unwrap();
-    let chunk = hdf5::File::open(folder.path("run.h5"))
+    let chunk = unlocked::open(folder.path("run.h5"))
         .unwrap()
         .dataset("trajectory/theta")
         .unwrap()
@@ -289,10 +286,8 @@ fn property_a_changed_bit_of_the_index_of_chunks_is_found() {
     output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
     let sound = std::fs::read(folder.path("run.h5")).unwrap();
     let read = |name: &str| {
-        let unlocked = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
-            .open(folder.path(name));
-        unlocked.unwrap().dataset("trajectory/theta").unwrap()
+        let opened = unlocked::open(folder.path(name));
+        opened.unwrap().dataset("trajectory/theta").unwrap()
     };
     let values = read("run.h5").read_raw::<f64>().unwrap();
     let chunk = read("run.h5").chunk_info(0).unwrap();
@@ -329,10 +324,8 @@ fn cli_a_certified_copy_keeps_the_checksums_of_the_values() {
     output(&mut folder.stickslip(&["certify", "run.h5", "-o", "sound.h5", "-q"]), 0);
     sound(&folder, "sound.h5");
     {
-        let unlocked = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
-            .open_rw(folder.path("run.h5"));
-        let column = unlocked.unwrap().dataset("trajectory/normal_force").unwrap();
+        let opened = unlocked::open_rw(folder.path("run.h5"));
+        let column = opened.unwrap().dataset("trajectory/normal_force").unwrap();
         column.write_slice(&[17.0], 3..4).unwrap();
     }
     let certify = ["certify", "run.h5", "-o", "changed.h5", "-q"];
@@ -350,7 +343,7 @@ fn cli_a_certified_copy_keeps_the_checksums_of_the_values() {
 fn cli_what_is_no_file_of_this_program_is_wrong_input() {
     let folder = Folder::new();
     folder.write("text.h5", "time,theta\n");
-    hdf5::File::create(folder.path("other.h5")).unwrap();
+    unlocked::create(folder.path("other.h5")).unwrap();
     for name in ["text.h5", "other.h5", "none.h5"] {
         output(&mut folder.stickslip(&["check", name]), 2);
     }

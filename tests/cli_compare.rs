@@ -2,6 +2,7 @@
 
 mod cli_common;
 mod compare_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output, refusal};
 use compare_common::{csv, events_csv, paper, rows_of, word_of};
@@ -115,7 +116,7 @@ fn cli_every_format_is_read() {
 
     // Events by name in HDF5, as h5py writes a list of texts.
     let word = word_of(paper());
-    let file = hdf5::File::create(folder.path("named.h5")).unwrap();
+    let file = unlocked::create(folder.path("named.h5")).unwrap();
     let times: Vec<f64> = word.iter().map(|event| event.0).collect();
     let texts = word
         .iter()
@@ -129,7 +130,7 @@ fn cli_every_format_is_read() {
     agrees(&c);
     assert_eq!(c["event_errors"]["max"], 0.0);
 
-    let file = hdf5::File::create(folder.path("other.h5")).unwrap();
+    let file = unlocked::create(folder.path("other.h5")).unwrap();
     let group = file.create_group("run/3").unwrap();
     group.new_dataset_builder().with_data(&time).create("clock").unwrap();
     // As solve_ivp has it, one component in a row; and as most others have it.
@@ -391,7 +392,7 @@ fn cli_damaged_files_are_refused() {
     let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "uneven.npz"]));
     assert!(error.contains("5 rows"), "{error}");
     // Another model's file: HDF5 without anything that is known.
-    let file = hdf5::File::create(folder.path("weather.h5")).unwrap();
+    let file = unlocked::create(folder.path("weather.h5")).unwrap();
     file.new_dataset_builder()
         .with_data(&[1.0, 2.0])
         .create("rain")

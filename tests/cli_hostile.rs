@@ -1,6 +1,7 @@
 //! Hostile and broken input, and systems that refuse: each a clear error, whatever the command.
 
 mod cli_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output, refusal};
 use stickslip::results::Status;
@@ -115,7 +116,7 @@ fn cli_a_value_that_is_not_finite_fails_the_run() {
 /// Overwrites the times of a result.
 fn with_times(folder: &Folder, name: &str, time: impl Fn(usize) -> f64) {
     std::fs::copy(folder.path("good.h5"), folder.path(name)).unwrap();
-    let file = hdf5::File::open_rw(folder.path(name)).unwrap();
+    let file = unlocked::open_rw(folder.path(name)).unwrap();
     let times = file.dataset("trajectory/time").unwrap();
     let changed: Vec<f64> = (0..times.size()).map(time).collect();
     times.write(&changed).unwrap();
@@ -309,7 +310,7 @@ fn cli_shards_whose_names_have_a_per_cent_sign_are_found() {
         &mut folder.stickslip(&["merge", "--virtual", "-q", "-o", "all.h5", a, b]),
         0,
     );
-    let file = hdf5::File::open(folder.path("all.h5")).unwrap();
+    let file = unlocked::open(folder.path("all.h5")).unwrap();
     let status: Vec<i8> = file.dataset("status").unwrap().read_raw().unwrap();
     assert_eq!(status, [0, 0]);
 }

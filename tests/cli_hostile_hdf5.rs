@@ -2,11 +2,13 @@
 
 mod cli_common;
 mod hostile_common;
+mod unlocked;
 
 use cli_common::{Folder, LONG, output};
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hostile_common::{Dice, damage, survive};
 use std::path::Path;
+use unlocked::{create, open_rw};
 
 /// A small study of quick runs, with events.
 const STUDY: &str = r#"
@@ -39,19 +41,6 @@ fn write_candidate(path: &Path) -> hdf5::File {
         file.new_dataset_builder().with_data(&times).create(name).unwrap();
     }
     file
-}
-
-/// Opens a file to change it. Without HDF5's lock, which the programs that other tests start would inherit.
-fn open(path: impl AsRef<Path>) -> hdf5::Result<hdf5::File> {
-    hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(false))
-        .open_rw(path)
-}
-
-fn create(path: impl AsRef<Path>) -> hdf5::Result<hdf5::File> {
-    hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(false))
-        .create(path)
 }
 
 /// Replaces all that is `from` in a file by as many other bytes.
@@ -109,7 +98,7 @@ fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
 fn regression_names_of_another_encoding_are_listed() {
     let folder = with_run();
     {
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         let added = file.new_dataset_builder().with_data(&[1.0, 2.0]);
         added.create("zusatz_XYZ").unwrap();
         let attribute = file.new_attr::<i64>().create("zusatz_UVW").unwrap();
@@ -137,7 +126,7 @@ fn regression_names_of_another_encoding_are_listed() {
 fn regression_links_that_lead_back_are_followed_once() {
     let folder = with_run();
     {
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         file.link_soft("/", "whole").unwrap();
         file.group("events").unwrap().link_hard("/", "whole").unwrap();
         let other = write_candidate(&folder.path("cycle.h5"));
@@ -172,7 +161,7 @@ fn regression_links_that_lead_back_are_followed_once() {
 fn regression_groups_within_groups_have_an_end() {
     let folder = with_run();
     {
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         let mut group = file.create_group("deep").unwrap();
         for _ in 0..20_000 {
             group = group.create_group("g").unwrap();
@@ -190,7 +179,7 @@ fn regression_groups_within_groups_have_an_end() {
 fn regression_values_that_are_not_stored_are_not_read() {
     let folder = with_run();
     {
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         let empty = file.new_dataset::<f64>().chunk(1024).shape((1_usize << 40)..);
         empty.create("empty").unwrap();
         let other = create(folder.path("wide.h5")).unwrap();
@@ -210,7 +199,7 @@ fn regression_values_that_are_not_stored_are_not_read() {
 fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
     let folder = with_run();
     {
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         let input = file.group("input").unwrap();
         for name in ["case", "resolved"] {
             input.unlink(name).unwrap();
@@ -227,7 +216,7 @@ fn regression_a_long_text_is_refused_before_memory_is_asked_for() {
 fn regression_more_events_than_are_stored_are_an_error() {
     let folder = with_run();
     {
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         for name in file.group("events").unwrap().member_names().unwrap() {
             file.dataset(&format!("events/{name}"))
                 .unwrap()
@@ -248,7 +237,7 @@ fn regression_more_events_than_are_stored_are_an_error() {
 /// Changes a copy of a shard's file, and merges it.
 fn merge_changed(folder: &Folder, change: impl Fn(&hdf5::File), words: &[&str]) {
     std::fs::copy(folder.path("1.h5"), folder.path("changed.h5")).unwrap();
-    change(&open(folder.path("changed.h5")).unwrap());
+    change(&open_rw(folder.path("changed.h5")).unwrap());
     for more in [&[][..], &["--virtual"]] {
         let arguments = [&["merge", "changed.h5", "2.h5", "-o", "merged.h5"][..], more].concat();
         refused(folder, &arguments, words);
@@ -323,7 +312,7 @@ fn regression_other_files_are_read_only_on_demand() {
         for name in ["time", "relative_velocity"] {
             links.link_external("secret.h5", name, name).unwrap();
         }
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         file.unlink("events").unwrap();
         file.link_external("secret.h5", "/", "events").unwrap();
         std::fs::write(folder.path("numbers"), [0; 800]).unwrap();
@@ -360,7 +349,7 @@ fn regression_a_reference_with_values_that_are_none_is_refused() {
     for (name, value) in [("theta", f64::NAN), ("phi1_dot", f64::INFINITY)] {
         let folder = with_run();
         std::fs::copy(folder.path("run.h5"), folder.path("sound.h5")).unwrap();
-        let file = open(folder.path("run.h5")).unwrap();
+        let file = open_rw(folder.path("run.h5")).unwrap();
         let column = file.dataset(&format!("trajectory/{name}")).unwrap();
         column.write_slice(&[value], 5..6).unwrap();
         // Written when nothing holds the file any more.

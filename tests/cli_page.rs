@@ -1,6 +1,7 @@
 //! `stickslip plot --html` as a user starts it: what it writes, what it says, and what it leaves alone.
 
 mod cli_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output, refusal};
 
@@ -115,7 +116,7 @@ fn cli_a_page_of_something_else_is_refused() {
         assert!(stderr.contains(words), "{stderr}");
     }
     // A result whose trajectory somebody has taken out.
-    let file = hdf5::File::open_rw(folder.path("paper.h5")).unwrap();
+    let file = unlocked::open_rw(folder.path("paper.h5")).unwrap();
     file.unlink("trajectory").unwrap();
     drop(file);
     let stderr = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--html", "report.html"]));

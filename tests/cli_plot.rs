@@ -2,6 +2,7 @@
 
 mod cli_common;
 mod results_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output, refusal};
 use std::ops::ControlFlow;
@@ -216,14 +217,14 @@ fn cli_plot_refuses_with_the_remedy() {
     let folder = with_run();
     folder.write("text.h5", "no HDF5");
     {
-        // Handles hold the file, and with it its lock.
-        let sweep = hdf5::File::create(folder.path("sweep.h5")).unwrap();
+        // A handle holds the file open.
+        let sweep = unlocked::create(folder.path("sweep.h5")).unwrap();
         let format: hdf5::types::VarLenUnicode = "stickslip-study".parse().unwrap();
         let attribute = sweep.new_attr::<hdf5::types::VarLenUnicode>().create("format").unwrap();
         attribute.write_scalar(&format).unwrap();
     }
     std::fs::copy(folder.path("paper.h5"), folder.path("bare.h5")).unwrap();
-    let bare = hdf5::File::open_rw(folder.path("bare.h5")).unwrap();
+    let bare = unlocked::open_rw(folder.path("bare.h5")).unwrap();
     bare.unlink("trajectory").unwrap();
     bare.close().unwrap();
     for (arguments, words) in [

@@ -1,6 +1,7 @@
 //! `stickslip run` as its user sees it: what it computes, prints and leaves behind.
 
 mod cli_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output, refusal};
 use predicates::prelude::*;
@@ -485,7 +486,7 @@ fn cli_run_warns_of_an_energy_balance_that_does_not_close() {
 fn cli_run_has_a_witness() {
     let folder = Folder::new();
     let attribute = |name: &str| {
-        let file = hdf5::File::open(folder.path("paper.h5")).unwrap();
+        let file = unlocked::open(folder.path("paper.h5")).unwrap();
         let group = file.group("witness").ok()?;
         group
             .attr(name)

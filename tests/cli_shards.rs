@@ -2,6 +2,7 @@
 //! files hold the same values, and what does not make a whole is refused.
 
 mod cli_common;
+mod unlocked;
 
 use cli_common::{Folder, json, output, refusal};
 use stickslip::results::SweepFile;
@@ -222,7 +223,7 @@ fn cli_shards_that_make_no_whole_are_refused() {
     // As another build of the program would have written it.
     std::fs::copy(folder.path(&three[2]), folder.path("built.h5")).unwrap();
     {
-        let file = hdf5::File::open_rw(folder.path("built.h5")).unwrap();
+        let file = unlocked::open_rw(folder.path("built.h5")).unwrap();
         let meta = file.group("meta").unwrap();
         meta.delete_attr("program_commit").unwrap();
         let commit = meta

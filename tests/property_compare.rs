@@ -1,6 +1,7 @@
 //! What is done to a copy of the reference comes back from the comparison.
 
 mod compare_common;
+mod unlocked;
 
 use compare_common::{compare, csv, events_csv, paper, rows_of, run, word_of, write};
 use stickslip::compare::detect::{Detector, Point};
@@ -13,7 +14,7 @@ fn changed(variable: &str, change: impl Fn(usize, f64) -> f64) -> Comparison {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("copy.h5");
     std::fs::copy(paper(), &copy).unwrap();
-    let file = hdf5::File::open_rw(&copy).unwrap();
+    let file = unlocked::open_rw(&copy).unwrap();
     let dataset = file.dataset(variable).unwrap();
     let values = dataset.read_raw::<f64>().unwrap();
     let values: Vec<f64> = values

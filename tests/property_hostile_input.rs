@@ -24,6 +24,7 @@ use stickslip::results::{MergeOptions, merge};
 use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
 mod compare_common;
+mod unlocked;
 
 /// Files of each kind, unless the environment says how many.
 const FILES: u64 = 300;
@@ -473,15 +474,9 @@ fn shards() {
         "format",
         "source",
     ];
-    let unlocked = |file: &Path| {
-        let unlocked = hdf5::File::with_options()
-            .with_fapl(|access| access.file_locking(false))
-            .open_rw(file);
-        unlocked.unwrap()
-    };
     // One of them a file: its name, and then its value.
     let seeds: Vec<Vec<u8>> = {
-        let file = unlocked(&path("1.h5"));
+        let file = unlocked::open_rw(path("1.h5")).unwrap();
         let seed = |name: &&str| {
             let attribute = file.attr(name).ok()?;
             let value = match attribute.read_raw::<i64>() {
@@ -506,7 +501,7 @@ fn shards() {
             .unwrap_or(names[bytes.len() % names.len()]);
         std::fs::write(path("bad.h5"), &whole).unwrap();
         {
-            let file = unlocked(&path("bad.h5"));
+            let file = unlocked::open_rw(path("bad.h5")).unwrap();
             let numbers: Result<Vec<i64>, _> = value.split_whitespace().map(str::parse).collect();
             let _ = file.delete_attr(name);
             match numbers {
