@@ -229,7 +229,7 @@ fn damping_curve(torsion: &TorsionModel, force: f64, critical: Option<f64>, init
 }
 
 /// The axial oscillator (1), as m z'' + c_a z' + k_e z = 0.
-pub fn axial_modes(axial: &Axial) -> StateModes {
+pub(crate) fn axial_modes(axial: &Axial) -> StateModes {
     let omega = (axial.stiffness / axial.mass).sqrt();
     let matrix = DMatrix::from_row_slice(2, 2, &[0.0, omega, -omega, -axial.damping / axial.mass]);
     let velocity = |v: &[Complex<f64>]| vec![("z", v[1])];

@@ -23,7 +23,7 @@ impl StickSlip {
     }
 
     /// From the times (s) and kinds of the event sequence alone.
-    pub fn from_word(word: impl IntoIterator<Item = (f64, EventKind)>) -> Self {
+    pub(crate) fn from_word(word: impl IntoIterator<Item = (f64, EventKind)>) -> Self {
         let mut statistics = CycleStatistics::default();
         let word = word.into_iter();
         let cycles = word.filter_map(|(time, kind)| statistics.push(time, kind)).collect();

@@ -152,7 +152,7 @@ pub struct Witness {
 }
 
 /// The method that bears witness of a result: `cvode`, and of its own results `series`, which shares nothing with it.
-pub fn witness_of(method: Method) -> Method {
+pub(crate) fn witness_of(method: Method) -> Method {
     match method {
         Method::Cvode => Method::Series,
         _ => Method::Cvode,

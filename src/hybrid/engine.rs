@@ -35,7 +35,7 @@ impl Fired {
     }
 
     /// Guards by whether they fire.
-    pub fn by_index(fires: impl Iterator<Item = bool>) -> Self {
+    pub(crate) fn by_index(fires: impl Iterator<Item = bool>) -> Self {
         Fired(
             fires
                 .enumerate()

@@ -72,7 +72,7 @@ pub enum RunError {
 /// What an observer says of a value that is not finite: a failure of the run, and not of the observer.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{what} is {value} at t = {time:.12} s")]
-pub struct Overflow {
+pub(crate) struct Overflow {
     pub time: f64,
     pub what: &'static str,
     pub value: f64,

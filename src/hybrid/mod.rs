@@ -27,7 +27,8 @@ mod sundials;
 pub use budget::Limits;
 pub use closed_form::{ClosedEnd, ClosedForm, ClosedFormEngine};
 pub use engine::{Advance, Engine, EngineError, Fired, Segment};
-pub use error::{Overflow, RunError};
+pub(crate) use error::Overflow;
+pub use error::RunError;
 pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
 

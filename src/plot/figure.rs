@@ -82,7 +82,7 @@ impl Curve {
     }
 
     /// The same in another style.
-    pub fn styled(self, style: CurveStyle) -> Curve {
+    pub(crate) fn styled(self, style: CurveStyle) -> Curve {
         Curve { style, ..self }
     }
 
@@ -127,7 +127,7 @@ impl Axis {
     }
 
     /// With powers of ten.
-    pub fn by_powers(self) -> Axis {
+    pub(crate) fn by_powers(self) -> Axis {
         Axis {
             logarithmic: true,
             ..self
@@ -135,7 +135,7 @@ impl Axis {
     }
 
     /// With a fixed range.
-    pub fn from_to(self, low: f64, high: f64) -> Axis {
+    pub(crate) fn from_to(self, low: f64, high: f64) -> Axis {
         Axis {
             range: Some((low, high)),
             ..self

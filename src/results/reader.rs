@@ -82,11 +82,6 @@ impl ResultFile {
         &self.status
     }
 
-    /// Whether a run was still writing the file when it was opened; it is read as the last flush left it.
-    pub fn is_growing(&self) -> bool {
-        self.source.is_growing()
-    }
-
     pub fn title(&self) -> &str {
         &self.title
     }

@@ -70,7 +70,7 @@ impl Status {
 }
 
 /// An attribute of /witness: its name, its value, and of a number the unit and the description.
-pub type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
+pub(crate) type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
 
 /// The attributes of /witness.
 #[derive(Debug, Clone, PartialEq)]

@@ -23,7 +23,8 @@ pub fn journal_path(path: &Path) -> PathBuf {
 }
 
 /// The journal that a rank of an MPI job keeps of the points it ran for the sweep into `map.h5`: `map.rank-3.journal`.
-pub fn rank_journal_path(path: &Path, rank: usize) -> PathBuf {
+#[cfg(feature = "mpi")]
+pub(crate) fn rank_journal_path(path: &Path, rank: usize) -> PathBuf {
     path.with_extension(format!("rank-{rank}.journal"))
 }
 

@@ -18,7 +18,7 @@ pub struct Quantity {
 }
 
 /// Stands for a count of a run that failed.
-pub const NO_COUNT: i64 = -1;
+pub(crate) const NO_COUNT: i64 = -1;
 
 const fn number(
     name: &'static str,
