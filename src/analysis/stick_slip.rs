@@ -5,11 +5,13 @@ use crate::record::{Cycle, CycleStatistics, Event, EventKind};
 /// The stick-slip of a run. The final stick has no duration, so there is one cycle fewer than there are sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StickSlip {
+    /// In order of time.
     pub cycles: Vec<Cycle>,
     /// Time of the first stick, s.
     pub onset_time: Option<f64>,
     /// Time of the last stick, s, if the run ends in it.
     pub final_stick_time: Option<f64>,
+    /// Sticks that began.
     pub stick_count: usize,
     /// Breakaways from stick.
     pub slip_count: usize,

@@ -140,6 +140,7 @@ pub struct Witness {
     pub method: &'static str,
     /// Its relative tolerance.
     pub rtol: f64,
+    /// What it found.
     pub testimony: Testimony,
     /// Number of events in its sequence, as far as it came.
     pub events: usize,

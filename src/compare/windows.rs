@@ -32,6 +32,7 @@ impl Phase {
 /// A stretch of the candidate that is compared, without its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
+    /// Which part of the run.
     pub phase: Phase,
     /// In the candidate's time, s.
     pub from: f64,

@@ -5,6 +5,7 @@ use super::{EngineError, ObserverError};
 
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum RunError {
     #[error("{solver} failed at t = {time:.12} s in {location}: {source}")]
     Engine {

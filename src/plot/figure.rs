@@ -9,17 +9,22 @@ use plotters::style::RGBColor;
 pub struct Figure {
     /// File name without extension.
     pub name: String,
+    /// Above the panels.
     pub title: String,
     /// Number in the paper, where it is known.
     pub paper_figure: Option<u32>,
+    /// From top to bottom.
     pub panels: Vec<Panel>,
 }
 
 /// One pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
+    /// Horizontal.
     pub x: Axis,
+    /// Vertical.
     pub y: Axis,
+    /// Drawn in this order.
     pub curves: Vec<Curve>,
     /// Ground coloured by mode, over x; (from, to, mode).
     pub modes: Vec<(f64, f64, Mode)>,
@@ -49,7 +54,9 @@ pub struct Axis {
 pub struct Curve {
     /// In the legend; empty: not there.
     pub label: String,
+    /// Of line and markers.
     pub color: RGBColor,
+    /// Line or markers.
     pub style: CurveStyle,
     /// Pieces of (x, y), each drawn without a gap.
     pub pieces: Vec<Vec<(f64, f64)>>,

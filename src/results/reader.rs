@@ -73,6 +73,7 @@ impl ResultFile {
         Ok(result)
     }
 
+    /// As it was opened.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -82,6 +83,7 @@ impl ResultFile {
         &self.status
     }
 
+    /// Of the case.
     pub fn title(&self) -> &str {
         &self.title
     }

@@ -28,8 +28,11 @@ pub mod root {
     pub(crate) const TITLE: &str = "title";
     pub(crate) const SOURCE: &str = "source";
     pub(crate) const HISTORY: &str = "history";
+    /// Sources of the equations.
     pub const REFERENCES: &str = "references";
+    /// Name of the format.
     pub const FORMAT: &str = "format";
+    /// Version of the format.
     pub const FORMAT_VERSION: &str = "format_version";
     /// "complete", "interrupted" or "failed".
     pub(crate) const STATUS: &str = "status";
@@ -51,6 +54,7 @@ pub mod group {
     pub(crate) const INPUT: &str = "input";
     pub(crate) const META: &str = "meta";
     pub(crate) const RUNS: &str = "runs";
+    /// The reference of a work-precision study.
     pub const REFERENCE: &str = "reference";
 }
 
@@ -68,6 +72,7 @@ pub(crate) const META_WALL_TIME: &str = "wall_time_s";
 
 /// Names of the attributes of a variable.
 pub mod attribute {
+    /// Unit, as UDUNITS writes it.
     pub const UNITS: &str = "units";
     pub(crate) const FILL_VALUE: &str = "_FillValue";
     pub(crate) const LONG_NAME: &str = "long_name";
@@ -105,10 +110,13 @@ pub type Flag = (i8, &'static str);
 /// One variable of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
+    /// Within its group.
     pub name: String,
+    /// Type of the values.
     pub kind: Kind,
     /// UDUNITS, "1" for a pure number.
     pub units: &'static str,
+    /// Description.
     pub long_name: String,
     /// Empty where the variable is no code.
     pub flags: Vec<Flag>,
@@ -149,9 +157,11 @@ impl Variable {
 /// bears its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
+    /// The group that holds its variables.
     pub group: &'static str,
     /// Rows in a chunk, which is also how many are buffered.
     pub chunk: usize,
+    /// All of one length.
     pub variables: Vec<Variable>,
 }
 

@@ -51,6 +51,7 @@ pub struct Header {
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Status {
+    /// To the end of the case.
     Complete,
     /// By the user or by a kill; what was computed until then is good.
     Interrupted,

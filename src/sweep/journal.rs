@@ -48,6 +48,7 @@ pub(super) fn rank_journals(path: &Path) -> io::Result<Vec<PathBuf>> {
 /// What can go wrong with a journal.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum JournalError {
     #[error(
         "{path}: holds {points} points of an interrupted sweep; --resume goes on with it, --force throws it away and starts anew"

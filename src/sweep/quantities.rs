@@ -156,6 +156,7 @@ pub type Values = [f64; QUANTITIES.len()];
 pub struct EventRow {
     /// s.
     pub time: f64,
+    /// Of the event.
     pub kind: EventKind,
     /// Code of the mode after it.
     pub mode_after: i8,

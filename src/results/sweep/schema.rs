@@ -107,17 +107,22 @@ pub(crate) struct SweepRow {
 /// A column of a further table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
+    /// Of the variable.
     pub name: String,
     /// UDUNITS.
     pub units: String,
+    /// Description.
     pub long_name: String,
+    /// One value for each point.
     pub data: ColumnData,
 }
 
 /// The values of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColumnData {
+    /// Doubles; NaN where there is none.
     Numbers(Vec<f64>),
+    /// Whole numbers.
     Counts(Vec<i64>),
     /// Codes, and what they mean.
     Codes(Vec<i8>, Vec<(i8, String)>),
