@@ -1,39 +1,20 @@
 //! The boundary tracer against lines that are known: the loss of stability at standstill, and single runs.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use stickslip::analysis::growth::foreseen_exponent;
 use stickslip::case::Override;
 use stickslip::model::axial::AxialMotion;
-use stickslip::results::{Overwrite, SweepFile, SweepHeader};
+use stickslip::results::SweepFile;
 use stickslip::sweep::{
-    Branch, Design, Study, StudySource, SweepOptions, SweepReport, quantity_index, run_point, sweep, without_a_file,
+    Branch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
 };
 
 fn study(text: &str) -> Study {
-    let source = StudySource {
-        text: text.to_owned(),
-        path: None,
-        name: "boundary".to_owned(),
-    };
-    Study::parse(source, &[]).unwrap()
+    Study::parse(StudySource::text("boundary", text), &[]).unwrap()
 }
 
 fn run(study: &Study, path: &Path) -> SweepReport {
-    let options = SweepOptions {
-        path,
-        overwrite: Overwrite::OwnResults,
-        resume: false,
-        shard: None,
-        workers: 2,
-        header: SweepHeader {
-            digest: study.digest(),
-            ..SweepHeader::default()
-        },
-        integrate: &without_a_file,
-        stop: &AtomicBool::new(false),
-    };
-    sweep(study, &options, &mut |_| {}).unwrap()
+    Sweep::new(study, path).start().unwrap()
 }
 
 /// A light rotor that stops within milliseconds, so that runs are cheap; the rest is the paper's.

@@ -6,6 +6,7 @@
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Recorder, RecorderError, Sample, Segment};
+use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
@@ -58,22 +59,24 @@ impl Sequence {
 }
 
 /// Passes a run on to its recorder, and keeps its sequence of events.
-pub struct Remembering<'a> {
+pub(crate) struct Remembering<'a> {
     recorder: &'a mut dyn Recorder,
+    keeps_events: bool,
     sequence: Sequence,
 }
 
 impl<'a> Remembering<'a> {
-    /// For a run into `recorder`.
-    pub fn new(recorder: &'a mut dyn Recorder) -> Self {
+    /// For a run into `recorder`, whose report keeps the events whether or not the recorder stores them.
+    pub(crate) fn new(recorder: &'a mut dyn Recorder, keeps_events: bool) -> Self {
         Remembering {
             recorder,
+            keeps_events,
             sequence: Sequence::default(),
         }
     }
 
     /// What has been kept.
-    pub fn into_sequence(self) -> Sequence {
+    pub(crate) fn into_sequence(self) -> Sequence {
         self.sequence
     }
 }
@@ -100,7 +103,7 @@ impl Recorder for Remembering<'_> {
     }
 
     fn stores_events(&self) -> bool {
-        self.recorder.stores_events()
+        !self.keeps_events && self.recorder.stores_events()
     }
 }
 
@@ -150,6 +153,42 @@ pub struct Witness {
     pub largest_difference: Option<f64>,
     /// One line of at most 80 characters.
     pub statement: String,
+}
+
+impl Witness {
+    /// The attributes of /witness in a result file.
+    pub fn attributes(&self) -> WitnessAttributes {
+        let text = |text: &str| MetaValue::Text(text.to_owned());
+        let number = MetaValue::Number;
+        WitnessAttributes(vec![
+            ("method", text(self.method), None),
+            (
+                "rtol",
+                number(self.rtol),
+                Some(("1", "relative tolerance of the witness")),
+            ),
+            ("testimony", text(self.testimony.name()), None),
+            (
+                "events",
+                number(self.events as f64),
+                Some(("1", "events in the sequence of the witness")),
+            ),
+            (
+                "agreeing_events",
+                number(self.agreeing_events as f64),
+                Some((
+                    "1",
+                    "events that agree in kind with those of the result, from the first on",
+                )),
+            ),
+            (
+                "largest_difference",
+                number(self.largest_difference.unwrap_or(f64::NAN)),
+                Some(("s", "largest difference of the times of the agreeing events")),
+            ),
+            ("statement", text(&self.statement), None),
+        ])
+    }
 }
 
 /// The method that bears witness of a result: `cvode`, and of its own results `series`, which shares nothing with it.

@@ -1,6 +1,6 @@
 //! The arguments.
 
-use super::provenance;
+use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};

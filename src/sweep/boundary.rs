@@ -26,7 +26,7 @@ const FINER: usize = 4;
 
 /// Traces the boundaries of a study in every plane.
 pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Points) -> Result<Boundaries, SweepEnd> {
-    let study = running.study;
+    let study = running.work.study;
     let (Points::Asked(asked), Some(ranges)) = (points, spec.ranges(&study.axes)) else {
         return Ok(Boundaries::default());
     };
@@ -173,7 +173,7 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
 /// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
 /// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
 fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
-    let (Some(quantity), study) = (quantity_index("growth_exponent"), tracer.running.study) else {
+    let (Some(quantity), study) = (quantity_index("growth_exponent"), tracer.running.work.study) else {
         return Vec::new();
     };
     if tracer.spec.growth_contours.is_empty() {
