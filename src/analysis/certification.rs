@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// let mut result = MemoryRecorder::default();
 /// Run::new(&case).record(&mut result).start()?;
 /// let certified = Certify::new(&case).start(&result)?;
-/// println!("{}", certified.certificate.verdict.statement);
+/// println!("{:?} digits", certified.certificate.least_digits());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use = "nothing is computed before `start`"]
