@@ -190,10 +190,10 @@ fn analytic_contours_of_growth_have_their_level() {
     }
 }
 
-/// The nose of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the width, in x to
+/// The fold of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the width, in x to
 /// where the curve is lower by more than that.
 #[test]
-fn regression_the_nose_is_the_top_of_a_scan_along_x() {
+fn regression_the_fold_is_the_top_of_a_scan_along_x() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 case = "paper"
@@ -218,13 +218,13 @@ width = 1e-4
     let study = study(text);
     let found = run(&study, &folder.path().join("n.h5")).boundaries.unwrap();
     assert_eq!(found.curves.len(), 1);
-    let noses: Vec<_> = found.curves[0]
+    let folds: Vec<_> = found.curves[0]
         .points
         .iter()
-        .filter(|point| point.branch == Branch::Nose)
+        .filter(|point| point.branch == Branch::Fold)
         .collect();
-    let [nose] = noses[..] else { panic!("{noses:?}") };
-    let [decay, damping] = nose.middle();
+    let [fold] = folds[..] else { panic!("{folds:?}") };
+    let [decay, damping] = fold.middle();
     let meets = |decay: f64, damping: f64| {
         let coordinates = [decay, damping].map(stickslip::case::Setting::Number).to_vec();
         let point = stickslip::sweep::Point { number: 0, coordinates };
@@ -233,7 +233,7 @@ width = 1e-4
     };
     // 1300 N m s/rad times the width, and as much for what the flat top leaves open in y.
     let open = 2.0 * 1300.0 * 1e-4;
-    assert!(meets(decay, nose.met[1]) && !meets(decay, nose.unmet[1]));
+    assert!(meets(decay, fold.met[1]) && !meets(decay, fold.unmet[1]));
     for k in -20..=20 {
         let beside = decay * (0.01 * f64::from(k)).exp();
         assert!(!meets(beside, damping + open), "{beside} rises above {decay}");

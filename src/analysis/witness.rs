@@ -220,8 +220,8 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
     let period = TorsionModel::new(&case.parameters).natural_period();
     let foreseen = result.resolved / period * STEPS_PER_PERIOD / STEPS_BETWEEN_QUESTIONS;
     // The paper's procedure does not know what it resolves.
-    let foretells = method == Method::Cvode && case.solver.method.locates_events();
-    if foretells && foreseen > f64::from(MOST_QUESTIONS) {
+    let predicts = method == Method::Cvode && case.solver.method.locates_events();
+    if predicts && foreseen > f64::from(MOST_QUESTIONS) {
         return Some(Witness {
             method: method.name(),
             rtol: solver.rtol,

@@ -239,7 +239,7 @@ fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument>
             nose: curve
                 .points
                 .iter()
-                .find(|point| point.branch == Branch::Nose)
+                .find(|point| point.branch == Branch::Fold)
                 .map(|point| point.middle()),
         }
     });
@@ -293,11 +293,10 @@ fn text_report(
         );
     }
     if !curves.is_empty() {
-        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "nose x", "y"]);
+        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "fold x", "y"]);
         for curve in curves {
             let number = |x: f64| format!("{x:.6}");
-            let nose = curve.nose.map(|nose| nose.map(number));
-            let [nose_x, nose_y] = nose.unwrap_or_default();
+            let [fold_x, fold_y] = curve.nose.map(|fold| fold.map(number)).unwrap_or_default();
             table.add_row([
                 curve.plane.clone(),
                 curve.points.to_string(),
@@ -305,8 +304,8 @@ fn text_report(
                 number(curve.x_range[1]),
                 number(curve.y_range[0]),
                 number(curve.y_range[1]),
-                nose_x,
-                nose_y,
+                fold_x,
+                fold_y,
             ]);
         }
         super::terminal::align_right(&mut table, 1..8);

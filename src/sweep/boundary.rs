@@ -1,7 +1,7 @@
 //! Tracing where a criterion changes in a plane of two axes.
 //!
 //! The first grid is run, its cells in which the criterion changes are halved, with their neighbours, as often as the
-//! study says, every edge of the finest cells across which it changes is bisected, and the nose is looked for along x. All
+//! study says, every edge of the finest cells across which it changes is bisected, and the fold, where the curve turns, is looked for along x. All
 //! points that are needed at a time are run as one round, so that every thread has work; what is asked for next depends
 //! on the outcomes alone, and so the points and their numbers are the same in every run of the study.
 
@@ -221,7 +221,7 @@ fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<
     lines
 }
 
-/// Splits a curve at its largest y. Where that is an end of it, there is no nose, and the curve is one branch: the lower
+/// Splits a curve at its largest y. Where that is an end of it, there is no fold, and the curve is one branch: the lower
 /// one if the criterion is met at larger x.
 fn name_branches(points: &mut [BoundaryPoint]) {
     let y = |point: &BoundaryPoint| point.middle()[1];
@@ -255,7 +255,7 @@ fn name_branches(points: &mut [BoundaryPoint]) {
     let one_way: Vec<bool> = (0..points.len()).map(one_way).collect();
     for (k, point) in points.iter_mut().enumerate() {
         point.branch = match (k == top, one_way[k] == lower) {
-            (true, _) => Branch::Nose,
+            (true, _) => Branch::Fold,
             (false, true) => Branch::Lower,
             (false, false) => Branch::Upper,
         };
