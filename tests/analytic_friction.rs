@@ -3,7 +3,9 @@
 //! that rises again, with bounds inside an interval and a margin of stability with two zeros.
 
 use proptest::prelude::*;
-use stickslip::friction::{Bounds, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product};
+use stickslip::friction::{
+    Bounds, Coulomb, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product,
+};
 use stickslip::numerics::Number;
 use stickslip::numerics::taylor::{self, Unfolding, zeros};
 
@@ -488,6 +490,23 @@ proptest! {
         // |mu^(n)| = |mu_s - mu_d| alpha^n exp(-alpha x)
         let of_third = (low_speed - high_speed).abs() * decay.powi(3) * (-x).exp();
         prop_assert!((law.speed_of_derivative(3, of_third) - x / decay).abs() < 1e-12 / decay);
+    }
+
+    #[test]
+    fn analytic_the_coulomb_law(kinetic in 0.0..1.0f64, x in -1.5..1.5f64) {
+        let law = FrictionLaw::from(Coulomb { kinetic });
+        let (mu, slope) = law.coefficient_and_slope(x);
+        prop_assert_eq!((mu, slope, law.at_vanishing_speed()), (kinetic, 0.0, kinetic));
+        prop_assert_eq!(law.coefficient_bounds(0.0, f64::INFINITY), Bounds::between(kinetic, kinetic));
+        prop_assert!(!law.falls() && law.damping_zeros(20.0, 100.0).is_empty());
+        prop_assert_eq!(law.damped_from(20.0, 100.0), 0.0);
+        let mut series = law.series::<f64, TERMS>();
+        series.start(&x, &1.0);
+        series.extend(1, &x, &1.0);
+        let factors = series.factors(&2.0, &2.0);
+        let pressed = series.pressed(&[3.0; TERMS], 1, 1);
+        prop_assert_eq!((factors.constant, factors.slope * pressed.slope), (2.0 * kinetic, 0.0));
+        prop_assert_eq!(factors.shape * series.shape(0) + factors.shape * pressed.shape, 0.0);
     }
 
     #[test]

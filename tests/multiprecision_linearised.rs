@@ -39,9 +39,10 @@ fn field<'a>(exact: &'a mut ExactParameters, path: &str) -> &'a mut BigRational 
         "torsion.damping" => &mut exact.torsional_damping,
         "contact.radius" => &mut exact.radius,
         "friction.breakaway" => &mut exact.breakaway,
-        "friction.low_speed" => &mut exact.low_speed,
-        "friction.high_speed" => &mut exact.high_speed,
-        "friction.decay" => &mut exact.decay,
+        _ if path.starts_with("friction.") => {
+            let key = path.trim_start_matches("friction.");
+            exact.law.number_mut(key).expect("a parameter of the law")
+        }
         "initial.speed" => &mut exact.speed,
         "perturbation.0.relative_velocity" => &mut exact.kicks[0].relative_velocity,
         "perturbation.0.time" => exact.kicks[0].time.as_mut().expect("a time"),

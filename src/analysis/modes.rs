@@ -217,7 +217,7 @@ pub fn effective_damping(torsion: &TorsionModel, normal_force: f64, x: f64) -> E
 
 fn damping_curve(torsion: &TorsionModel, force: f64, critical: Option<f64>, initial: f64) -> Vec<EffectiveDamping> {
     // Where friction has all but ceased to change; where it does not change, as far as the run goes.
-    let scale = 3.0 / torsion.friction.law.steepness_rate(0.0);
+    let scale = 0.5 * torsion.friction.law.extent();
     let end = match critical {
         Some(critical) => critical + scale,
         None if scale.is_finite() => scale,

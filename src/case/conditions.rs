@@ -39,15 +39,19 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     let friction = &case.parameters.friction;
     let sliding = friction.law.at_vanishing_speed();
     if friction.breakaway < sliding {
+        let key = friction.law.key_at_vanishing_speed();
         complain(
             "friction.breakaway",
-            &["friction.low_speed"],
+            &[&format!("friction.{key}")],
             format!(
-                "must be at least friction.low_speed: {:?} is below {:?}, and between the two torques neither stick nor \
-                 slip is consistent; raise breakaway or lower low_speed",
+                "must be at least friction.{key}: {:?} is below {:?}, and between the two torques neither stick nor \
+                 slip is consistent; raise breakaway or lower {key}",
                 friction.breakaway, sliding
             ),
         );
+    }
+    for (key, message) in friction.law.complaints() {
+        complain(&format!("friction.{key}"), &["friction"], message);
     }
 
     if let Actuation::Table { time, force } = &case.parameters.actuation {

@@ -7,6 +7,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | `float` | floating-point numbers of some machine words, in which everything is computed |
+//! | `friction` | the friction laws as recurrences |
 //! | `number` | what comes out, exact to and from rationals and decimals |
 //! | `parameters` | the parameters without rounding |
 //! | `series` | the equations as recurrences of Taylor coefficients |
@@ -18,6 +19,7 @@
 
 mod automaton;
 mod float;
+mod friction;
 mod number;
 mod pieces;
 mod report;

@@ -222,7 +222,7 @@ fn close_up(
 fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     let mut curves = Vec::new();
     let several = subject.runs.len() > 1;
-    let scale = 6.0 / subject.run.parameters.friction.law.steepness_rate(0.0);
+    let scale = subject.run.parameters.friction.law.extent();
     let end = if scale.is_finite() { scale } else { 1.0 };
     for (k, run) in subject.runs.iter().enumerate() {
         let friction = &run.parameters.friction;
@@ -246,7 +246,7 @@ fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> 
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
-    let sliding = friction.law.coefficient_bounds(0.0, f64::INFINITY);
+    let sliding = friction.law.bounds_below(end);
     let largest = friction.breakaway.max(sliding.most);
     let y = Axis::new("friction coefficient", "1")
         .with_symbol("μ")

@@ -3,6 +3,7 @@
 mod guards;
 
 use super::float::Float;
+use super::friction::at_vanishing_speed;
 use super::number::Number;
 use super::pieces::{Piece, pieces};
 use super::report::{OracleEvent, OracleReport, OracleState};
@@ -141,7 +142,11 @@ impl<const N: usize> Run<N> {
             mode: Mode::Separated,
             watch: Watch::Stable,
             zeros: Vec::new(),
-            take_off_zeros: if exact.breakaway == exact.low_speed { 2 } else { 1 },
+            take_off_zeros: if exact.breakaway == at_vanishing_speed(&exact.law) {
+                2
+            } else {
+                1
+            },
             force: (number(&first.start), [number(&first.force), number(&first.slope)]),
             later_force: pieces,
             stays_open: false,

@@ -1,0 +1,123 @@
+//! The friction laws, each once more: r mu and 2 r mu' along a motion, as recurrences of Taylor coefficients.
+//!
+//! With q_k for a coefficient of q, the torque of friction is r mu F_n = constant F_n + falling (S F_n) with a shape S, and what
+//! it takes from the damping of steady sliding is -2 r mu' F_n = negative_damping (R F_n) with a shape R of the slope. What S
+//! and R are is each law's own.
+
+use super::float::Float;
+use crate::model::{ExactLaw, ExactParameters, nearest_double};
+use num_bigint::BigInt;
+use num_rational::BigRational;
+
+/// The constants of a law, to the precision of the run.
+#[derive(Debug)]
+pub(super) struct Friction<const N: usize> {
+    /// r times the part of mu that is none of the shape.
+    pub constant: Float<N>,
+    /// r times the factor of the shape S.
+    pub falling: Float<N>,
+    /// -2 r times the factor of the shape R.
+    pub negative_damping: Float<N>,
+    kind: Kind<N>,
+}
+
+/// The shapes of the laws.
+#[derive(Debug)]
+enum Kind<const N: usize> {
+    /// S = R = exp(-alpha x): of -alpha.
+    Exponential(Float<N>),
+    /// None.
+    Constant,
+}
+
+impl<const N: usize> Friction<N> {
+    /// Of the law of these parameters.
+    ///
+    /// # Panics
+    /// If the oracle does not know the law: it has all that there are.
+    pub fn new(exact: &ExactParameters) -> Self {
+        let number = Float::from_rational;
+        let (radius, law) = (&exact.radius, &exact.law);
+        let two = BigRational::from_integer(BigInt::from(2));
+        let of = |key: &str| law.number(key);
+        let zero = BigRational::default();
+        let (constant, falling, negative_damping, kind) = match law.name {
+            "exponential" => {
+                let falling = radius * (of("low_speed") - of("high_speed"));
+                let negative = two * of("decay") * &falling;
+                let kind = Kind::Exponential(number(&-of("decay")));
+                (radius * of("high_speed"), falling, negative, kind)
+            }
+            "coulomb" => (radius * of("kinetic"), zero.clone(), zero, Kind::Constant),
+            other => panic!("the oracle has no friction law \"{other}\""),
+        };
+        Friction {
+            constant: number(&constant),
+            falling: number(&falling),
+            negative_damping: number(&negative_damping),
+            kind,
+        }
+    }
+}
+
+/// mu at vanishing speed.
+pub(super) fn at_vanishing_speed(law: &ExactLaw) -> BigRational {
+    match law.name {
+        "coulomb" => law.number("kinetic"),
+        _ => law.number("low_speed"),
+    }
+}
+
+/// A coefficient of the size of those that the law has.
+pub(super) fn size(law: &ExactLaw) -> f64 {
+    let of = |key: &str| nearest_double(&law.number(key));
+    of("high_speed").max(nearest_double(&at_vanishing_speed(law)))
+}
+
+/// Taylor coefficients of the shapes along a motion.
+#[derive(Debug, Default)]
+pub(super) struct Shapes<const N: usize> {
+    /// x = s omega_r.
+    pub speed: Vec<Float<N>>,
+    /// S; empty where it is nothing.
+    pub shape: Vec<Float<N>>,
+    /// j times coefficient j of an exponent.
+    rate: Vec<Float<N>>,
+}
+
+/// The tables that an expansion has of whole numbers: 1/k and k, and ln 2.
+pub(super) type Tables<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>], &'a Float<N>);
+
+impl<const N: usize> Shapes<N> {
+    /// Takes coefficient k of x, and makes that of S.
+    pub fn extend(&mut self, friction: &Friction<N>, speed: Float<N>, (reciprocals, integers, ln_2): Tables<'_, N>) {
+        let k = self.speed.len();
+        self.speed.push(speed);
+        match &friction.kind {
+            Kind::Exponential(minus_decay) => {
+                let exponent = &speed * minus_decay;
+                self.rate.push(&exponent * &integers[k]);
+                let next = if k == 0 {
+                    exponent.exp(ln_2, reciprocals)
+                } else {
+                    &Float::convolution(&self.rate[1..], &self.shape[..k]) * &reciprocals[k]
+                };
+                self.shape.push(next);
+            }
+            Kind::Constant => {}
+        }
+    }
+
+    /// R, all coefficients of it as far as S goes; `None` where it is S.
+    pub fn slope(&self, friction: &Friction<N>) -> Option<Vec<Float<N>>> {
+        match &friction.kind {
+            Kind::Exponential(_) => None,
+            Kind::Constant => Some(vec![Float::zero(); self.speed.len()]),
+        }
+    }
+
+    /// The series that a step has to follow to its own precision, however small it is; empty for a law without one.
+    pub fn followed(&self) -> &[Float<N>] {
+        &self.shape
+    }
+}

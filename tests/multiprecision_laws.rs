@@ -1,0 +1,163 @@
+//! Every friction law on the paper's brake against the oracle: `auto` by default and at rtol 1e-13, `series`, and the
+//! certificate.
+//!
+//! The brake is `paper-si` from a low speed, so that the oracle takes a second. Its first stick comes at the end of an
+//! instability, or where the law has none at the end of sliding; a kick in stick-slip, or a force that lets go, makes it
+//! slip again.
+
+mod common;
+
+use common::random_brakes::{difference, exact_events};
+use stickslip::Run;
+use stickslip::analysis::exact::certify_exactly;
+use stickslip::analysis::growth::Growth;
+use stickslip::analysis::linearised::linearise;
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::friction::FrictionLaw;
+use stickslip::model::torsion::TorsionModel;
+use stickslip::oracle::OracleEvent;
+use stickslip::record::{Event, EventKind, MemoryRecorder};
+
+/// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
+const OF_ROUNDING: f64 = 100.0;
+
+/// Rounding that may move an event by more than this share of the natural period leaves its place in the oscillation open.
+const ILL_CONDITIONED: f64 = 0.02;
+
+/// The short brake with a friction table, and more.
+fn overrides(friction: &str, more: &[&str]) -> Vec<Override> {
+    let base = [
+        "initial.speed=3",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "output={end_time=0.4, interval=0.01}",
+    ];
+    let friction = format!("friction={friction}");
+    let all = base.into_iter().chain([friction.as_str()]).chain(more.iter().copied());
+    all.map(|text| Override::parse(text).unwrap()).collect()
+}
+
+fn case(overrides: &[Override], more: &[&str]) -> Case {
+    let more = more.iter().map(|text| Override::parse(text).unwrap());
+    let all: Vec<Override> = overrides.iter().cloned().chain(more).collect();
+    Case::parse(&CaseSource::built_in("paper-si").unwrap(), &all).unwrap()
+}
+
+fn run(case: &Case) -> MemoryRecorder {
+    let mut recorder = MemoryRecorder::default();
+    Run::new(case).record(&mut recorder).start().unwrap();
+    recorder
+}
+
+/// Kind and distance from the exact event of each event; the sequences are the same.
+fn errors(events: &[Event], exact: &[OracleEvent], what: &str) -> Vec<(EventKind, f64)> {
+    let own: Vec<EventKind> = events.iter().map(|event| event.kind).collect();
+    let expected: Vec<EventKind> = exact.iter().map(|event| event.kind).collect();
+    assert_eq!(own, expected, "{what}: the events");
+    let pairs = events.iter().zip(exact);
+    pairs
+        .map(|(event, exact)| (event.kind, difference(event.time, &exact.time).abs()))
+        .collect()
+}
+
+/// By how much rounding may move each event, s.
+fn rounding(case: &Case) -> Vec<f64> {
+    let recorder = run(case);
+    let end = case.output.end_time;
+    let instability = Growth::of_run(&case.parameters, &recorder.events, end).map(|growth| growth.instability);
+    let linearised = linearise(case, &case.solver, instability, &|| false).unwrap();
+    linearised.events.iter().map(|event| event.rounding).collect()
+}
+
+/// Holds the methods to the oracle; how many events of the sequence there are, or `None` where rounding decides.
+fn hold(overrides: &[Override], what: &str) -> Option<usize> {
+    let series = case(overrides, &["solver.method=series"]);
+    let allowance = rounding(&series);
+    let hardest = allowance.iter().copied().fold(0.0, f64::max);
+    if OF_ROUNDING * hardest > ILL_CONDITIONED * TorsionModel::new(&series.parameters).natural_period() {
+        println!("{what}: ill-conditioned, rounding moves an event by {hardest:.1e} s");
+        return None;
+    }
+    let source = CaseSource::built_in("paper-si").unwrap();
+    let exact = exact_events(&source, overrides, series.output.end_time, 38);
+    for (settings, allowed) in [
+        (&["solver.method=auto"][..], 1e-9),
+        (&["solver.method=auto", "solver.rtol=1e-13"][..], 1e-11),
+        (&["solver.method=series"][..], 1e-12),
+    ] {
+        let recorder = run(&case(overrides, settings));
+        let what = format!("{what}, {settings:?}");
+        let mut worst = 0.0_f64;
+        for ((kind, error), rounding) in errors(&recorder.events, &exact, &what).into_iter().zip(&allowance) {
+            let allowed = f64::max(allowed, OF_ROUNDING * rounding);
+            assert!(
+                error <= allowed,
+                "{what}: {} is off by {error:.1e} s of {allowed:.1e}",
+                kind.name()
+            );
+            worst = worst.max(error);
+        }
+        println!("{what}: {} events within {worst:.1e} s", exact.len());
+    }
+    Some(exact.iter().filter(|event| event.kind.in_event_sequence()).count())
+}
+
+/// The same with the certificate, whose uncertainties have to cover what the oracle says; at least so many events of the
+/// sequence.
+fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
+    let overrides = overrides(friction, more);
+    let events = hold(&overrides, friction).expect("well-conditioned");
+    assert!(events >= least, "{friction}: {events} events");
+    let source = CaseSource::built_in("paper-si").unwrap();
+    let exact = Case::exact_parameters(&source, &overrides).unwrap();
+    let case = case(&overrides, &[]);
+    let result = run(&case);
+    let (certificate, _) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();
+    assert_eq!(certificate.contradiction, None, "{friction}");
+    for event in &certificate.events {
+        let error = event.true_error.expect("the oracle has it").abs();
+        // What the methods' ladder says, before the oracle's word.
+        assert!(
+            error <= event.ladder_uncertainty,
+            "{friction}: off by {error:.1e} s, of {:.1e}",
+            event.ladder_uncertainty
+        );
+    }
+}
+
+/// Rising friction and a grip that is let go and taken again: what a law without an instability needs to slip again.
+const GRIP_AGAIN: &str = "actuation={profile=\"table\", time=[0, 0.02, 0.1, 0.12, 0.14, 0.16], \
+                          force=[0, 2225, 2225, 300, 300, 2225]}";
+
+#[test]
+fn multiprecision_coulomb() {
+    hold_and_certify(
+        "{law=\"coulomb\", breakaway=0.45, kinetic=0.3}",
+        &["initial.speed=1.5", "perturbation=[]", GRIP_AGAIN],
+        3,
+    );
+}
+
+/// Every law of the program is one of the oracle, too.
+#[test]
+fn multiprecision_the_oracle_has_every_law() {
+    for name in FrictionLaw::NAMES {
+        assert!(
+            EXAMPLES
+                .iter()
+                .any(|example| example.contains(&format!("law=\"{name}\""))),
+            "{name}"
+        );
+    }
+    for example in EXAMPLES {
+        let overrides = overrides(example, &["output.end_time=1e-3"]);
+        let events = exact_events(&CaseSource::built_in("paper-si").unwrap(), &overrides, 1e-3, 20);
+        assert!(events.is_empty());
+    }
+}
+
+/// One of each.
+const EXAMPLES: &[&str] = &[
+    "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
+    "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",
+];
