@@ -4,7 +4,7 @@
 
 use proptest::prelude::*;
 use stickslip::friction::{
-    Bounds, Coulomb, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product,
+    self, Bounds, Coulomb, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product,
 };
 use stickslip::numerics::Number;
 use stickslip::numerics::taylor::{self, Unfolding, zeros};
@@ -507,6 +507,23 @@ proptest! {
         let pressed = series.pressed(&[3.0; TERMS], 1, 1);
         prop_assert_eq!((factors.constant, factors.slope * pressed.slope), (2.0 * kinetic, 0.0));
         prop_assert_eq!(factors.shape * series.shape(0) + factors.shape * pressed.shape, 0.0);
+    }
+
+    #[test]
+    fn analytic_the_hyperbolic_law(
+        low_speed in 0.1..1.0f64, high_speed in 0.0..1.0f64, scale in 0.01..10.0f64,
+        ratio in 0.2..50.0f64, x in 0.1..8.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let law = FrictionLaw::from(friction::Hyperbolic { low_speed, high_speed, scale });
+        let weight = 100.0;
+        let damping = weight * (low_speed - high_speed).abs().max(1e-3) / scale / ratio;
+        hold(&law, 20.0 * scale, damping, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+        prop_assert_eq!(law.falls(), low_speed > high_speed);
+        // Finite beyond the pole, and without a jump where the tangent takes over.
+        prop_assert!(law.coefficient(-scale).is_finite() && law.coefficient(-3.0 * scale).is_finite());
+        let jump = law.coefficient(-0.5 * scale * (1.0 + 1e-9)) - law.coefficient(-0.5 * scale * (1.0 - 1e-9));
+        prop_assert!(jump.abs() < 1e-7);
     }
 
     #[test]

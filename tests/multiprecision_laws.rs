@@ -138,6 +138,15 @@ fn multiprecision_coulomb() {
     );
 }
 
+#[test]
+fn multiprecision_hyperbolic() {
+    hold_and_certify(
+        "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
+        &[],
+        3,
+    );
+}
+
 /// Every law of the program is one of the oracle, too.
 #[test]
 fn multiprecision_the_oracle_has_every_law() {
@@ -160,4 +169,5 @@ fn multiprecision_the_oracle_has_every_law() {
 const EXAMPLES: &[&str] = &[
     "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
     "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",
+    "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
 ];

@@ -408,6 +408,12 @@ const KEYS: &[Key] = &[
         Kind::Number(D::FrictionDecay, NotNegative, law!("decay")),
     ),
     key(
+        "friction.scale",
+        "x_s, sliding speed over which the friction coefficient falls",
+        Presence::Law { default: None },
+        Kind::Number(D::AngularVelocity, Positive, law!("scale")),
+    ),
+    key(
         "friction.kinetic",
         "mu_d, friction coefficient at every sliding speed",
         Presence::Law { default: None },

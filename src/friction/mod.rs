@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `exponential` | mu_d + (mu_s - mu_d) exp(-alpha x), equation (8) |
 //! | `coulomb` | mu_d |
+//! | `hyperbolic` | mu_d + (mu_s - mu_d)/(1 + x/x_s) |
 //!
 //! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
 //! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle
@@ -17,11 +18,13 @@
 
 mod coulomb;
 mod exponential;
+mod hyperbolic;
 mod law;
 mod parameters;
 
 pub use coulomb::Coulomb;
 pub use exponential::Exponential;
+pub use hyperbolic::Hyperbolic;
 pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
 pub use parameters::Parameters;
 
@@ -125,6 +128,8 @@ laws! { $
     Exponential
     /// The same at every speed.
     Coulomb
+    /// Falling as the inverse of the speed.
+    Hyperbolic
 }
 
 impl FrictionLaw {

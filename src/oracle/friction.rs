@@ -28,6 +28,8 @@ enum Kind<const N: usize> {
     Exponential(Float<N>),
     /// None.
     Constant,
+    /// S = q = 1/(1 + x/x_s), R = q^2: of 1/x_s.
+    Hyperbolic(Float<N>),
 }
 
 impl<const N: usize> Friction<N> {
@@ -49,6 +51,12 @@ impl<const N: usize> Friction<N> {
                 (radius * of("high_speed"), falling, negative, kind)
             }
             "coulomb" => (radius * of("kinetic"), zero.clone(), zero, Kind::Constant),
+            "hyperbolic" => {
+                let falling = radius * (of("low_speed") - of("high_speed"));
+                let negative = two * &falling / of("scale");
+                let kind = Kind::Hyperbolic(number(&of("scale").recip()));
+                (radius * of("high_speed"), falling, negative, kind)
+            }
             other => panic!("the oracle has no friction law \"{other}\""),
         };
         Friction {
@@ -74,6 +82,11 @@ pub(super) fn size(law: &ExactLaw) -> f64 {
     of("high_speed").max(nearest_double(&at_vanishing_speed(law)))
 }
 
+/// The coefficients of q^2, as many as there are of q.
+fn square<const N: usize>(q: &[Float<N>]) -> Vec<Float<N>> {
+    (0..q.len()).map(|k| Float::convolution(&q[..=k], &q[..=k])).collect()
+}
+
 /// Taylor coefficients of the shapes along a motion.
 #[derive(Debug, Default)]
 pub(super) struct Shapes<const N: usize> {
@@ -81,7 +94,7 @@ pub(super) struct Shapes<const N: usize> {
     pub speed: Vec<Float<N>>,
     /// S; empty where it is nothing.
     pub shape: Vec<Float<N>>,
-    /// j times coefficient j of an exponent.
+    /// j times coefficient j of an exponent, or the coefficients of a denominator.
     rate: Vec<Float<N>>,
 }
 
@@ -105,6 +118,18 @@ impl<const N: usize> Shapes<N> {
                 self.shape.push(next);
             }
             Kind::Constant => {}
+            Kind::Hyperbolic(per_scale) => {
+                // (1 + x/x_s) q = 1, of which `rate` holds the coefficients of the bracket.
+                let ratio = &speed * per_scale;
+                self.rate
+                    .push(if k == 0 { &Float::from_f64(1.0) + &ratio } else { ratio });
+                let next = if k == 0 {
+                    Float::from_f64(1.0).over(&self.rate[0])
+                } else {
+                    -&Float::convolution(&self.rate[1..], &self.shape[..k]).over(&self.rate[0])
+                };
+                self.shape.push(next);
+            }
         }
     }
 
@@ -113,6 +138,7 @@ impl<const N: usize> Shapes<N> {
         match &friction.kind {
             Kind::Exponential(_) => None,
             Kind::Constant => Some(vec![Float::zero(); self.speed.len()]),
+            Kind::Hyperbolic(_) => Some(square(&self.shape)),
         }
     }
 
