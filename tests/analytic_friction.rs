@@ -539,6 +539,37 @@ proptest! {
     }
 
     #[test]
+    fn analytic_the_stribeck_law(
+        low_speed in 0.1..1.0f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, rise in 0.0..1.2f64,
+        exponent in 1..=4i32, ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let drop = low_speed - high_speed;
+        // Every third without a rise.
+        let viscous = (rise - 0.4).max(0.0) * drop.abs() / scale;
+        let law = FrictionLaw::from(friction::Stribeck {
+            low_speed, high_speed, scale, exponent: f64::from(exponent), viscous,
+        });
+        let weight = 100.0;
+        hold(&law, 8.0 * scale, weight * drop.abs().max(1e-3) / scale / ratio, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+        // Below this no derivative is missed.
+        let size = 1e-6 * (drop.abs() / scale.powi(5)).max(1e-300);
+        prop_assert!(law.speed_of_derivative(5, size) >= scale);
+    }
+
+    /// With the exponent 1 and no rise it is the exponential law.
+    #[test]
+    fn analytic_the_stribeck_law_has_the_exponential_one(
+        low_speed in 0.1..1.0f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, x in 0.0..8.0f64,
+    ) {
+        let one = friction::Stribeck { low_speed, high_speed, scale, exponent: 1.0, viscous: 0.0 };
+        let other = Exponential { low_speed, high_speed, decay: 1.0 / scale };
+        let ((a, a_slope), (b, b_slope)) = (one.coefficient_and_slope(x * scale), other.coefficient_and_slope(x * scale));
+        prop_assert!((a - b).abs() < 1e-14 && (a_slope - b_slope).abs() < 1e-13 / scale);
+        prop_assert!((one.steepness_rate(0.0) * scale - 1.0).abs() < 1e-14 || low_speed == high_speed);
+    }
+
+    #[test]
     fn analytic_the_interface_carries_a_law_that_rises_again(
         drop in 0.05..0.5f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, rise in 0.001..1.2f64,
         ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),

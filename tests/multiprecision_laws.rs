@@ -147,6 +147,27 @@ fn multiprecision_hyperbolic() {
     );
 }
 
+/// Gauss: flat at rest. Sliding is unstable between two speeds, and stable again below.
+#[test]
+fn multiprecision_stribeck() {
+    hold_and_certify(
+        "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
+        &[],
+        1,
+    );
+}
+
+/// With the exponents that the law has beside 2, the first of which is the paper's law.
+#[test]
+fn multiprecision_stribeck_with_other_exponents() {
+    for exponent in [1, 3, 4] {
+        let friction = format!(
+            "{{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.35, exponent={exponent}}}"
+        );
+        assert!(hold(&overrides(&friction, &[]), &friction).expect("well-conditioned") >= 1);
+    }
+}
+
 /// Every law of the program is one of the oracle, too.
 #[test]
 fn multiprecision_the_oracle_has_every_law() {
@@ -170,4 +191,5 @@ const EXAMPLES: &[&str] = &[
     "{law=\"exponential\", breakaway=0.6, low_speed=0.6, high_speed=0.3, decay=3.5}",
     "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",
     "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
+    "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
 ];

@@ -414,6 +414,18 @@ const KEYS: &[Key] = &[
         Kind::Number(D::AngularVelocity, Positive, law!("scale")),
     ),
     key(
+        "friction.exponent",
+        "delta, power of the sliding speed over the scale in the exponential; 1, 2, 3 or 4",
+        Presence::Law { default: Some("2") },
+        Kind::Number(D::Number, Positive, law!("exponent")),
+    ),
+    key(
+        "friction.viscous",
+        "mu_v, rise of the friction coefficient with sliding speed",
+        Presence::Law { default: Some("0") },
+        Kind::Number(D::FrictionDecay, NotNegative, law!("viscous")),
+    ),
+    key(
         "friction.kinetic",
         "mu_d, friction coefficient at every sliding speed",
         Presence::Law { default: None },

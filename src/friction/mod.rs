@@ -10,6 +10,7 @@
 //! | `exponential` | mu_d + (mu_s - mu_d) exp(-alpha x), equation (8) |
 //! | `coulomb` | mu_d |
 //! | `hyperbolic` | mu_d + (mu_s - mu_d)/(1 + x/x_s) |
+//! | `stribeck` | mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x |
 //!
 //! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
 //! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle
@@ -21,12 +22,14 @@ mod exponential;
 mod hyperbolic;
 mod law;
 mod parameters;
+mod stribeck;
 
 pub use coulomb::Coulomb;
 pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
 pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
 pub use parameters::Parameters;
+pub use stribeck::Stribeck;
 
 use crate::numerics::Number;
 
@@ -130,6 +133,8 @@ laws! { $
     Coulomb
     /// Falling as the inverse of the speed.
     Hyperbolic
+    /// Falling, and rising again.
+    Stribeck
 }
 
 impl FrictionLaw {

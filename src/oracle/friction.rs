@@ -30,6 +30,19 @@ enum Kind<const N: usize> {
     Constant,
     /// S = q = 1/(1 + x/x_s), R = q^2: of 1/x_s.
     Hyperbolic(Float<N>),
+    /// S = (mu_s - mu_d) E + mu_v x with E = exp(-u^delta), u = x/x_s; R = -S'.
+    Stribeck {
+        /// mu_s - mu_d.
+        drop: Float<N>,
+        /// mu_v.
+        viscous: Float<N>,
+        /// 1/x_s.
+        per_scale: Float<N>,
+        /// (mu_s - mu_d) delta/x_s.
+        fall: Float<N>,
+        /// delta.
+        power: usize,
+    },
 }
 
 impl<const N: usize> Friction<N> {
@@ -56,6 +69,17 @@ impl<const N: usize> Friction<N> {
                 let negative = two * &falling / of("scale");
                 let kind = Kind::Hyperbolic(number(&of("scale").recip()));
                 (radius * of("high_speed"), falling, negative, kind)
+            }
+            "stribeck" => {
+                let drop = of("low_speed") - of("high_speed");
+                let kind = Kind::Stribeck {
+                    drop: number(&drop),
+                    viscous: number(&of("viscous")),
+                    per_scale: number(&of("scale").recip()),
+                    fall: number(&(drop * of("exponent") / of("scale"))),
+                    power: nearest_double(&of("exponent")) as usize,
+                };
+                (radius * of("high_speed"), radius.clone(), two * radius, kind)
             }
             other => panic!("the oracle has no friction law \"{other}\""),
         };
@@ -96,6 +120,11 @@ pub(super) struct Shapes<const N: usize> {
     pub shape: Vec<Float<N>>,
     /// j times coefficient j of an exponent, or the coefficients of a denominator.
     rate: Vec<Float<N>>,
+    /// u, and its powers from the first on.
+    ratio: Vec<Float<N>>,
+    power: Vec<Vec<Float<N>>>,
+    /// E, where that is not S itself.
+    exponential: Vec<Float<N>>,
 }
 
 /// The tables that an expansion has of whole numbers: 1/k and k, and ln 2.
@@ -118,6 +147,34 @@ impl<const N: usize> Shapes<N> {
                 self.shape.push(next);
             }
             Kind::Constant => {}
+            Kind::Stribeck {
+                drop,
+                viscous,
+                per_scale,
+                power,
+                ..
+            } => {
+                self.ratio.push(&speed * per_scale);
+                // All coefficients of the power would be known from the others only where u is not zero.
+                self.power.resize(*power, Vec::new());
+                for step in 0..*power {
+                    let next = if step == 0 {
+                        self.ratio[k]
+                    } else {
+                        Float::convolution(&self.power[step - 1], &self.ratio)
+                    };
+                    self.power[step].push(next);
+                }
+                let exponent = -&self.power[*power - 1][k];
+                self.rate.push(&exponent * &integers[k]);
+                let next = if k == 0 {
+                    exponent.exp(ln_2, reciprocals)
+                } else {
+                    &Float::convolution(&self.rate[1..], &self.exponential[..k]) * &reciprocals[k]
+                };
+                self.exponential.push(next);
+                self.shape.push(&(drop * &next) + &(viscous * &speed));
+            }
             Kind::Hyperbolic(per_scale) => {
                 // (1 + x/x_s) q = 1, of which `rate` holds the coefficients of the bracket.
                 let ratio = &speed * per_scale;
@@ -139,11 +196,28 @@ impl<const N: usize> Shapes<N> {
             Kind::Exponential(_) => None,
             Kind::Constant => Some(vec![Float::zero(); self.speed.len()]),
             Kind::Hyperbolic(_) => Some(square(&self.shape)),
+            Kind::Stribeck {
+                viscous, fall, power, ..
+            } => {
+                let falling = |k: usize| match power {
+                    1 => self.exponential[k],
+                    _ => Float::convolution(&self.power[power - 2][..=k], &self.exponential[..=k]),
+                };
+                let mut slope: Vec<_> = (0..self.shape.len()).map(|k| fall * &falling(k)).collect();
+                if let Some(first) = slope.first_mut() {
+                    *first -= viscous;
+                }
+                Some(slope)
+            }
         }
     }
 
     /// The series that a step has to follow to its own precision, however small it is; empty for a law without one.
     pub fn followed(&self) -> &[Float<N>] {
-        &self.shape
+        if self.exponential.is_empty() {
+            &self.shape
+        } else {
+            &self.exponential
+        }
     }
 }

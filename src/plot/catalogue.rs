@@ -241,8 +241,10 @@ fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> 
         let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
         curves.push(rest.styled(CurveStyle::Points));
         let force = AxialMotion::new(&subject.run.parameters.axial, &subject.run.parameters.actuation).largest_force();
-        if let Some(x) = TorsionModel::new(&subject.run.parameters).critical_speed(force) {
-            let point = Curve::line("critical speed", BLACK, vec![(x, friction.law.coefficient(x))]);
+        let critical = TorsionModel::new(&subject.run.parameters).critical_speeds(force);
+        if !critical.is_empty() {
+            let points = critical.iter().map(|&x| (x, friction.law.coefficient(x)));
+            let point = Curve::line("critical speed", BLACK, points.collect());
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
