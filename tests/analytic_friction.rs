@@ -368,7 +368,7 @@ fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestC
     // Values at the ends of an interval are rounded as those inside it are.
     let (rounding, slope_rounding) = (4.0 * f64::EPSILON * largest, 1e-14 * slope_scale);
     prop_assert!((law.coefficient(0.0) - law.at_vanishing_speed()).abs() <= rounding);
-    prop_assert!(law.knots().is_empty());
+    prop_assert!(law.knots().iter().all(|knot| *knot >= end));
     for (from, to) in [
         (0.0, end),
         (0.0, f64::INFINITY),
@@ -567,6 +567,31 @@ proptest! {
         let ((a, a_slope), (b, b_slope)) = (one.coefficient_and_slope(x * scale), other.coefficient_and_slope(x * scale));
         prop_assert!((a - b).abs() < 1e-14 && (a_slope - b_slope).abs() < 1e-13 / scale);
         prop_assert!((one.steepness_rate(0.0) * scale - 1.0).abs() < 1e-14 || low_speed == high_speed);
+    }
+
+    #[test]
+    fn analytic_the_polynomial_law(
+        low_speed in 0.1..1.5f64, end in 0.1..10.0f64, c in prop::array::uniform3(-0.5..0.5f64),
+        ratio in 0.2..50.0f64, x in 0.1..0.9f64, change in prop::array::uniform2(-0.5..0.5f64),
+    ) {
+        // A straight line has no scale that a difference could be taken over.
+        prop_assume!(c[1].abs() + c[2].abs() > 0.02);
+        let [linear, quadratic, cubic] = [c[0] / end, c[1] / end.powi(2), c[2] / end.powi(3)];
+        let polynomial = friction::Polynomial { low_speed, linear, quadratic, cubic, valid_below: end };
+        let law = FrictionLaw::from(polynomial);
+        // Negative somewhere is what is complained of, and only that.
+        let least = grid(0.0, end, 500).map(|x| law.coefficient(x)).fold(f64::INFINITY, f64::min);
+        prop_assert!(least.abs() < 1e-5 || law.complaints().is_empty() == (least > 0.0));
+        prop_assert_eq!((law.ends_at(), law.knots()), (end, &[end][..]));
+        if least < 1e-3 {
+            return Ok(());
+        }
+        // A margin that is damped where the law ends.
+        let weight = 100.0;
+        let steepest = law.coefficient_and_slope(end).1;
+        let damping = weight * (1.0 / end / ratio - steepest.min(0.0));
+        hold(&law, end * (1.0 - 1e-9), damping, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * end))?;
     }
 
     #[test]

@@ -8,6 +8,7 @@
 mod common;
 
 use common::random_brakes::{difference, exact_events};
+use std::ops::ControlFlow;
 use stickslip::Run;
 use stickslip::analysis::exact::certify_exactly;
 use stickslip::analysis::growth::Growth;
@@ -15,7 +16,7 @@ use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::friction::FrictionLaw;
 use stickslip::model::torsion::TorsionModel;
-use stickslip::oracle::OracleEvent;
+use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 
 /// A multiple of what rounding may move an event by, that a method may lose by its own arithmetic.
@@ -168,6 +169,51 @@ fn multiprecision_stribeck_with_other_exponents() {
     }
 }
 
+/// Falling and flat where it ends; and a run that gets there.
+#[test]
+fn multiprecision_polynomial() {
+    hold_and_certify(
+        "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",
+        &[],
+        1,
+    );
+}
+
+/// Where the law ends the run does, at the time and the speed that the oracle finds.
+#[test]
+fn multiprecision_beyond_the_polynomial() {
+    let overrides = overrides(
+        "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.1, valid_below=3.5}",
+        &["perturbation=[{time=0.0123, relative_velocity=0.8}]"],
+    );
+    for method in ["auto", "series", "cvode", "paper"] {
+        let case = case(&overrides, &[&format!("solver.method={method}")]);
+        let failure = Run::new(&case).start().unwrap_err();
+        let message = failure.to_string();
+        for words in [
+            "t = 0.0123",
+            "3.",
+            "valid below 3.5 rad/s",
+            "friction.valid_below",
+            "slip-forward",
+        ] {
+            assert!(message.contains(words), "{method}: {words} in {message}");
+        }
+    }
+    let exact = Case::exact_parameters(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap();
+    let options = OracleOptions {
+        digits: 30,
+        end_time: rational("0.4").unwrap(),
+        sample_times: Vec::new(),
+        max_events: 100,
+    };
+    let error = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(
+        matches!(error, OracleError::BeyondLaw(time) if time == 0.0123),
+        "{error}"
+    );
+}
+
 /// Every law of the program is one of the oracle, too.
 #[test]
 fn multiprecision_the_oracle_has_every_law() {
@@ -192,4 +238,5 @@ const EXAMPLES: &[&str] = &[
     "{law=\"coulomb\", breakaway=0.6, kinetic=0.3}",
     "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
     "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
+    "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",
 ];

@@ -50,6 +50,17 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             ),
         );
     }
+    let (speed, end) = (case.parameters.initial.speed, friction.law.ends_at());
+    if speed.abs() >= end {
+        complain(
+            "initial.speed",
+            &["friction.valid_below"],
+            format!(
+                "must be below friction.valid_below, where the friction law ends: {speed:?} rad/s is not below {end:?} rad/s; \
+                 start slower, raise valid_below if the law holds there, or take a law that is given at every speed"
+            ),
+        );
+    }
     for (key, message) in friction.law.complaints() {
         complain(&format!("friction.{key}"), &["friction"], message);
     }

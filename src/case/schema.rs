@@ -426,6 +426,30 @@ const KEYS: &[Key] = &[
         Kind::Number(D::FrictionDecay, NotNegative, law!("viscous")),
     ),
     key(
+        "friction.linear",
+        "c_1, slope of the friction coefficient at vanishing sliding speed",
+        Presence::Law { default: None },
+        Kind::Number(D::FrictionDecay, Any, law!("linear")),
+    ),
+    key(
+        "friction.quadratic",
+        "c_2, coefficient of the square of the sliding speed",
+        Presence::Law { default: Some("0") },
+        Kind::Number(D::FrictionCurvature, Any, law!("quadratic")),
+    ),
+    key(
+        "friction.cubic",
+        "c_3, coefficient of the cube of the sliding speed",
+        Presence::Law { default: Some("0") },
+        Kind::Number(D::FrictionThird, Any, law!("cubic")),
+    ),
+    key(
+        "friction.valid_below",
+        "sliding speed up to which the polynomial is given; a run that gets there ends with an error",
+        Presence::Law { default: None },
+        Kind::Number(D::AngularVelocity, Positive, law!("valid_below")),
+    ),
+    key(
         "friction.kinetic",
         "mu_d, friction coefficient at every sliding speed",
         Presence::Law { default: None },

@@ -56,6 +56,20 @@ pub trait Law {
         &[]
     }
 
+    /// The speed (rad/s) beyond which the law is not given: one of its knots, and the end of a run that gets there. Infinite
+    /// for a law that is given at every speed.
+    fn ends_at(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The law that goes on smoothly from between the knots `piece` - 1 and `piece` to all speeds. Without knots it is itself.
+    fn continued(&self, _piece: usize) -> Self
+    where
+        Self: Sized + Clone,
+    {
+        self.clone()
+    }
+
     /// The speeds (rad/s) at which `damping` + `weight` mu'(x) changes its sign, the highest first. With c_t for the damping
     /// (N m s/rad) and 2 r F_n for the weight (N m) these are the zeros of the stability margin of steady sliding: where the
     /// negative damping of falling friction, -2 r F_n mu', outweighs c_t below the first of them, it no longer does below the
@@ -141,6 +155,14 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Of these and a value.
+    pub fn with(self, value: f64) -> Bounds {
+        Bounds {
+            least: self.least.min(value),
+            most: self.most.max(value),
+        }
+    }
+
     /// Of all between two values.
     pub fn between(a: f64, b: f64) -> Bounds {
         Bounds {

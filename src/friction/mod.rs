@@ -11,6 +11,7 @@
 //! | `coulomb` | mu_d |
 //! | `hyperbolic` | mu_d + (mu_s - mu_d)/(1 + x/x_s) |
 //! | `stribeck` | mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x |
+//! | `polynomial` | mu_s + c_1 x + c_2 x^2 + c_3 x^3 up to a stated speed |
 //!
 //! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
 //! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle
@@ -18,10 +19,12 @@
 //! the docs.
 
 mod coulomb;
+mod cubic;
 mod exponential;
 mod hyperbolic;
 mod law;
 mod parameters;
+mod polynomial;
 mod stribeck;
 
 pub use coulomb::Coulomb;
@@ -29,6 +32,7 @@ pub use exponential::Exponential;
 pub use hyperbolic::Hyperbolic;
 pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
 pub use parameters::Parameters;
+pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
 
 use crate::numerics::Number;
@@ -135,6 +139,8 @@ laws! { $
     Hyperbolic
     /// Falling, and rising again.
     Stribeck
+    /// A cubic.
+    Polynomial
 }
 
 impl FrictionLaw {
@@ -205,6 +211,14 @@ impl Law for FrictionLaw {
 
     fn extent(&self) -> f64 {
         of_law!(self, law => law.extent())
+    }
+
+    fn ends_at(&self) -> f64 {
+        of_law!(self, law => law.ends_at())
+    }
+
+    fn continued(&self, piece: usize) -> FrictionLaw {
+        of_law!(self, law => law.continued(piece).into())
     }
 
     fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {

@@ -43,14 +43,33 @@ enum Kind<const N: usize> {
         /// delta.
         power: usize,
     },
+    /// S = c_0 + c_1 d + c_2 d^2 + c_3 d^3, d = x - origin; R = -S'.
+    Cubic {
+        /// c_0 to c_3.
+        coefficients: [Float<N>; 4],
+        origin: Float<N>,
+    },
+}
+
+/// The pieces of a law between its knots, in the order of the speed; one, if it has none.
+pub(super) fn pieces<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
+    vec![Friction::whole(exact)]
+}
+
+/// The speeds at which a law goes from one piece to the next, rad/s, and whether the last of them ends it.
+pub(super) fn knots(law: &ExactLaw) -> (Vec<BigRational>, bool) {
+    match law.name {
+        "polynomial" => (vec![law.number("valid_below")], true),
+        _ => (Vec::new(), false),
+    }
 }
 
 impl<const N: usize> Friction<N> {
-    /// Of the law of these parameters.
+    /// Of a law of one piece.
     ///
     /// # Panics
     /// If the oracle does not know the law: it has all that there are.
-    pub fn new(exact: &ExactParameters) -> Self {
+    fn whole(exact: &ExactParameters) -> Self {
         let number = Float::from_rational;
         let (radius, law) = (&exact.radius, &exact.law);
         let two = BigRational::from_integer(BigInt::from(2));
@@ -80,6 +99,14 @@ impl<const N: usize> Friction<N> {
                     power: nearest_double(&of("exponent")) as usize,
                 };
                 (radius * of("high_speed"), radius.clone(), two * radius, kind)
+            }
+            "polynomial" => {
+                let coefficients = ["low_speed", "linear", "quadratic", "cubic"].map(|key| number(&of(key)));
+                let kind = Kind::Cubic {
+                    coefficients,
+                    origin: Float::zero(),
+                };
+                (zero, radius.clone(), two * radius, kind)
             }
             other => panic!("the oracle has no friction law \"{other}\""),
         };
@@ -175,6 +202,19 @@ impl<const N: usize> Shapes<N> {
                 self.exponential.push(next);
                 self.shape.push(&(drop * &next) + &(viscous * &speed));
             }
+            Kind::Cubic { coefficients, origin } => {
+                self.ratio.push(if k == 0 { &speed - origin } else { speed });
+                self.power.resize(2, Vec::new());
+                let square = Float::convolution(&self.ratio, &self.ratio);
+                self.power[0].push(square);
+                let cube = Float::convolution(&self.ratio, &self.power[0]);
+                let [a, b, c, e] = coefficients;
+                let mut value = &(&(b * &self.ratio[k]) + &(c * &square)) + &(e * &cube);
+                if k == 0 {
+                    value += a;
+                }
+                self.shape.push(value);
+            }
             Kind::Hyperbolic(per_scale) => {
                 // (1 + x/x_s) q = 1, of which `rate` holds the coefficients of the bracket.
                 let ratio = &speed * per_scale;
@@ -196,6 +236,16 @@ impl<const N: usize> Shapes<N> {
             Kind::Exponential(_) => None,
             Kind::Constant => Some(vec![Float::zero(); self.speed.len()]),
             Kind::Hyperbolic(_) => Some(square(&self.shape)),
+            Kind::Cubic { coefficients, .. } => {
+                let [_, b, c, e] = coefficients;
+                let (two, three) = (Float::from_f64(2.0), Float::from_f64(3.0));
+                let term = |k: usize| -&(&(&(&two * c) * &self.ratio[k]) + &(&(&three * e) * &self.power[0][k]));
+                let mut slope: Vec<_> = (0..self.shape.len()).map(term).collect();
+                if let Some(first) = slope.first_mut() {
+                    *first -= b;
+                }
+                Some(slope)
+            }
             Kind::Stribeck {
                 viscous, fall, power, ..
             } => {
@@ -214,7 +264,10 @@ impl<const N: usize> Shapes<N> {
 
     /// The series that a step has to follow to its own precision, however small it is; empty for a law without one.
     pub fn followed(&self) -> &[Float<N>] {
-        if self.exponential.is_empty() {
+        // A cubic is as good as the speed.
+        if self.exponential.is_empty() && !self.power.is_empty() {
+            &[]
+        } else if self.exponential.is_empty() {
             &self.shape
         } else {
             &self.exponential

@@ -137,6 +137,12 @@ pub enum OracleError {
     /// No step, however short, is accurate.
     #[error("the oracle's steps vanish at t = {0:.12} s: the state grows without bounds there")]
     StepVanishes(f64),
+    /// A sliding speed beyond those that the friction law is given for.
+    #[error(
+        "at t = {0:.12} s the sliding speed has come to friction.valid_below, beyond which the friction law is not given; \
+         raise it if the law holds there, or take one that is given at every speed"
+    )]
+    BeyondLaw(f64),
     /// The control asked for an end.
     #[error("the oracle was interrupted at t = {0:.6} s")]
     Interrupted(f64),

@@ -4,7 +4,7 @@
 //! convolution, and E = exp(g) the convolution k E_k = sum of j g_j E_(k-j) over j = 1..k.
 
 use super::float::Float;
-use super::friction::{Friction, Shapes};
+use super::friction::{self, Friction, Shapes};
 use crate::model::ExactParameters;
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -38,8 +38,8 @@ pub(super) type State<const N: usize> = [Float<N>; COUNT];
 /// Which equations hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Law {
-    /// Equations (3) with the sense s of omega_r.
-    Slip(i8),
+    /// Equations (3) with the sense s of omega_r, on a piece of the friction law.
+    Slip(i8, usize),
     /// Equation (4).
     Stick,
     /// Free surfaces.
@@ -60,7 +60,8 @@ pub(super) struct Model<const N: usize> {
     torsion: [Float<N>; 2],
     per_rotor_inertia: Float<N>,
     per_surface_inertia: Float<N>,
-    friction: Friction<N>,
+    /// The pieces of the friction law.
+    friction: Vec<Friction<N>>,
     /// r mu_0.
     breakaway: Float<N>,
     /// 1/k, and k.
@@ -83,7 +84,7 @@ impl<const N: usize> Model<N> {
             torsion: [number(&exact.torsional_damping), number(&exact.torsional_stiffness)],
             per_rotor_inertia: number(&exact.rotor_inertia.recip()),
             per_surface_inertia: number(&exact.surface_inertia.recip()),
-            friction: Friction::new(exact),
+            friction: friction::pieces(exact),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
             reciprocals: orders.clone().map(|k| number(&integer(k.max(1)).recip())).collect(),
             integers: orders.map(|k| number(&integer(k))).collect(),
@@ -170,8 +171,8 @@ impl<const N: usize> Expansion<N> {
             let rotor_acceleration = -&(&rotor * &model.per_rotor_inertia);
             // phi_2'' and phi_1''.
             let (rotor_side, stator_side) = match self.law {
-                Law::Slip(sense) => {
-                    let interface = self.interface_torque(model, k, sense);
+                Law::Slip(sense, piece) => {
+                    let interface = self.interface_torque(model, k, (sense, piece));
                     (
                         &(&rotor - &interface) * &model.per_surface_inertia,
                         &(&interface - &stator) * &model.per_surface_inertia,
@@ -206,11 +207,11 @@ impl<const N: usize> Expansion<N> {
     }
 
     /// Coefficient k of s mu(s omega_r) r F_n, of which all lower ones are there.
-    fn interface_torque(&mut self, model: &Model<N>, k: usize, sense: i8) -> Float<N> {
+    fn interface_torque(&mut self, model: &Model<N>, k: usize, (sense, piece): (i8, usize)) -> Float<N> {
         let rates = [ROTOR_SPEED, ROTOR_TWIST_RATE, STATOR_TWIST_RATE].map(|c| &self.state[c][k]);
         let relative = &(rates[0] - rates[1]) - rates[2];
         let speed = if sense < 0 { -&relative } else { relative };
-        let friction = &model.friction;
+        let friction = &model.friction[piece];
         let tables = (&model.reciprocals[..], &model.integers[..], &model.ln_2);
         self.shapes.extend(friction, speed, tables);
         let mut torque = &friction.constant * &self.normal[k];
@@ -244,8 +245,12 @@ impl<const N: usize> Expansion<N> {
 
     /// The margin of steady sliding, c_t + 2 r F_n mu'(s omega_r), N m s/rad.
     pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
-        let taken = |w: &Float<N>| -&(&model.friction.negative_damping * w);
-        let mut margin: Vec<Float<N>> = match self.shapes.slope(&model.friction) {
+        let Law::Slip(_, piece) = self.law else {
+            return Vec::new();
+        };
+        let friction = &model.friction[piece];
+        let taken = |w: &Float<N>| -&(&friction.negative_damping * w);
+        let mut margin: Vec<Float<N>> = match self.shapes.slope(friction) {
             None => self.pressed.iter().map(taken).collect(),
             Some(slope) => {
                 let pressed = |k: usize| Float::convolution(&slope[..=k], &self.normal[..=k]);
