@@ -595,6 +595,65 @@ proptest! {
     }
 
     #[test]
+    fn analytic_the_table_law(
+        widths in prop::collection::vec(0.05..2.0f64, 1..8), mu in prop::collection::vec(0.0..1.0f64, 9),
+        linear in prop::bool::ANY, ratio in 0.05..2.0f64, ahead in 0.0..3.0f64,
+    ) {
+        let mut speed = vec![0.0];
+        for width in &widths {
+            speed.push(speed[speed.len() - 1] + width);
+        }
+        let mu = mu[..speed.len()].to_vec();
+        let interpolation = friction::Interpolation::ALL[usize::from(linear)];
+        let table = friction::Table::new(speed.clone(), mu.clone(), interpolation);
+        let law = FrictionLaw::from(table);
+        prop_assert!(law.complaints().is_empty());
+        prop_assert_eq!(law.knots(), &speed[1..]);
+        // Through the points, and constant above them.
+        for (x, y) in speed.iter().zip(&mu) {
+            prop_assert!((law.coefficient(*x) - y).abs() < 1e-14);
+        }
+        let end = speed[speed.len() - 1];
+        prop_assert_eq!(law.coefficient_and_slope(end + 1.0), (mu[mu.len() - 1], 0.0));
+        // Between two points within their coefficients: no curve has extremes of its own.
+        for (k, pair) in speed.windows(2).enumerate() {
+            let (least, most) = (mu[k].min(mu[k + 1]), mu[k].max(mu[k + 1]));
+            let bounds = law.coefficient_bounds(pair[0], pair[1]);
+            prop_assert!(bounds.least >= least - 1e-12 && bounds.most <= most + 1e-12, "{bounds:?}");
+            let slopes = law.slope_bounds(pair[0], pair[1]);
+            let piece = law.continued(k);
+            for x in grid(pair[0], pair[1], 50).skip(1) {
+                let (value, slope) = law.coefficient_and_slope(x);
+                prop_assert_eq!(value, law.coefficient(x));
+                prop_assert!(bounds.least <= value + 1e-12 && value <= bounds.most + 1e-12);
+                prop_assert!(slopes.least <= slope + 1e-10 && slope <= slopes.most + 1e-10);
+                prop_assert_eq!(piece.coefficient_and_slope(x), (value, slope));
+            }
+            prop_assert!(piece.knots().is_empty() && piece.coefficient(pair[1] + ahead).is_finite());
+            let middle = f64::midpoint(pair[0], pair[1]);
+            series_are_the_law(&piece, [middle, ahead - 1.5, 0.3])?;
+        }
+        // The curve itself has a slope without jumps.
+        if !linear {
+            for x in &speed[1..speed.len() - 1] {
+                let jump = law.coefficient_and_slope(x * (1.0 + 1e-12)).1 - law.coefficient_and_slope(*x).1;
+                prop_assert!(jump.abs() < 1e-8, "{jump}");
+            }
+        }
+        // Every change of sign of the margin, in the pieces or at a knot.
+        let (damping, weight) = (ratio, 1.0);
+        let zeros = law.damping_zeros(damping, weight);
+        let margin = |x: f64| damping + weight * law.coefficient_and_slope(x).1;
+        let near = |x: f64| zeros.iter().any(|zero| (zero - x).abs() < 1e-6);
+        prop_assert!(zeros.windows(2).all(|pair| pair[0] > pair[1]));
+        for x in grid(0.0, end, 700).filter(|&x| !near(x)) {
+            let above = zeros.iter().filter(|&&zero| zero > x).count();
+            prop_assert!((margin(x) >= 0.0) == (above % 2 == 0) || margin(x).abs() < 1e-9, "{} {:?}", x, zeros);
+            prop_assert!(margin(x) >= 0.0 || x <= law.damped_from(damping, weight));
+        }
+    }
+
+    #[test]
     fn analytic_the_interface_carries_a_law_that_rises_again(
         drop in 0.05..0.5f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, rise in 0.001..1.2f64,
         ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),

@@ -179,6 +179,23 @@ fn multiprecision_polynomial() {
     );
 }
 
+/// The paper's law by points: 16 of them, and curves between.
+const TABLE: &str = "speed=[0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 4], \
+                     coefficient=[0.6, 0.552, 0.511, 0.477, 0.449, 0.405, 0.374, 0.352, 0.337, 0.318, 0.309, \
+                     0.304, 0.302, 0.3005, 0.3, 0.3]";
+
+#[test]
+fn multiprecision_table_of_cubics() {
+    hold_and_certify(&format!("{{law=\"table\", breakaway=0.6, {TABLE}}}"), &[], 1);
+}
+
+/// Straight lines: the margin of stability jumps at the knots.
+#[test]
+fn multiprecision_table_of_lines() {
+    let friction = format!("{{law=\"table\", breakaway=0.6, {TABLE}, interpolation=\"linear\"}}");
+    hold_and_certify(&friction, &[], 1);
+}
+
 /// Where the law ends the run does, at the time and the speed that the oracle finds.
 #[test]
 fn multiprecision_beyond_the_polynomial() {
@@ -239,4 +256,5 @@ const EXAMPLES: &[&str] = &[
     "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.25}",
     "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}",
     "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",
+    "{law=\"table\", breakaway=0.6, speed=[0, 1, 2], coefficient=[0.6, 0.4, 0.3]}",
 ];

@@ -11,6 +11,7 @@ use super::influence::{Influence, STEP, influences, is_corner};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
+use crate::friction::Law;
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::torsion::index::*;
 use crate::model::torsion::{DYNAMIC, TorsionModel};
@@ -23,6 +24,9 @@ use std::ops::ControlFlow;
 
 /// Columns before those of the parameters: unit deviations from the loss of stability on, and from the last event on.
 const HEAD: usize = 2 * DYNAMIC;
+
+/// Halvings of a step in the search for a knot of the friction law: to the rounding of its share.
+const HALVINGS: usize = 60;
 
 /// `stop` is asked after so many steps: some ten times a millisecond.
 const STEPS_BETWEEN_QUESTIONS: usize = 16;
@@ -240,9 +244,47 @@ impl Propagation<'_> {
         })
     }
 
-    /// From one node of the run to the next. The stages are solved for what the step does to any deviation, and for what it
-    /// adds by each parameter, which are fewer columns than there are deviations.
+    /// From one node of the run to the next, and from knot to knot of the friction law between them, where its slope jumps.
     fn step(&mut self, mode: Mode, from: &Node, to: &Node) {
+        let knots = self.equations.torsion.friction.law.knots();
+        if mode.sense() == 0 || knots.is_empty() {
+            return self.smooth_step(mode, from, to);
+        }
+        let piece = |y: &Dynamic| {
+            let speed = self.equations.torsion.relative_velocity(&extended(y)).abs();
+            knots.partition_point(|knot| *knot < speed)
+        };
+        let rates = [from, to].map(|node| self.equations.rates(mode, node.time, &node.state));
+        let at = |share: f64| Node {
+            time: from.time + share * (to.time - from.time),
+            state: from.towards(to, &rates, share),
+        };
+        let mut parts = Vec::new();
+        let (mut start, mut here) = (0.0, piece(&from.state));
+        let end = piece(&to.state);
+        while here != end {
+            // The last share on this side, and the first beyond.
+            let (mut low, mut high) = (start, 1.0);
+            for _ in 0..HALVINGS {
+                let middle = f64::midpoint(low, high);
+                if piece(&at(middle).state) == here {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            parts.push((at(start), at(low)));
+            (start, here) = (high, if high < 1.0 { piece(&at(high).state) } else { end });
+        }
+        parts.push((at(start), at(1.0)));
+        for (from, to) in parts {
+            self.smooth_step(mode, &from, &to);
+        }
+    }
+
+    /// From one node to another, between which the equations are smooth. The stages are solved for what the step does to any deviation, and for what it
+    /// adds by each parameter, which are fewer columns than there are deviations.
+    fn smooth_step(&mut self, mode: Mode, from: &Node, to: &Node) {
         const STAGES: usize = 3 * DYNAMIC;
         let h = to.time - from.time;
         if h <= 0.0 {

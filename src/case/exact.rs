@@ -133,26 +133,29 @@ impl Reader<'_> {
 
     /// The parameters of the friction law; those that are left out by their defaults.
     fn law(&self, law: &FrictionLaw) -> Result<ExactLaw, CaseError> {
-        let name = law.name();
-        let number = |&key: &&'static str| {
-            let path = format!("friction.{key}");
-            let dimension = schema::keys()
-                .iter()
-                .find(|known| known.path == path)
-                .and_then(|known| known.dimension());
-            let value = match (self.root.at(&path), law.number(key)) {
-                (None, Some(default)) => decimal(&path, default)?,
-                _ => self.number(&path, dimension.unwrap_or(Dimension::Number))?,
-            };
-            Ok((key, value))
+        let mut exact = ExactLaw {
+            name: law.name(),
+            numbers: Vec::new(),
+            lists: Vec::new(),
+            words: Vec::new(),
         };
-        Ok(ExactLaw {
-            name,
-            numbers: FrictionLaw::keys_of(name)
-                .iter()
-                .map(number)
-                .collect::<Result<_, CaseError>>()?,
-        })
+        for &key in FrictionLaw::keys_of(law.name()) {
+            let path = format!("friction.{key}");
+            let known = schema::keys().iter().find(|known| known.path == path);
+            let dimension = known.and_then(|known| known.dimension()).unwrap_or(Dimension::Number);
+            if let Some(values) = law.list(key) {
+                exact.lists.push((key, self.series(&path, values.len(), dimension)?));
+            } else if let Some(word) = law.word(key) {
+                exact.words.push((key, word));
+            } else {
+                let value = match (self.root.at(&path), law.number(key)) {
+                    (None, Some(default)) => decimal(&path, default)?,
+                    _ => self.number(&path, dimension)?,
+                };
+                exact.numbers.push((key, value));
+            }
+        }
+        Ok(exact)
     }
 
     /// r, given or from the diameters by equation (6) or (7).

@@ -466,6 +466,9 @@ fn how_to_write(key: &Key) -> String {
     let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let choices = key.choices();
     match key.dimension() {
+        Some(Dimension::Number) if matches!(key.kind, Kind::Series(..)) => {
+            format!("; write {name} = [...], plain numbers")
+        }
         Some(Dimension::Number) => format!("; write {name} = a number"),
         Some(dimension) if matches!(key.kind, Kind::Series(..)) => {
             format!("; write {name} = [...], numbers in {}", dimension.unit())

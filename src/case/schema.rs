@@ -4,7 +4,7 @@
 
 use super::Case;
 use super::quantity::Dimension;
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, Interpolation};
 use crate::model::{Actuation, BreakawayTest, Kick, KickTime};
 use crate::simulation::{Method, OutputWindow};
 
@@ -137,6 +137,8 @@ pub fn keys() -> &'static [Key] {
 pub const INSTABILITY: &str = "instability";
 /// A convention of the model, and no number of the brake: it has no digits that could be uncertain.
 pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
+/// The first speed of a friction table, which is 0.
+pub(crate) const FIRST_SPEED: &str = "friction.speed.0";
 /// Which law friction has in slip.
 pub(super) const FRICTION_LAW: &str = "friction.law";
 pub(super) const RAMP: &str = "ramp";
@@ -448,6 +450,44 @@ const KEYS: &[Key] = &[
         "sliding speed up to which the polynomial is given; a run that gets there ends with an error",
         Presence::Law { default: None },
         Kind::Number(D::AngularVelocity, Positive, law!("valid_below")),
+    ),
+    key(
+        "friction.speed",
+        "sliding speeds of the points, increasing from 0; above the last its coefficient holds",
+        Presence::Law { default: None },
+        Kind::Series(
+            D::AngularVelocity,
+            Access {
+                get: |case, _| case.parameters.friction.law.list("speed").map(<[f64]>::to_vec),
+                set: |case, _, values| case.parameters.friction.law.set_list("speed", values),
+            },
+        ),
+    ),
+    key(
+        "friction.coefficient",
+        "friction coefficients at these speeds",
+        Presence::Law { default: None },
+        Kind::Series(
+            D::Number,
+            Access {
+                get: |case, _| case.parameters.friction.law.list("coefficient").map(<[f64]>::to_vec),
+                set: |case, _, values| case.parameters.friction.law.set_list("coefficient", values),
+            },
+        ),
+    ),
+    key(
+        "friction.interpolation",
+        "what goes through the points",
+        Presence::Law {
+            default: Some("monotone-cubic"),
+        },
+        Kind::Choice(
+            || Interpolation::ALL.map(Interpolation::name).to_vec(),
+            Access {
+                get: |case, _| case.parameters.friction.law.word("interpolation"),
+                set: |case, _, word| case.parameters.friction.law.set_word("interpolation", word),
+            },
+        ),
     ),
     key(
         "friction.kinetic",

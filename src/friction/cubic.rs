@@ -108,6 +108,12 @@ impl<T: Number, const N: usize> CubicSeries<T, N> {
         }
     }
 
+    /// Goes on along another cubic.
+    pub(super) fn follow(&mut self, cubic: &Cubic) {
+        self.origin = T::of(cubic.origin);
+        self.coefficients = cubic.coefficients.map(T::of);
+    }
+
     /// Coefficients n of everything from that of d.
     #[inline]
     fn complete(&mut self, n: usize, distance: T) {

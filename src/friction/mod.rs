@@ -12,6 +12,7 @@
 //! | `hyperbolic` | mu_d + (mu_s - mu_d)/(1 + x/x_s) |
 //! | `stribeck` | mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x |
 //! | `polynomial` | mu_s + c_1 x + c_2 x^2 + c_3 x^3 up to a stated speed |
+//! | `table` | through points, by straight lines or monotone cubics |
 //!
 //! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
 //! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle
@@ -26,6 +27,7 @@ mod law;
 mod parameters;
 mod polynomial;
 mod stribeck;
+mod table;
 
 pub use coulomb::Coulomb;
 pub use exponential::Exponential;
@@ -34,6 +36,7 @@ pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
 pub use parameters::Parameters;
 pub use polynomial::Polynomial;
 pub use stribeck::Stribeck;
+pub use table::{Interpolation, Table};
 
 use crate::numerics::Number;
 
@@ -141,6 +144,8 @@ laws! { $
     Stribeck
     /// A cubic.
     Polynomial
+    /// Through points.
+    Table
 }
 
 impl FrictionLaw {
@@ -152,6 +157,26 @@ impl FrictionLaw {
     /// Sets such a parameter; does nothing if the law has none of that name.
     pub fn set_number(&mut self, key: &str, value: f64) {
         of_law!(self, law => law.set_number(key, value));
+    }
+
+    /// The values of a parameter that is a list of numbers, by its key; `None` if the law has none of that name.
+    pub fn list(&self, key: &str) -> Option<&[f64]> {
+        of_law!(self, law => law.list(key))
+    }
+
+    /// Sets such a parameter; does nothing if the law has none of that name.
+    pub fn set_list(&mut self, key: &str, values: Vec<f64>) {
+        of_law!(self, law => law.set_list(key, values));
+    }
+
+    /// The word of a parameter that is one of several, by its key; `None` if the law has none of that name.
+    pub fn word(&self, key: &str) -> Option<&'static str> {
+        of_law!(self, law => law.word(key))
+    }
+
+    /// Sets such a parameter; does nothing if the law has none of that name, or that not such a word.
+    pub fn set_word(&mut self, key: &str, word: &str) {
+        of_law!(self, law => law.set_word(key, word));
     }
 
     /// What is wrong with the parameters together: the key in `[friction]`, and what it must be.

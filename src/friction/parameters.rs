@@ -20,6 +20,22 @@ pub trait Parameters: Sized {
     /// Sets such a parameter; does nothing if the law has no such one.
     fn set_number(&mut self, key: &str, value: f64);
 
+    /// The values of a parameter that is a list of numbers, SI.
+    fn list(&self, _key: &str) -> Option<&[f64]> {
+        None
+    }
+
+    /// Sets such a parameter; does nothing if the law has no such one.
+    fn set_list(&mut self, _key: &str, _values: Vec<f64>) {}
+
+    /// The word of a parameter that is one of several.
+    fn word(&self, _key: &str) -> Option<&'static str> {
+        None
+    }
+
+    /// Sets such a parameter; does nothing if the law has no such one, or that not such a word.
+    fn set_word(&mut self, _key: &str, _word: &str) {}
+
     /// What is wrong with the parameters, each of which is within its own limits: the key, and what it must be.
     fn complaints(&self) -> Vec<(String, String)> {
         Vec::new()

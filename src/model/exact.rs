@@ -74,8 +74,12 @@ pub struct ExactKick {
 pub struct ExactLaw {
     /// The word of `friction.law`.
     pub name: &'static str,
-    /// Key and value of each parameter, SI.
+    /// Key and value of each parameter that is a number, SI.
     pub numbers: Vec<(&'static str, BigRational)>,
+    /// Of each that is a list of numbers.
+    pub lists: Vec<(&'static str, Vec<BigRational>)>,
+    /// Of each that is one of several words.
+    pub words: Vec<(&'static str, &'static str)>,
 }
 
 impl ExactLaw {
@@ -85,7 +89,19 @@ impl ExactLaw {
         found.map_or_else(BigRational::default, |number| number.1.clone())
     }
 
-    /// The same to be changed, where the law has it.
+    /// The values of a list; empty for one that the law does not have.
+    pub fn list(&self, key: &str) -> &[BigRational] {
+        let found = self.lists.iter().find(|list| list.0 == key);
+        found.map_or(&[], |list| &list.1)
+    }
+
+    /// The word of a parameter; empty for one that the law does not have.
+    pub fn word(&self, key: &str) -> &'static str {
+        let found = self.words.iter().find(|word| word.0 == key);
+        found.map_or("", |word| word.1)
+    }
+
+    /// The number of a parameter to be changed, where the law has it.
     pub fn number_mut(&mut self, key: &str) -> Option<&mut BigRational> {
         let found = self.numbers.iter_mut().find(|number| number.0 == key);
         found.map(|number| &mut number.1)
@@ -96,6 +112,12 @@ impl ExactLaw {
         let mut law = FrictionLaw::unset(self.name).expect("an exact law is one of those that there are");
         for (key, value) in &self.numbers {
             law.set_number(key, nearest_double(value));
+        }
+        for (key, word) in &self.words {
+            law.set_word(key, word);
+        }
+        for (key, values) in &self.lists {
+            law.set_list(key, values.iter().map(nearest_double).collect());
         }
         law
     }

@@ -53,18 +53,93 @@ enum Kind<const N: usize> {
 
 /// The pieces of a law between its knots, in the order of the speed; one, if it has none.
 pub(super) fn pieces<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
-    vec![Friction::whole(exact)]
+    if exact.law.name == "table" {
+        table(exact)
+    } else {
+        vec![Friction::whole(exact)]
+    }
+}
+
+/// One for each interval of a table, and that above it.
+fn table<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
+    let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
+    let (x, y) = (exact.law.list("speed"), exact.law.list("coefficient"));
+    let last = x.len() - 1;
+    let h: Vec<BigRational> = (0..last).map(|k| &x[k + 1] - &x[k]).collect();
+    let d: Vec<BigRational> = (0..last).map(|k| (&y[k + 1] - &y[k]) / &h[k]).collect();
+    let linear = exact.law.word("interpolation") == "linear";
+    let mut all = Vec::new();
+    for k in 0..last {
+        let cubic = if linear {
+            [d[k].clone(), BigRational::default(), BigRational::default()]
+        } else {
+            // Hermite's cubic with y' = m at both ends.
+            let [m, n] = [k, k + 1].map(|point| slope_at(point, &h, &d));
+            let quadratic = (integer(3) * &d[k] - integer(2) * &m - &n) / &h[k];
+            let third = (&m + &n - integer(2) * &d[k]) / (&h[k] * &h[k]);
+            [m, quadratic, third]
+        };
+        all.push(Friction::cubic(exact, &x[k], [&y[k], &cubic[0], &cubic[1], &cubic[2]]));
+    }
+    let zero = BigRational::default();
+    all.push(Friction::cubic(exact, &x[last], [&y[last], &zero, &zero, &zero]));
+    all
+}
+
+/// y' at a point of a monotone cubic, from the widths and the secants of its intervals: Fritsch and Butland's weighted
+/// harmonic mean inside, a parabola at the ends, both zero where the points turn.
+fn slope_at(point: usize, h: &[BigRational], d: &[BigRational]) -> BigRational {
+    let zero = BigRational::default();
+    let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
+    if d.len() == 1 {
+        return d[0].clone();
+    }
+    if point > 0 && point < d.len() {
+        let (left, right) = (&d[point - 1], &d[point]);
+        if left * right <= zero {
+            return zero;
+        }
+        let of_left = &h[point - 1] + integer(2) * &h[point];
+        let of_right = integer(2) * &h[point - 1] + &h[point];
+        return (&of_left + &of_right) / (of_left / left + of_right / right);
+    }
+    let (near, next) = if point == 0 { (0, 1) } else { (d.len() - 1, d.len() - 2) };
+    let slope = (&d[near] * (integer(2) * &h[near] + &h[next]) - &d[next] * &h[near]) / (&h[near] + &h[next]);
+    let threefold = integer(3) * &d[near];
+    let size = |value: &BigRational| if *value < zero { -value.clone() } else { value.clone() };
+    if &slope * &d[near] <= zero {
+        zero
+    } else if &d[near] * &d[next] <= zero && size(&slope) > size(&threefold) {
+        threefold
+    } else {
+        slope
+    }
 }
 
 /// The speeds at which a law goes from one piece to the next, rad/s, and whether the last of them ends it.
 pub(super) fn knots(law: &ExactLaw) -> (Vec<BigRational>, bool) {
     match law.name {
         "polynomial" => (vec![law.number("valid_below")], true),
+        "table" => (law.list("speed")[1..].to_vec(), false),
         _ => (Vec::new(), false),
     }
 }
 
 impl<const N: usize> Friction<N> {
+    /// Of c_0 + c_1 d + c_2 d^2 + c_3 d^3, d = x - origin.
+    fn cubic(exact: &ExactParameters, origin: &BigRational, coefficients: [&BigRational; 4]) -> Self {
+        let radius = &exact.radius;
+        Friction {
+            constant: Float::zero(),
+            falling: Float::from_rational(radius),
+            negative_damping: Float::from_rational(&(radius + radius)),
+            kind: Kind::Cubic {
+                coefficients: coefficients.map(Float::from_rational),
+                origin: Float::from_rational(origin),
+            },
+        }
+    }
+
     /// Of a law of one piece.
     ///
     /// # Panics
@@ -101,12 +176,8 @@ impl<const N: usize> Friction<N> {
                 (radius * of("high_speed"), radius.clone(), two * radius, kind)
             }
             "polynomial" => {
-                let coefficients = ["low_speed", "linear", "quadratic", "cubic"].map(|key| number(&of(key)));
-                let kind = Kind::Cubic {
-                    coefficients,
-                    origin: Float::zero(),
-                };
-                (zero, radius.clone(), two * radius, kind)
+                let [a, b, c, d] = ["low_speed", "linear", "quadratic", "cubic"].map(of);
+                return Friction::cubic(exact, &zero, [&a, &b, &c, &d]);
             }
             other => panic!("the oracle has no friction law \"{other}\""),
         };
@@ -122,6 +193,7 @@ impl<const N: usize> Friction<N> {
 /// mu at vanishing speed.
 pub(super) fn at_vanishing_speed(law: &ExactLaw) -> BigRational {
     match law.name {
+        "table" => law.list("coefficient")[0].clone(),
         "coulomb" => law.number("kinetic"),
         _ => law.number("low_speed"),
     }

@@ -399,7 +399,10 @@ impl<const N: usize> Run<N> {
             None if step >= limit => until,
             _ => &self.time + reached,
         };
-        self.zeros.clear();
+        // What fires at once does so at a knot still, whose slope has made it fire.
+        let at_knot = reached.is_zero();
+        self.zeros
+            .retain(|(guard, _)| at_knot && matches!(guard, Guard::Knot(_)));
         match fired {
             Some((after, guard)) => self.transition(guard, after.is_zero()),
             None => Ok(()),
