@@ -7,7 +7,7 @@
 
 mod common;
 
-use common::random_brakes::{difference, exact_events};
+use common::random_brakes::{Random, difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
 use stickslip::analysis::exact::certify_exactly;
@@ -229,6 +229,73 @@ fn multiprecision_beyond_the_polynomial() {
         matches!(error, OracleError::BeyondLaw(time) if time == 0.0123),
         "{error}"
     );
+}
+
+/// A law of a kind (0 to 5) by a number, with parameters around the paper's.
+fn random_law(kind: usize, index: u64) -> String {
+    let mut random = Random(2_000_000 + 100 * kind as u64 + index);
+    let (low, high) = (random.within(0.5, 0.6), random.within(0.2, 0.4));
+    let drop = low - high;
+    match kind {
+        0 => format!("{{law=\"coulomb\", breakaway={low:.6}, kinetic={high:.6}}}"),
+        1 => format!(
+            "{{law=\"hyperbolic\", breakaway=0.6, low_speed={low:.6}, high_speed={high:.6}, scale={:.6}}}",
+            random.within(0.1, 0.5)
+        ),
+        2 => format!(
+            "{{law=\"stribeck\", breakaway=0.6, low_speed={low:.6}, high_speed={high:.6}, scale={:.6}, exponent={}, \
+             viscous={:.6}}}",
+            random.within(0.2, 0.7),
+            1 + index % 4,
+            random.within(0.0, 0.02)
+        ),
+        3 => {
+            // low - drop (3 u - 3 u^2 + u^3), u = x/end
+            let end = random.within(3.2, 4.0);
+            format!(
+                "{{law=\"polynomial\", breakaway=0.6, low_speed={low:.6}, linear={:.6}, quadratic={:.6}, cubic={:.6}, \
+                 valid_below={end:.6}}}",
+                -3.0 * drop / end,
+                3.0 * drop / end.powi(2),
+                -drop / end.powi(3),
+            )
+        }
+        _ => {
+            let (mut x, mut points) = (0.0, Vec::new());
+            let decay = random.within(2.5, 6.0);
+            while x < 3.5 {
+                points.push((x, high + drop * (-decay * x).exp()));
+                x += random.within(0.05, 0.1) + 0.2 * x;
+            }
+            let list = |part: fn(&(f64, f64)) -> f64| {
+                let texts: Vec<String> = points.iter().map(|point| format!("{:.6}", part(point))).collect();
+                texts.join(", ")
+            };
+            let interpolation = ["monotone-cubic", "linear"][kind - 4];
+            format!(
+                "{{law=\"table\", breakaway=0.6, speed=[{}], coefficient=[{}], interpolation=\"{interpolation}\"}}",
+                list(|point| point.0),
+                list(|point| point.1)
+            )
+        }
+    }
+}
+
+/// Six brakes of each law, with kicks of 1e-6 to 1e-2 rad/s.
+#[test]
+#[ignore = "takes minutes"]
+fn multiprecision_random_laws() {
+    for kind in 0..6 {
+        let mut conditioned = 0;
+        for index in 0..6 {
+            let friction = random_law(kind, index);
+            let kick = 10f64.powf(Random(index).within(-6.0, -2.0));
+            let kick = format!("perturbation=[{{time=\"instability\", relative_velocity={kick:.6e}}}]");
+            let more = if kind == 0 { [GRIP_AGAIN] } else { [kick.as_str()] };
+            conditioned += usize::from(hold(&overrides(&friction, &more), &friction).is_some());
+        }
+        assert!(conditioned >= 4, "{kind}: {conditioned}");
+    }
 }
 
 /// Every law of the program is one of the oracle, too.

@@ -11,7 +11,6 @@ use super::influence::{Influence, STEP, influences, is_corner};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
-use crate::friction::Law;
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::torsion::index::*;
 use crate::model::torsion::{DYNAMIC, TorsionModel};
@@ -234,11 +233,12 @@ fn radau() -> ([f64; 3], [[f64; 3]; 3]) {
 
 impl Propagation<'_> {
     /// df/dp of each parameter that the equations have.
-    fn forcing(&self, mode: Mode, t: f64, y: &Dynamic) -> impl Iterator<Item = (usize, Dynamic)> {
+    fn forcing(&self, (mode, piece): (Mode, usize), t: f64, y: &Dynamic) -> impl Iterator<Item = (usize, Dynamic)> {
         let columns = self.influences.iter().enumerate();
         columns.filter_map(move |(column, (_, influence))| match influence {
             Influence::Equations(above, below, width) => {
-                Some((column, (above.rates(mode, t, y) - below.rates(mode, t, y)) / *width))
+                let rates = |of: &Equations| of.rates_on(piece, mode, t, y);
+                Some((column, (rates(above) - rates(below)) / *width))
             }
             _ => None,
         })
@@ -246,22 +246,18 @@ impl Propagation<'_> {
 
     /// From one node of the run to the next, and from knot to knot of the friction law between them, where its slope jumps.
     fn step(&mut self, mode: Mode, from: &Node, to: &Node) {
-        let knots = self.equations.torsion.friction.law.knots();
-        if mode.sense() == 0 || knots.is_empty() {
-            return self.smooth_step(mode, from, to);
+        let piece = |y: &Dynamic| self.equations.piece(y);
+        let (mut here, end) = (piece(&from.state), piece(&to.state));
+        if mode.sense() == 0 || here == end {
+            return self.smooth_step(mode, here, from, to);
         }
-        let piece = |y: &Dynamic| {
-            let speed = self.equations.torsion.relative_velocity(&extended(y)).abs();
-            knots.partition_point(|knot| *knot < speed)
-        };
         let rates = [from, to].map(|node| self.equations.rates(mode, node.time, &node.state));
         let at = |share: f64| Node {
             time: from.time + share * (to.time - from.time),
             state: from.towards(to, &rates, share),
         };
         let mut parts = Vec::new();
-        let (mut start, mut here) = (0.0, piece(&from.state));
-        let end = piece(&to.state);
+        let mut start = 0.0;
         while here != end {
             // The last share on this side, and the first beyond.
             let (mut low, mut high) = (start, 1.0);
@@ -273,32 +269,32 @@ impl Propagation<'_> {
                     high = middle;
                 }
             }
-            parts.push((at(start), at(low)));
+            parts.push((here, at(start), at(low)));
             (start, here) = (high, if high < 1.0 { piece(&at(high).state) } else { end });
         }
-        parts.push((at(start), at(1.0)));
-        for (from, to) in parts {
-            self.smooth_step(mode, &from, &to);
+        parts.push((here, at(start), at(1.0)));
+        for (piece, from, to) in parts {
+            self.smooth_step(mode, piece, &from, &to);
         }
     }
 
-    /// From one node to another, between which the equations are smooth. The stages are solved for what the step does to any deviation, and for what it
-    /// adds by each parameter, which are fewer columns than there are deviations.
-    fn smooth_step(&mut self, mode: Mode, from: &Node, to: &Node) {
+    /// From one node to another, between which the equations are smooth. The stages are solved for what the step does to any
+    /// deviation, and for what it adds by each parameter, which are fewer columns than there are deviations.
+    fn smooth_step(&mut self, mode: Mode, piece: usize, from: &Node, to: &Node) {
         const STAGES: usize = 3 * DYNAMIC;
         let h = to.time - from.time;
         if h <= 0.0 {
             return;
         }
         let (nodes, a) = radau();
-        let rates = [from, to].map(|node| self.equations.rates(mode, node.time, &node.state));
+        let rates = [from, to].map(|node| self.equations.rates_on(piece, mode, node.time, &node.state));
         let mut matrix = SMatrix::<f64, STAGES, STAGES>::identity();
         let numbers = self.influences.len();
         let mut slopes = DMatrix::zeros(STAGES, DYNAMIC + numbers);
         for i in 0..3 {
             let t = from.time + nodes[i] * h;
             let y = from.towards(to, &rates, nodes[i]);
-            let jacobian = self.equations.jacobian(mode, t, &y);
+            let jacobian = self.equations.jacobian(piece, mode, t, &y);
             for (j, weight) in a[i].iter().enumerate() {
                 let mut block = matrix.fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, j * DYNAMIC);
                 block -= jacobian * (h * weight);
@@ -306,7 +302,7 @@ impl Propagation<'_> {
             slopes
                 .fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, 0)
                 .copy_from(&jacobian);
-            for (column, slope) in self.forcing(mode, t, &y) {
+            for (column, slope) in self.forcing((mode, piece), t, &y) {
                 slopes
                     .fixed_view_mut::<DYNAMIC, 1>(i * DYNAMIC, DYNAMIC + column)
                     .copy_from(&slope);

@@ -107,6 +107,12 @@ impl ExactLaw {
         found.map(|number| &mut number.1)
     }
 
+    /// The same of an element of a list.
+    pub fn element_mut(&mut self, key: &str, index: usize) -> Option<&mut BigRational> {
+        let found = self.lists.iter_mut().find(|list| list.0 == key);
+        found.and_then(|list| list.1.get_mut(index))
+    }
+
     /// With the nearest doubles.
     pub fn rounded(&self) -> FrictionLaw {
         let mut law = FrictionLaw::unset(self.name).expect("an exact law is one of those that there are");
