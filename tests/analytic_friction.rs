@@ -3,7 +3,9 @@
 //! that rises again, with bounds inside an interval and a margin of stability with two zeros.
 
 use proptest::prelude::*;
-use stickslip::friction::{Bounds, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product};
+use stickslip::friction::{
+    self, Bounds, Coulomb, Exponential, Factors, FrictionLaw, Law, LawSeries, Pressed, pressed_product,
+};
 use stickslip::numerics::Number;
 use stickslip::numerics::taylor::{self, Unfolding, zeros};
 
@@ -366,7 +368,7 @@ fn hold(law: &impl Law, end: f64, damping: f64, weight: f64) -> Result<(), TestC
     // Values at the ends of an interval are rounded as those inside it are.
     let (rounding, slope_rounding) = (4.0 * f64::EPSILON * largest, 1e-14 * slope_scale);
     prop_assert!((law.coefficient(0.0) - law.at_vanishing_speed()).abs() <= rounding);
-    prop_assert!(law.knots().is_empty());
+    prop_assert!(law.knots().iter().all(|knot| *knot >= end));
     for (from, to) in [
         (0.0, end),
         (0.0, f64::INFINITY),
@@ -491,6 +493,40 @@ proptest! {
     }
 
     #[test]
+    fn analytic_the_coulomb_law(kinetic in 0.0..1.0f64, x in -1.5..1.5f64) {
+        let law = FrictionLaw::from(Coulomb { kinetic });
+        let (mu, slope) = law.coefficient_and_slope(x);
+        prop_assert_eq!((mu, slope, law.at_vanishing_speed()), (kinetic, 0.0, kinetic));
+        prop_assert_eq!(law.coefficient_bounds(0.0, f64::INFINITY), Bounds::between(kinetic, kinetic));
+        prop_assert!(!law.falls() && law.damping_zeros(20.0, 100.0).is_empty());
+        prop_assert_eq!(law.damped_from(20.0, 100.0), 0.0);
+        let mut series = law.series::<f64, TERMS>();
+        series.start(&x, &1.0);
+        series.extend(1, &x, &1.0);
+        let factors = series.factors(&2.0, &2.0);
+        let pressed = series.pressed(&[3.0; TERMS], 1, 1);
+        prop_assert_eq!((factors.constant, factors.slope * pressed.slope), (2.0 * kinetic, 0.0));
+        prop_assert_eq!(factors.shape * series.shape(0) + factors.shape * pressed.shape, 0.0);
+    }
+
+    #[test]
+    fn analytic_the_hyperbolic_law(
+        low_speed in 0.1..1.0f64, high_speed in 0.0..1.0f64, scale in 0.01..10.0f64,
+        ratio in 0.2..50.0f64, x in 0.1..8.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let law = FrictionLaw::from(friction::Hyperbolic { low_speed, high_speed, scale });
+        let weight = 100.0;
+        let damping = weight * (low_speed - high_speed).abs().max(1e-3) / scale / ratio;
+        hold(&law, 20.0 * scale, damping, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+        prop_assert_eq!(law.falls(), low_speed > high_speed);
+        // Finite beyond the pole, and without a jump where the tangent takes over.
+        prop_assert!(law.coefficient(-scale).is_finite() && law.coefficient(-3.0 * scale).is_finite());
+        let jump = law.coefficient(-0.5 * scale * (1.0 + 1e-9)) - law.coefficient(-0.5 * scale * (1.0 - 1e-9));
+        prop_assert!(jump.abs() < 1e-7);
+    }
+
+    #[test]
     fn analytic_the_interface_carries_a_hyperbolic_law(
         low_speed in 0.1..1.0f64, high_speed in 0.0..1.0f64, scale in 0.01..10.0f64,
         ratio in 0.2..50.0f64, x in 0.1..8.0f64, change in prop::array::uniform2(-1.5..1.5f64),
@@ -500,6 +536,138 @@ proptest! {
         let damping = weight * (low_speed - high_speed).abs().max(1e-3) / scale / ratio;
         hold(&law, 20.0 * scale, damping, weight)?;
         series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+    }
+
+    #[test]
+    fn analytic_the_stribeck_law(
+        low_speed in 0.1..1.0f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, rise in 0.0..1.2f64,
+        exponent in 1..=4i32, ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),
+    ) {
+        let drop = low_speed - high_speed;
+        // Every third without a rise.
+        let viscous = (rise - 0.4).max(0.0) * drop.abs() / scale;
+        let law = FrictionLaw::from(friction::Stribeck {
+            low_speed, high_speed, scale, exponent: f64::from(exponent), viscous,
+        });
+        let weight = 100.0;
+        hold(&law, 8.0 * scale, weight * drop.abs().max(1e-3) / scale / ratio, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * scale))?;
+        // Below this no derivative is missed.
+        let size = 1e-6 * (drop.abs() / scale.powi(5)).max(1e-300);
+        prop_assert!(law.speed_of_derivative(5, size) >= scale);
+    }
+
+    /// With the exponent 1 and no rise it is the exponential law.
+    #[test]
+    fn analytic_the_stribeck_law_has_the_exponential_one(
+        low_speed in 0.1..1.0f64, high_speed in 0.1..1.0f64, scale in 0.01..10.0f64, x in 0.0..8.0f64,
+    ) {
+        let one = friction::Stribeck { low_speed, high_speed, scale, exponent: 1.0, viscous: 0.0 };
+        let other = Exponential { low_speed, high_speed, decay: 1.0 / scale };
+        let ((a, a_slope), (b, b_slope)) = (one.coefficient_and_slope(x * scale), other.coefficient_and_slope(x * scale));
+        prop_assert!((a - b).abs() < 1e-14 && (a_slope - b_slope).abs() < 1e-13 / scale);
+        prop_assert!((one.steepness_rate(0.0) * scale - 1.0).abs() < 1e-14 || low_speed == high_speed);
+    }
+
+    #[test]
+    fn analytic_the_polynomial_law(
+        low_speed in 0.1..1.5f64, end in 0.1..10.0f64, c in prop::array::uniform3(-0.5..0.5f64),
+        ratio in 0.2..50.0f64, x in 0.1..0.9f64, change in prop::array::uniform2(-0.5..0.5f64),
+    ) {
+        // A straight line has no scale that a difference could be taken over.
+        prop_assume!(c[1].abs() + c[2].abs() > 0.02);
+        let [linear, quadratic, cubic] = [c[0] / end, c[1] / end.powi(2), c[2] / end.powi(3)];
+        let polynomial = friction::Polynomial { low_speed, linear, quadratic, cubic, valid_below: end };
+        let law = FrictionLaw::from(polynomial);
+        // Negative somewhere is what is complained of, and only that.
+        let least = grid(0.0, end, 500).map(|x| law.coefficient(x)).fold(f64::INFINITY, f64::min);
+        prop_assert!(least.abs() < 1e-5 || law.complaints().is_empty() == (least > 0.0));
+        prop_assert_eq!((law.ends_at(), law.knots()), (end, &[end][..]));
+        if least < 1e-3 {
+            return Ok(());
+        }
+        // A margin that is damped where the law ends.
+        let weight = 100.0;
+        let steepest = law.coefficient_and_slope(end).1;
+        let damping = weight * (1.0 / end / ratio - steepest.min(0.0));
+        hold(&law, end * (1.0 - 1e-9), damping, weight)?;
+        series_are_the_law(&law, [x, change[0], change[1]].map(|x| x * end))?;
+    }
+
+    #[test]
+    fn analytic_the_table_law(
+        widths in prop::collection::vec(0.05..2.0f64, 1..8), mu in prop::collection::vec(0.0..1.0f64, 9),
+        linear in prop::bool::ANY, ratio in 0.05..2.0f64, ahead in 0.0..3.0f64,
+    ) {
+        let mut speed = vec![0.0];
+        for width in &widths {
+            speed.push(speed[speed.len() - 1] + width);
+        }
+        let mu = mu[..speed.len()].to_vec();
+        let interpolation = friction::Interpolation::ALL[usize::from(linear)];
+        let table = friction::Table::new(speed.clone(), mu.clone(), interpolation);
+        let law = FrictionLaw::from(table);
+        prop_assert!(law.complaints().is_empty());
+        prop_assert_eq!(law.knots(), &speed[1..]);
+        // Through the points, and constant above them.
+        for (x, y) in speed.iter().zip(&mu) {
+            prop_assert!((law.coefficient(*x) - y).abs() < 1e-14);
+        }
+        let end = speed[speed.len() - 1];
+        prop_assert_eq!(law.coefficient_and_slope(end + 1.0), (mu[mu.len() - 1], 0.0));
+        // Between two points within their coefficients: no curve has extremes of its own.
+        for (k, pair) in speed.windows(2).enumerate() {
+            let (least, most) = (mu[k].min(mu[k + 1]), mu[k].max(mu[k + 1]));
+            let bounds = law.coefficient_bounds(pair[0], pair[1]);
+            prop_assert!(bounds.least >= least - 1e-12 && bounds.most <= most + 1e-12, "{bounds:?}");
+            let slopes = law.slope_bounds(pair[0], pair[1]);
+            let piece = law.continued(k);
+            for x in grid(pair[0], pair[1], 50).skip(1) {
+                let (value, slope) = law.coefficient_and_slope(x);
+                prop_assert_eq!(value, law.coefficient(x));
+                prop_assert!(bounds.least <= value + 1e-12 && value <= bounds.most + 1e-12);
+                prop_assert!(slopes.least <= slope + 1e-10 && slope <= slopes.most + 1e-10);
+                prop_assert_eq!(piece.coefficient_and_slope(x), (value, slope));
+            }
+            prop_assert!(piece.knots().is_empty() && piece.coefficient(pair[1] + ahead).is_finite());
+            // The series of the whole law is that of the piece where it starts: to the rounding of sums of some terms.
+            let width = pair[1] - pair[0];
+            let x = [f64::midpoint(pair[0], pair[1]), 0.4 * width, 0.05 * width];
+            let mut series = law.series::<f64, TERMS>();
+            let mut motion = [0.0; TERMS];
+            motion[..3].copy_from_slice(&x);
+            series.start(&x[0], &1.0);
+            for n in 1..TERMS {
+                series.extend_from(n, &motion);
+            }
+            let factors = series.factors(&1.0, &1.0);
+            let of_mu: [f64; TERMS] = std::array::from_fn(|n| factors.shape * series.shape(n));
+            let of_slope: [f64; TERMS] = std::array::from_fn(|n| factors.slope * series.slope_shape(n));
+            for t in [-1.0, -0.3, 0.5, 1.0] {
+                let (value, slope) = law.coefficient_and_slope(taylor::value(&motion, &t));
+                let found = factors.constant + taylor::value(&of_mu, &t);
+                prop_assert!((found - value).abs() < 1e-13, "{found} {value}");
+                prop_assert!((taylor::value(&of_slope, &t) - slope).abs() < 1e-13 / width);
+            }
+        }
+        // The curve itself has a slope without jumps.
+        if !linear {
+            for x in &speed[1..speed.len() - 1] {
+                let jump = law.coefficient_and_slope(x * (1.0 + 1e-12)).1 - law.coefficient_and_slope(*x).1;
+                prop_assert!(jump.abs() < 1e-8, "{jump}");
+            }
+        }
+        // Every change of sign of the margin, in the pieces or at a knot.
+        let (damping, weight) = (ratio, 1.0);
+        let zeros = law.damping_zeros(damping, weight);
+        let margin = |x: f64| damping + weight * law.coefficient_and_slope(x).1;
+        let near = |x: f64| zeros.iter().any(|zero| (zero - x).abs() < 1e-6);
+        prop_assert!(zeros.windows(2).all(|pair| pair[0] > pair[1]));
+        for x in grid(0.0, end, 700).filter(|&x| !near(x)) {
+            let above = zeros.iter().filter(|&&zero| zero > x).count();
+            prop_assert!((margin(x) >= 0.0) == (above % 2 == 0) || margin(x).abs() < 1e-9, "{} {:?}", x, zeros);
+            prop_assert!(margin(x) >= 0.0 || x <= law.damped_from(damping, weight));
+        }
     }
 
     #[test]

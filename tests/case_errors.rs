@@ -232,6 +232,92 @@ fn breakaway_below_low_speed_is_refused_and_low_speed_below_high_speed_is_not() 
     accepted("high_speed = 0.3", "high_speed = 0.9");
 }
 
+/// The case with another table of friction, whose heading is in line 23.
+fn with_friction(table: &str) -> String {
+    let start = VALID.find("breakaway = 0.6").unwrap();
+    let end = VALID.find("\n[initial]").unwrap();
+    with(&VALID[start..end], &format!("{table}\n"))
+}
+
+#[test]
+fn a_friction_law_takes_its_own_keys() {
+    let coulomb = with_friction("law = \"coulomb\"\nbreakaway = 0.6\ndecay = 3.5");
+    assert_eq!(
+        coulomb,
+        "brake.toml:23: friction.kinetic: missing: mu_d, friction coefficient at every sliding speed; write kinetic = a number\n\
+         brake.toml:26: friction.decay: belongs to law \"exponential\", but the law is \"coulomb\": remove it, or change friction.law"
+    );
+    assert_eq!(
+        with("decay = 3.5", "decay = 3.5\nscale = 0.5"),
+        "brake.toml:28: friction.scale: belongs to law \"hyperbolic\" or \"stribeck\", but the law is \"exponential\", the default: \
+         remove it, or change friction.law"
+    );
+    assert_eq!(
+        with_friction("law = \"colomb\"\nbreakaway = 0.6"),
+        "brake.toml:24: friction.law: expected one of \"exponential\", \"coulomb\", \"hyperbolic\", \"stribeck\", \"polynomial\", \
+         \"table\", but got \"colomb\"; did you mean \"coulomb\"?"
+    );
+    assert_eq!(
+        with_friction("law = \"coulomb\"\nbreakaway = 0.2\nkinetic = 0.3"),
+        "brake.toml:25: friction.breakaway: must be at least friction.kinetic: 0.2 is below 0.3, and between the two torques neither \
+         stick nor slip is consistent; raise breakaway or lower kinetic"
+    );
+    let stribeck = with_friction(
+        "law = \"stribeck\"\nbreakaway = 0.6\nlow_speed = 0.6\nhigh_speed = 0.3\nscale = \"10 rpm\"\nexponent = 0.5",
+    );
+    assert!(
+        stribeck.starts_with("brake.toml:29: friction.exponent: must be 1, 2, 3 or 4, but is 0.5: "),
+        "{stribeck}"
+    );
+}
+
+#[test]
+fn a_polynomial_is_valid_where_the_case_needs_it() {
+    let polynomial = |more: &str| {
+        with_friction(&format!(
+            "law = \"polynomial\"\nbreakaway = 0.6\nlow_speed = 0.6\nlinear = -0.01\n{more}"
+        ))
+    };
+    assert_eq!(
+        polynomial("valid_below = 50"),
+        "brake.toml:31: initial.speed: must be below friction.valid_below, where the friction law ends: 100.0 rad/s is not below \
+         50.0 rad/s; start slower, raise valid_below if the law holds there, or take a law that is given at every speed"
+    );
+    let negative = polynomial("valid_below = 120");
+    assert!(
+        negative.starts_with(
+            "brake.toml:28: friction.valid_below: must be a speed up to which the friction coefficient is not negative"
+        ),
+        "{negative}"
+    );
+}
+
+#[test]
+fn the_points_of_a_friction_table_make_a_curve() {
+    let table = |speed: &str, coefficient: &str| {
+        with_friction(&format!(
+            "law = \"table\"\nbreakaway = 0.6\nspeed = {speed}\ncoefficient = {coefficient}"
+        ))
+    };
+    assert_eq!(
+        table("[0, 2, 1]", "[0.6, 0.4, 0.3]"),
+        "brake.toml:26: friction.speed.2: speeds must increase: 1.0 rad/s follows 2.0 rad/s"
+    );
+    assert_eq!(
+        table("[0.1, 2]", "[0.6, 0.4, 0.3]"),
+        "brake.toml:26: friction.speed.0: the first point must be at standstill: write 0 in place of 0.1 rad/s, or add such a point\n\
+         brake.toml:27: friction.coefficient: must be as long as friction.speed: 3 coefficients for 2 speeds"
+    );
+    assert_eq!(
+        table("[0, \"20 rpm\"]", "[0.6, -0.4]"),
+        "brake.toml:27: friction.coefficient.1: must not be negative, but is -0.4"
+    );
+    assert_eq!(
+        table("[0]", "[0.6]"),
+        "brake.toml:26: friction.speed: must hold at least two speeds, the first of them 0"
+    );
+}
+
 #[test]
 fn the_radius_is_given_once_and_completely() {
     let radius = "radius = 0.052388";

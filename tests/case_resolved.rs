@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
-use stickslip::case::{Case, CaseSource, builtin};
+use stickslip::case::{Case, CaseSource, Override, builtin};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
@@ -233,6 +233,51 @@ fn output() -> impl Strategy<Value = OutputOptions> {
             steps,
         }
     })
+}
+
+/// Every law, with its defaults and without, and what another case than the exponential one is told apart by.
+#[test]
+fn every_friction_law_survives_resolution() {
+    let source = CaseSource::built_in("paper").unwrap();
+    for (friction, written) in [
+        (
+            "{law=\"exponential\", breakaway=0.6, low_speed=0.5, high_speed=0.3, decay=5}",
+            "decay = 5.0",
+        ),
+        ("{law=\"coulomb\", breakaway=0.6, kinetic=0.3}", "law = \"coulomb\""),
+        (
+            "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=\"3 rpm\"}",
+            "scale = 0.3141592653589793",
+        ),
+        (
+            "{law=\"stribeck\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.5}",
+            "exponent = 2.0",
+        ),
+        (
+            "{law=\"polynomial\", breakaway=0.6, low_speed=0.6, linear=-0.001, valid_below=200}",
+            "cubic = 0.0",
+        ),
+        (
+            "{law=\"table\", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3]}",
+            "interpolation = \"monotone-cubic\"",
+        ),
+        (
+            "{law=\"table\", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3], interpolation=\"linear\"}",
+            "speed = [0.0, 1.0]",
+        ),
+    ] {
+        let set = [Override::parse(&format!("friction={friction}")).unwrap()];
+        let case = Case::parse(&source, &set).unwrap();
+        let text = case.resolved();
+        assert!(text.contains(written), "{written} in {text}");
+        let again = read(text.clone());
+        assert_eq!((&again, again.resolved()), (&case, text));
+        // And the numbers without rounding are those.
+        assert_eq!(
+            Case::exact_parameters(&source, &set).unwrap().rounded(),
+            case.parameters
+        );
+    }
 }
 
 proptest! {

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
-use stickslip::case::{Case, CaseSource};
+use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::{ExactActuation, ExactParameters, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
@@ -18,10 +18,11 @@ fn run(case: &Case) -> MemoryRecorder {
     recorder
 }
 
-fn setup(name: &str) -> (Case, ExactParameters, Linearised) {
+fn setup(name: &str, set: &[&str]) -> (Case, ExactParameters, Linearised) {
     let source = CaseSource::built_in(name).unwrap();
-    let case = Case::parse(&source, &[]).unwrap();
-    let exact = Case::exact_parameters(&source, &[]).unwrap();
+    let set: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let case = Case::parse(&source, &set).unwrap();
+    let exact = Case::exact_parameters(&source, &set).unwrap();
     let recorder = run(&case);
     let unstable = recorder.events.iter().rfind(|e| e.kind == EventKind::Destabilised);
     let linearised = linearise(&case, &case.solver, unstable.map(|e| e.time), &|| false).unwrap();
@@ -39,9 +40,14 @@ fn field<'a>(exact: &'a mut ExactParameters, path: &str) -> &'a mut BigRational 
         "torsion.damping" => &mut exact.torsional_damping,
         "contact.radius" => &mut exact.radius,
         "friction.breakaway" => &mut exact.breakaway,
-        "friction.low_speed" => &mut exact.low_speed,
-        "friction.high_speed" => &mut exact.high_speed,
-        "friction.decay" => &mut exact.decay,
+        _ if path.starts_with("friction.") => {
+            let key = path.trim_start_matches("friction.");
+            match key.split_once('.') {
+                Some((list, index)) => exact.law.element_mut(list, index.parse().expect("an index")),
+                None => exact.law.number_mut(key),
+            }
+            .expect("a parameter of the law")
+        }
         "initial.speed" => &mut exact.speed,
         "perturbation.0.relative_velocity" => &mut exact.kicks[0].relative_velocity,
         "perturbation.0.time" => exact.kicks[0].time.as_mut().expect("a time"),
@@ -63,6 +69,9 @@ fn field<'a>(exact: &'a mut ExactParameters, path: &str) -> &'a mut BigRational 
 /// left of the difference, and what is of second order in it is 1e-8 of it.
 const SHARE: &str = "1e-16";
 
+/// The friction at vanishing speed, by the keys of the laws.
+const AT_REST: [&str; 3] = ["friction.low_speed", "friction.kinetic", "friction.coefficient.0"];
+
 /// The events of the case with one parameter changed by [`SHARE`] of it, or of the case itself; and the change. Breakaway
 /// friction must not fall below that at low speed, so that the latter goes down.
 fn events(exact: &ExactParameters, path: Option<&str>, end_time: &str) -> (Vec<OracleEvent>, BigRational) {
@@ -70,7 +79,7 @@ fn events(exact: &ExactParameters, path: Option<&str>, end_time: &str) -> (Vec<O
     let mut change = BigRational::from_integer(BigInt::from(0));
     if let Some(path) = path {
         let value = field(&mut changed, path);
-        change = &*value * rational(SHARE).unwrap() * BigInt::from(if path == "friction.low_speed" { -1 } else { 1 });
+        change = &*value * rational(SHARE).unwrap() * BigInt::from(if AT_REST.contains(&path) { -1 } else { 1 });
         *value += &change;
     }
     let options = OracleOptions {
@@ -88,7 +97,12 @@ fn events(exact: &ExactParameters, path: Option<&str>, end_time: &str) -> (Vec<O
 /// are differentiated by, differences over a share 1e-6, leaves 1e-10 of rounding of a parameter's whole effect: an event
 /// that depends on none of it is moved by that, and a time of seconds can be moved by seconds in all.
 fn check(name: &str, end_time: &str, wanted: impl Fn(&str) -> bool) {
-    let (_, exact, linearised) = setup(name);
+    check_with(name, &[], end_time, wanted);
+}
+
+/// The same of a case with other values.
+fn check_with(name: &str, set: &[&str], end_time: &str, wanted: impl Fn(&str) -> bool) {
+    let (_, exact, linearised) = setup(name, set);
     let wanted: Vec<(usize, &ParameterName)> = linearised
         .parameters
         .iter()
@@ -159,11 +173,85 @@ fn multiprecision_sensitivities_of_the_paper_by_every_parameter() {
     check("paper", "7", |_| true);
 }
 
+/// Every parameter of a friction law, on the paper's brake from a low speed; and how many there are.
+fn check_law(friction: &str, parameters: usize) {
+    let friction = format!("friction={friction}");
+    let set = [
+        "initial.speed=3",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "output={end_time=0.4, interval=0.01}",
+        &friction,
+    ];
+    let (_, _, linearised) = setup("paper-si", &set);
+    let of_law = |path: &str| path.starts_with("friction.") && path != "friction.breakaway";
+    let found = linearised.parameters.iter().filter(|p| of_law(&p.path)).count();
+    assert_eq!(found, parameters, "{friction}");
+    // The largest of a cubic is an error of a run, and the last points of a table are above all speeds.
+    check_with("paper-si", &set, "0.4", |path| {
+        of_law(path) && path != "friction.valid_below"
+    });
+}
+
+#[test]
+fn multiprecision_sensitivities_by_the_parameters_of_smooth_laws() {
+    check_law("{law=\"coulomb\", breakaway=0.6, kinetic=0.3}", 1);
+    check_law(
+        "{law=\"hyperbolic\", breakaway=0.62, low_speed=0.6, high_speed=0.3, scale=0.25}",
+        3,
+    );
+    check_law(
+        "{law=\"polynomial\", breakaway=0.62, low_speed=0.6, linear=-0.3, quadratic=0.1, cubic=-0.01, valid_below=4}",
+        5,
+    );
+}
+
+/// The power of Stribeck's law is a whole number for every run, and a parameter nevertheless; the oracle has none beside the
+/// whole ones, and the others are held against it.
+#[test]
+fn multiprecision_sensitivities_by_the_parameters_of_stribeck() {
+    let friction = "{law=\"stribeck\", breakaway=0.62, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}";
+    let friction = format!("friction={friction}");
+    let set = [
+        "initial.speed=3",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+        "output={end_time=0.4, interval=0.01}",
+        &friction,
+    ];
+    let of_law = |path: &str| path.starts_with("friction.") && path != "friction.breakaway";
+    let (_, _, linearised) = setup("paper-si", &set);
+    let power = linearised
+        .parameters
+        .iter()
+        .position(|p| p.path == "friction.exponent")
+        .expect("a parameter");
+    let first = linearised
+        .events
+        .iter()
+        .find(|event| event.kind == EventKind::Stick)
+        .expect("a stick");
+    assert!(first.by_parameter[power].is_finite() && first.by_parameter[power] != 0.0);
+    check_with("paper-si", &set, "0.4", |path| {
+        of_law(path) && path != "friction.exponent"
+    });
+}
+
+#[test]
+fn multiprecision_sensitivities_by_the_points_of_a_table() {
+    let points = "speed=[0, 0.2, 0.5, 1, 4], coefficient=[0.6, 0.45, 0.35, 0.31, 0.3]";
+    check_law(&format!("{{law=\"table\", breakaway=0.62, {points}}}"), 9);
+    check_law(
+        &format!("{{law=\"table\", breakaway=0.62, {points}, interpolation=\"linear\"}}"),
+        9,
+    );
+}
+
 /// The unstable growth to the first stick against the oracle: a kick that is larger by a share of 1e-10 moves the first
 /// stick by the sensitivity, and that is a deviation of delta/2 on each surface, of which the worst direction is no less.
 #[test]
 fn multiprecision_growth_covers_the_kick() {
-    let (case, _, linearised) = setup("release");
+    let (case, _, linearised) = setup("release", &[]);
     let column = linearised
         .parameters
         .iter()

@@ -89,6 +89,7 @@ fn regression_a_step_allocates_nothing() {
             mode: Mode::SlipForward,
             resolved: is_resolved,
             watch: if is_resolved { Watch::Off } else { Watch::Stable },
+            piece: 0,
         };
         let chosen = if is_resolved { &resolved } else { &smooth };
         let before = allocations();

@@ -1,5 +1,6 @@
 //! The dynamic part of a state, its equations, and the guards, at a value of the parameters.
 
+use crate::friction::Law;
 use crate::model::axial::AxialMotion;
 use crate::model::slow_manifold::slow_momentum;
 use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
@@ -13,13 +14,28 @@ pub(super) type Dynamic = SVector<f64, DYNAMIC>;
 /// The equations at a value of the parameters.
 pub(super) struct Equations {
     pub(super) torsion: TorsionModel,
+    /// The same with each piece of a friction law that has knots, gone on with smoothly beyond them; empty for one without.
+    pieces: Vec<TorsionModel>,
     pub(super) axial: AxialMotion,
 }
 
 impl Equations {
     pub(super) fn new(parameters: &Parameters) -> Equations {
+        let torsion = TorsionModel::new(parameters);
+        let law = &torsion.friction.law;
+        let count = if law.knots().is_empty() {
+            0
+        } else {
+            law.knots().len() + 1
+        };
+        let with = |piece: usize| {
+            let mut model = torsion.clone();
+            model.friction.law = law.continued(piece);
+            model
+        };
         Equations {
-            torsion: TorsionModel::new(parameters),
+            pieces: (0..count).map(with).collect(),
+            torsion,
             axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
         }
     }
@@ -31,11 +47,35 @@ impl Equations {
         Dynamic::from_column_slice(&rates[..DYNAMIC])
     }
 
-    pub(super) fn jacobian(&self, mode: Mode, t: f64, y: &Dynamic) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+    /// The piece of the friction law that a state slides on; at a knot the one below.
+    pub(super) fn piece(&self, y: &Dynamic) -> usize {
+        if self.pieces.is_empty() {
+            return 0;
+        }
+        let speed = self.torsion.relative_velocity(&extended(y)).abs();
+        let knots = self.torsion.friction.law.knots();
+        knots.partition_point(|knot| *knot < speed)
+    }
+
+    fn on_piece(&self, piece: usize) -> &TorsionModel {
+        self.pieces.get(piece).unwrap_or(&self.torsion)
+    }
+
+    /// [`Self::rates`] with a piece of the friction law.
+    pub(super) fn rates_on(&self, piece: usize, mode: Mode, t: f64, y: &Dynamic) -> Dynamic {
+        let (full, mut rates) = (extended(y), [0.0; DIMENSION]);
+        let force = || self.axial.pressing_force(t);
+        self.on_piece(piece).rates(mode, force, &full, &mut rates);
+        Dynamic::from_column_slice(&rates[..DYNAMIC])
+    }
+
+    /// The Jacobian of [`Self::rates_on`].
+    pub(super) fn jacobian(&self, piece: usize, mode: Mode, t: f64, y: &Dynamic) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
         let full = extended(y);
         let mut jacobian = DMatrix::zeros(full.len(), full.len());
         let force = || self.axial.pressing_force(t);
-        self.torsion.jacobian(mode, force, &full, &mut jacobian.as_view_mut());
+        self.on_piece(piece)
+            .jacobian(mode, force, &full, &mut jacobian.as_view_mut());
         jacobian.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
     }
 

@@ -34,9 +34,12 @@ pub(super) enum Influence {
 
 /// The parameters of the case with what each does.
 pub(super) fn influences(case: &Case) -> Vec<(ParameterName, Influence)> {
-    // The floor of a ringing contact is a convention: it moves no event, it leaves some out.
+    // The floor of a ringing contact is a convention: it moves no event, it leaves some out. The first speed of a friction
+    // table is standstill, and no other.
     let physical = |path: &str| {
-        !path.starts_with("solver.") && !path.starts_with("output.") && path != schema::AXIAL_RINGING_FLOOR
+        !path.starts_with("solver.")
+            && !path.starts_with("output.")
+            && ![schema::AXIAL_RINGING_FLOOR, schema::FIRST_SPEED].contains(&path)
     };
     case.number_paths()
         .into_iter()

@@ -24,6 +24,9 @@ use std::ops::ControlFlow;
 /// Columns before those of the parameters: unit deviations from the loss of stability on, and from the last event on.
 const HEAD: usize = 2 * DYNAMIC;
 
+/// Halvings of a step in the search for a knot of the friction law: to the rounding of its share.
+const HALVINGS: usize = 60;
+
 /// `stop` is asked after so many steps: some ten times a millisecond.
 const STEPS_BETWEEN_QUESTIONS: usize = 16;
 
@@ -230,33 +233,68 @@ fn radau() -> ([f64; 3], [[f64; 3]; 3]) {
 
 impl Propagation<'_> {
     /// df/dp of each parameter that the equations have.
-    fn forcing(&self, mode: Mode, t: f64, y: &Dynamic) -> impl Iterator<Item = (usize, Dynamic)> {
+    fn forcing(&self, (mode, piece): (Mode, usize), t: f64, y: &Dynamic) -> impl Iterator<Item = (usize, Dynamic)> {
         let columns = self.influences.iter().enumerate();
         columns.filter_map(move |(column, (_, influence))| match influence {
             Influence::Equations(above, below, width) => {
-                Some((column, (above.rates(mode, t, y) - below.rates(mode, t, y)) / *width))
+                let rates = |of: &Equations| of.rates_on(piece, mode, t, y);
+                Some((column, (rates(above) - rates(below)) / *width))
             }
             _ => None,
         })
     }
 
-    /// From one node of the run to the next. The stages are solved for what the step does to any deviation, and for what it
-    /// adds by each parameter, which are fewer columns than there are deviations.
+    /// From one node of the run to the next, and from knot to knot of the friction law between them, where its slope jumps.
     fn step(&mut self, mode: Mode, from: &Node, to: &Node) {
+        let piece = |y: &Dynamic| self.equations.piece(y);
+        let (mut here, end) = (piece(&from.state), piece(&to.state));
+        if mode.sense() == 0 || here == end {
+            return self.smooth_step(mode, here, from, to);
+        }
+        let rates = [from, to].map(|node| self.equations.rates(mode, node.time, &node.state));
+        let at = |share: f64| Node {
+            time: from.time + share * (to.time - from.time),
+            state: from.towards(to, &rates, share),
+        };
+        let mut parts = Vec::new();
+        let mut start = 0.0;
+        while here != end {
+            // The last share on this side, and the first beyond.
+            let (mut low, mut high) = (start, 1.0);
+            for _ in 0..HALVINGS {
+                let middle = f64::midpoint(low, high);
+                if piece(&at(middle).state) == here {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            parts.push((here, at(start), at(low)));
+            (start, here) = (high, if high < 1.0 { piece(&at(high).state) } else { end });
+        }
+        parts.push((here, at(start), at(1.0)));
+        for (piece, from, to) in parts {
+            self.smooth_step(mode, piece, &from, &to);
+        }
+    }
+
+    /// From one node to another, between which the equations are smooth. The stages are solved for what the step does to any
+    /// deviation, and for what it adds by each parameter, which are fewer columns than there are deviations.
+    fn smooth_step(&mut self, mode: Mode, piece: usize, from: &Node, to: &Node) {
         const STAGES: usize = 3 * DYNAMIC;
         let h = to.time - from.time;
         if h <= 0.0 {
             return;
         }
         let (nodes, a) = radau();
-        let rates = [from, to].map(|node| self.equations.rates(mode, node.time, &node.state));
+        let rates = [from, to].map(|node| self.equations.rates_on(piece, mode, node.time, &node.state));
         let mut matrix = SMatrix::<f64, STAGES, STAGES>::identity();
         let numbers = self.influences.len();
         let mut slopes = DMatrix::zeros(STAGES, DYNAMIC + numbers);
         for i in 0..3 {
             let t = from.time + nodes[i] * h;
             let y = from.towards(to, &rates, nodes[i]);
-            let jacobian = self.equations.jacobian(mode, t, &y);
+            let jacobian = self.equations.jacobian(piece, mode, t, &y);
             for (j, weight) in a[i].iter().enumerate() {
                 let mut block = matrix.fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, j * DYNAMIC);
                 block -= jacobian * (h * weight);
@@ -264,7 +302,7 @@ impl Propagation<'_> {
             slopes
                 .fixed_view_mut::<DYNAMIC, DYNAMIC>(i * DYNAMIC, 0)
                 .copy_from(&jacobian);
-            for (column, slope) in self.forcing(mode, t, &y) {
+            for (column, slope) in self.forcing((mode, piece), t, &y) {
                 slopes
                     .fixed_view_mut::<DYNAMIC, 1>(i * DYNAMIC, DYNAMIC + column)
                     .copy_from(&slope);

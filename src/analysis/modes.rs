@@ -148,6 +148,10 @@ pub struct Modes {
     pub normal_force: f64,
     /// |omega_r| at which the effective damping is zero under that force, rad/s; `None` if it never is.
     pub critical_speed: Option<f64>,
+    /// Every such speed, the highest first, where there are several: below the second steady sliding is stable again, below
+    /// the third unstable, and so on. Empty where there is one or none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub critical_speeds: Vec<f64>,
     /// At rest and in slip, in stick, without contact.
     pub states: Vec<StateModes>,
     /// From 0 to beyond the critical speed.
@@ -174,12 +178,14 @@ impl Modes {
         let axial_motion = AxialMotion::new(&parameters.axial, &parameters.actuation);
         let torsion = TorsionModel::new(parameters);
         let force = axial_motion.largest_force().max(0.0);
-        let critical_speed = torsion.critical_speed(force);
+        let mut critical_speeds = torsion.critical_speeds(force);
+        let critical_speed = critical_speeds.first().copied();
         let initial = parameters.initial.speed.abs();
-        let mut speeds: Vec<f64> = [Some(0.0), critical_speed, Some(initial)]
-            .into_iter()
-            .flatten()
-            .collect();
+        let mut speeds = vec![0.0, initial];
+        speeds.extend(&critical_speeds);
+        if critical_speeds.len() < 2 {
+            critical_speeds.clear();
+        }
         speeds.sort_by(f64::total_cmp);
         speeds.dedup();
         let mut states = vec![axial_modes(&parameters.axial), stick_modes(&torsion)];
@@ -193,6 +199,7 @@ impl Modes {
             natural_period: torsion.natural_period(),
             normal_force: force,
             critical_speed,
+            critical_speeds,
             states,
             effective_damping: damping_curve(&torsion, force, critical_speed, initial),
             stability: stability(&parameters.friction.law, critical_speed, instability.is_some()),
@@ -222,7 +229,7 @@ pub fn effective_damping(torsion: &TorsionModel, normal_force: f64, x: f64) -> E
 
 fn damping_curve(torsion: &TorsionModel, force: f64, critical: Option<f64>, initial: f64) -> Vec<EffectiveDamping> {
     // Where friction has all but ceased to change; where it does not change, as far as the run goes.
-    let scale = 3.0 / torsion.friction.law.steepness_rate(0.0);
+    let scale = 0.5 * torsion.friction.law.extent();
     let end = match critical {
         Some(critical) => critical + scale,
         None if scale.is_finite() => scale,

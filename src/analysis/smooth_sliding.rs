@@ -272,7 +272,7 @@ impl SmoothSliding<'_> {
         for _ in 0..MOST_SERIES {
             let series = SlowSeries::<TERMS>::new(self.torsion, self.sense, self.pressing(point.0), point.1);
             let reach = series.reach(error);
-            let length = reach.min(end - point.0);
+            let length = self.within_piece(&series, speed, reach.min(end - point.0));
             // Written so that what is not a number ends it, too; `min` would hide such a reach.
             if !(self.time_scale_ratio(point.0, speed) < LARGEST_TIME_SCALE_RATIO && length > f64::EPSILON * point.0)
                 || reach.is_nan()
@@ -302,6 +302,27 @@ impl SmoothSliding<'_> {
             }
         }
         Some((point, speed))
+    }
+
+    /// How much of `length` (s) the series of a slip at `speed` (rad/s) may be followed for: to the next knot of the friction
+    /// law, and a little beyond, where another piece begins.
+    fn within_piece(&self, series: &SlowSeries<TERMS>, speed: f64, length: f64) -> f64 {
+        const BEYOND: f64 = 1e-9;
+        let knots = self.torsion.friction.law.knots();
+        let knot = knots.iter().rev().find(|knot| **knot < speed);
+        let Some(&knot) = knot.filter(|knot| series.speed_at(length).0 < **knot) else {
+            return length;
+        };
+        let (mut low, mut high) = (0.0, length);
+        for _ in 0..60 {
+            let middle = f64::midpoint(low, high);
+            if series.speed_at(middle).0 > knot {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        (high + BEYOND * length).min(length)
     }
 
     /// A step of at most `size` that ends at `target` at the latest, and at `target` itself if it comes so far.

@@ -39,15 +39,30 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     let friction = &case.parameters.friction;
     let sliding = friction.law.at_vanishing_speed();
     if friction.breakaway < sliding {
+        let key = friction.law.key_at_vanishing_speed();
         complain(
             "friction.breakaway",
-            &["friction.low_speed"],
+            &[&format!("friction.{key}")],
             format!(
-                "must be at least friction.low_speed: {:?} is below {:?}, and between the two torques neither stick nor \
-                 slip is consistent; raise breakaway or lower low_speed",
+                "must be at least friction.{key}: {:?} is below {:?}, and between the two torques neither stick nor \
+                 slip is consistent; raise breakaway or lower {key}",
                 friction.breakaway, sliding
             ),
         );
+    }
+    let (speed, end) = (case.parameters.initial.speed, friction.law.ends_at());
+    if speed.abs() >= end {
+        complain(
+            "initial.speed",
+            &["friction.valid_below"],
+            format!(
+                "must be below friction.valid_below, where the friction law ends: {speed:?} rad/s is not below {end:?} rad/s; \
+                 start slower, raise valid_below if the law holds there, or take a law that is given at every speed"
+            ),
+        );
+    }
+    for (key, message) in friction.law.complaints() {
+        complain(&format!("friction.{key}"), &["friction"], message);
     }
 
     if let Actuation::Table { time, force } = &case.parameters.actuation {

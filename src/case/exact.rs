@@ -4,8 +4,9 @@ use super::document::{self, Node, Override, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
 use super::{Case, CaseSource, schema};
+use crate::friction::FrictionLaw;
 use crate::model::{Axial, KickTime};
-use crate::model::{ExactActuation, ExactKick, ExactParameters};
+use crate::model::{ExactActuation, ExactKick, ExactLaw, ExactParameters};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::Pow;
@@ -58,9 +59,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
         radius: reader.radius()?,
         breakaway_test: case.parameters.contact.breakaway_test,
         breakaway: reader.number("friction.breakaway", Dimension::Number)?,
-        low_speed: reader.number("friction.low_speed", Dimension::Number)?,
-        high_speed: reader.number("friction.high_speed", Dimension::Number)?,
-        decay: reader.number("friction.decay", Dimension::FrictionDecay)?,
+        law: reader.law(&case.parameters.friction.law)?,
         speed: reader.number("initial.speed", Dimension::AngularVelocity)?,
         kicks: kicks.collect::<Result<_, CaseError>>()?,
     })
@@ -130,6 +129,33 @@ impl Reader<'_> {
         (0..length)
             .map(|index| self.number(&format!("{path}.{index}"), dimension))
             .collect()
+    }
+
+    /// The parameters of the friction law; those that are left out by their defaults.
+    fn law(&self, law: &FrictionLaw) -> Result<ExactLaw, CaseError> {
+        let mut exact = ExactLaw {
+            name: law.name(),
+            numbers: Vec::new(),
+            lists: Vec::new(),
+            words: Vec::new(),
+        };
+        for &key in FrictionLaw::keys_of(law.name()) {
+            let path = format!("friction.{key}");
+            let known = schema::keys().iter().find(|known| known.path == path);
+            let dimension = known.and_then(|known| known.dimension()).unwrap_or(Dimension::Number);
+            if let Some(values) = law.list(key) {
+                exact.lists.push((key, self.series(&path, values.len(), dimension)?));
+            } else if let Some(word) = law.word(key) {
+                exact.words.push((key, word));
+            } else {
+                let value = match (self.root.at(&path), law.number(key)) {
+                    (None, Some(default)) => decimal(&path, default)?,
+                    _ => self.number(&path, dimension)?,
+                };
+                exact.numbers.push((key, value));
+            }
+        }
+        Ok(exact)
     }
 
     /// r, given or from the diameters by equation (6) or (7).

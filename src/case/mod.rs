@@ -36,7 +36,7 @@ pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
 pub(crate) use value::number_of;
 
-use crate::friction::{Exponential, Friction};
+use crate::friction::{Exponential, Friction, Parameters as _};
 use crate::model::{Actuation, Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
 use crate::simulation::{OutputOptions, SolverOptions};
 
@@ -113,12 +113,7 @@ impl Case {
                 },
                 friction: Friction {
                     breakaway: f64::NAN,
-                    law: Exponential {
-                        low_speed: f64::NAN,
-                        high_speed: f64::NAN,
-                        decay: f64::NAN,
-                    }
-                    .into(),
+                    law: Exponential::unset().into(),
                 },
                 initial: Initial { speed: f64::NAN },
                 perturbations: Vec::new(),

@@ -94,9 +94,9 @@ impl Case {
             let found = |index, element| Some(Target { key, index, element });
             match &key.kind {
                 Kind::Number(_, _, access) if schema::array_of(key).is_none() => {
-                    // A key of the other profile takes part in nothing.
-                    let present =
-                        !matches!(key.presence, schema::Presence::Profile(_)) || (access.get)(self, 0).is_some();
+                    // A key of the other profile, or of another friction law, takes part in nothing.
+                    use schema::Presence::{Law, Profile};
+                    let present = !matches!(key.presence, Profile(_) | Law { .. }) || (access.get)(self, 0).is_some();
                     (path == key.path && present).then(|| found(0, 0)).flatten()
                 }
                 Kind::Number(..) | Kind::Moment(_) => {

@@ -41,6 +41,10 @@ pub enum Dimension {
     Angle,
     /// Unit s/rad.
     FrictionDecay,
+    /// Unit s^2/rad^2.
+    FrictionCurvature,
+    /// Unit s^3/rad^3.
+    FrictionThird,
     /// Unit m/s.
     Velocity,
     /// Unit N m.
@@ -49,7 +53,7 @@ pub enum Dimension {
 
 impl Dimension {
     /// Every dimension.
-    pub const ALL: [Dimension; 15] = [
+    pub const ALL: [Dimension; 17] = [
         Dimension::Number,
         Dimension::Mass,
         Dimension::Stiffness,
@@ -63,6 +67,8 @@ impl Dimension {
         Dimension::AngularVelocity,
         Dimension::Angle,
         Dimension::FrictionDecay,
+        Dimension::FrictionCurvature,
+        Dimension::FrictionThird,
         Dimension::Velocity,
         Dimension::Torque,
     ];
@@ -97,6 +103,8 @@ impl Dimension {
             Dimension::AngularVelocity => ("rad/s", "an angular velocity", "955 rpm"),
             Dimension::Angle => ("rad", "an angle", "1 urad"),
             Dimension::FrictionDecay => ("s/rad", "a friction decay rate", "5 s/rad"),
+            Dimension::FrictionCurvature => ("s^2/rad^2", "a coefficient of the square of a speed", "0.1 s^2/rad^2"),
+            Dimension::FrictionThird => ("s^3/rad^3", "a coefficient of the cube of a speed", "0.1 s^3/rad^3"),
             Dimension::Velocity => ("m/s", "a velocity", "1 mm/s"),
             Dimension::Torque => ("N m", "a torque", "600 lbf in"),
         }

@@ -7,6 +7,7 @@ use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
 use super::value::{choice, number};
 use super::{Case, CaseSource, suggest};
+use crate::friction::FrictionLaw;
 use crate::model::KickTime;
 use crate::quote::shown;
 
@@ -166,10 +167,27 @@ impl Reader {
                 return;
             }
         }
+        if let Presence::Law { .. } = key.presence {
+            let Some(law) = self.chosen_law() else { return };
+            if !FrictionLaw::keys_of(law)
+                .iter()
+                .any(|name| key.path == format!("friction.{name}"))
+            {
+                return self.check_other_law(key, law);
+            }
+            // As above.
+            if self.is_overridden(schema::FRICTION_LAW) && self.of_other_laws(law).next().is_some() {
+                return;
+            }
+        }
         let Some(node) = self.root.at(&path).cloned() else {
             // Something else in the place of the table has been reported already.
             let in_table = matches!(self.root.closest(&path).value, Value::Table(_));
-            if in_table && matches!(key.presence, Presence::Required | Presence::Profile(_)) {
+            let required = matches!(
+                key.presence,
+                Presence::Required | Presence::Profile(_) | Presence::Law { default: None }
+            );
+            if in_table && required {
                 self.report(&path, missing(key));
             }
             return;
@@ -210,6 +228,64 @@ impl Reader {
         let message = format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}");
         let place = self.place(place);
         self.push(place, key.path, message);
+    }
+
+    /// The friction law, if it is one that exists.
+    fn chosen_law(&self) -> Option<&'static str> {
+        let mut names = FrictionLaw::NAMES.iter().copied();
+        match self.root.at(schema::FRICTION_LAW).map(|node| &node.value) {
+            None => names.next(),
+            Some(Value::Text(name)) => names.find(|known| known == name),
+            _ => None,
+        }
+    }
+
+    /// The keys that are given although they belong to other friction laws than `law`.
+    fn of_other_laws(&self, law: &'static str) -> impl Iterator<Item = &'static Key> {
+        let own = FrictionLaw::keys_of(law);
+        schema::keys().iter().filter(move |key| {
+            let name = key.path.strip_prefix("friction.").unwrap_or_default();
+            matches!(key.presence, Presence::Law { .. }) && !own.contains(&name) && self.root.at(key.path).is_some()
+        })
+    }
+
+    /// Reports `key`, of other friction laws than `law`, if it is given.
+    fn check_other_law(&mut self, key: &Key, law: &'static str) {
+        if self.root.at(key.path).is_none() {
+            return;
+        }
+        let name = key.path.strip_prefix("friction.").unwrap_or(key.path);
+        let owners: Vec<String> = FrictionLaw::NAMES
+            .iter()
+            .filter(|owner| FrictionLaw::keys_of(owner).contains(&name))
+            .map(|owner| format!("\"{owner}\""))
+            .collect();
+        let by_default = if self.root.at(schema::FRICTION_LAW).is_none() {
+            ", the default"
+        } else {
+            ""
+        };
+        let belongs = format!(
+            "belongs to law {}, but the law is \"{law}\"{by_default}",
+            owners.join(" or ")
+        );
+        if !self.is_overridden(schema::FRICTION_LAW) {
+            return self.report(key.path, format!("{belongs}: remove it, or change friction.law"));
+        }
+        // One message says how to switch.
+        if self
+            .of_other_laws(law)
+            .next()
+            .is_some_and(|first| first.path == key.path)
+        {
+            let own: String = FrictionLaw::keys_of(law)
+                .iter()
+                .map(|own| format!(", {own}=..."))
+                .collect();
+            let message = format!("{belongs}: replace the whole table, friction={{law=\"{law}\", breakaway=...{own}}}");
+            let place = self.place(schema::FRICTION_LAW);
+            self.push(place, key.path, message);
+        }
     }
 
     /// The profile of the actuation, if it is one that exists.
@@ -390,6 +466,9 @@ fn how_to_write(key: &Key) -> String {
     let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let choices = key.choices();
     match key.dimension() {
+        Some(Dimension::Number) if matches!(key.kind, Kind::Series(..)) => {
+            format!("; write {name} = [...], plain numbers")
+        }
         Some(Dimension::Number) => format!("; write {name} = a number"),
         Some(dimension) if matches!(key.kind, Kind::Series(..)) => {
             format!("; write {name} = [...], numbers in {}", dimension.unit())

@@ -4,6 +4,7 @@
 
 use super::Case;
 use super::quantity::Dimension;
+use crate::friction::{FrictionLaw, Interpolation};
 use crate::model::{Actuation, BreakawayTest, Kick, KickTime};
 use crate::simulation::{Method, OutputWindow};
 
@@ -26,6 +27,12 @@ pub enum Presence {
     Required,
     /// Required with, and only allowed with, this `actuation.profile`.
     Profile(&'static str),
+    /// A parameter of friction laws: allowed with, and only with, those that have it ([`FrictionLaw::keys_of`]), and required
+    /// there unless it has a default, in words.
+    Law {
+        /// What happens if it is left out.
+        default: Option<&'static str>,
+    },
     /// One of the two ways to give the radius: `contact.radius`, or the diameters and the wear.
     Alternative,
     /// Takes this default, in words.
@@ -130,6 +137,10 @@ pub fn keys() -> &'static [Key] {
 pub const INSTABILITY: &str = "instability";
 /// A convention of the model, and no number of the brake: it has no digits that could be uncertain.
 pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
+/// The first speed of a friction table, which is 0.
+pub(crate) const FIRST_SPEED: &str = "friction.speed.0";
+/// Which law friction has in slip.
+pub(super) const FRICTION_LAW: &str = "friction.law";
 pub(super) const RAMP: &str = "ramp";
 pub(super) const TABLE: &str = "table";
 pub(super) const KICK: &str = "kick";
@@ -164,16 +175,12 @@ macro_rules! element {
     };
 }
 
-/// Access to a parameter of the exponential friction law.
-macro_rules! exponential {
-    ($field:ident) => {
+/// Access to a parameter of the friction laws that have one of this key.
+macro_rules! law {
+    ($key:literal) => {
         Access {
-            get: |case, _| case.parameters.friction.law.as_exponential().map(|law| law.$field),
-            set: |case, _, value| {
-                if let Some(law) = case.parameters.friction.law.as_exponential_mut() {
-                    law.$field = value;
-                }
-            },
+            get: |case, _| case.parameters.friction.law.number($key),
+            set: |case, _, value| case.parameters.friction.law.set_number($key, value),
         }
     };
 }
@@ -362,6 +369,23 @@ const KEYS: &[Key] = &[
         ),
     ),
     key(
+        FRICTION_LAW,
+        "how friction depends on the sliding speed",
+        Default("exponential"),
+        Kind::Choice(
+            || FrictionLaw::NAMES.to_vec(),
+            Access {
+                // The default is not written: a case is the same with and without it.
+                get: |case, _| Some(case.parameters.friction.law.name()).filter(|&name| name != FrictionLaw::NAMES[0]),
+                set: |case, _, name| {
+                    if let Some(law) = FrictionLaw::unset(name) {
+                        case.parameters.friction.law = law;
+                    }
+                },
+            },
+        ),
+    ),
+    key(
         "friction.breakaway",
         "mu_0, friction coefficient at rest; at least low_speed",
         Required,
@@ -370,20 +394,106 @@ const KEYS: &[Key] = &[
     key(
         "friction.low_speed",
         "mu_s, friction coefficient at vanishing sliding speed",
-        Required,
-        Kind::Number(D::Number, NotNegative, exponential!(low_speed)),
+        Presence::Law { default: None },
+        Kind::Number(D::Number, NotNegative, law!("low_speed")),
     ),
     key(
         "friction.high_speed",
         "mu_d, friction coefficient at high sliding speed",
-        Required,
-        Kind::Number(D::Number, NotNegative, exponential!(high_speed)),
+        Presence::Law { default: None },
+        Kind::Number(D::Number, NotNegative, law!("high_speed")),
     ),
     key(
         "friction.decay",
         "alpha, decay of the friction coefficient with sliding speed",
-        Required,
-        Kind::Number(D::FrictionDecay, NotNegative, exponential!(decay)),
+        Presence::Law { default: None },
+        Kind::Number(D::FrictionDecay, NotNegative, law!("decay")),
+    ),
+    key(
+        "friction.scale",
+        "x_s, sliding speed over which the friction coefficient falls",
+        Presence::Law { default: None },
+        Kind::Number(D::AngularVelocity, Positive, law!("scale")),
+    ),
+    key(
+        "friction.exponent",
+        "delta, power of the sliding speed over the scale in the exponential; 1, 2, 3 or 4",
+        Presence::Law { default: Some("2") },
+        Kind::Number(D::Number, Positive, law!("exponent")),
+    ),
+    key(
+        "friction.viscous",
+        "mu_v, rise of the friction coefficient with sliding speed",
+        Presence::Law { default: Some("0") },
+        Kind::Number(D::FrictionDecay, NotNegative, law!("viscous")),
+    ),
+    key(
+        "friction.linear",
+        "c_1, slope of the friction coefficient at vanishing sliding speed",
+        Presence::Law { default: None },
+        Kind::Number(D::FrictionDecay, Any, law!("linear")),
+    ),
+    key(
+        "friction.quadratic",
+        "c_2, coefficient of the square of the sliding speed",
+        Presence::Law { default: Some("0") },
+        Kind::Number(D::FrictionCurvature, Any, law!("quadratic")),
+    ),
+    key(
+        "friction.cubic",
+        "c_3, coefficient of the cube of the sliding speed",
+        Presence::Law { default: Some("0") },
+        Kind::Number(D::FrictionThird, Any, law!("cubic")),
+    ),
+    key(
+        "friction.valid_below",
+        "sliding speed up to which the polynomial is given; a run that gets there ends with an error",
+        Presence::Law { default: None },
+        Kind::Number(D::AngularVelocity, Positive, law!("valid_below")),
+    ),
+    key(
+        "friction.speed",
+        "sliding speeds of the points, increasing from 0; above the last its coefficient holds",
+        Presence::Law { default: None },
+        Kind::Series(
+            D::AngularVelocity,
+            Access {
+                get: |case, _| case.parameters.friction.law.list("speed").map(<[f64]>::to_vec),
+                set: |case, _, values| case.parameters.friction.law.set_list("speed", values),
+            },
+        ),
+    ),
+    key(
+        "friction.coefficient",
+        "friction coefficients at these speeds",
+        Presence::Law { default: None },
+        Kind::Series(
+            D::Number,
+            Access {
+                get: |case, _| case.parameters.friction.law.list("coefficient").map(<[f64]>::to_vec),
+                set: |case, _, values| case.parameters.friction.law.set_list("coefficient", values),
+            },
+        ),
+    ),
+    key(
+        "friction.interpolation",
+        "what goes through the points",
+        Presence::Law {
+            default: Some("monotone-cubic"),
+        },
+        Kind::Choice(
+            || Interpolation::ALL.map(Interpolation::name).to_vec(),
+            Access {
+                get: |case, _| case.parameters.friction.law.word("interpolation"),
+                set: |case, _, word| case.parameters.friction.law.set_word("interpolation", word),
+            },
+        ),
+    ),
+    key(
+        "friction.kinetic",
+        "mu_d, friction coefficient at every sliding speed",
+        Presence::Law { default: None },
+        Kind::Number(D::Number, NotNegative, law!("kinetic")),
     ),
     key(
         "initial.speed",

@@ -82,9 +82,14 @@ fn report(title: &str, modes: &Modes) -> String {
 
 fn headline(modes: &Modes) -> String {
     let mut table = terminal::table(&[]);
-    let critical = modes
-        .critical_speed
-        .map_or_else(|| "none".to_owned(), |x| format!("{x:.6} rad/s"));
+    let critical = match (modes.critical_speed, modes.critical_speeds.as_slice()) {
+        (None, _) => "none".to_owned(),
+        (Some(x), []) => format!("{x:.6} rad/s"),
+        (_, several) => {
+            let all: Vec<String> = several.iter().map(|x| format!("{x:.6}")).collect();
+            format!("{} rad/s", all.join(", "))
+        }
+    };
     for (name, value) in [
         ("axial frequency sqrt(k_e/m)", hertz(modes.axial_frequency)),
         (
@@ -142,9 +147,10 @@ fn is_brief(modes: &Modes) -> bool {
 
 /// A growth rate (1/s) at a sliding speed; none of an instability that the speed falls through before anything can swing.
 fn growth(modes: &Modes, speed: Option<f64>, rate: f64) -> String {
-    let unstable = speed
-        .zip(modes.critical_speed)
-        .is_some_and(|(x, critical)| x < critical);
+    let unstable = speed.is_some_and(|x| match (modes.critical_speed, modes.critical_speeds.as_slice()) {
+        (Some(critical), []) => x < critical,
+        (_, several) => several.iter().filter(|&&critical| x < critical).count() % 2 == 1,
+    });
     if unstable && rate > 0.0 && is_brief(modes) {
         "-".to_owned()
     } else {

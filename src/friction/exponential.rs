@@ -1,5 +1,6 @@
 //! Friction that falls exponentially with speed, equation (8).
 
+use super::parameters::numbers;
 use super::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
 use crate::numerics::Number;
 use crate::numerics::taylor::{Unfolding, zeros};
@@ -30,6 +31,9 @@ pub struct Exponential {
     /// alpha, s/rad.
     pub decay: f64,
 }
+
+numbers!(Exponential, "exponential", at rest low_speed:
+    low_speed = f64::NAN, high_speed = f64::NAN, decay = f64::NAN);
 
 impl Exponential {
     /// mu_s - mu_d.

@@ -27,10 +27,47 @@ pub trait Law {
     /// Bounds of mu' (s/rad) at speeds from `from` to `to` (rad/s, `to` may be infinite).
     fn slope_bounds(&self, from: f64, to: f64) -> Bounds;
 
+    /// Bounds of mu (as [`Self::coefficient_bounds`]) for sliding that slows down from `speed` (rad/s): at every speed where
+    /// that has an upper bound, else at those up to `speed`.
+    fn bounds_below(&self, speed: f64) -> Bounds {
+        let everywhere = self.coefficient_bounds(0.0, f64::INFINITY);
+        if everywhere.most.is_finite() {
+            everywhere
+        } else {
+            self.coefficient_bounds(0.0, speed)
+        }
+    }
+
+    /// A coefficient by which friction is measured: the largest one, or that without a part that grows with speed for ever.
+    /// Tolerances and scales are made of it.
+    fn typical_coefficient(&self) -> f64 {
+        self.coefficient_bounds(0.0, f64::INFINITY).most
+    }
+
+    /// The speed (rad/s) up to which a figure shows the law: six of its scales, or where it ends. Infinite for a law that is the
+    /// same at every speed.
+    fn extent(&self) -> f64 {
+        6.0 / self.steepness_rate(0.0)
+    }
+
     /// The speeds (rad/s, increasing) at which some derivative of the law jumps: no step of an integrator and no series may
     /// cross one. A smooth law has none.
     fn knots(&self) -> &[f64] {
         &[]
+    }
+
+    /// The speed (rad/s) beyond which the law is not given: one of its knots, and the end of a run that gets there. Infinite
+    /// for a law that is given at every speed.
+    fn ends_at(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The law that goes on smoothly from between the knots `piece` - 1 and `piece` to all speeds. Without knots it is itself.
+    fn continued(&self, _piece: usize) -> Self
+    where
+        Self: Sized + Clone,
+    {
+        self.clone()
     }
 
     /// The speeds (rad/s) at which `damping` + `weight` mu'(x) changes its sign, the highest first. With c_t for the damping
@@ -118,6 +155,14 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Of these and a value.
+    pub fn with(self, value: f64) -> Bounds {
+        Bounds {
+            least: self.least.min(value),
+            most: self.most.max(value),
+        }
+    }
+
     /// Of all between two values.
     pub fn between(a: f64, b: f64) -> Bounds {
         Bounds {

@@ -8,16 +8,35 @@
 //! | module | law |
 //! |---|---|
 //! | `exponential` | mu_d + (mu_s - mu_d) exp(-alpha x), equation (8) |
+//! | `coulomb` | mu_d |
+//! | `hyperbolic` | mu_d + (mu_s - mu_d)/(1 + x/x_s) |
+//! | `stribeck` | mu_d + (mu_s - mu_d) exp(-(x/x_s)^delta) + mu_v x |
+//! | `polynomial` | mu_s + c_1 x + c_2 x^2 + c_3 x^3 up to a stated speed |
+//! | `table` | through points, by straight lines or monotone cubics |
 //!
-//! A further law is a file beside these that implements [`Law`], and its name in `laws!` below. What it takes besides: the
-//! keys of its parameters (`case/schema.rs`, `case/conditions.rs`), its formula in the oracle, which shares no code with this
-//! folder, a case of `tests/analytic_friction.rs`, and its line in the docs.
+//! A further law is a file beside these that implements [`Law`] and [`Parameters`], and its name in `laws!` below. What it
+//! takes besides: the keys of those of its parameters that no other law has (`case/schema.rs`), its formula in the oracle
+//! (`oracle/friction.rs`), which shares no code with this folder, a case of `tests/analytic_friction.rs`, and its line in
+//! the docs.
 
+mod coulomb;
+mod cubic;
 mod exponential;
+mod hyperbolic;
 mod law;
+mod parameters;
+mod polynomial;
+mod stribeck;
+mod table;
 
+pub use coulomb::Coulomb;
 pub use exponential::Exponential;
+pub use hyperbolic::Hyperbolic;
 pub use law::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+pub use parameters::Parameters;
+pub use polynomial::Polynomial;
+pub use stribeck::Stribeck;
+pub use table::{Interpolation, Table};
 
 use crate::numerics::Number;
 
@@ -74,7 +93,40 @@ macro_rules! laws {
             /// Room for its Taylor coefficients, of which none is known yet.
             fn any_series<T: Number, const N: usize>(&self) -> FrictionSeries<T, N> {
                 match self {
-                    $(FrictionLaw::$law(law) => FrictionSeries::$law(law.series()),)+
+                    $(FrictionLaw::$law(law) => FrictionSeries::$law(law.series::<T, N>()),)+
+                }
+            }
+
+            /// The words of `friction.law`; the first is the default.
+            pub const NAMES: &'static [&'static str] = &[$(<$law as Parameters>::NAME),+];
+
+            /// The keys of `[friction]` that the law of this name takes its parameters from; none if there is no such law.
+            pub fn keys_of(name: &str) -> &'static [&'static str] {
+                match name {
+                    $(<$law as Parameters>::NAME => <$law as Parameters>::KEYS,)+
+                    _ => &[],
+                }
+            }
+
+            /// The law of this name, with NaN for each parameter that has no default.
+            pub fn unset(name: &str) -> Option<FrictionLaw> {
+                match name {
+                    $(<$law as Parameters>::NAME => Some(<$law as Parameters>::unset().into()),)+
+                    _ => None,
+                }
+            }
+
+            /// The word of `friction.law`.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(FrictionLaw::$law(_) => <$law as Parameters>::NAME,)+
+                }
+            }
+
+            /// The key of the coefficient at vanishing speed.
+            pub fn key_at_vanishing_speed(&self) -> &'static str {
+                match self {
+                    $(FrictionLaw::$law(_) => <$law as Parameters>::AT_VANISHING_SPEED,)+
                 }
             }
         }
@@ -84,13 +136,59 @@ macro_rules! laws {
 laws! { $
     /// Equation (8), the paper's.
     Exponential
+    /// The same at every speed.
+    Coulomb
+    /// Falling as the inverse of the speed.
+    Hyperbolic
+    /// Falling, and rising again.
+    Stribeck
+    /// A cubic.
+    Polynomial
+    /// Through points.
+    Table
 }
 
 impl FrictionLaw {
-    /// The parameters of the exponential law, if it is that: for a case's keys.
+    /// The value of a parameter that is a number, by its key of `[friction]`; `None` if the law has none of that name.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        of_law!(self, law => law.number(key))
+    }
+
+    /// Sets such a parameter; does nothing if the law has none of that name.
+    pub fn set_number(&mut self, key: &str, value: f64) {
+        of_law!(self, law => law.set_number(key, value));
+    }
+
+    /// The values of a parameter that is a list of numbers, by its key; `None` if the law has none of that name.
+    pub fn list(&self, key: &str) -> Option<&[f64]> {
+        of_law!(self, law => law.list(key))
+    }
+
+    /// Sets such a parameter; does nothing if the law has none of that name.
+    pub fn set_list(&mut self, key: &str, values: Vec<f64>) {
+        of_law!(self, law => law.set_list(key, values));
+    }
+
+    /// The word of a parameter that is one of several, by its key; `None` if the law has none of that name.
+    pub fn word(&self, key: &str) -> Option<&'static str> {
+        of_law!(self, law => law.word(key))
+    }
+
+    /// Sets such a parameter; does nothing if the law has none of that name, or that not such a word.
+    pub fn set_word(&mut self, key: &str, word: &str) {
+        of_law!(self, law => law.set_word(key, word));
+    }
+
+    /// What is wrong with the parameters together: the key in `[friction]`, and what it must be.
+    pub fn complaints(&self) -> Vec<(String, String)> {
+        of_law!(self, law => law.complaints())
+    }
+
+    /// The parameters of the exponential law, if it is that.
     pub fn as_exponential(&self) -> Option<&Exponential> {
         match self {
             FrictionLaw::Exponential(law) => Some(law),
+            _ => None,
         }
     }
 
@@ -98,6 +196,7 @@ impl FrictionLaw {
     pub fn as_exponential_mut(&mut self) -> Option<&mut Exponential> {
         match self {
             FrictionLaw::Exponential(law) => Some(law),
+            _ => None,
         }
     }
 }
@@ -129,6 +228,22 @@ impl Law for FrictionLaw {
 
     fn knots(&self) -> &[f64] {
         of_law!(self, law => law.knots())
+    }
+
+    fn typical_coefficient(&self) -> f64 {
+        of_law!(self, law => law.typical_coefficient())
+    }
+
+    fn extent(&self) -> f64 {
+        of_law!(self, law => law.extent())
+    }
+
+    fn ends_at(&self) -> f64 {
+        of_law!(self, law => law.ends_at())
+    }
+
+    fn continued(&self, piece: usize) -> FrictionLaw {
+        of_law!(self, law => law.continued(piece).into())
     }
 
     fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
@@ -163,36 +278,36 @@ impl Law for FrictionLaw {
 impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
     #[inline]
     fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
-        of_series!(self, series => series.factors(of_coefficient, of_slope))
+        of_series!(self, series => LawSeries::<T, N>::factors(series, of_coefficient, of_slope))
     }
 
     #[inline]
     fn start(&mut self, x: &T, unit: &T) {
-        of_series!(self, series => series.start(x, unit));
+        of_series!(self, series => LawSeries::<T, N>::start(series, x, unit));
     }
 
     #[inline]
     fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
-        of_series!(self, series => series.extend(n, rate, reciprocal));
+        of_series!(self, series => LawSeries::<T, N>::extend(series, n, rate, reciprocal));
     }
 
     #[inline]
     fn extend_from(&mut self, n: usize, x: &[T; N]) {
-        of_series!(self, series => series.extend_from(n, x));
+        of_series!(self, series => LawSeries::<T, N>::extend_from(series, n, x));
     }
 
     #[inline]
     fn shape(&self, n: usize) -> T {
-        of_series!(self, series => series.shape(n))
+        of_series!(self, series => LawSeries::<T, N>::shape(series, n))
     }
 
     #[inline]
     fn slope_shape(&self, n: usize) -> T {
-        of_series!(self, series => series.slope_shape(n))
+        of_series!(self, series => LawSeries::<T, N>::slope_shape(series, n))
     }
 
     #[inline]
     fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
-        of_series!(self, series => series.pressed(force, n, degree))
+        of_series!(self, series => LawSeries::<T, N>::pressed(series, force, n, degree))
     }
 }

@@ -48,6 +48,8 @@ pub enum RunError {
         what: &'static str,
         value: f64,
     },
+    #[error("the model ends at t = {time:.12} s in {location}: {what}")]
+    Outside { time: f64, location: String, what: String },
     #[error("the budget of {budget} steps is used up at t = {time:.12} s in {location}")]
     TooManySteps { time: f64, budget: u64, location: String },
     #[error("the budget of {budget} s of wall time is used up at t = {time:.12} s in {location}")]

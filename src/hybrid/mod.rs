@@ -111,6 +111,11 @@ pub trait Rules<D: Dynamics> {
         fired: Fired,
     ) -> Vec<Transition<Self::Kind, D::Location>>;
 
+    /// Why the model is not given in a location with a state that a transition has led to; `None` where it is.
+    fn outside(&self, _location: &D::Location, _y: &[f64]) -> Option<String> {
+        None
+    }
+
     /// Which solver integrates a location, with which tolerances and step bound.
     fn solver(&self, location: &D::Location) -> ChosenSolver;
 

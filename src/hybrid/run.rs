@@ -323,6 +323,13 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             }
             self.location = transition.location;
             self.state = transition.state;
+            if let Some(what) = rules.outside(&self.location, &self.state) {
+                return Err(RunError::Outside {
+                    time: self.time,
+                    location: self.dynamics.describe(&self.location),
+                    what,
+                });
+            }
         }
         Ok(())
     }

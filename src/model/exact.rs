@@ -1,7 +1,7 @@
 //! The parameters as exact rationals: decimals as written, units by their exact factors.
 
 use super::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
-use crate::friction::{Exponential, Friction};
+use crate::friction::{Friction, FrictionLaw};
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
@@ -33,12 +33,8 @@ pub struct ExactParameters {
     pub breakaway_test: BreakawayTest,
     /// mu_0.
     pub breakaway: BigRational,
-    /// mu_s.
-    pub low_speed: BigRational,
-    /// mu_d.
-    pub high_speed: BigRational,
-    /// alpha, s/rad.
-    pub decay: BigRational,
+    /// mu(x).
+    pub law: ExactLaw,
     /// omega_0, rad/s.
     pub speed: BigRational,
     /// In the order given.
@@ -71,6 +67,66 @@ pub struct ExactKick {
     pub time: Option<BigRational>,
     /// delta, rad/s.
     pub relative_velocity: BigRational,
+}
+
+/// A friction law, as [`FrictionLaw`]: its name, and its parameters by their keys in a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactLaw {
+    /// The word of `friction.law`.
+    pub name: &'static str,
+    /// Key and value of each parameter that is a number, SI.
+    pub numbers: Vec<(&'static str, BigRational)>,
+    /// Of each that is a list of numbers.
+    pub lists: Vec<(&'static str, Vec<BigRational>)>,
+    /// Of each that is one of several words.
+    pub words: Vec<(&'static str, &'static str)>,
+}
+
+impl ExactLaw {
+    /// The value of a parameter; zero of one that the law does not have.
+    pub fn number(&self, key: &str) -> BigRational {
+        let found = self.numbers.iter().find(|number| number.0 == key);
+        found.map_or_else(BigRational::default, |number| number.1.clone())
+    }
+
+    /// The values of a list; empty for one that the law does not have.
+    pub fn list(&self, key: &str) -> &[BigRational] {
+        let found = self.lists.iter().find(|list| list.0 == key);
+        found.map_or(&[], |list| &list.1)
+    }
+
+    /// The word of a parameter; empty for one that the law does not have.
+    pub fn word(&self, key: &str) -> &'static str {
+        let found = self.words.iter().find(|word| word.0 == key);
+        found.map_or("", |word| word.1)
+    }
+
+    /// The number of a parameter to be changed, where the law has it.
+    pub fn number_mut(&mut self, key: &str) -> Option<&mut BigRational> {
+        let found = self.numbers.iter_mut().find(|number| number.0 == key);
+        found.map(|number| &mut number.1)
+    }
+
+    /// The same of an element of a list.
+    pub fn element_mut(&mut self, key: &str, index: usize) -> Option<&mut BigRational> {
+        let found = self.lists.iter_mut().find(|list| list.0 == key);
+        found.and_then(|list| list.1.get_mut(index))
+    }
+
+    /// With the nearest doubles.
+    pub fn rounded(&self) -> FrictionLaw {
+        let mut law = FrictionLaw::unset(self.name).expect("an exact law is one of those that there are");
+        for (key, value) in &self.numbers {
+            law.set_number(key, nearest_double(value));
+        }
+        for (key, word) in &self.words {
+            law.set_word(key, word);
+        }
+        for (key, values) in &self.lists {
+            law.set_list(key, values.iter().map(nearest_double).collect());
+        }
+        law
+    }
 }
 
 impl ExactParameters {
@@ -107,12 +163,7 @@ impl ExactParameters {
             },
             friction: Friction {
                 breakaway: round(&self.breakaway),
-                law: Exponential {
-                    low_speed: round(&self.low_speed),
-                    high_speed: round(&self.high_speed),
-                    decay: round(&self.decay),
-                }
-                .into(),
+                law: self.law.rounded(),
             },
             initial: Initial {
                 speed: round(&self.speed),

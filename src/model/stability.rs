@@ -137,7 +137,7 @@ impl QuietStretch {
             axial.highest_pressing_force_after(t).max(0.0),
         );
         let weight = model.slope_weight(most);
-        let coefficient = law.coefficient_bounds(0.0, f64::INFINITY);
+        let coefficient = law.bounds_below(relative_velocity.abs());
         // -2 r F_n mu', the most that falling friction takes from the margin
         let negative_damping = -weight * law.slope_bounds(0.0, f64::INFINITY).least;
         // Below this speed the margin may be less than c_t (1 - part).

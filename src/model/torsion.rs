@@ -319,9 +319,13 @@ impl TorsionModel {
 
     /// The highest |omega_r| (rad/s) at which the stability margin is zero, if it is anywhere.
     pub fn critical_speed(&self, normal_force: f64) -> Option<f64> {
+        self.critical_speeds(normal_force).first().copied()
+    }
+
+    /// Every |omega_r| (rad/s) at which the stability margin changes its sign, the highest first.
+    pub fn critical_speeds(&self, normal_force: f64) -> Vec<f64> {
         let weight = self.slope_weight(normal_force);
-        let zeros = self.friction.law.damping_zeros(self.torsion.damping, weight);
-        zeros.first().copied()
+        self.friction.law.damping_zeros(self.torsion.damping, weight)
     }
 
     /// Natural angular frequency of the relative mode, sqrt(k_t/J), rad/s.

@@ -7,6 +7,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | `float` | floating-point numbers of some machine words, in which everything is computed |
+//! | `friction` | the friction laws as recurrences |
 //! | `number` | what comes out, exact to and from rationals and decimals |
 //! | `parameters` | the parameters without rounding |
 //! | `series` | the equations as recurrences of Taylor coefficients |
@@ -18,6 +19,7 @@
 
 mod automaton;
 mod float;
+mod friction;
 mod number;
 mod pieces;
 mod report;
@@ -135,6 +137,12 @@ pub enum OracleError {
     /// No step, however short, is accurate.
     #[error("the oracle's steps vanish at t = {0:.12} s: the state grows without bounds there")]
     StepVanishes(f64),
+    /// A sliding speed beyond those that the friction law is given for.
+    #[error(
+        "at t = {0:.12} s the sliding speed has come to friction.valid_below, beyond which the friction law is not given; \
+         raise it if the law holds there, or take one that is given at every speed"
+    )]
+    BeyondLaw(f64),
     /// The control asked for an end.
     #[error("the oracle was interrupted at t = {0:.6} s")]
     Interrupted(f64),

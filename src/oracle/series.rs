@@ -4,6 +4,7 @@
 //! convolution, and E = exp(g) the convolution k E_k = sum of j g_j E_(k-j) over j = 1..k.
 
 use super::float::Float;
+use super::friction::{self, Friction, Shapes};
 use crate::model::ExactParameters;
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -37,8 +38,8 @@ pub(super) type State<const N: usize> = [Float<N>; COUNT];
 /// Which equations hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Law {
-    /// Equations (3) with the sense s of omega_r.
-    Slip(i8),
+    /// Equations (3) with the sense s of omega_r, on a piece of the friction law.
+    Slip(i8, usize),
     /// Equation (4).
     Stick,
     /// Free surfaces.
@@ -59,12 +60,8 @@ pub(super) struct Model<const N: usize> {
     torsion: [Float<N>; 2],
     per_rotor_inertia: Float<N>,
     per_surface_inertia: Float<N>,
-    /// r mu_d and r (mu_s - mu_d).
-    friction: [Float<N>; 2],
-    /// -alpha.
-    minus_decay: Float<N>,
-    /// 2 r alpha (mu_s - mu_d).
-    negative_damping: Float<N>,
+    /// The pieces of the friction law.
+    friction: Vec<Friction<N>>,
     /// r mu_0.
     breakaway: Float<N>,
     /// 1/k, and k.
@@ -78,7 +75,6 @@ impl<const N: usize> Model<N> {
         let number = Float::from_rational;
         let orders = 0..=largest_order(Float::<N>::BITS) + 1;
         let integer = |k: usize| BigRational::from_integer(BigInt::from(k));
-        let falling = &exact.radius * (&exact.low_speed - &exact.high_speed);
         Model {
             axial: [
                 number(&exact.axial_damping),
@@ -88,9 +84,7 @@ impl<const N: usize> Model<N> {
             torsion: [number(&exact.torsional_damping), number(&exact.torsional_stiffness)],
             per_rotor_inertia: number(&exact.rotor_inertia.recip()),
             per_surface_inertia: number(&exact.surface_inertia.recip()),
-            friction: [number(&(&exact.radius * &exact.high_speed)), number(&falling)],
-            minus_decay: number(&-&exact.decay),
-            negative_damping: number(&(integer(2) * &exact.decay * falling)),
+            friction: friction::pieces(exact),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
             reciprocals: orders.clone().map(|k| number(&integer(k.max(1)).recip())).collect(),
             integers: orders.map(|k| number(&integer(k))).collect(),
@@ -140,12 +134,9 @@ pub(super) struct Expansion<const N: usize> {
     normal: Vec<Float<N>>,
     rotor_torque: Vec<Float<N>>,
     stator_torque: Vec<Float<N>>,
-    /// s omega_r, in slip.
-    speed: Vec<Float<N>>,
-    /// j g_j of the exponent g = -alpha s omega_r.
-    slope: Vec<Float<N>>,
-    /// E = exp(g), and E F_n.
-    exponential: Vec<Float<N>>,
+    /// s omega_r and the friction law's shape, in slip.
+    shapes: Shapes<N>,
+    /// That shape times F_n; empty where it is nothing.
     pressed: Vec<Float<N>>,
 }
 
@@ -159,9 +150,7 @@ impl<const N: usize> Expansion<N> {
             normal: Vec::new(),
             rotor_torque: Vec::new(),
             stator_torque: Vec::new(),
-            speed: Vec::new(),
-            slope: Vec::new(),
-            exponential: Vec::new(),
+            shapes: Shapes::default(),
             pressed: Vec::new(),
         }
     }
@@ -182,8 +171,8 @@ impl<const N: usize> Expansion<N> {
             let rotor_acceleration = -&(&rotor * &model.per_rotor_inertia);
             // phi_2'' and phi_1''.
             let (rotor_side, stator_side) = match self.law {
-                Law::Slip(sense) => {
-                    let interface = self.interface_torque(model, k, sense);
+                Law::Slip(sense, piece) => {
+                    let interface = self.interface_torque(model, k, (sense, piece));
                     (
                         &(&rotor - &interface) * &model.per_surface_inertia,
                         &(&interface - &stator) * &model.per_surface_inertia,
@@ -218,23 +207,19 @@ impl<const N: usize> Expansion<N> {
     }
 
     /// Coefficient k of s mu(s omega_r) r F_n, of which all lower ones are there.
-    fn interface_torque(&mut self, model: &Model<N>, k: usize, sense: i8) -> Float<N> {
+    fn interface_torque(&mut self, model: &Model<N>, k: usize, (sense, piece): (i8, usize)) -> Float<N> {
         let rates = [ROTOR_SPEED, ROTOR_TWIST_RATE, STATOR_TWIST_RATE].map(|c| &self.state[c][k]);
         let relative = &(rates[0] - rates[1]) - rates[2];
         let speed = if sense < 0 { -&relative } else { relative };
-        let exponent = &speed * &model.minus_decay;
-        self.slope.push(&exponent * &model.integers[k]);
-        self.speed.push(speed);
-        let exponential = if k == 0 {
-            exponent.exp(&model.ln_2, &model.reciprocals)
-        } else {
-            &Float::convolution(&self.slope[1..], &self.exponential[..k]) * &model.reciprocals[k]
-        };
-        self.exponential.push(exponential);
-        let pressed = Float::convolution(&self.exponential, &self.normal);
-        let [constant, falling] = &model.friction;
-        let torque = &(constant * &self.normal[k]) + &(falling * &pressed);
-        self.pressed.push(pressed);
+        let friction = &model.friction[piece];
+        let tables = (&model.reciprocals[..], &model.integers[..], &model.ln_2);
+        self.shapes.extend(friction, speed, tables);
+        let mut torque = &friction.constant * &self.normal[k];
+        if !self.shapes.shape.is_empty() {
+            let pressed = Float::convolution(&self.shapes.shape, &self.normal);
+            torque += &(&friction.falling * &pressed);
+            self.pressed.push(pressed);
+        }
         if sense < 0 { -&torque } else { torque }
     }
 
@@ -243,14 +228,14 @@ impl<const N: usize> Expansion<N> {
         &self.state[component]
     }
 
-    /// exp(-alpha s omega_r); empty outside slip.
-    pub fn exponential(&self) -> &[Float<N>] {
-        &self.exponential
+    /// What of the friction law a step has to follow ([`Shapes::followed`]); empty outside slip.
+    pub fn law(&self) -> &[Float<N>] {
+        self.shapes.followed()
     }
 
     /// s omega_r, rad/s; empty outside slip.
     pub fn speed(&self) -> &[Float<N>] {
-        &self.speed
+        &self.shapes.speed
     }
 
     /// -c_a z' - k_e z, N.
@@ -258,9 +243,20 @@ impl<const N: usize> Expansion<N> {
         &self.normal
     }
 
-    /// The margin of steady sliding, c_t - 2 r F_n alpha (mu_s - mu_d) exp(-alpha s omega_r), N m s/rad.
+    /// The margin of steady sliding, c_t + 2 r F_n mu'(s omega_r), N m s/rad.
     pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
-        let mut margin: Vec<Float<N>> = self.pressed.iter().map(|w| -&(&model.negative_damping * w)).collect();
+        let Law::Slip(_, piece) = self.law else {
+            return Vec::new();
+        };
+        let friction = &model.friction[piece];
+        let taken = |w: &Float<N>| -&(&friction.negative_damping * w);
+        let mut margin: Vec<Float<N>> = match self.shapes.slope(friction) {
+            None => self.pressed.iter().map(taken).collect(),
+            Some(slope) => {
+                let pressed = |k: usize| Float::convolution(&slope[..=k], &self.normal[..=k]);
+                (0..slope.len()).map(|k| taken(&pressed(k))).collect()
+            }
+        };
         if let Some(first) = margin.first_mut() {
             *first += &model.torsion[0];
         }

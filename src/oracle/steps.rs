@@ -1,6 +1,7 @@
 //! Order and length of a step from the precision.
 
 use super::float::Float;
+use super::friction;
 use super::pieces::pieces;
 use super::series::{Expansion, Model, State, component::*, largest_order};
 use crate::model::{ExactParameters, nearest_double};
@@ -47,8 +48,7 @@ impl Scales {
             .map(|piece| nearest_double(&piece.force).abs())
             .fold(0.0, f64::max);
         let force = if force > 0.0 { force } else { 1.0 };
-        let [low, high] = [&exact.low_speed, &exact.high_speed].map(nearest_double);
-        let twist = low.max(high).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
+        let twist = friction::size(&exact.law).max(1e-3) * p.contact.radius * force / p.torsion.stiffness;
         let speed = twist * (p.torsion.stiffness / p.torsion.surface_inertia).sqrt();
         let depth = force / p.axial.stiffness;
         let velocity = depth * (p.axial.stiffness / p.axial.mass).sqrt();
@@ -59,7 +59,7 @@ impl Scales {
 
 /// The longest step with that expansion, log2 of s: where its last two terms reach the tolerance.
 ///
-/// So do those of the friction law's exponential, relative to itself, however small it is: the terms of exp(x) grow up to
+/// So do those of the friction law's shape, such as the exponential, relative to itself, however small it is: the terms of exp(x) grow up to
 /// index x, and a step over which alpha omega_r changes by more than the order would pass over what they come to beyond it.
 fn log_step<const N: usize>(expansion: &Expansion<N>, scales: &Scales) -> f64 {
     let of_series = |coefficients: &[Float<N>], least: f64| {
@@ -70,9 +70,9 @@ fn log_step<const N: usize>(expansion: &Expansion<N>, scales: &Scales) -> f64 {
         steps[0].min(steps[1])
     };
     let states = DECIDING.map(|c| of_series(expansion.component(c), scales.least[c]));
-    let law = match expansion.exponential() {
+    let law = match expansion.law() {
         [] => f64::INFINITY,
-        exponential => of_series(exponential, f64::NEG_INFINITY),
+        shape => of_series(shape, f64::NEG_INFINITY),
     };
     states.into_iter().fold(law, f64::min)
 }

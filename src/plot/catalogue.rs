@@ -222,7 +222,7 @@ fn close_up(
 fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     let mut curves = Vec::new();
     let several = subject.runs.len() > 1;
-    let scale = 6.0 / subject.run.parameters.friction.law.steepness_rate(0.0);
+    let scale = subject.run.parameters.friction.law.extent();
     let end = if scale.is_finite() { scale } else { 1.0 };
     for (k, run) in subject.runs.iter().enumerate() {
         let friction = &run.parameters.friction;
@@ -241,12 +241,14 @@ fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> 
         let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
         curves.push(rest.styled(CurveStyle::Points));
         let force = AxialMotion::new(&subject.run.parameters.axial, &subject.run.parameters.actuation).largest_force();
-        if let Some(x) = TorsionModel::new(&subject.run.parameters).critical_speed(force) {
-            let point = Curve::line("critical speed", BLACK, vec![(x, friction.law.coefficient(x))]);
+        let critical = TorsionModel::new(&subject.run.parameters).critical_speeds(force);
+        if !critical.is_empty() {
+            let points = critical.iter().map(|&x| (x, friction.law.coefficient(x)));
+            let point = Curve::line("critical speed", BLACK, points.collect());
             curves.push(point.styled(CurveStyle::OpenPoints));
         }
     }
-    let sliding = friction.law.coefficient_bounds(0.0, f64::INFINITY);
+    let sliding = friction.law.bounds_below(end);
     let largest = friction.breakaway.max(sliding.most);
     let y = Axis::new("friction coefficient", "1")
         .with_symbol("μ")

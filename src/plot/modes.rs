@@ -18,7 +18,11 @@ pub fn figure(title: &str, modes: &Modes) -> Figure {
     let zero = || Curve::line("", GREY, vec![(0.0, 0.0), (end, 0.0)]).styled(CurveStyle::Dashed);
     let mut damping = vec![zero(), Curve::line("effective damping", BLUE, curve(|p| p.damping))];
     let mut growth = vec![zero(), Curve::line("growth rate", VERMILLION, curve(|p| p.growth_rate))];
-    if let Some(critical) = modes.critical_speed {
+    let all = match modes.critical_speeds.as_slice() {
+        [] => modes.critical_speed.as_slice(),
+        several => several,
+    };
+    for &critical in all {
         let label = format!("critical speed, {critical:.4} rad/s");
         for curves in [&mut damping, &mut growth] {
             let point = Curve::line(&label, BLACK, vec![(critical, 0.0)]);

@@ -1,5 +1,6 @@
 //! The brake as a hybrid system: its locations, guards and smooth equations.
 
+use crate::friction::Law;
 use crate::hybrid::{ClosedEnd, ClosedForm, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{self, Breakaway};
@@ -26,12 +27,16 @@ pub struct Location {
     /// Whether steps have to resolve the fast torsional mode, because it is excited or unstable.
     pub resolved: bool,
     pub watch: Watch,
+    /// In slip, between which knots of the friction law the speed is: above so many of them.
+    pub piece: usize,
 }
 
 /// The brake's equations, shared by all solvers of a run.
 #[derive(Debug)]
 pub struct Brake {
     pub torsion: TorsionModel,
+    /// The same with the friction law of each piece between its knots, smooth beyond them; empty for a law without any.
+    pieces: Vec<TorsionModel>,
     pub axial: AxialMotion,
     pub closed_form: closed_form::ClosedForm,
     /// Where there is one, sticks that are not [`Location::resolved`] move by their slower mode alone.
@@ -49,6 +54,14 @@ const DESTABILISED: Guard = Guard {
 const RESTABILISED: Guard = Guard {
     name: "steady sliding regains stability",
     direction: Direction::Rising,
+};
+const BELOW_PIECE: Guard = Guard {
+    name: "relative velocity falls to a knot of the friction law",
+    direction: Direction::Falling,
+};
+const ABOVE_PIECE: Guard = Guard {
+    name: "relative velocity rises to a knot of the friction law",
+    direction: Direction::Falling,
 };
 const BREAKAWAY_FORWARD: Guard = Guard {
     name: "tested torque reaches +mu_0 r F_n",
@@ -75,7 +88,19 @@ pub const GUARD_FORWARD: usize = 0;
 impl Brake {
     pub fn new(parameters: &Parameters) -> Self {
         let torsion = TorsionModel::new(parameters);
+        let law = &torsion.friction.law;
+        let count = if law.knots().is_empty() {
+            0
+        } else {
+            law.knots().len() + 1
+        };
+        let with = |piece: usize| {
+            let mut model = torsion.clone();
+            model.friction.law = law.continued(piece);
+            model
+        };
         Brake {
+            pieces: (0..count).map(with).collect(),
             closed_form: closed_form::ClosedForm::new(&torsion),
             torsion,
             axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
@@ -95,10 +120,57 @@ impl Brake {
         torque / self.torsion.torsion.stiffness * self.torsion.natural_angular_frequency()
     }
 
+    /// The torsional equations of a location, smooth beyond its piece of the friction law.
+    #[inline]
+    pub fn torsion_in(&self, location: &Location) -> &TorsionModel {
+        self.pieces.get(location.piece).unwrap_or(&self.torsion)
+    }
+
     /// The margin of steady sliding at `t`, N m s/rad.
-    pub fn stability_margin(&self, sense: f64, t: f64, y: &[f64]) -> f64 {
-        self.torsion
-            .stability_margin(sense, self.torsion.relative_velocity(y), self.contact_force(t))
+    pub fn stability_margin(&self, location: &Location, t: f64, y: &[f64]) -> f64 {
+        let (torsion, sense) = (self.torsion_in(location), f64::from(location.mode.sense()));
+        torsion.stability_margin(sense, torsion.relative_velocity(y), self.contact_force(t))
+    }
+
+    /// The piece of the friction law that a state slides on. At a knot it is the one below, to which sliding slows down.
+    pub fn piece_of(&self, y: &[f64]) -> usize {
+        if self.pieces.is_empty() {
+            return 0;
+        }
+        let speed = self.torsion.relative_velocity(y).abs();
+        self.torsion.friction.law.knots().partition_point(|knot| *knot < speed)
+    }
+
+    /// Whether the friction law is smooth wherever it is given.
+    pub fn is_smooth(&self) -> bool {
+        let law = &self.torsion.friction.law;
+        law.knots().iter().all(|knot| *knot >= law.ends_at())
+    }
+
+    /// The index of the guard at the lower end of a location's piece, in slip, which that at the upper end follows; `None` for
+    /// a law without knots.
+    pub fn guard_below(&self, location: &Location) -> Option<usize> {
+        let others = if location.watch == Watch::Off { 1 } else { 2 };
+        (!self.pieces.is_empty()).then_some(others)
+    }
+
+    /// (sign, knot): the guard at an end of a location's piece is sign times (|omega_r| - knot), zero at the knot and positive
+    /// inside; `None` where the piece has no such end.
+    pub fn end_of_piece(&self, location: &Location, above: bool) -> Option<(f64, f64)> {
+        let knots = self.torsion.friction.law.knots();
+        if above {
+            knots.get(location.piece).map(|knot| (-1.0, *knot))
+        } else {
+            let knot = knots.get(location.piece.checked_sub(1)?)?;
+            Some((1.0, *knot))
+        }
+    }
+
+    /// What [`Self::end_of_piece`] describes, at a state; 1 where there is no such end.
+    pub fn inside_piece(&self, location: &Location, above: bool, y: &[f64]) -> f64 {
+        let speed = f64::from(location.mode.sense()) * self.torsion.relative_velocity(y);
+        self.end_of_piece(location, above)
+            .map_or(1.0, |(sign, knot)| sign * (speed - knot))
     }
 }
 
@@ -119,17 +191,24 @@ impl Dynamics for Brake {
     fn rhs(&self, location: &Location, t: f64, y: &[f64], dydt: &mut [f64]) {
         match &self.slow_stick {
             Some(slow) if location.mode == Mode::Stick && !location.resolved => slow.rhs(y, dydt),
-            _ => self.torsion.rates(location.mode, || self.contact_force(t), y, dydt),
+            _ => self
+                .torsion_in(location)
+                .rates(location.mode, || self.contact_force(t), y, dydt),
         }
     }
 
     fn jacobian(&self, location: &Location, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
         let force = || self.contact_force(t);
-        self.torsion.jacobian(location.mode, force, y, &mut jacobian);
+        self.torsion_in(location)
+            .jacobian(location.mode, force, y, &mut jacobian);
     }
 
     fn guards(&self, location: &Location) -> &'static [Guard] {
+        let in_piece = !self.pieces.is_empty() && location.mode.sense() != 0;
         match (location.mode, location.watch) {
+            (_, Watch::Stable) if in_piece => const { &[STOPPING, DESTABILISED, BELOW_PIECE, ABOVE_PIECE] },
+            (_, Watch::Unstable) if in_piece => const { &[STOPPING, RESTABILISED, BELOW_PIECE, ABOVE_PIECE] },
+            (_, Watch::Off) if in_piece => const { &[STOPPING, BELOW_PIECE, ABOVE_PIECE] },
             (Mode::Separated, _) => &[],
             (Mode::Stick, _) => const { &[BREAKAWAY_FORWARD, BREAKAWAY_BACKWARD] },
             (_, Watch::Stable) => const { &[STOPPING, DESTABILISED] },
@@ -151,7 +230,11 @@ impl Dynamics for Brake {
                 let sense = f64::from(location.mode.sense());
                 values[GUARD_STOPPING] = sense * self.torsion.relative_velocity(y);
                 if location.watch != Watch::Off {
-                    values[GUARD_STABILITY] = self.stability_margin(sense, t, y);
+                    values[GUARD_STABILITY] = self.stability_margin(location, t, y);
+                }
+                if let Some(below) = self.guard_below(location) {
+                    values[below] = self.inside_piece(location, false, y);
+                    values[below + 1] = self.inside_piece(location, true, y);
                 }
             }
         }
@@ -165,7 +248,7 @@ impl Dynamics for Brake {
             return false;
         }
         let sense = f64::from(location.mode.sense());
-        let torsion = &self.torsion;
+        let torsion = self.torsion_in(location);
         let speed = self.oscillation_speed(t);
         if torsion.relative_velocity(y).abs() > 1e-9 * speed {
             return false;

@@ -44,6 +44,7 @@ pub fn chosen_solvers(parameters: &Parameters, solver: &SolverOptions) -> (Chose
         mode: Mode::SlipForward,
         resolved,
         watch: Watch::Stable,
+        piece: 0,
     };
     (plan.solver(&sliding(false)), plan.solver(&sliding(true)))
 }

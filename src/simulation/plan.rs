@@ -80,7 +80,7 @@ impl Plan {
     pub fn new(parameters: &Parameters, largest_force: f64, options: &SolverOptions) -> Self {
         let model = TorsionModel::new(parameters);
         // What the friction torque twists a disk by, and the velocity of an oscillation of that amplitude.
-        let friction = parameters.friction.law.coefficient_bounds(0.0, f64::INFINITY).most;
+        let friction = parameters.friction.law.typical_coefficient();
         let twist = friction * parameters.contact.radius * largest_force / parameters.torsion.stiffness;
         let twist = if twist > 0.0 { twist } else { 1e-6 };
         let speed = twist * model.natural_angular_frequency();
@@ -138,7 +138,7 @@ impl Plan {
         const ORDER: i32 = 5;
         let law = &model.friction.law;
         let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
-        let largest = law.coefficient_bounds(0.0, f64::INFINITY).most;
+        let largest = law.typical_coefficient();
         let slowing = largest * model.contact.radius * largest_force / inertia;
         let stride = slowing * STRIDE * self.period / TAU;
         let tolerated = 0.5 * largest * self.cvode_sliding();

@@ -15,6 +15,7 @@ use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::AbsoluteReadings;
 use super::report::{Progress, RunFailure, RunReport};
+use super::rules::beyond_law;
 use super::runge_kutta::EmbeddedPair;
 use crate::hybrid::{Observer, ObserverError, RunError};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, Contact, DIMENSION, UNKNOWNS};
@@ -174,6 +175,7 @@ impl Run<'_> {
             proposed = next;
             self.samples(before, step)?;
             self.check_finite()?;
+            self.check_law()?;
             self.end_of_step()?;
             steps += 1;
             let location = self.location();
@@ -385,6 +387,7 @@ impl Run<'_> {
             },
             resolved: true,
             watch: self.watch,
+            piece: 0,
         }
     }
 
@@ -397,6 +400,19 @@ impl Run<'_> {
                 component,
                 value,
             }),
+        }
+    }
+
+    /// Whether the friction law is given at the speed that the step has come to.
+    fn check_law(&self) -> Result<(), RunError> {
+        let (location, speed) = (self.location(), self.model.relative_velocity(&self.state).abs());
+        match beyond_law(&self.model.torsion, speed) {
+            Some(what) if location.mode.sense() != 0 => Err(RunError::Outside {
+                time: self.time,
+                location: describe(&location),
+                what,
+            }),
+            _ => Ok(()),
         }
     }
 

@@ -95,6 +95,9 @@ fn remedy(error: &RunError) -> &'static str {
         RunError::TooManySteps { .. } => {
             ". Raise solver.max_steps if so many are expected, or try another solver.method"
         }
+        RunError::Outside { .. } => {
+            ". Raise friction.valid_below if the law holds there, or take one that is given at every speed"
+        }
         RunError::OutOfTime { .. } => ". Raise --max-wall-time (solver.max_wall_time), or try another solver.method",
         RunError::Standstill { .. } => ". Check the numbers of the case and their units, or try another solver.method",
         RunError::NoProgress { .. } => {

@@ -3,12 +3,13 @@
 use super::brake::{Brake, GUARD_FORWARD, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use super::plan::Plan;
 use super::semi_analytic::SemiAnalyticEngine;
+use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
 use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::slow_stick::SlowStick;
 use crate::model::stability::{Forecast, QuietStretch};
-use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
 use crate::model::{Mode, Parameters};
 use crate::record::EventKind;
 use std::sync::Arc;
@@ -120,6 +121,7 @@ impl BrakeRules {
             mode,
             resolved: false,
             watch: if mode == Mode::Stick { Watch::Off } else { Watch::Stable },
+            piece: self.brake.piece_of(y),
         }
     }
 
@@ -173,8 +175,7 @@ impl BrakeRules {
             Mode::SlipForward | Mode::SlipBackward => {
                 let brake = &self.brake;
                 let w = brake.torsion.relative_velocity(y);
-                let sense = f64::from(location.mode.sense());
-                if brake.stability_margin(sense, t, y) < 0.0 {
+                if brake.stability_margin(location, t, y) < 0.0 {
                     (true, ask_again)
                 } else {
                     let (mut silent, mut bent) = (t, f64::NEG_INFINITY);
@@ -229,8 +230,13 @@ impl BrakeRules {
 
     /// From when on what excites the fast mode at `t` will be gone; infinite if nothing says so.
     fn time_of_calm(&mut self, mode: Mode, t: f64, y: &[f64]) -> f64 {
-        let sense = f64::from(mode.sense());
-        if sense == 0.0 || self.brake.stability_margin(sense, t, y) < 0.0 {
+        let location = Location {
+            mode,
+            resolved: true,
+            watch: Watch::Off,
+            piece: self.brake.piece_of(y),
+        };
+        if mode.sense() == 0 || self.brake.stability_margin(&location, t, y) < 0.0 {
             return f64::INFINITY;
         }
         let w = self.brake.torsion.relative_velocity(y);
@@ -242,6 +248,10 @@ impl BrakeRules {
     /// disturbance of now then dies by more e-folds than instability can bring back, and an L-stable method that
     /// strides over the fast mode stays where the exact solution is.
     fn foresee_smooth_sliding(&mut self, t: f64, y: &[f64]) -> bool {
+        // At a knot of the friction law the slow manifold has a step, which excites the fast mode a little.
+        if !self.brake.is_smooth() {
+            return false;
+        }
         let Brake { torsion, axial, .. } = &*self.brake;
         let quiet = QuietStretch::new(torsion, axial, t, torsion.relative_velocity(y));
         if quiet.time_scale_ratio > LARGEST_TIME_SCALE_RATIO {
@@ -313,6 +323,7 @@ impl BrakeRules {
             mode,
             resolved: true,
             watch,
+            piece: if mode.sense() == 0 { 0 } else { self.brake.piece_of(y) },
         };
         location.resolved = self.look_ahead(&location, t, y, true);
         location
@@ -380,7 +391,7 @@ impl BrakeRules {
         if mode == location.mode {
             return Transition {
                 kind: None,
-                location: *location,
+                location: Location { piece: 0, ..*location },
                 state: joined.to_vec(),
             };
         }
@@ -396,6 +407,14 @@ impl BrakeRules {
             state: joined.to_vec(),
         }
     }
+}
+
+/// Why there is no friction coefficient at this sliding speed (rad/s); `None` where there is one.
+pub(super) fn beyond_law(torsion: &TorsionModel, speed: f64) -> Option<String> {
+    let end = torsion.friction.law.ends_at();
+    (speed >= end && end.is_finite()).then(|| {
+        format!("the sliding speed has come to {speed:.6} rad/s, and the friction law is valid below {end:?} rad/s")
+    })
 }
 
 fn slip(w: f64) -> Mode {
@@ -518,7 +537,31 @@ impl Rules<Brake> for BrakeRules {
         let mut transitions = Vec::new();
         let mut location = *location;
         let mut state = y.to_vec();
-        if location.watch != Watch::Off && fired.contains(GUARD_STABILITY) {
+        let mut stability_changes = location.watch != Watch::Off && fired.contains(GUARD_STABILITY);
+        let passes = |below: usize| fired.contains(below) || fired.contains(below + 1);
+        if let Some(below) = self.brake.guard_below(&location).filter(|&below| passes(below)) {
+            if fired.contains(below) {
+                location.piece -= 1;
+            } else {
+                location.piece += 1;
+            }
+            // The slope of the friction jumps there, and the margin with it.
+            let margin = self.brake.stability_margin(&location, t, y);
+            stability_changes = match location.watch {
+                Watch::Stable => margin < 0.0,
+                Watch::Unstable => margin > 0.0,
+                Watch::Off => false,
+            };
+            self.disturb(location.mode, t, y);
+            let excited = location.resolved || self.plan.resolves_all_ringing();
+            location.resolved = self.look_ahead(&location, t, y, excited);
+            transitions.push(Transition {
+                kind: None,
+                location,
+                state: state.clone(),
+            });
+        }
+        if stability_changes {
             let (kind, watch) = match location.watch {
                 Watch::Stable => (EventKind::Destabilised, Watch::Unstable),
                 _ => (EventKind::Restabilised, Watch::Stable),
@@ -545,6 +588,18 @@ impl Rules<Brake> for BrakeRules {
             transitions.push(self.stop(&location, t, &state));
         }
         transitions
+    }
+
+    fn outside(&self, location: &Location, y: &[f64]) -> Option<String> {
+        if location.mode.sense() == 0 || self.brake.torsion.friction.law.knots().len() > location.piece {
+            return None;
+        }
+        // Above the last knot; a state that has just come to it is there by rounding.
+        let speed = self.brake.torsion.relative_velocity(y).abs();
+        beyond_law(
+            &self.brake.torsion,
+            speed.max(self.brake.torsion.friction.law.ends_at()),
+        )
     }
 
     fn solver(&self, location: &Location) -> ChosenSolver {

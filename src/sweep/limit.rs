@@ -1,10 +1,12 @@
-//! The linear limit: where steady sliding loses its stability only in the limit of standstill.
+//! The linear limit: where steady sliding loses its stability at a single speed, which is standstill with a law that is
+//! steepest there.
 
 use super::axis::Range;
 use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
 use crate::case::{Case, Setting};
+use crate::friction::Law;
 use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 
@@ -43,9 +45,17 @@ pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2
     points
 }
 
-/// c_t + 2 r F mu'(0), N m s/rad, F the largest force.
+/// c_t + 2 r F mu', N m s/rad, F the largest force, at the speed where that is least: at standstill, unless the friction law
+/// falls fastest at another speed.
 fn standstill_margin(case: &Case) -> f64 {
     let parameters = &case.parameters;
     let force = AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
-    TorsionModel::new(parameters).stability_margin(1.0, 0.0, force)
+    let torsion = TorsionModel::new(parameters);
+    let steepest = torsion.friction.law.slope_bounds(0.0, f64::INFINITY).least;
+    let at_rest = torsion.stability_margin(1.0, 0.0, force);
+    if steepest < 0.0 {
+        at_rest.min(torsion.torsion.damping + torsion.slope_weight(force) * steepest)
+    } else {
+        at_rest
+    }
 }

@@ -31,7 +31,7 @@ impl Physics {
     pub fn new(parameters: &Parameters) -> Physics {
         let torsion = TorsionModel::new(parameters);
         let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
-        let friction = parameters.friction.law.coefficient_bounds(0.0, f64::INFINITY).most;
+        let friction = parameters.friction.law.typical_coefficient();
         Physics {
             twist: friction * parameters.contact.radius * axial.largest_force() / parameters.torsion.stiffness,
             natural_period: torsion.natural_period(),

@@ -20,6 +20,8 @@ pub(super) enum Guard {
     Separation,
     Contact,
     Breakaway(i8),
+    /// An end of the piece of the friction law, the upper one with +1.
+    Knot(i8),
 }
 
 impl<const N: usize> Run<N> {
@@ -46,6 +48,16 @@ impl<const N: usize> Run<N> {
             Mode::SlipForward | Mode::SlipBackward => {
                 guards.push((Guard::Separation, expansion.normal().to_vec()));
                 guards.push((Guard::Stop, expansion.speed().to_vec()));
+                if let Some(knot) = self.knots.get(self.piece) {
+                    let mut below = negated(expansion.speed());
+                    below[0] += knot;
+                    guards.push((Guard::Knot(1), below));
+                }
+                if let Some(knot) = self.piece.checked_sub(1).and_then(|last| self.knots.get(last)) {
+                    let mut above = expansion.speed().to_vec();
+                    above[0] -= knot;
+                    guards.push((Guard::Knot(-1), above));
+                }
                 match self.watch {
                     Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
                     Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
@@ -84,9 +96,10 @@ impl<const N: usize> Run<N> {
     /// has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
     fn beyond(&self, guard: Guard, known: usize) -> Result<Float<N>, OracleError> {
         let what = match guard {
-            Guard::Contact | Guard::Stability if known == 0 => return Ok(Float::zero()),
+            Guard::Contact | Guard::Stability | Guard::Knot(_) if known == 0 => return Ok(Float::zero()),
             Guard::Contact | Guard::Separation => "the contact force turns at zero",
             Guard::Stability => "the stability of sliding turns at its limit",
+            Guard::Knot(_) => "the sliding speed turns at a knot of the friction law",
             Guard::Stop => "a slip starts against its own sense",
             Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
         };

@@ -3,6 +3,7 @@
 mod guards;
 
 use super::float::Float;
+use super::friction::{self, at_vanishing_speed};
 use super::number::Number;
 use super::pieces::{Piece, pieces};
 use super::report::{OracleEvent, OracleReport, OracleState};
@@ -89,6 +90,10 @@ struct Run<const N: usize> {
     state: State<N>,
     mode: Mode,
     watch: Watch,
+    /// The knots of the friction law, between which of them the slip is (above so many), and whether the last ends the law.
+    knots: Vec<Float<N>>,
+    piece: usize,
+    ends: bool,
     /// Guards that are zero at the present time by what has just happened, with the number of their coefficients that are.
     zeros: Vec<(Guard, usize)>,
     /// Of a take-off from stick: 2 where breakaway and low-speed friction are equal, since omega_r' starts at 0 too.
@@ -132,7 +137,11 @@ impl<const N: usize> Run<N> {
         kicks.sort_by(|a, b| a.0.cmp(&b.0));
         let mut state: State<N> = [Float::zero(); COUNT];
         state[ROTOR_SPEED] = number(&exact.speed);
+        let (knots, ends) = friction::knots(&exact.law);
         let mut run = Run {
+            knots: knots.iter().map(number).collect(),
+            piece: 0,
+            ends,
             model: Model::new(exact),
             scales: Scales::new(exact),
             time: Float::zero(),
@@ -141,7 +150,11 @@ impl<const N: usize> Run<N> {
             mode: Mode::Separated,
             watch: Watch::Stable,
             zeros: Vec::new(),
-            take_off_zeros: if exact.breakaway == exact.low_speed { 2 } else { 1 },
+            take_off_zeros: if exact.breakaway == at_vanishing_speed(&exact.law) {
+                2
+            } else {
+                1
+            },
             force: (number(&first.start), [number(&first.force), number(&first.slope)]),
             later_force: pieces,
             stays_open: false,
@@ -167,7 +180,15 @@ impl<const N: usize> Run<N> {
         if run.mode == Mode::Stick {
             run.watch = Watch::Off;
         }
+        run.find_piece();
         run
+    }
+
+    /// The piece of the friction law for the present speed; at a knot the one below.
+    fn find_piece(&mut self) {
+        let relative = self.relative_velocity();
+        let speed = if relative.signum() < 0 { -&relative } else { relative };
+        self.piece = self.knots.iter().filter(|knot| **knot < speed).count();
     }
 
     /// phi_2' - phi_1'.
@@ -273,6 +294,7 @@ impl<const N: usize> Run<N> {
 
     fn close(&mut self) -> Result<(), OracleError> {
         self.mode = self.mode_in_contact();
+        self.find_piece();
         if self.mode == Mode::Stick {
             self.watch = Watch::Off;
         }
@@ -288,7 +310,8 @@ impl<const N: usize> Run<N> {
         self.state[ROTOR_TWIST_RATE] -= &half;
         self.state[STATOR_TWIST_RATE] -= &half;
         self.zeros
-            .retain(|(guard, _)| !matches!(guard, Guard::Stop | Guard::Stability));
+            .retain(|(guard, _)| !matches!(guard, Guard::Stop | Guard::Stability | Guard::Knot(_)));
+        self.find_piece();
         self.record(EventKind::Kick)?;
         if self.mode == Mode::Separated {
             return Ok(());
@@ -307,6 +330,7 @@ impl<const N: usize> Run<N> {
     /// The relative velocity has reached zero in slip.
     fn stop(&mut self) -> Result<(), OracleError> {
         self.join();
+        self.piece = 0;
         let mode = self.settled();
         self.zeros.retain(|(guard, _)| *guard != Guard::Stop);
         if mode != Mode::Stick {
@@ -329,7 +353,12 @@ impl<const N: usize> Run<N> {
         let law = match self.mode {
             Mode::Separated => Law::Separated,
             Mode::Stick => Law::Stick,
-            Mode::SlipForward | Mode::SlipBackward => Law::Slip(self.mode.sense()),
+            Mode::SlipForward | Mode::SlipBackward => {
+                if self.ends && self.piece == self.knots.len() {
+                    return Err(OracleError::BeyondLaw(self.time.to_f64()));
+                }
+                Law::Slip(self.mode.sense(), self.piece)
+            }
         };
         let mut until = self.end;
         if let Some(piece) = self.later_force.front() {
@@ -370,7 +399,10 @@ impl<const N: usize> Run<N> {
             None if step >= limit => until,
             _ => &self.time + reached,
         };
-        self.zeros.clear();
+        // What fires at once does so at a knot still, whose slope has made it fire.
+        let at_knot = reached.is_zero();
+        self.zeros
+            .retain(|(guard, _)| at_knot && matches!(guard, Guard::Knot(_)));
         match fired {
             Some((after, guard)) => self.transition(guard, after.is_zero()),
             None => Ok(()),
@@ -381,10 +413,18 @@ impl<const N: usize> Run<N> {
     fn transition(&mut self, guard: Guard, at_once: bool) -> Result<(), OracleError> {
         match guard {
             Guard::Stop => self.stop(),
+            Guard::Knot(side) => {
+                self.piece = if side > 0 { self.piece + 1 } else { self.piece - 1 };
+                if !at_once {
+                    self.zeros.push((Guard::Knot(-side), 1));
+                }
+                Ok(())
+            }
             Guard::Breakaway(sense) => {
                 // omega_r is zero exactly, not to the rounding of the stick.
                 self.join();
                 self.mode = slip(sense);
+                self.piece = 0;
                 self.zeros.push((Guard::Stop, self.take_off_zeros));
                 self.record(EventKind::Slip)
             }

@@ -4,7 +4,7 @@ use super::super::brake::Brake;
 use super::{Last, STAGES, STEP_NOISE, SemiAnalyticEngine, tableau};
 use crate::friction::Law;
 use crate::hybrid::{Advance, EngineError, Fired};
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionState};
+use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel, TorsionState};
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::radau::{Attempt, Radau, StiffProblem};
 use crate::numerics::taylor;
@@ -40,6 +40,7 @@ fn interpolation() -> &'static SMatrix<f64, NODES, NODES> {
 /// A slip on a segment's clock.
 struct Slip<'a> {
     brake: &'a Brake,
+    torsion: &'a TorsionModel,
     sense: f64,
     origin: f64,
 }
@@ -48,7 +49,7 @@ impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
     fn rhs(&self, t: f64, y: &TorsionState) -> TorsionState {
         let mut rates = [0.0; DIMENSION];
         let force = self.brake.axial.pressing_force(self.origin + t);
-        self.brake.torsion.slip_rhs(self.sense, force, y, &mut rates);
+        self.torsion.slip_rhs(self.sense, force, y, &mut rates);
         rates
     }
 
@@ -56,7 +57,7 @@ impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
         let mut entries = [0.0; DIMENSION * DIMENSION];
         let mut view = DMatrixViewMut::from_slice(&mut entries, DIMENSION, DIMENSION);
         let force = self.brake.axial.pressing_force(self.origin + t);
-        self.brake.torsion.slip_jacobian(self.sense, force, y, &mut view);
+        self.torsion.slip_jacobian(self.sense, force, y, &mut view);
         view.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
     }
 }
@@ -69,6 +70,7 @@ impl SemiAnalyticEngine {
         let brake = self.brake.clone();
         let slip = Slip {
             brake: &brake,
+            torsion: brake.torsion_in(&self.location),
             sense: self.sense(),
             origin: self.origin,
         };

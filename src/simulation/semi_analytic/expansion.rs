@@ -49,7 +49,7 @@ impl SemiAnalyticEngine {
         if !brake.axial.is_silent(t) {
             return Ok(None);
         }
-        let (torsion, sense) = (&brake.torsion, self.sense());
+        let (torsion, sense) = (brake.torsion_in(&self.location), self.sense());
         let axial = brake.axial.at(t);
         let pressing = (axial.pressing_force, axial.pressing_rate);
         let slow = SlowSeries::<TERMS>::new(torsion, sense, pressing, slow_momentum(torsion, &self.y));
@@ -62,10 +62,8 @@ impl SemiAnalyticEngine {
         let left = self.span - self.tau;
         let rate = self.series.relative_velocity[1];
         let slope = torsion.torsion.damping - self.series.stability_margin[0];
-        let steepness = torsion
-            .friction
-            .law
-            .steepness_rate(self.series.relative_velocity[0].abs());
+        let law = &brake.torsion.friction.law;
+        let steepness = law.steepness_rate(self.series.relative_velocity[0].abs());
         let time_scale_ratio = slope / torsion.torsion.stiffness * steepness * rate.abs();
         let short = longest < left && longest < SHORTEST_SLOW * torsion.natural_period();
         if longest.is_nan() || short || time_scale_ratio > LARGEST_TIME_SCALE_RATIO {
@@ -139,15 +137,14 @@ impl SemiAnalyticEngine {
     /// The first share of the expansion's first `x` units at which a guard fires.
     fn first_root(&mut self, index: usize, sign: f64, x: f64) -> Option<f64> {
         self.counters.root_evaluations += 1;
-        let series = if index == GUARD_STOPPING {
-            &self.series.relative_velocity
-        } else {
-            &self.series.stability_margin
-        };
-        let sign = if index == GUARD_STOPPING {
-            sign * self.sense()
-        } else {
-            sign
+        // (the series, its sign, what is added to it)
+        let (series, sign, constant) = match self.end_of_piece(index) {
+            None if index == GUARD_STOPPING => (&self.series.relative_velocity, sign * self.sense(), 0.0),
+            None => (&self.series.stability_margin, sign, 0.0),
+            Some(above) => {
+                let (sign, knot) = self.brake.end_of_piece(&self.location, above)?;
+                (&self.series.relative_velocity, sign * self.sense(), -sign * knot)
+            }
         };
         let mut power = sign;
         let mut guard = series.map(|c| {
@@ -155,6 +152,9 @@ impl SemiAnalyticEngine {
             power *= x;
             scaled
         });
+        if constant != 0.0 {
+            guard[0] += constant;
+        }
         if self.first && guard[0].abs() <= self.noise(index) {
             // It leaves zero here: the root, simple or double, is divided out.
             let torsion = &self.brake.torsion;
@@ -162,7 +162,7 @@ impl SemiAnalyticEngine {
             let slope_noise = DEPARTURE_NOISE * torques / torsion.torsion.surface_inertia * self.series.unit * x;
             // Without c_t the margin's zero is the force's, which a force that sets in at a corner leaves tangentially.
             let (force_noise, rate_noise) = self.noise_of_force();
-            let double = if index == GUARD_STOPPING {
+            let double = if index == GUARD_STOPPING || self.end_of_piece(index).is_some() {
                 guard[1].abs() <= slope_noise
             } else {
                 torsion.torsion.damping < force_noise && guard[1].abs() < rate_noise * self.series.unit * x

@@ -100,16 +100,18 @@ impl SemiAnalyticEngine {
     /// For the slips of one brake, with what it has to compute once.
     pub fn new(brake: Arc<Brake>) -> Self {
         let unit = 1.0 / brake.torsion.natural_angular_frequency();
+        let location = Location {
+            mode: crate::model::Mode::SlipForward,
+            resolved: true,
+            watch: Watch::Off,
+            piece: 0,
+        };
         SemiAnalyticEngine {
             unit,
-            series: SlipSeries::new(&brake.torsion, unit),
+            series: SlipSeries::new(brake.torsion_in(&location), unit),
             force: [0.0; TERMS],
             radau: Radau::new(tableau().clone()),
-            location: Location {
-                mode: crate::model::Mode::SlipForward,
-                resolved: true,
-                watch: Watch::Off,
-            },
+            location,
             origin: 0.0,
             span: 0.0,
             max_step: f64::INFINITY,
@@ -141,20 +143,30 @@ impl SemiAnalyticEngine {
             Watch::Stable => Some((GUARD_STABILITY, 1.0)),
             Watch::Unstable => Some((GUARD_STABILITY, -1.0)),
         };
-        std::iter::once((GUARD_STOPPING, 1.0)).chain(stability)
+        let below = self.brake.guard_below(&self.location);
+        let ends = below.into_iter().flat_map(|below| [(below, 1.0), (below + 1, 1.0)]);
+        std::iter::once((GUARD_STOPPING, 1.0)).chain(stability).chain(ends)
+    }
+
+    /// Of a guard at an end of the piece of the friction law, whether it is the upper end.
+    fn end_of_piece(&self, index: usize) -> Option<bool> {
+        let below = self.brake.guard_below(&self.location)?;
+        (index >= below).then_some(index > below)
     }
 
     fn guard(&self, index: usize, tau: f64, y: &TorsionState) -> f64 {
         if index == GUARD_STOPPING {
             self.sense() * self.brake.torsion.relative_velocity(y)
+        } else if let Some(above) = self.end_of_piece(index) {
+            self.brake.inside_piece(&self.location, above, y)
         } else {
-            self.brake.stability_margin(self.sense(), self.origin + tau, y)
+            self.brake.stability_margin(&self.location, self.origin + tau, y)
         }
     }
 
     /// What counts as zero of a guard where the segment begins.
     fn noise(&self, index: usize) -> f64 {
-        if index == GUARD_STOPPING {
+        if index == GUARD_STOPPING || self.end_of_piece(index).is_some() {
             let speeds = self.y[ROTOR_SPEED].abs() + self.y[ROTOR_TWIST_RATE].abs() + self.y[STATOR_TWIST_RATE].abs();
             VELOCITY_NOISE * speeds
         } else {
@@ -184,6 +196,9 @@ impl SemiAnalyticEngine {
 impl Engine<Location> for SemiAnalyticEngine {
     fn begin(&mut self, segment: &Segment<'_, Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         let (location, t, y) = (&segment.location, segment.start, segment.state);
+        if location.piece != self.location.piece {
+            self.series = SlipSeries::new(self.brake.torsion_in(location), self.unit);
+        }
         self.location = *location;
         self.origin = t;
         self.span = segment.span();

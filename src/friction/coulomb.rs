@@ -1,0 +1,107 @@
+//! Friction that does not depend on the sliding speed.
+
+use super::parameters::numbers;
+use super::{Bounds, Factors, Law, LawSeries, Pressed};
+use crate::numerics::Number;
+
+/// mu(x) = mu_d at every speed: Coulomb's law. What a stick breaks away at may be more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coulomb {
+    /// mu_d.
+    pub kinetic: f64,
+}
+
+numbers!(Coulomb, "coulomb", at rest kinetic: kinetic = f64::NAN);
+
+impl Law for Coulomb {
+    type Series<T: Number, const N: usize> = CoulombSeries<T>;
+
+    #[inline]
+    fn coefficient(&self, _: f64) -> f64 {
+        self.kinetic
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, _: f64) -> (f64, f64) {
+        (self.kinetic, 0.0)
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.kinetic
+    }
+
+    fn coefficient_bounds(&self, _: f64, _: f64) -> Bounds {
+        Bounds::between(self.kinetic, self.kinetic)
+    }
+
+    fn slope_bounds(&self, _: f64, _: f64) -> Bounds {
+        Bounds::between(0.0, 0.0)
+    }
+
+    /// None: the friction takes nothing from the damping.
+    fn damping_zeros(&self, _: f64, _: f64) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn steepness_rate(&self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn followed_fall(&self, _: f64, _: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    fn expandable_share(&self, _: f64, _: f64) -> f64 {
+        1.0
+    }
+
+    fn speed_of_derivative(&self, _: i32, _: f64) -> f64 {
+        0.0
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> CoulombSeries<T> {
+        CoulombSeries {
+            kinetic: T::of(self.kinetic),
+        }
+    }
+}
+
+/// A constant, whose shape is nothing.
+#[derive(Debug, Clone)]
+pub struct CoulombSeries<T> {
+    kinetic: T,
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for CoulombSeries<T> {
+    fn factors(&self, of_coefficient: &T, _: &T) -> Factors<T> {
+        Factors {
+            constant: of_coefficient.clone() * self.kinetic.clone(),
+            shape: T::of(0.0),
+            slope: T::of(0.0),
+        }
+    }
+
+    #[inline]
+    fn start(&mut self, _: &T, _: &T) {}
+
+    #[inline]
+    fn extend(&mut self, _: usize, _: &T, _: &T) {}
+
+    #[inline]
+    fn shape(&self, _: usize) -> T {
+        T::of(0.0)
+    }
+
+    #[inline]
+    fn slope_shape(&self, _: usize) -> T {
+        T::of(0.0)
+    }
+
+    #[inline]
+    fn pressed(&self, _: &[T; N], _: usize, _: usize) -> Pressed<T> {
+        Pressed {
+            shape: T::of(0.0),
+            slope: T::of(0.0),
+        }
+    }
+}

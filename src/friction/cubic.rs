@@ -1,0 +1,178 @@
+//! A cubic of the sliding speed: the law `polynomial`, and a piece of a table.
+
+use super::{Bounds, Factors, LawSeries, Pressed, pressed_product};
+use crate::numerics::Number;
+use crate::numerics::taylor::{Unfolding, zeros};
+
+/// c_0 + c_1 d + c_2 d^2 + c_3 d^3 with d = x - origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Cubic {
+    /// rad/s.
+    pub origin: f64,
+    /// c_0 to c_3, (s/rad)^k.
+    pub coefficients: [f64; 4],
+}
+
+impl Cubic {
+    #[inline]
+    pub fn value(&self, x: f64) -> f64 {
+        let (d, [a, b, c, e]) = (x - self.origin, self.coefficients);
+        a + d * (b + d * (c + d * e))
+    }
+
+    #[inline]
+    pub fn slope(&self, x: f64) -> f64 {
+        let (d, [_, b, c, e]) = (x - self.origin, self.coefficients);
+        b + d * (2.0 * c + d * 3.0 * e)
+    }
+
+    fn curvature(&self, x: f64) -> f64 {
+        let (d, [_, _, c, e]) = (x - self.origin, self.coefficients);
+        2.0 * c + 6.0 * d * e
+    }
+
+    /// The speeds inside (`from`, `to`) at which the slope is `slope`, increasing.
+    pub fn speeds_of_slope(&self, slope: f64, from: f64, to: f64) -> Vec<f64> {
+        let [_, b, c, e] = self.coefficients;
+        let constant = b - slope;
+        // 3 e d^2 + 2 c d + constant = 0, by the form that does not cancel.
+        let discriminant = c * c - 3.0 * e * constant;
+        let mut found = Vec::new();
+        if discriminant >= 0.0 {
+            let q = -(c + discriminant.sqrt().copysign(c));
+            found.extend([q / (3.0 * e), constant / q]);
+        }
+        let mut found: Vec<f64> = found
+            .into_iter()
+            .map(|d| self.origin + d)
+            .filter(|x| *x > from && *x < to)
+            .collect();
+        found.sort_by(f64::total_cmp);
+        found.dedup();
+        found
+    }
+
+    /// The speeds strictly inside (`from`, `to`) at which the slope is least or most.
+    fn of_no_curvature(&self, from: f64, to: f64) -> Option<f64> {
+        let [_, _, c, e] = self.coefficients;
+        let x = self.origin - c / (3.0 * e);
+        (x > from && x < to).then_some(x)
+    }
+
+    /// Bounds of the value at speeds from `from` to `to`, both finite.
+    pub fn bounds(&self, from: f64, to: f64) -> Bounds {
+        let inside = self.speeds_of_slope(0.0, from, to).into_iter();
+        let ends = Bounds::between(self.value(from), self.value(to));
+        inside.fold(ends, |all, x| all.with(self.value(x)))
+    }
+
+    /// Bounds of the slope at speeds from `from` to `to`, both finite.
+    pub fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        let ends = Bounds::between(self.slope(from), self.slope(to));
+        self.of_no_curvature(from, to)
+            .map_or(ends, |x| ends.with(self.slope(x)))
+    }
+
+    /// The largest |mu''| at speeds from `from` to `to`, both finite: at an end.
+    pub fn largest_curvature(&self, from: f64, to: f64) -> f64 {
+        self.curvature(from).abs().max(self.curvature(to).abs())
+    }
+}
+
+/// Taylor coefficients of a cubic and of its slope, which are their own shapes.
+#[derive(Debug, Clone)]
+pub struct CubicSeries<T, const N: usize> {
+    origin: T,
+    coefficients: [T; 4],
+    /// The unit of the rates.
+    unit: T,
+    /// Of d, backwards and forwards, and of d^2.
+    distance: Unfolding<T, N>,
+    plain: [T; N],
+    square: [T; N],
+    coefficient: Unfolding<T, N>,
+    slope: Unfolding<T, N>,
+}
+
+impl<T: Number, const N: usize> CubicSeries<T, N> {
+    pub(super) fn new(cubic: &Cubic) -> Self {
+        CubicSeries {
+            origin: T::of(cubic.origin),
+            coefficients: cubic.coefficients.map(T::of),
+            unit: T::of(1.0),
+            distance: Unfolding::new(),
+            plain: zeros(),
+            square: zeros(),
+            coefficient: Unfolding::new(),
+            slope: Unfolding::new(),
+        }
+    }
+
+    /// Goes on along another cubic.
+    pub(super) fn follow(&mut self, cubic: &Cubic) {
+        self.origin = T::of(cubic.origin);
+        self.coefficients = cubic.coefficients.map(T::of);
+    }
+
+    /// Coefficients n of everything from that of d.
+    #[inline]
+    fn complete(&mut self, n: usize, distance: T) {
+        self.distance.set(n, distance.clone());
+        self.plain[n] = distance;
+        self.square[n] = self.distance.product(&self.plain, n, 0, n);
+        let cube = self.distance.product(&self.square, n, 0, n);
+        let [a, b, c, e] = &self.coefficients;
+        let (d, square) = (self.plain[n].clone(), self.square[n].clone());
+        let value = b.clone() * d.clone() + c.clone() * square.clone() + e.clone() * cube;
+        let slope = T::of(2.0) * c.clone() * d + T::of(3.0) * e.clone() * square;
+        let (value, slope) = if n == 0 {
+            (a.clone() + value, b.clone() + slope)
+        } else {
+            (value, slope)
+        };
+        self.coefficient.set(n, value);
+        self.slope.set(n, slope);
+    }
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for CubicSeries<T, N> {
+    #[inline]
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        Factors {
+            constant: T::of(0.0),
+            shape: of_coefficient.clone(),
+            slope: of_slope.clone(),
+        }
+    }
+
+    #[inline]
+    fn start(&mut self, x: &T, unit: &T) {
+        self.unit = unit.clone();
+        // What stands there from another motion may not be finite.
+        (self.plain, self.square) = (zeros(), zeros());
+        self.complete(0, x.clone() - self.origin.clone());
+    }
+
+    #[inline]
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        self.complete(n, self.unit.clone() * rate.clone() * reciprocal.clone());
+    }
+
+    #[inline]
+    fn shape(&self, n: usize) -> T {
+        self.coefficient.get(n)
+    }
+
+    #[inline]
+    fn slope_shape(&self, n: usize) -> T {
+        self.slope.get(n)
+    }
+
+    #[inline]
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        Pressed {
+            shape: pressed_product(&self.coefficient, force, n, degree),
+            slope: pressed_product(&self.slope, force, n, degree),
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Friction that falls as the inverse of the sliding speed.
+
+use super::parameters::numbers;
+use super::{Bounds, Factors, Law, LawSeries, Pressed, pressed_product};
+use crate::numerics::Number;
+use crate::numerics::taylor::{Unfolding, zeros};
+
+/// Where 1 + x/x_s is less than this the law goes on along its tangent: the pole at -x_s is no part of it.
+const NEAREST_TO_POLE: f64 = 0.5;
+
+/// Of the distance to the pole, over how much of it some twenty coefficients stand for the law: 4^-28 is 1e-17.
+const REACH: f64 = 0.25;
+
+/// mu(x) = mu_d + (mu_s - mu_d)/(1 + x/x_s), x = |omega_r|: of Galvanetto and Bishop, and of Leine et al., who have mu_d = 0.
+/// With mu_s < mu_d it rises with speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hyperbolic {
+    /// mu_s, the limit at vanishing sliding speed.
+    pub low_speed: f64,
+    /// mu_d, the limit at high speed.
+    pub high_speed: f64,
+    /// x_s, rad/s: where half of the difference is left.
+    pub scale: f64,
+}
+
+numbers!(Hyperbolic, "hyperbolic", at rest low_speed:
+    low_speed = f64::NAN, high_speed = f64::NAN, scale = f64::NAN);
+
+impl Hyperbolic {
+    /// mu_s - mu_d.
+    #[inline]
+    fn friction_drop(&self) -> f64 {
+        self.low_speed - self.high_speed
+    }
+
+    /// (1/(1 + x/x_s), its derivative times x_s).
+    #[inline]
+    fn shape(&self, x: f64) -> (f64, f64) {
+        let base = 1.0 + x / self.scale;
+        if base < NEAREST_TO_POLE {
+            let shape = 1.0 / NEAREST_TO_POLE;
+            let slope = -shape * shape;
+            (shape + slope * (base - NEAREST_TO_POLE), slope)
+        } else {
+            let shape = 1.0 / base;
+            (shape, -shape * shape)
+        }
+    }
+
+    fn slope(&self, x: f64) -> f64 {
+        self.friction_drop() / self.scale * self.shape(x).1
+    }
+}
+
+impl Law for Hyperbolic {
+    type Series<T: Number, const N: usize> = HyperbolicSeries<T, N>;
+
+    #[inline]
+    fn coefficient(&self, x: f64) -> f64 {
+        self.high_speed + self.friction_drop() * self.shape(x).0
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        let (shape, slope) = self.shape(x);
+        (
+            self.high_speed + self.friction_drop() * shape,
+            self.friction_drop() / self.scale * slope,
+        )
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.low_speed
+    }
+
+    /// At the ends: the law is monotonic.
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
+        let at = |x: f64| if x == 0.0 { self.low_speed } else { self.coefficient(x) };
+        Bounds::between(at(from), at(to))
+    }
+
+    /// At the ends: so is the slope.
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        Bounds::between(self.slope(from), self.slope(to))
+    }
+
+    /// One at most, where (1 + x/x_s)^2 is the ratio of what friction takes at rest to the damping.
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        let ratio = weight * self.friction_drop() / self.scale / damping;
+        if ratio.is_finite() && ratio >= 1.0 {
+            vec![self.scale * (ratio.sqrt() - 1.0)]
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// |mu''/mu'| = 2/(x_s + x).
+    #[inline]
+    fn steepness_rate(&self, x: f64) -> f64 {
+        2.0 / (self.scale + x)
+    }
+
+    /// Its scale shrinks on the way down: over a share of the one at `x` by no more than a half.
+    #[inline]
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        0.5 * share / self.steepness_rate(x)
+    }
+
+    /// By a share of the distance to the pole at -x_s.
+    fn expandable_share(&self, x: f64, change: f64) -> f64 {
+        let reach = REACH * (self.scale + x);
+        if change <= reach { 1.0 } else { reach / change }
+    }
+
+    /// |d^n mu/dx^n| = |mu_s - mu_d| n!/x_s^n (1 + x/x_s)^-(n + 1).
+    fn speed_of_derivative(&self, order: i32, size: f64) -> f64 {
+        let factorial: f64 = (1..=order).map(f64::from).product();
+        let at_rest = self.friction_drop().abs() * factorial / self.scale.powi(order);
+        self.scale * ((at_rest / size).powf(1.0 / f64::from(order + 1)) - 1.0)
+    }
+
+    /// A tenth of the difference is left at nine x_s.
+    fn extent(&self) -> f64 {
+        12.0 * self.scale
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> HyperbolicSeries<T, N> {
+        let (low, high) = (T::of(self.low_speed), T::of(self.high_speed));
+        HyperbolicSeries {
+            friction_drop: low - high.clone(),
+            high_speed: high,
+            scale: T::of(self.scale),
+            step: T::of(0.0),
+            ratio: zeros(),
+            shape: Unfolding::new(),
+            plain: zeros(),
+            square: Unfolding::new(),
+        }
+    }
+}
+
+/// Taylor coefficients of q = 1/(1 + x/x_s), from q (1 + x/x_s) = 1, and of its square, the shape of mu'.
+#[derive(Debug, Clone)]
+pub struct HyperbolicSeries<T, const N: usize> {
+    high_speed: T,
+    /// mu_s - mu_d.
+    friction_drop: T,
+    /// x_s.
+    scale: T,
+    /// The unit of the rates over x_s.
+    step: T,
+    /// Coefficients of x/x_s, but for the first.
+    ratio: [T; N],
+    shape: Unfolding<T, N>,
+    /// The same forwards.
+    plain: [T; N],
+    square: Unfolding<T, N>,
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
+    #[inline]
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        Factors {
+            constant: of_coefficient.clone() * self.high_speed.clone(),
+            shape: of_coefficient.clone() * self.friction_drop.clone(),
+            slope: -(of_slope.clone() * self.friction_drop.clone() / self.scale.clone()),
+        }
+    }
+
+    #[inline]
+    fn start(&mut self, x: &T, unit: &T) {
+        self.step = unit.clone() / self.scale.clone();
+        // What stands there from another motion may not be finite.
+        (self.ratio, self.plain) = (zeros(), zeros());
+        let shape = T::of(1.0) / (T::of(1.0) + x.clone() / self.scale.clone());
+        self.plain[0] = shape.clone();
+        self.square.set(0, shape.clone() * shape.clone());
+        self.shape.set(0, shape);
+    }
+
+    #[inline]
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        self.ratio[n] = self.step.clone() * rate.clone() * reciprocal.clone();
+        let next = -(self.plain[0].clone() * self.shape.product(&self.ratio, n, 1, n));
+        self.shape.set(n, next.clone());
+        self.plain[n] = next;
+        let square = self.shape.product(&self.plain, n, 0, n);
+        self.square.set(n, square);
+    }
+
+    #[inline]
+    fn shape(&self, n: usize) -> T {
+        self.shape.get(n)
+    }
+
+    #[inline]
+    fn slope_shape(&self, n: usize) -> T {
+        self.square.get(n)
+    }
+
+    #[inline]
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        Pressed {
+            shape: pressed_product(&self.shape, force, n, degree),
+            slope: pressed_product(&self.square, force, n, degree),
+        }
+    }
+}

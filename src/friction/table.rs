@@ -1,0 +1,408 @@
+//! Friction through given points.
+
+use super::cubic::{Cubic, CubicSeries};
+use super::{Bounds, Factors, Law, LawSeries, Parameters, Pressed};
+use crate::numerics::Number;
+
+/// What goes through the points of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Straight lines.
+    Linear,
+    /// Cubics with the slopes of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984), as in the PCHIP of MATLAB and SciPy:
+    /// they satisfy the condition of Fritsch and Carlson (SIAM J. Numer. Anal. 17, 1980) for curves that rise and fall with
+    /// the points and nowhere else.
+    MonotoneCubic,
+}
+
+impl Interpolation {
+    /// All of them; the first is the default.
+    pub const ALL: [Interpolation; 2] = [Interpolation::MonotoneCubic, Interpolation::Linear];
+
+    /// The word of `friction.interpolation`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Interpolation::Linear => "linear",
+            Interpolation::MonotoneCubic => "monotone-cubic",
+        }
+    }
+}
+
+/// mu(x) through points (x, mu), x = |omega_r|, the first at standstill; above the last its coefficient holds.
+///
+/// The points are knots, where a derivative of the law jumps. Beyond its own ends each piece between them is a cubic that
+/// goes on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// x, rad/s, increasing from 0.
+    speed: Vec<f64>,
+    /// mu, one for each speed.
+    coefficient: Vec<f64>,
+    interpolation: Interpolation,
+    /// All speeds but the first; none in a piece that goes on.
+    knots: Vec<f64>,
+    /// From each point to the next, and from the last on; one, if there are no knots.
+    pieces: Vec<Cubic>,
+}
+
+impl Table {
+    /// Through these points. What is wrong with them [`Parameters::complaints`] says; where they make no curve, the law is NaN.
+    pub fn new(speed: Vec<f64>, coefficient: Vec<f64>, interpolation: Interpolation) -> Table {
+        let mut table = Table {
+            speed,
+            coefficient,
+            interpolation,
+            knots: Vec::new(),
+            pieces: vec![constant(0.0, f64::NAN)],
+        };
+        let (x, y) = (&table.speed, &table.coefficient);
+        let increasing = x.windows(2).all(|pair| pair[0] < pair[1]);
+        if x.len() > 1 && x.len() == y.len() && x[0] == 0.0 && increasing {
+            table.knots = table.speed[1..].to_vec();
+            table.pieces = table.cubics();
+        }
+        table
+    }
+
+    fn cubics(&self) -> Vec<Cubic> {
+        let (x, y) = (&self.speed, &self.coefficient);
+        let intervals = x.len() - 1;
+        let width: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let secant: Vec<f64> = (0..intervals).map(|k| (y[k + 1] - y[k]) / width[k]).collect();
+        let slopes = match self.interpolation {
+            Interpolation::Linear => None,
+            Interpolation::MonotoneCubic => Some(monotone_slopes(&width, &secant)),
+        };
+        let piece = |k: usize| {
+            let (h, s) = (width[k], secant[k]);
+            let [b, c, e] = match &slopes {
+                None => [s, 0.0, 0.0],
+                Some(m) => [
+                    m[k],
+                    (3.0 * s - 2.0 * m[k] - m[k + 1]) / h,
+                    (m[k] + m[k + 1] - 2.0 * s) / (h * h),
+                ],
+            };
+            Cubic {
+                origin: x[k],
+                coefficients: [y[k], b, c, e],
+            }
+        };
+        let last = constant(x[intervals], y[intervals]);
+        (0..intervals).map(piece).chain([last]).collect()
+    }
+
+    /// The piece for a speed; at a knot the one below.
+    #[inline]
+    fn piece_at(&self, x: f64) -> &Cubic {
+        &self.pieces[self.knots.partition_point(|knot| *knot < x)]
+    }
+
+    /// The pieces with the ends of what each has of the speeds from `from` to `to`; that above the last knot at one speed.
+    fn pieces_within(&self, from: f64, to: f64) -> impl Iterator<Item = (&Cubic, f64, f64)> {
+        let last = self.knots.last().copied().unwrap_or(0.0);
+        let start = |k: usize| if k == 0 { 0.0 } else { self.knots[k - 1] };
+        self.pieces.iter().enumerate().filter_map(move |(k, piece)| {
+            let end = self.knots.get(k).copied().unwrap_or(f64::INFINITY);
+            let (a, b) = (start(k).max(from), end.min(to).min(last.max(from)));
+            (a <= b).then_some((piece, a, b))
+        })
+    }
+
+    fn largest_slope(&self) -> f64 {
+        let all = self.slope_bounds(0.0, f64::INFINITY);
+        all.most.abs().max(all.least.abs())
+    }
+}
+
+/// The same at every speed.
+fn constant(origin: f64, value: f64) -> Cubic {
+    Cubic {
+        origin,
+        coefficients: [value, 0.0, 0.0, 0.0],
+    }
+}
+
+/// The slope at each point, from the widths of the intervals and the slopes of their secants.
+fn monotone_slopes(width: &[f64], secant: &[f64]) -> Vec<f64> {
+    let intervals = width.len();
+    let inside = |k: usize| {
+        let (before, after) = (secant[k - 1], secant[k]);
+        if before * after <= 0.0 {
+            return 0.0;
+        }
+        // The harmonic mean, weighted by the widths.
+        let (a, b) = (2.0 * width[k] + width[k - 1], width[k] + 2.0 * width[k - 1]);
+        (a + b) / (a / before + b / after)
+    };
+    // The parabola through three points, within the same condition.
+    let at_end = |near: usize, next: usize| {
+        let (h, g) = (width[near], width[next]);
+        let slope = ((2.0 * h + g) * secant[near] - h * secant[next]) / (h + g);
+        if slope * secant[near] <= 0.0 {
+            0.0
+        } else if secant[near] * secant[next] <= 0.0 && slope.abs() > 3.0 * secant[near].abs() {
+            3.0 * secant[near]
+        } else {
+            slope
+        }
+    };
+    let end = |near: usize, next: usize| if intervals == 1 { secant[0] } else { at_end(near, next) };
+    let next = 1.min(intervals - 1);
+    let mut slopes = vec![end(0, next)];
+    slopes.extend((1..intervals).map(inside));
+    slopes.push(end(intervals - 1, intervals.saturating_sub(2)));
+    slopes
+}
+
+impl Parameters for Table {
+    const NAME: &'static str = "table";
+    const KEYS: &'static [&'static str] = &["speed", "coefficient", "interpolation"];
+    const AT_VANISHING_SPEED: &'static str = "coefficient.0";
+
+    fn unset() -> Self {
+        Table::new(Vec::new(), Vec::new(), Interpolation::ALL[0])
+    }
+
+    fn number(&self, _: &str) -> Option<f64> {
+        None
+    }
+
+    fn set_number(&mut self, _: &str, _: f64) {}
+
+    fn list(&self, key: &str) -> Option<&[f64]> {
+        match key {
+            "speed" => Some(&self.speed),
+            "coefficient" => Some(&self.coefficient),
+            _ => None,
+        }
+    }
+
+    fn set_list(&mut self, key: &str, values: Vec<f64>) {
+        let mut table = std::mem::replace(self, Table::new(Vec::new(), Vec::new(), self.interpolation));
+        match key {
+            "speed" => table.speed = values,
+            "coefficient" => table.coefficient = values,
+            _ => {}
+        }
+        *self = Table::new(table.speed, table.coefficient, table.interpolation);
+    }
+
+    fn word(&self, key: &str) -> Option<&'static str> {
+        (key == "interpolation").then(|| self.interpolation.name())
+    }
+
+    fn set_word(&mut self, key: &str, word: &str) {
+        let known = Interpolation::ALL.into_iter().find(|known| known.name() == word);
+        if let ("interpolation", Some(interpolation)) = (key, known) {
+            let table = std::mem::replace(self, Table::new(Vec::new(), Vec::new(), interpolation));
+            *self = Table::new(table.speed, table.coefficient, interpolation);
+        }
+    }
+
+    fn complaints(&self) -> Vec<(String, String)> {
+        let (x, y) = (&self.speed, &self.coefficient);
+        let mut found = Vec::new();
+        let mut complain = |key: String, message: String| found.push((key, message));
+        if x.len() < 2 {
+            complain(
+                "speed".to_owned(),
+                "must hold at least two speeds, the first of them 0".to_owned(),
+            );
+        } else if x[0] != 0.0 {
+            complain(
+                "speed.0".to_owned(),
+                format!(
+                    "the first point must be at standstill: write 0 in place of {:?} rad/s, or add such a point",
+                    x[0]
+                ),
+            );
+        }
+        if let Some(k) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
+            complain(
+                format!("speed.{}", k + 1),
+                format!("speeds must increase: {:?} rad/s follows {:?} rad/s", x[k + 1], x[k]),
+            );
+        }
+        if x.len() != y.len() {
+            complain(
+                "coefficient".to_owned(),
+                format!(
+                    "must be as long as friction.speed: {} coefficients for {} speeds",
+                    y.len(),
+                    x.len()
+                ),
+            );
+        }
+        if let Some(k) = y.iter().position(|mu| *mu < 0.0) {
+            complain(
+                format!("coefficient.{k}"),
+                format!("must not be negative, but is {:?}", y[k]),
+            );
+        }
+        found
+    }
+}
+
+impl Law for Table {
+    type Series<T: Number, const N: usize> = TableSeries<T, N>;
+
+    #[inline]
+    fn coefficient(&self, x: f64) -> f64 {
+        self.piece_at(x).value(x)
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, x: f64) -> (f64, f64) {
+        let piece = self.piece_at(x);
+        (piece.value(x), piece.slope(x))
+    }
+
+    fn at_vanishing_speed(&self) -> f64 {
+        self.coefficient.first().copied().unwrap_or(f64::NAN)
+    }
+
+    fn coefficient_bounds(&self, from: f64, to: f64) -> Bounds {
+        let of = self.pieces_within(from, to).map(|(piece, a, b)| piece.bounds(a, b));
+        joined(of)
+    }
+
+    /// At a knot of both sides.
+    fn slope_bounds(&self, from: f64, to: f64) -> Bounds {
+        let of = self
+            .pieces_within(from, to)
+            .map(|(piece, a, b)| piece.slope_bounds(a, b));
+        joined(of)
+    }
+
+    fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    fn continued(&self, piece: usize) -> Table {
+        let last = self.pieces.len() - 1;
+        Table {
+            speed: self.speed.clone(),
+            coefficient: self.coefficient.clone(),
+            interpolation: self.interpolation,
+            knots: Vec::new(),
+            pieces: vec![self.pieces[piece.min(last)]],
+        }
+    }
+
+    /// Inside the pieces, and at the knots where the sign jumps.
+    fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
+        let value = |piece: &Cubic, x: f64| damping + weight * piece.slope(x);
+        let mut zeros = Vec::new();
+        let mut sign: Option<bool> = None;
+        for (piece, from, to) in self.pieces_within(0.0, f64::INFINITY) {
+            let inside = piece.speeds_of_slope(-damping / weight, from, to);
+            // Between these ends no sign changes.
+            let ends: Vec<f64> = std::iter::once(from).chain(inside).chain([to]).collect();
+            for pair in ends.windows(2) {
+                let here = value(piece, f64::midpoint(pair[0], pair[1])) >= 0.0;
+                if sign.is_some_and(|before| before != here) {
+                    zeros.push(pair[0]);
+                }
+                sign = Some(here);
+            }
+        }
+        zeros.reverse();
+        zeros
+    }
+
+    /// At rest the slope of the first piece may be nothing, and tell nothing.
+    fn damped_from(&self, damping: f64, weight: f64) -> f64 {
+        // Above the last point friction does not fall.
+        self.damping_zeros(damping, weight).first().copied().unwrap_or(0.0)
+    }
+
+    /// The largest |mu''| over the largest |mu'|, and no less than one over the width of the piece.
+    fn steepness_rate(&self, x: f64) -> f64 {
+        let curvature = self
+            .pieces_within(0.0, f64::INFINITY)
+            .map(|(piece, a, b)| piece.largest_curvature(a, b))
+            .fold(0.0, f64::max);
+        let slope = self.largest_slope();
+        let of_curve = if slope > 0.0 { curvature / slope } else { 0.0 };
+        let index = self.knots.partition_point(|knot| *knot < x);
+        let below = if index == 0 { 0.0 } else { self.knots[index - 1] };
+        let above = self.knots.get(index).copied().unwrap_or(x.max(below));
+        of_curve.max(1.0 / (above - below).max(f64::MIN_POSITIVE.sqrt()))
+    }
+
+    fn followed_fall(&self, x: f64, share: f64) -> f64 {
+        share / self.steepness_rate(x)
+    }
+
+    /// Its series has no end of its own.
+    fn expandable_share(&self, _: f64, _: f64) -> f64 {
+        1.0
+    }
+
+    fn speed_of_derivative(&self, _: i32, _: f64) -> f64 {
+        self.speed.last().copied().unwrap_or(0.0)
+    }
+
+    fn extent(&self) -> f64 {
+        1.2 * self.speed.last().copied().unwrap_or(0.0)
+    }
+
+    fn series<T: Number, const N: usize>(&self) -> TableSeries<T, N> {
+        TableSeries {
+            series: CubicSeries::new(&self.pieces[0]),
+            knots: self.knots.iter().map(|knot| T::of(*knot)).collect(),
+            pieces: self.pieces.clone(),
+        }
+    }
+}
+
+fn joined(of: impl Iterator<Item = Bounds>) -> Bounds {
+    of.reduce(|all, piece| all.with(piece.least).with(piece.most))
+        .unwrap_or(Bounds {
+            least: f64::NAN,
+            most: f64::NAN,
+        })
+}
+
+/// The Taylor coefficients of the piece on which a motion starts.
+#[derive(Debug, Clone)]
+pub struct TableSeries<T, const N: usize> {
+    series: CubicSeries<T, N>,
+    knots: Vec<T>,
+    pieces: Vec<Cubic>,
+}
+
+impl<T: Number, const N: usize> LawSeries<T, N> for TableSeries<T, N> {
+    #[inline]
+    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+        self.series.factors(of_coefficient, of_slope)
+    }
+
+    #[inline]
+    fn start(&mut self, x: &T, unit: &T) {
+        let piece = self.knots.partition_point(|knot| knot < x);
+        self.series.follow(&self.pieces[piece]);
+        self.series.start(x, unit);
+    }
+
+    #[inline]
+    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+        self.series.extend(n, rate, reciprocal);
+    }
+
+    #[inline]
+    fn shape(&self, n: usize) -> T {
+        self.series.shape(n)
+    }
+
+    #[inline]
+    fn slope_shape(&self, n: usize) -> T {
+        self.series.slope_shape(n)
+    }
+
+    #[inline]
+    fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
+        self.series.pressed(force, n, degree)
+    }
+}

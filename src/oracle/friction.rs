@@ -1,0 +1,348 @@
+//! The friction laws, each once more: r mu and 2 r mu' along a motion, as recurrences of Taylor coefficients.
+//!
+//! With q_k for a coefficient of q, the torque of friction is r mu F_n = constant F_n + falling (S F_n) with a shape S, and what
+//! it takes from the damping of steady sliding is -2 r mu' F_n = negative_damping (R F_n) with a shape R of the slope. What S
+//! and R are is each law's own.
+
+use super::float::Float;
+use crate::model::{ExactLaw, ExactParameters, nearest_double};
+use num_bigint::BigInt;
+use num_rational::BigRational;
+
+/// The constants of a law, to the precision of the run.
+#[derive(Debug)]
+pub(super) struct Friction<const N: usize> {
+    /// r times the part of mu that is none of the shape.
+    pub constant: Float<N>,
+    /// r times the factor of the shape S.
+    pub falling: Float<N>,
+    /// -2 r times the factor of the shape R.
+    pub negative_damping: Float<N>,
+    kind: Kind<N>,
+}
+
+/// The shapes of the laws.
+#[derive(Debug)]
+enum Kind<const N: usize> {
+    /// S = R = exp(-alpha x): of -alpha.
+    Exponential(Float<N>),
+    /// None.
+    Constant,
+    /// S = q = 1/(1 + x/x_s), R = q^2: of 1/x_s.
+    Hyperbolic(Float<N>),
+    /// S = (mu_s - mu_d) E + mu_v x with E = exp(-u^delta), u = x/x_s; R = -S'.
+    Stribeck {
+        /// mu_s - mu_d.
+        drop: Float<N>,
+        /// mu_v.
+        viscous: Float<N>,
+        /// 1/x_s.
+        per_scale: Float<N>,
+        /// (mu_s - mu_d) delta/x_s.
+        fall: Float<N>,
+        /// delta.
+        power: usize,
+    },
+    /// S = c_0 + c_1 d + c_2 d^2 + c_3 d^3, d = x - origin; R = -S'.
+    Cubic {
+        /// c_0 to c_3.
+        coefficients: [Float<N>; 4],
+        origin: Float<N>,
+    },
+}
+
+/// The pieces of a law between its knots, in the order of the speed; one, if it has none.
+pub(super) fn pieces<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
+    if exact.law.name == "table" {
+        table(exact)
+    } else {
+        vec![Friction::whole(exact)]
+    }
+}
+
+/// One for each interval of a table, and that above it.
+fn table<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
+    let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
+    let (x, y) = (exact.law.list("speed"), exact.law.list("coefficient"));
+    let last = x.len() - 1;
+    let h: Vec<BigRational> = (0..last).map(|k| &x[k + 1] - &x[k]).collect();
+    let d: Vec<BigRational> = (0..last).map(|k| (&y[k + 1] - &y[k]) / &h[k]).collect();
+    let linear = exact.law.word("interpolation") == "linear";
+    let mut all = Vec::new();
+    for k in 0..last {
+        let cubic = if linear {
+            [d[k].clone(), BigRational::default(), BigRational::default()]
+        } else {
+            // Hermite's cubic with y' = m at both ends.
+            let [m, n] = [k, k + 1].map(|point| slope_at(point, &h, &d));
+            let quadratic = (integer(3) * &d[k] - integer(2) * &m - &n) / &h[k];
+            let third = (&m + &n - integer(2) * &d[k]) / (&h[k] * &h[k]);
+            [m, quadratic, third]
+        };
+        all.push(Friction::cubic(exact, &x[k], [&y[k], &cubic[0], &cubic[1], &cubic[2]]));
+    }
+    let zero = BigRational::default();
+    all.push(Friction::cubic(exact, &x[last], [&y[last], &zero, &zero, &zero]));
+    all
+}
+
+/// y' at a point of a monotone cubic, from the widths and the secants of its intervals: Fritsch and Butland's weighted
+/// harmonic mean inside, a parabola at the ends, both zero where the points turn.
+fn slope_at(point: usize, h: &[BigRational], d: &[BigRational]) -> BigRational {
+    let zero = BigRational::default();
+    let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
+    if d.len() == 1 {
+        return d[0].clone();
+    }
+    if point > 0 && point < d.len() {
+        let (left, right) = (&d[point - 1], &d[point]);
+        if left * right <= zero {
+            return zero;
+        }
+        let of_left = &h[point - 1] + integer(2) * &h[point];
+        let of_right = integer(2) * &h[point - 1] + &h[point];
+        return (&of_left + &of_right) / (of_left / left + of_right / right);
+    }
+    let (near, next) = if point == 0 { (0, 1) } else { (d.len() - 1, d.len() - 2) };
+    let slope = (&d[near] * (integer(2) * &h[near] + &h[next]) - &d[next] * &h[near]) / (&h[near] + &h[next]);
+    let threefold = integer(3) * &d[near];
+    let size = |value: &BigRational| if *value < zero { -value.clone() } else { value.clone() };
+    if &slope * &d[near] <= zero {
+        zero
+    } else if &d[near] * &d[next] <= zero && size(&slope) > size(&threefold) {
+        threefold
+    } else {
+        slope
+    }
+}
+
+/// The speeds at which a law goes from one piece to the next, rad/s, and whether the last of them ends it.
+pub(super) fn knots(law: &ExactLaw) -> (Vec<BigRational>, bool) {
+    match law.name {
+        "polynomial" => (vec![law.number("valid_below")], true),
+        "table" => (law.list("speed")[1..].to_vec(), false),
+        _ => (Vec::new(), false),
+    }
+}
+
+impl<const N: usize> Friction<N> {
+    /// Of c_0 + c_1 d + c_2 d^2 + c_3 d^3, d = x - origin.
+    fn cubic(exact: &ExactParameters, origin: &BigRational, coefficients: [&BigRational; 4]) -> Self {
+        let radius = &exact.radius;
+        Friction {
+            constant: Float::zero(),
+            falling: Float::from_rational(radius),
+            negative_damping: Float::from_rational(&(radius + radius)),
+            kind: Kind::Cubic {
+                coefficients: coefficients.map(Float::from_rational),
+                origin: Float::from_rational(origin),
+            },
+        }
+    }
+
+    /// Of a law of one piece.
+    ///
+    /// # Panics
+    /// If the oracle does not know the law: it has all that there are.
+    fn whole(exact: &ExactParameters) -> Self {
+        let number = Float::from_rational;
+        let (radius, law) = (&exact.radius, &exact.law);
+        let two = BigRational::from_integer(BigInt::from(2));
+        let of = |key: &str| law.number(key);
+        let zero = BigRational::default();
+        let (constant, falling, negative_damping, kind) = match law.name {
+            "exponential" => {
+                let falling = radius * (of("low_speed") - of("high_speed"));
+                let negative = two * of("decay") * &falling;
+                let kind = Kind::Exponential(number(&-of("decay")));
+                (radius * of("high_speed"), falling, negative, kind)
+            }
+            "coulomb" => (radius * of("kinetic"), zero.clone(), zero, Kind::Constant),
+            "hyperbolic" => {
+                let falling = radius * (of("low_speed") - of("high_speed"));
+                let negative = two * &falling / of("scale");
+                let kind = Kind::Hyperbolic(number(&of("scale").recip()));
+                (radius * of("high_speed"), falling, negative, kind)
+            }
+            "stribeck" => {
+                let drop = of("low_speed") - of("high_speed");
+                let kind = Kind::Stribeck {
+                    drop: number(&drop),
+                    viscous: number(&of("viscous")),
+                    per_scale: number(&of("scale").recip()),
+                    fall: number(&(drop * of("exponent") / of("scale"))),
+                    power: nearest_double(&of("exponent")) as usize,
+                };
+                (radius * of("high_speed"), radius.clone(), two * radius, kind)
+            }
+            "polynomial" => {
+                let [a, b, c, d] = ["low_speed", "linear", "quadratic", "cubic"].map(of);
+                return Friction::cubic(exact, &zero, [&a, &b, &c, &d]);
+            }
+            other => panic!("the oracle has no friction law \"{other}\""),
+        };
+        Friction {
+            constant: number(&constant),
+            falling: number(&falling),
+            negative_damping: number(&negative_damping),
+            kind,
+        }
+    }
+}
+
+/// mu at vanishing speed.
+pub(super) fn at_vanishing_speed(law: &ExactLaw) -> BigRational {
+    match law.name {
+        "table" => law.list("coefficient")[0].clone(),
+        "coulomb" => law.number("kinetic"),
+        _ => law.number("low_speed"),
+    }
+}
+
+/// A coefficient of the size of those that the law has.
+pub(super) fn size(law: &ExactLaw) -> f64 {
+    let of = |key: &str| nearest_double(&law.number(key));
+    of("high_speed").max(nearest_double(&at_vanishing_speed(law)))
+}
+
+/// The coefficients of q^2, as many as there are of q.
+fn square<const N: usize>(q: &[Float<N>]) -> Vec<Float<N>> {
+    (0..q.len()).map(|k| Float::convolution(&q[..=k], &q[..=k])).collect()
+}
+
+/// Taylor coefficients of the shapes along a motion.
+#[derive(Debug, Default)]
+pub(super) struct Shapes<const N: usize> {
+    /// x = s omega_r.
+    pub speed: Vec<Float<N>>,
+    /// S; empty where it is nothing.
+    pub shape: Vec<Float<N>>,
+    /// j times coefficient j of an exponent, or the coefficients of a denominator.
+    rate: Vec<Float<N>>,
+    /// u, and its powers from the first on.
+    ratio: Vec<Float<N>>,
+    power: Vec<Vec<Float<N>>>,
+    /// E, where that is not S itself.
+    exponential: Vec<Float<N>>,
+}
+
+/// The tables that an expansion has of whole numbers: 1/k and k, and ln 2.
+pub(super) type Tables<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>], &'a Float<N>);
+
+impl<const N: usize> Shapes<N> {
+    /// Takes coefficient k of x, and makes that of S.
+    pub fn extend(&mut self, friction: &Friction<N>, speed: Float<N>, (reciprocals, integers, ln_2): Tables<'_, N>) {
+        let k = self.speed.len();
+        self.speed.push(speed);
+        match &friction.kind {
+            Kind::Exponential(minus_decay) => {
+                let exponent = &speed * minus_decay;
+                self.rate.push(&exponent * &integers[k]);
+                let next = if k == 0 {
+                    exponent.exp(ln_2, reciprocals)
+                } else {
+                    &Float::convolution(&self.rate[1..], &self.shape[..k]) * &reciprocals[k]
+                };
+                self.shape.push(next);
+            }
+            Kind::Constant => {}
+            Kind::Stribeck {
+                drop,
+                viscous,
+                per_scale,
+                power,
+                ..
+            } => {
+                self.ratio.push(&speed * per_scale);
+                // All coefficients of the power would be known from the others only where u is not zero.
+                self.power.resize(*power, Vec::new());
+                for step in 0..*power {
+                    let next = if step == 0 {
+                        self.ratio[k]
+                    } else {
+                        Float::convolution(&self.power[step - 1], &self.ratio)
+                    };
+                    self.power[step].push(next);
+                }
+                let exponent = -&self.power[*power - 1][k];
+                self.rate.push(&exponent * &integers[k]);
+                let next = if k == 0 {
+                    exponent.exp(ln_2, reciprocals)
+                } else {
+                    &Float::convolution(&self.rate[1..], &self.exponential[..k]) * &reciprocals[k]
+                };
+                self.exponential.push(next);
+                self.shape.push(&(drop * &next) + &(viscous * &speed));
+            }
+            Kind::Cubic { coefficients, origin } => {
+                self.ratio.push(if k == 0 { &speed - origin } else { speed });
+                self.power.resize(2, Vec::new());
+                let square = Float::convolution(&self.ratio, &self.ratio);
+                self.power[0].push(square);
+                let cube = Float::convolution(&self.ratio, &self.power[0]);
+                let [a, b, c, e] = coefficients;
+                let mut value = &(&(b * &self.ratio[k]) + &(c * &square)) + &(e * &cube);
+                if k == 0 {
+                    value += a;
+                }
+                self.shape.push(value);
+            }
+            Kind::Hyperbolic(per_scale) => {
+                // (1 + x/x_s) q = 1, of which `rate` holds the coefficients of the bracket.
+                let ratio = &speed * per_scale;
+                self.rate
+                    .push(if k == 0 { &Float::from_f64(1.0) + &ratio } else { ratio });
+                let next = if k == 0 {
+                    Float::from_f64(1.0).over(&self.rate[0])
+                } else {
+                    -&Float::convolution(&self.rate[1..], &self.shape[..k]).over(&self.rate[0])
+                };
+                self.shape.push(next);
+            }
+        }
+    }
+
+    /// R, all coefficients of it as far as S goes; `None` where it is S.
+    pub fn slope(&self, friction: &Friction<N>) -> Option<Vec<Float<N>>> {
+        match &friction.kind {
+            Kind::Exponential(_) => None,
+            Kind::Constant => Some(vec![Float::zero(); self.speed.len()]),
+            Kind::Hyperbolic(_) => Some(square(&self.shape)),
+            Kind::Cubic { coefficients, .. } => {
+                let [_, b, c, e] = coefficients;
+                let (two, three) = (Float::from_f64(2.0), Float::from_f64(3.0));
+                let term = |k: usize| -&(&(&(&two * c) * &self.ratio[k]) + &(&(&three * e) * &self.power[0][k]));
+                let mut slope: Vec<_> = (0..self.shape.len()).map(term).collect();
+                if let Some(first) = slope.first_mut() {
+                    *first -= b;
+                }
+                Some(slope)
+            }
+            Kind::Stribeck {
+                viscous, fall, power, ..
+            } => {
+                let falling = |k: usize| match power {
+                    1 => self.exponential[k],
+                    _ => Float::convolution(&self.power[power - 2][..=k], &self.exponential[..=k]),
+                };
+                let mut slope: Vec<_> = (0..self.shape.len()).map(|k| fall * &falling(k)).collect();
+                if let Some(first) = slope.first_mut() {
+                    *first -= viscous;
+                }
+                Some(slope)
+            }
+        }
+    }
+
+    /// The series that a step has to follow to its own precision, however small it is; empty for a law without one.
+    pub fn followed(&self) -> &[Float<N>] {
+        // A cubic is as good as the speed.
+        if self.exponential.is_empty() && !self.power.is_empty() {
+            &[]
+        } else if self.exponential.is_empty() {
+            &self.shape
+        } else {
+            &self.exponential
+        }
+    }
+}
