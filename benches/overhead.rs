@@ -21,8 +21,8 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
-use stickslip::model::Actuation;
 use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index};
+use stickslip::signal::{Ramp, Signal};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 use sundials_sys as c;
 
@@ -92,7 +92,7 @@ struct Slip {
 impl Slip {
     fn new() -> Self {
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
-        let Actuation::Ramp { force, .. } = case.parameters.actuation else {
+        let Signal::Ramp(Ramp { value: force, .. }) = case.parameters.actuation else {
             unreachable!("the paper's case has a ramp")
         };
         Slip {

@@ -20,7 +20,7 @@ impl Equations {
     pub(super) fn new(parameters: &Parameters) -> Equations {
         Equations {
             torsion: TorsionModel::new(parameters),
-            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            axial: parameters.axial_motion(),
         }
     }
 

@@ -105,7 +105,7 @@ mod tests {
                 )
                 .unwrap();
                 let torsion = TorsionModel::new(&case.parameters);
-                let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
+                let axial = case.parameters.axial_motion();
                 let omega = torsion.natural_angular_frequency();
                 for step in 0..60 {
                     let x = 0.1 * f64::from(step) / decay;

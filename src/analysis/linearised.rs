@@ -7,7 +7,7 @@
 
 use super::equations::{Dynamic, Equations, extended};
 pub use super::influence::ParameterName;
-use super::influence::{Influence, STEP, influences, is_corner};
+use super::influence::{Influence, STEP, influences};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
@@ -140,7 +140,7 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
                 } else {
                     rounding.read_clock(event.time);
                 }
-                propagation.shift(case, event, mode)
+                propagation.shift(event, mode)
             }
         };
         if let Some(error) = propagation.manifold_error(event, mode) {
@@ -290,7 +290,7 @@ impl Propagation<'_> {
     }
 
     /// By how much each column moves the time of an event, s.
-    fn shift(&self, case: &Case, event: &Event, before: Mode) -> DVector<f64> {
+    fn shift(&self, event: &Event, before: Mode) -> DVector<f64> {
         let (t, y) = (event.time, Node::before(event).state);
         if matches!(event.kind, EventKind::Separation | EventKind::Contact) {
             return self.shift_of_contact(t);
@@ -298,7 +298,7 @@ impl Propagation<'_> {
         let guard =
             |equations: &Equations, t: f64, y: &Dynamic| equations.guard(event.kind, before, event.mode_after, t, y);
         if guard(&self.equations, t, &y).is_none() {
-            return self.set_by_time(case, event);
+            return self.set_by_time(event);
         }
         let value = |equations: &Equations, t: f64, y: &Dynamic| guard(equations, t, y).unwrap_or(f64::NAN);
         let flow = self.equations.rates(before, t, &y);
@@ -347,12 +347,12 @@ impl Propagation<'_> {
     }
 
     /// The same of an event whose time is a parameter, or follows from none.
-    fn set_by_time(&self, case: &Case, event: &Event) -> DVector<f64> {
+    fn set_by_time(&self, event: &Event) -> DVector<f64> {
         let mut row = DVector::zeros(self.deviations.ncols());
         for (column, (name, influence)) in self.influences.iter().enumerate() {
             let moves = match (event.kind, influence) {
                 (EventKind::Kick, Influence::KickTime(time)) => *time == event.time,
-                (EventKind::Corner, _) => is_corner(&case.parameters.actuation, &name.path, event.time),
+                (EventKind::Corner, _) => name.is_corner(event.time),
                 _ => false,
             };
             row[HEAD + column] = f64::from(u8::from(moves));

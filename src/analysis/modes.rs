@@ -166,9 +166,8 @@ impl Modes {
     /// Of a case. Integrates it up to its first stick to find the loss of stability where the run itself has it.
     pub fn of_case(parameters: &Parameters, solver: &SolverOptions, end_time: f64) -> Modes {
         let (report, failure) = run_to_first_stick(parameters, solver, end_time);
-        let axial_motion = AxialMotion::new(&parameters.axial, &parameters.actuation);
         let torsion = TorsionModel::new(parameters);
-        let force = axial_motion.largest_force().max(0.0);
+        let force = parameters.largest_force().max(0.0);
         let critical_speed = torsion.critical_speed(force);
         let initial = parameters.initial.speed.abs();
         let mut speeds: Vec<f64> = [Some(0.0), critical_speed, Some(initial)]
@@ -179,7 +178,7 @@ impl Modes {
         speeds.dedup();
         let mut states = vec![axial_modes(&parameters.axial), stick_modes(&torsion)];
         states.extend(speeds.iter().map(|&x| slip_modes(&torsion, force, x)));
-        let instability = instability(parameters, &torsion, &axial_motion, &report);
+        let instability = instability(parameters, &torsion, &parameters.axial_motion(), &report);
         Modes {
             axial_frequency: (parameters.axial.stiffness / parameters.axial.mass).sqrt() / TAU,
             axial_damping_ratio: parameters.axial.damping

@@ -124,7 +124,12 @@ impl SmoothSliding<'_> {
     /// (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), excluded, to the time `until`; the
     /// latest first.
     pub fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
-        let corners: Vec<f64> = self.axial.corners().filter(|c| (until..start.0).contains(c)).collect();
+        let corners: Vec<f64> = self
+            .axial
+            .force
+            .corners()
+            .filter(|c| (until..start.0).contains(c))
+            .collect();
         let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
         let mut corners = corners.into_iter().rev().peekable();
         let (mut point, mut rates) = (start, Vec::new());
@@ -188,7 +193,7 @@ impl SmoothSliding<'_> {
             return rates;
         }
         let mut at = Some((start, speed));
-        if self.axial.is_silent(start.0) && self.axial.next_corner(start.0).is_none() {
+        if self.axial.is_silent(start.0) && self.axial.force.next_corner(start.0).is_none() {
             at = self.series_to_stop(&mut rates, start, speed, end);
         }
         if let Some((point, speed)) = at
@@ -217,7 +222,7 @@ impl SmoothSliding<'_> {
     /// and the speed that are returned, where steady sliding changes too fast for its slow manifold.
     fn steps_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(f64, f64)> {
         let fall = start.1.abs() / STEPS;
-        let mut corners = self.axial.corners().filter(|c| *c < end).peekable();
+        let mut corners = self.axial.force.corners().filter(|c| *c < end).peekable();
         let (mut point, mut x) = (start, speed);
         while point.0 < end && x > 0.0 {
             if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
@@ -316,7 +321,7 @@ impl SmoothSliding<'_> {
 
     /// The step over which the momentum changes by `fall` (N m s) at most, and the contact force by its share.
     fn longest_step(&self, t: f64, fall: f64) -> f64 {
-        let change = FORCE_SHARE * self.axial.largest_force();
+        let change = FORCE_SHARE * self.axial.force.largest();
         let (force, rate) = self.pressing(t);
         let (slope, curvature) = (self.axial.at(t).pressing_rate.abs(), self.axial.curvature_bound(t));
         let still = rate == 0.0 && slope == 0.0 && curvature == 0.0;

@@ -2,7 +2,7 @@
 
 use super::Case;
 use crate::friction::Law;
-use crate::model::Actuation;
+use crate::signal::{Ramp, Signal, Table};
 use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
 
@@ -50,34 +50,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
         );
     }
 
-    if let Actuation::Table { time, force } = &case.parameters.actuation {
-        if time.is_empty() {
-            complain("actuation.time", &[], "must hold at least one time".to_owned());
-        }
-        if time.len() != force.len() {
-            complain(
-                "actuation.force",
-                &["actuation.time"],
-                format!(
-                    "must be as long as actuation.time: {} forces for {} times",
-                    force.len(),
-                    time.len()
-                ),
-            );
-        }
-        if let Some(index) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
-            complain(
-                &format!("actuation.time.{}", index + 1),
-                &[&format!("actuation.time.{index}")],
-                format!(
-                    "times must increase: {:?} s follows {:?} s",
-                    time[index + 1],
-                    time[index]
-                ),
-            );
-        }
-    }
-
+    actuation(case, &mut complain);
     fixed_step(case, &mut complain);
     paper_tolerances(case, &mut complain);
 
@@ -117,16 +90,6 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             );
         }
     }
-    if let Actuation::Ramp { rise_time, .. } = &case.parameters.actuation
-        && *rise_time > 0.0
-        && *rise_time < SHORTEST_RUN
-    {
-        complain(
-            "actuation.rise_time",
-            &[],
-            format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
-        );
-    }
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {
             complain(
@@ -154,6 +117,48 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
         );
     }
     found
+}
+
+/// What the numbers of a profile need.
+fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    match &case.parameters.actuation {
+        Signal::Ramp(Ramp { rise_time, .. }) => {
+            if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
+                complain(
+                    "actuation.rise_time",
+                    &[],
+                    format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
+                );
+            }
+        }
+        Signal::Table(Table { time, value }) => {
+            if time.is_empty() {
+                complain("actuation.time", &[], "must hold at least one time".to_owned());
+            }
+            if time.len() != value.len() {
+                complain(
+                    "actuation.force",
+                    &["actuation.time"],
+                    format!(
+                        "must be as long as actuation.time: {} forces for {} times",
+                        value.len(),
+                        time.len()
+                    ),
+                );
+            }
+            if let Some(index) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
+                complain(
+                    &format!("actuation.time.{}", index + 1),
+                    &[&format!("actuation.time.{index}")],
+                    format!(
+                        "times must increase: {:?} s follows {:?} s",
+                        time[index + 1],
+                        time[index]
+                    ),
+                );
+            }
+        }
+    }
 }
 
 /// What a fixed step needs: a method that takes it, no other bound, and stability.

@@ -3,9 +3,10 @@
 use super::document::{self, Node, Override, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
-use super::{Case, CaseSource, schema};
+use super::schema::{self, Key};
+use super::{Case, CaseSource, key_of};
 use crate::model::{Axial, KickTime};
-use crate::model::{ExactActuation, ExactKick, ExactParameters};
+use crate::model::{ExactKick, ExactParameters};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::Pow;
@@ -20,16 +21,12 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
         })?;
     }
     let reader = Reader { root: &root };
-    let actuation = match &case.parameters.actuation {
-        crate::model::Actuation::Ramp { .. } => ExactActuation::Ramp {
-            force: reader.number("actuation.force", Dimension::Force)?,
-            rise_time: reader.number("actuation.rise_time", Dimension::Time)?,
-        },
-        crate::model::Actuation::Table { time, force } => ExactActuation::Table {
-            time: reader.series("actuation.time", time.len(), Dimension::Time)?,
-            force: reader.series("actuation.force", force.len(), Dimension::Force)?,
-        },
-    };
+    let actuation = case.parameters.actuation.try_map(|field, index, _| {
+        let path = schema::actuation_path(field);
+        let dimension = key_of(&path).and_then(Key::dimension).unwrap_or(Dimension::Number);
+        let element = index.map_or(String::new(), |index| format!(".{index}"));
+        reader.number(&format!("{path}{element}"), dimension)
+    })?;
     let kicks = case.parameters.perturbations.iter().enumerate().map(|(index, kick)| {
         Ok(ExactKick {
             time: match kick.time {
@@ -124,12 +121,6 @@ impl Reader<'_> {
             _ => Err("expected a number".to_owned()),
         };
         value.map_err(|message| problem(path, message))
-    }
-
-    fn series(&self, path: &str, length: usize, dimension: Dimension) -> Result<Vec<BigRational>, CaseError> {
-        (0..length)
-            .map(|index| self.number(&format!("{path}.{index}"), dimension))
-            .collect()
     }
 
     /// r, given or from the diameters by equation (6) or (7).

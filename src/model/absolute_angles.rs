@@ -7,7 +7,7 @@
 use super::torsion::{DIMENSION as TORSIONAL, TorsionModel, TorsionState, index};
 use super::{Axial, Parameters};
 use crate::friction::Law;
-use crate::model::axial::AxialMotion;
+use crate::signal::Pieces;
 
 /// Number of components of the state.
 pub const DIMENSION: usize = 11;
@@ -62,7 +62,8 @@ pub struct AbsoluteModel {
     /// Parameters of the torsional system and its friction.
     pub torsion: TorsionModel,
     axial: Axial,
-    force: AxialMotion,
+    /// F(t), N.
+    pub force: Pieces,
 }
 
 impl AbsoluteModel {
@@ -71,7 +72,7 @@ impl AbsoluteModel {
         AbsoluteModel {
             torsion: TorsionModel::new(parameters),
             axial: parameters.axial,
-            force: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            force: parameters.actuation.pieces(),
         }
     }
 
@@ -81,21 +82,6 @@ impl AbsoluteModel {
         state[THETA_DOT] = speed;
         state[PHI2_DOT] = speed;
         state
-    }
-
-    /// Whether F presses the disks together right after t = 0.
-    pub fn closed_at_start(&self) -> bool {
-        self.force.closed_at_start()
-    }
-
-    /// The first corner of F(t) after `t`, s.
-    pub fn next_corner(&self, t: f64) -> Option<f64> {
-        self.force.next_corner(t)
-    }
-
-    /// F(t), N.
-    pub fn applied_force(&self, t: f64) -> f64 {
-        self.force.applied_force(t)
     }
 
     /// -c_a z' - k_e z, N: the contact force (5) where positive.
@@ -166,7 +152,7 @@ impl AbsoluteModel {
             damping,
             ..
         } = self.axial;
-        let force = self.force.applied_force(t);
+        let force = self.force.value(t);
         let stator_rate = y[PHI1_DOT];
         let rotor_rate = y[THETA_DOT] - y[PHI2_DOT];
         dydt[THETA] = y[THETA_DOT];

@@ -18,5 +18,5 @@ pub mod slow_stick;
 pub mod stability;
 pub mod torsion;
 
-pub use exact::{ExactActuation, ExactKick, ExactParameters, nearest_double};
-pub use parameters::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};
+pub use exact::{ExactKick, ExactParameters, nearest_double};
+pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -34,8 +34,8 @@ impl Forecast {
         let surface = model.torsion.surface_inertia;
         let radius = model.contact.radius;
         let slowing =
-            |t: f64, x: f64| model.friction.law.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia;
-        let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.applied_force(t).max(0.0));
+            |t: f64, x: f64| model.friction.law.coefficient(x) * radius * axial.force.value(t).max(0.0) / inertia;
+        let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.force.value(t).max(0.0));
         let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
         let mut path = vec![(t, damping)];
         let mut speeds = vec![(t, x)];
@@ -50,7 +50,7 @@ impl Forecast {
                 break;
             }
             let rate = slowing(t, x);
-            let corner = axial.next_corner(t).unwrap_or(f64::INFINITY);
+            let corner = axial.force.next_corner(t).unwrap_or(f64::INFINITY);
             let mut step = coarsest.min(until - t);
             if t + step > corner {
                 step = corner - t;

@@ -78,7 +78,7 @@ impl Brake {
         Brake {
             closed_form: closed_form::ClosedForm::new(&torsion),
             torsion,
-            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            axial: parameters.axial_motion(),
             slow_stick: None,
         }
     }

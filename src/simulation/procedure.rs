@@ -80,7 +80,7 @@ pub(super) fn run(
 ) -> Result<RunReport, Box<RunFailure>> {
     let model = AbsoluteModel::new(parameters);
     let state = AbsoluteModel::start(parameters.initial.speed);
-    let contact = if model.closed_at_start() {
+    let contact = if model.force.starts_positive() {
         model.contact(&state, false, EPSILON)
     } else {
         Contact::Separated
@@ -106,7 +106,7 @@ pub(super) fn run(
         kicks,
         next_kick: 0,
         waiting_kicks,
-        corner: model.next_corner(0.0),
+        corner: model.force.next_corner(0.0),
         segment_start: 0.0,
         counters: Counters::default(),
         counted: 0,
@@ -275,7 +275,7 @@ impl Run<'_> {
     /// What (9) and the other tests say at the end of a step.
     fn end_of_step(&mut self) -> Result<(), RunError> {
         if let Some(corner) = self.corner.filter(|&corner| corner <= self.time) {
-            self.corner = self.model.next_corner(corner);
+            self.corner = self.model.force.next_corner(corner);
             self.happen(EventKind::Corner, self.contact, self.watch, self.state)?;
         }
         self.test_stability()?;

@@ -137,7 +137,7 @@ impl Readings for AbsoluteReadings<'_> {
             self.model.pressing_force(&y).max(0.0)
         };
         Channels {
-            applied_force: self.model.applied_force(t),
+            applied_force: self.model.force.value(t),
             normal_force,
             friction_torque: friction_torque(torsion, mode, &twists, normal_force),
             transmitted_torque: torsion.transmitted_torque(&twists),

@@ -111,7 +111,7 @@ impl BrakeRules {
 
     /// Location at t = 0 for a state.
     pub fn initial_location(&self, y: &[f64]) -> Location {
-        let mode = if self.brake.axial.closed_at_start() {
+        let mode = if self.brake.axial.force.starts_positive() {
             self.mode_in_contact(0.0, y)
         } else {
             Mode::Separated
@@ -248,7 +248,7 @@ impl BrakeRules {
             return false;
         }
         let from = t.max(axial.silent_from(t));
-        let smooth_until = match axial.next_corner(t) {
+        let smooth_until = match axial.force.next_corner(t) {
             Some(corner) if corner + QUIET_E_FOLDS / quiet.damping < quiet.until => corner,
             None if (quiet.until - from) * quiet.damping > CALM_E_FOLDS + quiet.growth => f64::INFINITY,
             _ => return false,
@@ -419,7 +419,7 @@ impl Rules<Brake> for BrakeRules {
                 found
             }
         };
-        let corner = self.brake.axial.next_corner(self.last_corner);
+        let corner = self.brake.axial.force.next_corner(self.last_corner);
         let kick = self.kicks.get(self.next_kick).map(|k| k.0);
         [
             contact_change.map(|change| change.time),
@@ -433,7 +433,7 @@ impl Rules<Brake> for BrakeRules {
     }
 
     fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<BrakeTransition> {
-        if let Some(corner) = self.brake.axial.next_corner(self.last_corner).filter(|&c| c <= t) {
+        if let Some(corner) = self.brake.axial.force.next_corner(self.last_corner).filter(|&c| c <= t) {
             self.last_corner = corner;
             self.disturb(location.mode, t, y);
             let mut after = *location;

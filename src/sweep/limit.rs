@@ -5,7 +5,6 @@ use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
 use crate::case::{Case, Setting};
-use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 
 /// Values of y at which the linear limit is given.
@@ -46,6 +45,6 @@ pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2
 /// c_t + 2 r F mu'(0), N m s/rad, F the largest force.
 fn standstill_margin(case: &Case) -> f64 {
     let parameters = &case.parameters;
-    let force = AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
+    let force = parameters.largest_force();
     TorsionModel::new(parameters).stability_margin(1.0, 0.0, force)
 }

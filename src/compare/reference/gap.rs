@@ -94,7 +94,7 @@ fn derivatives(physics: &Physics, time: f64, mode: Mode, x: &[f64; BASES]) -> ([
     let v3 = (torque_rate - stator_rate) / j;
     // m z'' = -F - c_a z' - k_e z, the pressing force less F
     let z2 = (axial.pressing_force - axial.force) / physics.mass;
-    let z3 = (axial.pressing_rate - physics.axial.applied_force_rate(time)) / physics.mass;
+    let z3 = (axial.pressing_rate - physics.axial.force.slope(time)) / physics.mass;
     (
         [x[Z_DOT], z2, x[U_DOT], u2, x[V_DOT], v2, x[THETA_DOT], theta2, dy[SLIP]],
         [z2, z3, u2, u3, v2, v3, theta2, theta3, theta2 - u2 - v2],

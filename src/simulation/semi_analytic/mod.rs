@@ -168,7 +168,7 @@ impl SemiAnalyticEngine {
         let Brake { torsion, axial, .. } = &*self.brake;
         let t = self.origin;
         // The time is itself no more exact than its last place.
-        let force = axial.largest_force() + (axial.at(t).pressing_rate * t).abs();
+        let force = axial.force.largest() + (axial.at(t).pressing_rate * t).abs();
         let rate = axial.curvature_bound(t) * (t + torsion.natural_period());
         let relative_velocity = self.sense() * torsion.relative_velocity(&self.y);
         let slope = torsion.friction.law.coefficient_and_slope(relative_velocity).1.abs();
