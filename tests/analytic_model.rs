@@ -6,8 +6,9 @@ use stickslip::friction::{Exponential, Friction};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::closed_form::{Breakaway, ClosedForm};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
-use stickslip::model::{Axial, BreakawayTest, Contact, Torsion};
+use stickslip::model::state::{DIMENSION, TorsionState, index::*};
+use stickslip::model::torsion::TorsionModel;
+use stickslip::model::{Axial, BreakawayTest, Contact, Mode, Torsion};
 use stickslip::signal::{Ramp, Signal, Table};
 
 const AXIAL: Axial = Axial {
@@ -179,22 +180,10 @@ proptest! {
         let scale = [1e-5, 0.2, 1e-5, 0.2, 0.5, 1.0, 1.0, 1.0];
         let y: Vec<f64> = y.iter().zip(scale).map(|(a, b)| a * b).collect();
         let rhs = |y: &[f64]| {
-            let mut out = [0.0; DIMENSION];
-            match mode {
-                0 => model.slip_rhs(1.0, force, y, &mut out),
-                1 => model.slip_rhs(-1.0, force, y, &mut out),
-                2 => model.stick_rhs(y, &mut out),
-                _ => model.separated_rhs(y, &mut out),
-            }
-            out
+            model.rates_at(Mode::ALL[mode], || force, y)
         };
         let mut jacobian = DMatrix::zeros(DIMENSION, DIMENSION);
-        match mode {
-            0 => model.slip_jacobian(1.0, force, &y, &mut jacobian.as_view_mut()),
-            1 => model.slip_jacobian(-1.0, force, &y, &mut jacobian.as_view_mut()),
-            2 => model.stick_jacobian(&y, &mut jacobian.as_view_mut()),
-            _ => model.separated_jacobian(&y, &mut jacobian.as_view_mut()),
-        }
+        model.jacobian(Mode::ALL[mode], || force, &y, &mut jacobian.as_view_mut());
         for column in 0..DIMENSION {
             let h = 1e-6 * scale[column];
             let (mut up, mut down) = (y.clone(), y.clone());
@@ -225,8 +214,7 @@ proptest! {
         let (before, here, after) = (at((tau - h).max(0.0)), at(tau), at(tau + h));
         let span = tau + h - (tau - h).max(0.0);
         prop_assume!(tau > h);
-        let mut rhs = [0.0; DIMENSION];
-        if stick { model.stick_rhs(&here, &mut rhs) } else { model.separated_rhs(&here, &mut rhs) }
+        let rhs = model.rates_at(if stick { Mode::Stick } else { Mode::Separated }, || 0.0, &here);
         // sizes of the derivatives of a 26 krad/s oscillation of 1e-5 rad and 0.2 rad/s
         let size = [0.5, 1.2e4, 0.5, 1.2e4, 1.2e4, 1.0, 1.0, 2.0];
         for k in 0..DIMENSION {

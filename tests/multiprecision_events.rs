@@ -155,7 +155,8 @@ fn multiprecision_unperturbed_series() {
 #[test]
 fn multiprecision_slow_manifold() {
     use stickslip::model::slow_manifold::on_slow_manifold;
-    use stickslip::model::torsion::{TorsionModel, index::*};
+    use stickslip::model::state::index::*;
+    use stickslip::model::torsion::TorsionModel;
     use stickslip::signal::{Ramp, Signal};
     for case in ["paper", "si-kick"] {
         let truth = truth(case);

@@ -11,7 +11,8 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::Mode;
 use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::on_slow_manifold;
-use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use stickslip::model::state::{DIMENSION, TorsionState, index::*};
+use stickslip::model::torsion::TorsionModel;
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 

@@ -12,8 +12,8 @@ use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
 use crate::model::slow_manifold::on_slow_manifold;
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DYNAMIC, TorsionModel};
+use crate::model::state::{DYNAMIC, MEASURES, Measure};
+use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::run::Run;
@@ -100,7 +100,8 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
     };
     for (column, (_, influence)) in influences.iter().enumerate() {
         if matches!(influence, Influence::Speed) {
-            propagation.deviations[(ROTOR_SPEED, HEAD + column)] = 1.0;
+            let mut start = propagation.deviations.fixed_view_mut::<DYNAMIC, 1>(0, HEAD + column);
+            start.copy_from_slice(&spinning(1.0)[..DYNAMIC]);
         }
     }
     let mut rounding = Rounding::default();
@@ -309,8 +310,7 @@ impl Propagation<'_> {
             / (2.0 * tick);
         let size = y.abs().max().max(f64::MIN_POSITIVE);
         let gradient = Dynamic::from_fn(|row, _| {
-            let twist = row == ROTOR_TWIST || row == STATOR_TWIST;
-            let delta = STEP * if twist { size / self.frequency } else { size };
+            let delta = STEP * (size / self.weight(row));
             let mut unit = Dynamic::zeros();
             unit[row] = delta;
             (value(&self.equations, t, &(y + unit)) - value(&self.equations, t, &(y - unit))) / (2.0 * delta)
@@ -371,9 +371,7 @@ impl Propagation<'_> {
         self.deviations += flow_before * row.transpose();
         if joined {
             for mut column in self.deviations.column_iter_mut() {
-                let half = (column[ROTOR_SPEED] - column[ROTOR_TWIST_RATE] - column[STATOR_TWIST_RATE]) / 2.0;
-                column[ROTOR_TWIST_RATE] += half;
-                column[STATOR_TWIST_RATE] += half;
+                self.equations.torsion.join(column.as_mut_slice());
             }
         }
         self.deviations -= flow_after * row.transpose();
@@ -388,8 +386,8 @@ impl Propagation<'_> {
                         KickTime::Instability => true,
                     };
                     if same && due {
-                        self.deviations[(ROTOR_TWIST_RATE, HEAD + column)] -= 0.5;
-                        self.deviations[(STATOR_TWIST_RATE, HEAD + column)] -= 0.5;
+                        let mut column = self.deviations.column_mut(HEAD + column);
+                        self.equations.torsion.kick(column.as_mut_slice(), 1.0);
                     }
                 }
             }
@@ -416,9 +414,7 @@ impl Propagation<'_> {
     fn manifold_error(&self, event: &Event, before: Mode) -> Option<Dynamic> {
         let (old, new) = (Node::before(event).state, Node::after(event).state);
         // A kick changes rates only, and not the rotor's.
-        let kept = [ROTOR_TWIST, STATOR_TWIST, ROTOR_SPEED]
-            .iter()
-            .all(|&k| old[k] == new[k]);
+        let kept = (0..DYNAMIC).all(|k| MEASURES[k] == Measure::TwistRate || old[k] == new[k]);
         if event.kind != EventKind::Kick || before.sense() == 0 || kept {
             return None;
         }
@@ -462,11 +458,7 @@ impl Propagation<'_> {
 
     /// What a component is multiplied by to compare with a rate.
     fn weight(&self, component: usize) -> f64 {
-        if component == ROTOR_TWIST || component == STATOR_TWIST {
-            self.frequency
-        } else {
-            1.0
-        }
+        self.equations.torsion.rate_weight(component)
     }
 
     /// ln of the largest factor between a deviation at the start of growth and now.

@@ -8,8 +8,9 @@ use super::{Growth, Summary};
 use crate::friction::{FrictionLaw, Law};
 use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
+use crate::model::linear_part::{joined_speeds, speeds};
+use crate::model::state::DYNAMIC;
+use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{Axial, Mode, Parameters};
 use crate::record::State;
 use crate::run::Run;
@@ -241,12 +242,8 @@ pub fn axial_modes(axial: &Axial) -> StateModes {
 
 /// Stick (4): the rotor and the joined surfaces, a Jacobian that depends on nothing.
 pub fn stick_modes(torsion: &TorsionModel) -> StateModes {
-    let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
-    torsion.stick_jacobian(&[0.0; DIMENSION], &mut full.as_view_mut());
-    let velocities = |v: &[Complex<f64>]| {
-        let (u_dot, v_dot) = (v[ROTOR_TWIST_RATE], v[STATOR_TWIST_RATE]);
-        vec![("theta", u_dot + v_dot), ("phi2", v_dot), ("phi1", v_dot)]
-    };
+    let jacobian = torsion.dynamic_jacobian(Mode::Stick, || 0.0, &spinning(0.0));
+    let velocities = |v: &[Complex<f64>]| named(joined_speeds(v));
     let name = |_: Complex<f64>, shape: &[Complex<f64>]| {
         if shape[0].norm() > shape[1].norm() {
             "rotor"
@@ -257,24 +254,14 @@ pub fn stick_modes(torsion: &TorsionModel) -> StateModes {
     StateModes {
         state: "stick",
         relative_velocity: None,
-        modes: eigenmodes(&leading_block(&full, STICK_DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&jacobian, STICK_DYNAMIC, torsion), velocities, name),
     }
 }
 
 /// Slip (3) about |omega_r| = `x` under a constant `normal_force` (N).
 pub fn slip_modes(torsion: &TorsionModel, normal_force: f64, x: f64) -> StateModes {
-    let mut y = [0.0; DIMENSION];
-    y[ROTOR_SPEED] = x;
-    let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
-    torsion.slip_jacobian(1.0, normal_force, &y, &mut full.as_view_mut());
-    let velocities = |v: &[Complex<f64>]| {
-        let theta = v[ROTOR_SPEED];
-        vec![
-            ("theta", theta),
-            ("phi2", theta - v[ROTOR_TWIST_RATE]),
-            ("phi1", v[STATOR_TWIST_RATE]),
-        ]
-    };
+    let jacobian = torsion.sliding_jacobian(1.0, normal_force, x);
+    let velocities = |v: &[Complex<f64>]| named(speeds(v));
     let name = |_: Complex<f64>, shape: &[Complex<f64>]| {
         let (relative, common) = ((shape[1] - shape[2]).norm(), (shape[1] + shape[2]).norm());
         // The rotor takes its own surface along: that mode has the rotor as its largest part.
@@ -293,8 +280,12 @@ pub fn slip_modes(torsion: &TorsionModel, normal_force: f64, x: f64) -> StateMod
     StateModes {
         state: "slip",
         relative_velocity: Some(x),
-        modes: eigenmodes(&leading_block(&full, DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&jacobian, DYNAMIC, torsion), velocities, name),
     }
+}
+
+fn named([theta, phi2, phi1]: [Complex<f64>; 3]) -> Vec<(&'static str, Complex<f64>)> {
+    vec![("theta", theta), ("phi2", phi2), ("phi1", phi1)]
 }
 
 /// Eigenvalues with Im >= 0, the fastest first, each with the velocities of its right eigenvector.

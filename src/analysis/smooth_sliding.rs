@@ -5,8 +5,9 @@ use super::growth_rate::fast_growth_rate;
 use crate::friction::Law;
 use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::{SlowSeries, of_momentum, slow_momentum};
-use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::model::slow_manifold::{SlowSeries, of_momentum};
+use crate::model::state::TorsionState;
+use crate::model::torsion::TorsionModel;
 use crate::record::State;
 
 /// (time, s; momentum I theta' + J phi_2', N m s).
@@ -58,15 +59,12 @@ pub struct SmoothSliding<'a> {
 impl SmoothSliding<'_> {
     /// The point of a state at `time` (s), by its momentum.
     pub fn point(&self, time: f64, state: &State) -> Point {
-        let mut y = [0.0; DIMENSION];
-        y[ROTOR_TWIST_RATE] = state.rotor_twist_rate;
-        y[ROTOR_SPEED] = state.theta_dot;
-        (time, slow_momentum(self.torsion, &y))
+        (time, self.torsion.torsion.slow_momentum(&state.torsional().state()))
     }
 
     /// The point at `time` (s) with this |omega_r| (rad/s).
     pub fn point_of_speed(&self, time: f64, speed: f64) -> Point {
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         let mut momentum = self.sense * inertia * speed;
         // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
         let rounds = if self.time_scale_ratio(time, speed) > LARGEST_TIME_SCALE_RATIO {
@@ -89,7 +87,7 @@ impl SmoothSliding<'_> {
         }
     }
 
-    fn state(&self, (t, momentum): Point) -> [f64; DIMENSION] {
+    fn state(&self, (t, momentum): Point) -> TorsionState {
         of_momentum(self.torsion, self.sense, self.pressing(t), momentum)
     }
 
@@ -130,7 +128,7 @@ impl SmoothSliding<'_> {
             .corners()
             .filter(|c| (until..start.0).contains(c))
             .collect();
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         let mut corners = corners.into_iter().rev().peekable();
         let (mut point, mut rates) = (start, Vec::new());
         if self.time_scale_ratio(start.0, speed) > LARGEST_TIME_SCALE_RATIO {
@@ -160,7 +158,7 @@ impl SmoothSliding<'_> {
     /// Adds (t, Re lambda) on the way back from `time`, excluded, to `until` or to where steady sliding is slow against its
     /// twists, with rotor and rotor surface as one inertia; returns the time and the speed there.
     fn rigid_back(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         let (mut t, mut x) = (time, speed);
         while t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO {
             let fall = self.fall_back(x);
@@ -214,7 +212,7 @@ impl SmoothSliding<'_> {
 
     /// -d|omega_r|/dt of rotor and rotor surface as one, rad/s^2.
     fn rigid_slowing(&self, t: f64, x: f64) -> f64 {
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         self.torsion.friction.law.coefficient(x.max(0.0)) * self.torsion.contact.radius * self.pressing(t).0 / inertia
     }
 
@@ -251,7 +249,7 @@ impl SmoothSliding<'_> {
     fn rigid_to_stop(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, end: f64) {
         let (mut t, mut x) = (time, speed);
         while t < end && x > 0.0 {
-            let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+            let inertia = self.torsion.torsion.rigid_inertia();
             let step = self.longest_step(t, inertia * speed / STEPS);
             let step = step.max(least_step(rates.len(), end - t)).min(end - t);
             let middle = x - 0.5 * step * self.rigid_slowing(t, x);
@@ -300,7 +298,7 @@ impl SmoothSliding<'_> {
                 }
                 rates.push((point.0 + tau, self.rate(point.0 + tau, x)));
             }
-            point = (point.0 + length, slow_momentum(self.torsion, &series.at(length)));
+            point = (point.0 + length, self.torsion.torsion.slow_momentum(&series.at(length)));
             speed = series.speed_at(length).0;
             if point.0 >= end {
                 return None;

@@ -10,12 +10,14 @@ pub mod closed_form;
 pub mod contact;
 pub mod exact;
 pub mod linear_flow;
+pub mod linear_part;
 pub mod oscillator;
 pub mod parameters;
 pub mod slip_series;
 pub mod slow_manifold;
 pub mod slow_stick;
 pub mod stability;
+pub mod state;
 pub mod torsion;
 
 pub use exact::{ExactKick, ExactParameters, nearest_double};

@@ -140,6 +140,15 @@ impl Mode {
         }
     }
 
+    /// Slip with this relative velocity, or its sign.
+    pub fn sliding(relative_velocity: f64) -> Mode {
+        if relative_velocity > 0.0 {
+            Mode::SlipForward
+        } else {
+            Mode::SlipBackward
+        }
+    }
+
     /// Sign of the relative velocity in slip, 0 otherwise.
     pub fn sense(self) -> i8 {
         match self {

@@ -20,7 +20,7 @@ pub use report::{Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, ChosenSolver, Limits, Start};
 use crate::model::slow_stick::SlowStick;
-use crate::model::torsion::{DIMENSION, index::ROTOR_SPEED};
+use crate::model::torsion::spinning;
 use crate::model::{Mode, Parameters};
 use crate::record::Recorder;
 use brake::{Brake, Location, Watch};
@@ -70,8 +70,7 @@ pub(crate) fn simulate(
     }
     let brake = Arc::new(brake);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
-    let mut state = vec![0.0; DIMENSION];
-    state[ROTOR_SPEED] = parameters.initial.speed;
+    let state = spinning(parameters.initial.speed).to_vec();
     let location = rules.initial_location(&state);
     let readings = TwistReadings {
         brake: &brake,

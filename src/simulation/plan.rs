@@ -4,7 +4,8 @@ use super::brake::Location;
 use super::options::{Method, SolverOptions};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
-use crate::model::torsion::{DIMENSION, TorsionModel, index};
+use crate::model::state::{MEASURES, Measure};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::sundials::{CvodeOptions, EsdirkTable, ShortSteps, Tolerances};
 use std::f64::consts::TAU;
@@ -137,7 +138,7 @@ impl Plan {
     pub fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
         const ORDER: i32 = 5;
         let law = &model.friction.law;
-        let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
+        let inertia = model.torsion.rigid_inertia();
         let largest = law.coefficient_bounds(0.0, f64::INFINITY).most;
         let slowing = largest * model.contact.radius * largest_force / inertia;
         let stride = slowing * STRIDE * self.period / TAU;
@@ -160,26 +161,22 @@ impl Plan {
         let mut tolerances = self.tolerances(rtol);
         if location.resolved && location.mode.sense() != 0 {
             // What the case sets itself stays as it is.
-            for (index, set) in [
-                (index::ROTOR_TWIST, self.absolute[0]),
-                (index::STATOR_TWIST, self.absolute[0]),
-                (index::ROTOR_TWIST_RATE, self.absolute[1]),
-                (index::STATOR_TWIST_RATE, self.absolute[1]),
-            ] {
-                if set.is_none() {
-                    tolerances.absolute[index] *= CVODE_ABSOLUTE;
+            for (absolute, measure) in tolerances.absolute.iter_mut().zip(MEASURES) {
+                match (measure, self.absolute) {
+                    (Measure::Twist, [None, ..]) | (Measure::TwistRate, [_, None, _]) => *absolute *= CVODE_ABSOLUTE,
+                    _ => {}
                 }
             }
         }
         if striding {
             // Nothing depends on the quadratures, and of order 2 they alone would hold the step below a stride.
             let rtol = self.rtol.max(SMALLEST_SLIDING);
-            for (index, scale) in [
-                (index::SLIP, 20.0 * SLIP_SCALE),
-                (index::FRICTION_LOSS, self.energy),
-                (index::DAMPING_LOSS, self.energy),
-            ] {
-                tolerances.absolute[index] = rtol * scale;
+            for (absolute, measure) in tolerances.absolute.iter_mut().zip(MEASURES) {
+                match measure {
+                    Measure::Slip => *absolute = rtol * (20.0 * SLIP_SCALE),
+                    Measure::Loss => *absolute = rtol * self.energy,
+                    _ => {}
+                }
             }
         }
         let bound = self.longest_step(location);
@@ -280,16 +277,16 @@ impl Plan {
 
     fn tolerances(&self, rtol: f64) -> Tolerances {
         let [twist, rate, speed] = std::array::from_fn(|k| self.absolute[k].unwrap_or(rtol * self.scale[k]));
-        let mut absolute = vec![rtol * self.energy; DIMENSION];
-        absolute[index::SLIP] = rtol * SLIP_SCALE;
-        absolute[index::ROTOR_TWIST] = twist;
-        absolute[index::STATOR_TWIST] = twist;
-        absolute[index::ROTOR_TWIST_RATE] = rate;
-        absolute[index::STATOR_TWIST_RATE] = rate;
-        absolute[index::ROTOR_SPEED] = speed;
+        let absolute = MEASURES.iter().map(|measure| match measure {
+            Measure::Twist => twist,
+            Measure::TwistRate => rate,
+            Measure::Speed => speed,
+            Measure::Slip => rtol * SLIP_SCALE,
+            Measure::Loss => rtol * self.energy,
+        });
         Tolerances {
             relative: rtol,
-            absolute,
+            absolute: absolute.collect(),
         }
     }
 }

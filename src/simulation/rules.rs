@@ -8,7 +8,7 @@ use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::slow_stick::SlowStick;
 use crate::model::stability::{Forecast, QuietStretch};
-use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::model::state::{TorsionState, state_of};
 use crate::model::{Mode, Parameters};
 use crate::record::EventKind;
 use std::sync::Arc;
@@ -126,7 +126,7 @@ impl BrakeRules {
     /// Slip in the sense of the relative velocity, or where there is none what the stick test says.
     fn mode_in_contact(&self, t: f64, y: &[f64]) -> Mode {
         let w = self.brake.torsion.relative_velocity(y);
-        if w != 0.0 { slip(w) } else { self.settle(t, y) }
+        if w != 0.0 { Mode::sliding(w) } else { self.settle(t, y) }
     }
 
     /// The stick test for surfaces at the same speed.
@@ -139,7 +139,7 @@ impl BrakeRules {
         if torque.abs() <= limit {
             Mode::Stick
         } else {
-            slip(torque)
+            Mode::sliding(torque)
         }
     }
 
@@ -272,25 +272,11 @@ impl BrakeRules {
         }
         let pressing = axial.at(t);
         let pressing = (pressing.pressing_force, pressing.pressing_rate);
-        let mut state: TorsionState = [0.0; DIMENSION];
-        state.copy_from_slice(y);
+        let state = state_of(y);
         let slow = on_slow_manifold(torsion, f64::from(location.mode.sense()), pressing, &state);
         let deviation = torsion.relative_velocity(&slow.state) - torsion.relative_velocity(y);
-        let frequency = torsion.natural_angular_frequency();
-        let size = |of: &dyn Fn(usize) -> f64| {
-            [ROTOR_TWIST, ROTOR_TWIST_RATE, STATOR_TWIST, STATOR_TWIST_RATE]
-                .map(|k| {
-                    let weight = if matches!(k, ROTOR_TWIST | STATOR_TWIST) {
-                        frequency
-                    } else {
-                        1.0
-                    };
-                    weight * of(k).abs()
-                })
-                .into_iter()
-                .fold(0.0, f64::max)
-        };
-        let better = slow.settled || size(&|k| slow.error[k]) < ERROR_OF_MANIFOLD * size(&|k| slow.state[k] - state[k]);
+        let away: TorsionState = std::array::from_fn(|k| slow.state[k] - state[k]);
+        let better = slow.settled || torsion.oscillation(&slow.error) < ERROR_OF_MANIFOLD * torsion.oscillation(&away);
         if better && deviation.abs() < NOISE_OF_KICK * delta.abs() {
             slow.state.to_vec()
         } else {
@@ -360,7 +346,7 @@ impl BrakeRules {
             state: kicked.to_vec(),
         });
         if sense * w < 0.0 {
-            let reversed = self.enter(slip(w), location.watch, t, &kicked);
+            let reversed = self.enter(Mode::sliding(w), location.watch, t, &kicked);
             transitions.push(Transition {
                 kind: Some(EventKind::Reversal),
                 location: reversed,
@@ -396,10 +382,6 @@ impl BrakeRules {
             state: joined.to_vec(),
         }
     }
-}
-
-fn slip(w: f64) -> Mode {
-    if w > 0.0 { Mode::SlipForward } else { Mode::SlipBackward }
 }
 
 impl Rules<Brake> for BrakeRules {
