@@ -90,7 +90,8 @@ proptest! {
         // omega_r = b . q', and stick keeps it.
         let w = m.contact.dot(&angles(&y).1);
         prop_assert!((relative_velocity(&y.state()) - w).abs() <= ROUNDING);
-        prop_assert!(found.slip == if joined { 0.0 } else { relative_velocity(&y.state()) });
+        let slip = if joined { 0.0 } else { relative_velocity(&y.state()) };
+        prop_assert_eq!(found.slip, slip);
         if joined {
             prop_assert!(close(relative_velocity(&found.state()), 0.0));
         }

@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Digits that the oracle's event times have, unless more are asked for.
-pub const ORACLE_DIGITS: u32 = 25;
+pub(crate) const ORACLE_DIGITS: u32 = 25;
 
 /// The oracle makes no run that takes longer, unless it is told to.
 pub const LONGEST: Duration = Duration::from_secs(24 * 3600);

@@ -37,7 +37,7 @@ impl Growth {
     }
 
     /// The same from what a run keeps of its events.
-    pub fn of_digest(parameters: &Parameters, digest: &EventDigest, end: f64) -> Option<Growth> {
+    pub(crate) fn of_digest(parameters: &Parameters, digest: &EventDigest, end: f64) -> Option<Growth> {
         let first_stick = digest.cycles.onset_time.unwrap_or(end);
         let unstable = digest.instability.as_ref()?;
         let kicks = || digest.kicks.iter().filter(|kick| kick.time < first_stick);

@@ -10,7 +10,7 @@ use nalgebra::Complex;
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.
 ///
 /// From the characteristic polynomial where its root is known well enough to start from, else from all eigenvalues.
-pub fn fast_growth_rate(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, x: f64) -> f64 {
+pub(crate) fn fast_growth_rate(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, x: f64) -> f64 {
     let force = axial.pressing_force(t).max(0.0);
     relative_root(torsion, torsion.stability_margin(1.0, x, force)).unwrap_or_else(|| {
         let eigenvalues = fast_eigenvalues(torsion, axial, sense, t, x);
@@ -73,7 +73,13 @@ fn relative_root(torsion: &TorsionModel, margin: f64) -> Option<f64> {
 
 /// The eigenvalues of the slip state's Jacobian but the slow root of the rotor, 1/s. Of the state the Jacobian depends
 /// on the relative velocity alone.
-pub fn fast_eigenvalues(torsion: &TorsionModel, axial: &AxialMotion, sense: f64, t: f64, x: f64) -> Vec<Complex<f64>> {
+pub(crate) fn fast_eigenvalues(
+    torsion: &TorsionModel,
+    axial: &AxialMotion,
+    sense: f64,
+    t: f64,
+    x: f64,
+) -> Vec<Complex<f64>> {
     let jacobian = torsion.sliding_jacobian(sense, axial.pressing_force(t).max(0.0), x);
     let mut eigenvalues = eigenvalues(&leading_block(&jacobian, DYNAMIC, torsion));
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));

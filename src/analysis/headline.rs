@@ -11,23 +11,23 @@ use serde::Serialize;
 /// The paper's own numbers (its sections 4.2 to 4.5), beside which the built-in case is put.
 pub mod paper {
     /// Onset of stick-slip.
-    pub const ONSET: &str = "6.975 s";
+    pub(crate) const ONSET: &str = "6.975 s";
     /// Stick for good.
-    pub const FINAL_STICK: &str = "6.9896 s";
+    pub(crate) const FINAL_STICK: &str = "6.9896 s";
     /// Duration of the first stick.
-    pub const FIRST_STICK: &str = "50 us";
+    pub(crate) const FIRST_STICK: &str = "50 us";
     /// Duration of the last stick that ends.
     pub const LAST_STICK: &str = "530 us";
     /// Duration of a slip.
     pub const SLIP: &str = "190 us";
     /// How the duration of the slips changes.
-    pub const SLIP_RANGE: &str = "nearly constant";
+    pub(crate) const SLIP_RANGE: &str = "nearly constant";
     /// T_n.
-    pub const NATURAL_PERIOD: &str = "240 us";
+    pub(crate) const NATURAL_PERIOD: &str = "240 us";
     /// T_i / T_n.
-    pub const FIRST_PERIOD: &str = "1";
+    pub(crate) const FIRST_PERIOD: &str = "1";
     /// T_f / T_n.
-    pub const LAST_PERIOD: &str = "3";
+    pub(crate) const LAST_PERIOD: &str = "3";
     /// Axial displacement under the full force.
     pub const AXIAL: &str = "0.04 mm";
 }

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 /// Methods and relative tolerances of the ladder. Of each method the last is the finest. `series` is last, as its
 /// milliseconds fill what the others leave of the processors' time.
-pub const RUNGS: [(Method, f64); 11] = [
+pub(crate) const RUNGS: [(Method, f64); 11] = [
     (Method::Auto, 1e-9),
     (Method::Auto, 1e-12),
     (Method::Erk, 1e-9),

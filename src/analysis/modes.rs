@@ -62,6 +62,7 @@ pub struct StateModes {
     pub state: &'static str,
     /// |omega_r|, rad/s, about which slip is linear; `None` where it does not matter.
     pub relative_velocity: Option<f64>,
+    /// In the order of falling real part.
     pub modes: Vec<Eigenmode>,
 }
 
@@ -129,6 +130,7 @@ pub struct Instability {
     pub e_folds_gained: Option<f64>,
     /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
     pub kick_above_noise: Option<f64>,
+    /// By which of the criteria.
     pub onset_decided_by: OnsetDecision,
 }
 
@@ -147,10 +149,13 @@ pub struct Modes {
     pub normal_force: f64,
     /// |omega_r| at which the effective damping is zero under that force, rad/s; `None` if it never is.
     pub critical_speed: Option<f64>,
+    /// At rest and in slip, in stick, without contact.
     pub states: Vec<StateModes>,
     /// From 0 to beyond the critical speed.
     pub effective_damping: Vec<EffectiveDamping>,
+    /// Of steady sliding, through the stop.
     pub stability: Stability,
+    /// `None` if sliding is stable to the stop.
     pub instability: Option<Instability>,
     /// Why the run that looked for the instability failed, if it did.
     pub run_failure: Option<String>,
@@ -229,7 +234,7 @@ fn damping_curve(torsion: &TorsionModel, force: f64, critical: Option<f64>, init
 }
 
 /// The axial oscillator (1), as m z'' + c_a z' + k_e z = 0.
-pub fn axial_modes(axial: &Axial) -> StateModes {
+pub(crate) fn axial_modes(axial: &Axial) -> StateModes {
     let omega = (axial.stiffness / axial.mass).sqrt();
     let matrix = DMatrix::from_row_slice(2, 2, &[0.0, omega, -omega, -axial.damping / axial.mass]);
     let velocity = |v: &[Complex<f64>]| vec![("z", v[1])];

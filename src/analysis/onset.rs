@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 
 /// The methods, of which the first follows sliding without a kick to its exact stop.
-pub const METHODS: [Method; 5] = [
+pub(crate) const METHODS: [Method; 5] = [
     Method::Series,
     Method::Auto,
     Method::Erk,
@@ -20,10 +20,10 @@ pub const METHODS: [Method; 5] = [
 ];
 
 /// Relative tolerances, from coarse to fine.
-pub const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
+pub(crate) const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
 
 /// The kick of a case that has none, rad/s: far above rounding, and far below the speeds of stick-slip.
-pub const KICK: f64 = 1e-4;
+pub(crate) const KICK: f64 = 1e-4;
 
 /// The first stick of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]

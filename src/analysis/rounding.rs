@@ -68,18 +68,18 @@ impl Rounding {
     }
 
     /// The clock reads `t` (s) at an event that the state sets off: a sum.
-    pub fn read_clock(&mut self, t: f64) {
+    pub(crate) fn read_clock(&mut self, t: f64) {
         self.clock += variance(t);
     }
 
     /// The clock is at a time of the case. What it was off by, the state is off by along the flow.
-    pub fn set_clock(&mut self, flow: &Dynamic) {
+    pub(crate) fn set_clock(&mut self, flow: &Dynamic) {
         self.state += flow * flow.transpose() * self.clock;
         self.clock = 0.0;
     }
 
     /// How far an event can be off, s. It moves by `shift` with the components of the state at the last event.
-    pub fn of_event(&self, shift: &Dynamic, numbers: impl Iterator<Item = Rounded>) -> f64 {
+    pub(crate) fn of_event(&self, shift: &Dynamic, numbers: impl Iterator<Item = Rounded>) -> f64 {
         let given: f64 = numbers
             .map(|number| {
                 let Rounded {

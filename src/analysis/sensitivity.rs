@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 
 /// A number counts as nonlinear where slope and rerun differ by more than this share of the larger of the two shifts.
-pub const NONLINEAR_SHARE: f64 = 0.1;
+pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
 
 /// Differences of shifts below this, s, are the error of the reruns: `series` is within 1e-12 s of exact events.
 const RERUN_ERROR: f64 = 1e-12;

@@ -63,7 +63,7 @@ impl SmoothSliding<'_> {
     }
 
     /// The point at `time` (s) with this |omega_r| (rad/s).
-    pub fn point_of_speed(&self, time: f64, speed: f64) -> Point {
+    pub(crate) fn point_of_speed(&self, time: f64, speed: f64) -> Point {
         let inertia = self.torsion.torsion.rigid_inertia();
         let mut momentum = self.sense * inertia * speed;
         // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
@@ -110,7 +110,7 @@ impl SmoothSliding<'_> {
 
     /// One step, forward or back, of the classical method of order 4: at a fiftieth of the time scale its error is 1e-9
     /// of the change.
-    pub fn advanced(&self, (t, momentum): Point, step: f64) -> Point {
+    pub(crate) fn advanced(&self, (t, momentum): Point, step: f64) -> Point {
         let fall = |t: f64, momentum: f64| -self.torque((t, momentum));
         let k1 = fall(t, momentum);
         let k2 = fall(t + step / 2.0, momentum + step / 2.0 * k1);
@@ -121,7 +121,7 @@ impl SmoothSliding<'_> {
 
     /// (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), excluded, to the time `until`; the
     /// latest first.
-    pub fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
         let corners: Vec<f64> = self
             .axial
             .force
@@ -177,7 +177,7 @@ impl SmoothSliding<'_> {
 
     /// (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop, whose time is then that of the last; to
     /// `end` at least, if there is none.
-    pub fn rates_to_stop(&self, start: Point, speed: f64, end: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn rates_to_stop(&self, start: Point, speed: f64, end: f64) -> Vec<(f64, f64)> {
         let first =
             self.torsion.friction.law.coefficient(speed) * self.torsion.contact.radius * self.pressing(start.0).0;
         let end = if first > 0.0 {

@@ -5,11 +5,13 @@ use crate::record::{Cycle, CycleStatistics, Event, EventKind};
 /// The stick-slip of a run. The final stick has no duration, so there is one cycle fewer than there are sticks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StickSlip {
+    /// In order of time.
     pub cycles: Vec<Cycle>,
     /// Time of the first stick, s.
     pub onset_time: Option<f64>,
     /// Time of the last stick, s, if the run ends in it.
     pub final_stick_time: Option<f64>,
+    /// Sticks that began.
     pub stick_count: usize,
     /// Breakaways from stick.
     pub slip_count: usize,
@@ -23,7 +25,7 @@ impl StickSlip {
     }
 
     /// From the times (s) and kinds of the event sequence alone.
-    pub fn from_word(word: impl IntoIterator<Item = (f64, EventKind)>) -> Self {
+    pub(crate) fn from_word(word: impl IntoIterator<Item = (f64, EventKind)>) -> Self {
         let mut statistics = CycleStatistics::default();
         let word = word.into_iter();
         let cycles = word.filter_map(|(time, kind)| statistics.push(time, kind)).collect();

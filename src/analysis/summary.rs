@@ -15,29 +15,47 @@ const NOISE_E_FOLDS: f64 = 25.0;
 /// What a run comes to; times in s, lengths in m, energies in J.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
+    /// Time of the run's end, s.
     pub end: f64,
+    /// Number of events.
     pub events: usize,
+    /// Number of sticks that began.
     pub sticks: usize,
+    /// Number of slips that began.
     pub slips: usize,
+    /// First stick, s.
     pub onset_time: Option<f64>,
+    /// Begin of the final stick, s.
     pub final_stick_time: Option<f64>,
+    /// s.
     pub first_stick_duration: Option<f64>,
+    /// Of the last stick that ends, s.
     pub last_stick_duration: Option<f64>,
+    /// Least and largest, s.
     pub stick_duration_range: Option<(f64, f64)>,
+    /// s.
     pub first_slip_duration: Option<f64>,
+    /// s.
     pub last_slip_duration: Option<f64>,
+    /// Least and largest, s.
     pub slip_duration_range: Option<(f64, f64)>,
+    /// From the begin of the first stick to that of the second, s.
     pub first_period: Option<f64>,
+    /// s.
     pub last_period: Option<f64>,
+    /// 2 pi sqrt(J/k_t), s.
     pub natural_period: f64,
     /// Static axial displacement F/k_e under the largest force, m.
     pub axial_displacement: f64,
+    /// When steady sliding becomes unstable, s.
     pub instability_time: Option<f64>,
     /// G, to where the smooth sliding itself would stick.
     pub growth_exponent: Option<f64>,
     /// The part of G up to the run's first stick.
     pub growth_to_onset: Option<f64>,
+    /// From the kick to the first stick.
     pub e_folds_gained: Option<f64>,
+    /// Largest |residual| of the energy balance, J.
     pub energy_residual: f64,
     /// Relative to the energy at the start.
     pub energy_residual_relative: f64,
@@ -49,8 +67,11 @@ pub struct Summary {
     pub kicks_never_given: usize,
     /// Of these, kicks set at an instability that did not come.
     pub kicks_without_instability: usize,
+    /// By the user, before the end of the case.
     pub interrupted: bool,
+    /// One row for each solver.
     pub work: Vec<SolverWorkRow>,
+    /// Statistics of its cycles.
     #[serde(skip)]
     pub stick_slip: CycleStatistics,
 }
@@ -58,11 +79,17 @@ pub struct Summary {
 /// What one solver did.
 #[derive(Debug, Clone, Serialize)]
 pub struct SolverWorkRow {
+    /// Name of the solver.
     pub solver: &'static str,
+    /// Number of segments.
     pub segments: u64,
+    /// s.
     pub simulated_time: f64,
+    /// Number of accepted steps.
     pub steps: u64,
+    /// Number of evaluations of the rates.
     pub rhs_evaluations: u64,
+    /// Number of evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
 }
 
@@ -80,6 +107,7 @@ impl From<&SolverWork> for SolverWorkRow {
 }
 
 impl Summary {
+    /// Of a run in memory.
     pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
         let stick_slip = report.digest.cycles.clone();
         let growth = Growth::of_digest(parameters, &report.digest, report.end);

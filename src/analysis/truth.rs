@@ -124,7 +124,7 @@ impl Truth {
     ///
     /// # Errors
     /// With the first parameter that differs or is not in the file.
-    pub fn check_case(&self, case: &Parameters, end_time: f64) -> Result<(), TruthError> {
+    pub(crate) fn check_case(&self, case: &Parameters, end_time: f64) -> Result<(), TruthError> {
         // A run that ends elsewhere in the final stick has the same events.
         let until = self.events.last().map_or(0.0, |event| event.1);
         let end = if end_time > until { f64::NAN } else { end_time };

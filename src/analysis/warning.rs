@@ -13,7 +13,8 @@ const OPEN_BALANCE: f64 = 1e-6;
 const SUDDEN: f64 = 1e-6;
 
 /// A perturbation that lets a run converge, as an option of the program.
-pub const KICK_OPTION: &str = "--set 'perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}]'";
+pub(crate) const KICK_OPTION: &str =
+    "--set 'perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-4}]'";
 
 /// Something that makes a result less than it seems. Displayed as one paragraph with what to do about it.
 #[derive(Debug, Clone, PartialEq)]

@@ -140,6 +140,7 @@ pub struct Witness {
     pub method: &'static str,
     /// Its relative tolerance.
     pub rtol: f64,
+    /// What it found.
     pub testimony: Testimony,
     /// Number of events in its sequence, as far as it came.
     pub events: usize,
@@ -152,7 +153,7 @@ pub struct Witness {
 }
 
 /// The method that bears witness of a result: `cvode`, and of its own results `series`, which shares nothing with it.
-pub fn witness_of(method: Method) -> Method {
+pub(crate) fn witness_of(method: Method) -> Method {
     match method {
         Method::Cvode => Method::Series,
         _ => Method::Cvode,

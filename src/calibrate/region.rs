@@ -43,9 +43,11 @@ impl Determined {
 pub struct Interval {
     /// In the key's SI unit; the ends are points at which the targets hold.
     pub least: f64,
+    /// In the same unit.
     pub largest: f64,
     /// The same as shares of the range, in the order of the range.
     pub shares: [f64; 2],
+    /// On which sides the measured numbers bound it.
     pub determined: Determined,
 }
 

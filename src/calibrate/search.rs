@@ -22,6 +22,7 @@ pub struct CalibrationProgress {
     pub stage: &'static str,
     /// Parts of the stage that are done.
     pub done: usize,
+    /// Parts of the stage.
     pub total: usize,
 }
 
@@ -64,6 +65,7 @@ pub struct Compromise {
 /// Why there is no calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum CalibrationError {
     #[error("all {runs} runs failed, the first with: {message}. Change the ranges of the free parameters")]
     AllFailed { runs: usize, message: String },

@@ -37,7 +37,9 @@ pub struct Search {
 pub struct CalibrationStudy {
     /// The base case with the settings, and the free parameters as axes.
     pub runs: Study,
+    /// At least one.
     pub targets: Vec<Target>,
+    /// How far to look.
     pub search: Search,
 }
 

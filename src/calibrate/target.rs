@@ -68,6 +68,7 @@ impl Role {
 /// A target beside what the run with the calibrated parameters has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetResult {
+    /// Whether it is fitted, or only compared.
     pub role: Role,
     /// The quantity there, in its unit; NaN if the run has none.
     pub here: f64,

@@ -349,7 +349,7 @@ impl Format {
     }
 
     /// By the extension of a file name.
-    pub fn of_path(path: &std::path::Path) -> Option<Format> {
+    pub(crate) fn of_path(path: &std::path::Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         [Format::Svg, Format::Png]
             .into_iter()

@@ -29,12 +29,14 @@ use std::process::ExitCode;
 /// How a command ended that did what it was asked, as far as it was let.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
+    /// All done: exit status 0.
     Done,
     /// By Ctrl-C or a termination signal, with what was computed saved.
     Interrupted,
 }
 
 impl End {
+    /// The exit status of the process.
     pub fn exit_code(self) -> ExitCode {
         match self {
             End::Done => ExitCode::SUCCESS,
@@ -53,6 +55,7 @@ pub enum CommandError {
 }
 
 impl CommandError {
+    /// Writes the message to stderr; returns the exit status of the process.
     pub fn report(&self) -> ExitCode {
         let (text, status) = match self {
             CommandError::Input(text) => (text, 2),

@@ -38,7 +38,7 @@ pub enum Channel {
 }
 
 /// Channels with their factors, which add up to another channel.
-pub type Sum = &'static [(f64, Channel)];
+pub(crate) type Sum = &'static [(f64, Channel)];
 
 impl Channel {
     /// Every channel, in the order of reports.
@@ -76,7 +76,7 @@ impl Channel {
     }
 
     /// Names by which it is known elsewhere, in lower case.
-    pub fn aliases(self) -> &'static [&'static str] {
+    pub(crate) fn aliases(self) -> &'static [&'static str] {
         self.facts().2
     }
 

@@ -43,9 +43,9 @@ pub struct Detection {
 }
 
 /// Rounding of the speeds of a sticking pair, with room to spare; a slip passes it in a millionth of its period.
-pub const DEFAULT_TOLERANCE: f64 = 1e-8;
+pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-8;
 /// Enough that noise of the size of the tolerance does not end a stick.
-pub const DEFAULT_HYSTERESIS: f64 = 2.0;
+pub(crate) const DEFAULT_HYSTERESIS: f64 = 2.0;
 
 /// One sample, as far as detection needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -51,7 +51,7 @@ struct Sample {
 /// of order 4; over a stop or a breakaway by where the power of friction is zero. Gaps longer than an eighth of the natural
 /// period are left out.
 #[derive(Debug)]
-pub struct EnergyPass<'a> {
+pub(crate) struct EnergyPass<'a> {
     physics: &'a Physics,
     /// A relative velocity up to this is none, rad/s.
     tolerance: f64,

@@ -25,7 +25,9 @@ mod statistics;
 mod torques;
 mod units;
 
-pub use candidate::{Candidate, Mapping};
+pub(crate) use candidate::Candidate;
+
+pub use candidate::Mapping;
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
 pub use comparison::{ChannelErrors, Comparison, Span};

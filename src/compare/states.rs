@@ -9,7 +9,7 @@ use crate::results::ResultError;
 
 /// The errors of one channel in one phase. Candidate minus reference, in the channel's SI unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Tally {
+pub(crate) struct Tally {
     /// Samples compared.
     pub samples: u64,
     /// Largest absolute error.
@@ -79,7 +79,7 @@ const MOST_PROBED: usize = 200_000;
 
 /// A stretch of time in which omega_r of both runs is kept, to see what differs there.
 #[derive(Debug, Clone, Default)]
-pub struct Probe {
+pub(crate) struct Probe {
     /// s.
     pub from: f64,
     /// s.
@@ -90,7 +90,7 @@ pub struct Probe {
 
 /// How many values of the rotor twist are multiples of the rounding of the rotor's angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// Multiples.
     pub on: usize,
     /// All that were looked at.
@@ -99,7 +99,7 @@ pub struct Grid {
 
 /// The pass: fed with blocks of the candidate, it walks through the reference beside them.
 #[derive(Debug)]
-pub struct StatePass<'a> {
+pub(crate) struct StatePass<'a> {
     walk: Walk<'a>,
     model: TorsionModel,
     channels: Vec<Channel>,

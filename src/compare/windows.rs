@@ -32,6 +32,7 @@ impl Phase {
 /// A stretch of the candidate that is compared, without its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
+    /// Which part of the run.
     pub phase: Phase,
     /// In the candidate's time, s.
     pub from: f64,
@@ -84,7 +85,7 @@ pub fn windows(
 
 /// Drops shifts smaller than `resolution` (s): times of events that were found in samples are no better than that, and a
 /// shift by their error would be taken for an error of the states.
-pub fn without_small_shifts(windows: &mut [Window], resolution: f64) {
+pub(crate) fn without_small_shifts(windows: &mut [Window], resolution: f64) {
     for w in windows.iter_mut().filter(|w| w.shift.abs() < resolution) {
         w.from = w.from.max(w.from - w.shift);
         w.to = w.to.min(w.to - w.shift);

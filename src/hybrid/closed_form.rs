@@ -7,10 +7,18 @@ use std::sync::Arc;
 /// How a segment solved in closed form ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClosedEnd {
-    /// The guard of this index fires `after` (s) from the segment's start.
-    Guard { after: f64, index: usize },
-    /// No guard fires within `after` (s) from the segment's start; beyond is not known yet.
-    Unknown { after: f64 },
+    /// A guard fires.
+    Guard {
+        /// From the segment's start, s.
+        after: f64,
+        /// Which guard.
+        index: usize,
+    },
+    /// No guard fires as far as this; beyond is not known yet.
+    Unknown {
+        /// From the segment's start, s.
+        after: f64,
+    },
     /// No guard fires within the time asked for.
     None,
 }
@@ -36,6 +44,7 @@ pub struct ClosedFormEngine<D: ClosedForm> {
 }
 
 impl<D: ClosedForm> ClosedFormEngine<D> {
+    /// Of a model.
     pub fn new(dynamics: Arc<D>) -> Self {
         let zeros = vec![0.0; dynamics.dimension()];
         ClosedFormEngine {

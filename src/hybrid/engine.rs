@@ -8,6 +8,7 @@ use std::sync::Arc;
 /// A segment to be advanced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment<'a, L> {
+    /// Constant within the segment.
     pub location: L,
     /// s.
     pub start: f64,
@@ -35,7 +36,7 @@ impl Fired {
     }
 
     /// Guards by whether they fire.
-    pub fn by_index(fires: impl Iterator<Item = bool>) -> Self {
+    pub(crate) fn by_index(fires: impl Iterator<Item = bool>) -> Self {
         Fired(
             fires
                 .enumerate()
@@ -43,6 +44,7 @@ impl Fired {
         )
     }
 
+    /// Whether guard `index` is among them.
     pub fn contains(self, index: usize) -> bool {
         self.0 & 1 << index != 0
     }
@@ -68,6 +70,7 @@ pub enum Advance {
 
 /// Why an engine failed.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum EngineError {
     #[error(transparent)]
     Sundials(#[from] SolverError),

@@ -5,6 +5,7 @@ use super::{EngineError, ObserverError};
 
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum RunError {
     #[error("{solver} failed at t = {time:.12} s in {location}: {source}")]
     Engine {
@@ -72,7 +73,7 @@ pub enum RunError {
 /// What an observer says of a value that is not finite: a failure of the run, and not of the observer.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{what} is {value} at t = {time:.12} s")]
-pub struct Overflow {
+pub(crate) struct Overflow {
     pub time: f64,
     pub what: &'static str,
     pub value: f64,

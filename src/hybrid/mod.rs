@@ -27,7 +27,8 @@ mod sundials;
 pub use budget::Limits;
 pub use closed_form::{ClosedEnd, ClosedForm, ClosedFormEngine};
 pub use engine::{Advance, Engine, EngineError, Fired, Segment};
-pub use error::{Overflow, RunError};
+pub(crate) use error::Overflow;
+pub use error::RunError;
 pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
 
@@ -48,8 +49,10 @@ pub struct Guard {
 
 /// The smooth equations and guards of each location. Immutable: solvers share it.
 pub trait Dynamics: Send + Sync + 'static {
+    /// What is constant within a segment: the mode, and what goes with it.
     type Location: Copy + PartialEq + Debug + Send + 'static;
 
+    /// Number of components of the state.
     fn dimension(&self) -> usize;
 
     /// dy/dt, smooth within a location and a little beyond its guards.
@@ -58,6 +61,7 @@ pub trait Dynamics: Send + Sync + 'static {
     /// Writes the dense Jacobian into a zeroed matrix.
     fn jacobian(&self, location: &Self::Location, t: f64, y: &[f64], jacobian: DMatrixViewMut<'_, f64>);
 
+    /// In the order of the values that [`Self::guard_values`] gives.
     fn guards(&self, location: &Self::Location) -> &'static [Guard];
 
     /// One value for each of [`Self::guards`].
@@ -80,6 +84,7 @@ pub trait Dynamics: Send + Sync + 'static {
 pub struct Transition<K, L> {
     /// What to record; `None` for a change that is none of the user's business.
     pub kind: Option<K>,
+    /// Where the run goes on.
     pub location: L,
     /// State after it.
     pub state: Vec<f64>,
@@ -87,6 +92,7 @@ pub struct Transition<K, L> {
 
 /// What guards and time events do. It may remember (which kick is next, whether the first stick has been).
 pub trait Rules<D: Dynamics> {
+    /// What an event is called.
     type Kind: Copy + Debug;
 
     /// The next instant, not before `t`, at which something happens by the clock.
@@ -123,10 +129,15 @@ pub trait Rules<D: Dynamics> {
 /// A segment that has ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SegmentReport<L> {
+    /// s.
     pub start: f64,
+    /// s.
     pub end: f64,
+    /// Constant from start to end.
     pub location: L,
+    /// Which solver.
     pub solver: SolverKind,
+    /// Its work.
     pub counters: crate::sundials::Counters,
 }
 
@@ -151,8 +162,10 @@ pub trait Observer<L, K> {
         Ok(())
     }
 
+    /// An event at time `t` (s), with the states on its two sides.
     fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
 
+    /// A segment has ended.
     fn segment(&mut self, report: &SegmentReport<L>) -> Result<(), ObserverError>;
 
     /// Called now and then with how far the run is; `Break` ends it.

@@ -19,16 +19,22 @@ const SAMPLES_BETWEEN_QUESTIONS: u32 = 32;
 /// Where a run starts.
 #[derive(Debug, Clone)]
 pub struct Start<L> {
+    /// s.
     pub time: f64,
+    /// Where the run begins.
     pub location: L,
+    /// As long as [`Dynamics::dimension`].
     pub state: Vec<f64>,
 }
 
 /// Where a run ended.
 #[derive(Debug, Clone)]
 pub struct Finish<L> {
+    /// s.
     pub time: f64,
+    /// Where the run is.
     pub location: L,
+    /// As long as [`Dynamics::dimension`].
     pub state: Vec<f64>,
     /// Ended early by the observer.
     pub interrupted: bool,

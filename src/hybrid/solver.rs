@@ -7,15 +7,21 @@ use crate::sundials::{CvodeOptions, ErkTable, EsdirkTable, Multistep, Tolerances
 pub enum SolverKind {
     /// CVODE BDF, of at most this order.
     CvodeBdf {
+        /// Highest order that the formulas may take.
         max_order: u32,
     },
+    /// Adams-Moulton formulas of CVODE.
     CvodeAdams,
     /// CVODE with these options. For `settling` (s) after a segment's start its guards count as being on their allowed side.
     Cvode {
+        /// Of CVODE.
         options: CvodeOptions,
+        /// After a restart, s: until then the first steps are kept short.
         settling: f64,
     },
+    /// Explicit pair.
     Erk(ErkTable),
+    /// Singly diagonally implicit pair.
     Esdirk(EsdirkTable),
     /// [`ClosedForm`](super::ClosedForm).
     ClosedForm,
@@ -44,7 +50,9 @@ impl SolverKind {
 /// A solver with its settings for one segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenSolver {
+    /// Which solver.
     pub kind: SolverKind,
+    /// Of its local error.
     pub tolerances: Tolerances,
     /// s.
     pub max_step: Option<f64>,

@@ -30,6 +30,7 @@ const NEWTON_ITERATIONS: usize = 12;
 pub struct Step<const M: usize, const S: usize> {
     /// Where it starts, and how long it is.
     pub start: f64,
+    /// In the problem's unit of time.
     pub length: f64,
     y: [f64; M],
     /// Legendre coefficients of y' times the length.
@@ -52,8 +53,11 @@ impl<const M: usize, const S: usize> Step<M, S> {
 /// What an attempted step came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Attempt {
-    /// The stages are found; the estimated error over what is tolerated.
-    Solved { error: f64 },
+    /// The stages are found.
+    Solved {
+        /// The estimated error over what is tolerated.
+        error: f64,
+    },
     /// Newton's method diverges, is too slow, or meets values that are not finite.
     NotConverged,
 }
@@ -86,6 +90,7 @@ pub struct Radau<const N: usize, const M: usize, const S: usize> {
 }
 
 impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
+    /// With a tableau.
     pub fn new(tableau: Arc<RadauTableau<S>>) -> Self {
         let complex = vec![SMatrix::zeros(); tableau.complex.len()];
         Radau {

@@ -27,6 +27,7 @@ pub struct RadauTableau<const S: usize> {
 /// An eigenvalue of A, with its parts of the transformation: A = sum over all eigenvalues of right lambda left.
 #[derive(Debug, Clone)]
 pub struct Eigenvalue<F, const S: usize> {
+    /// Of the inverse coefficient matrix.
     pub inverse: F,
     /// Column of T.
     pub right: SVector<F, S>,

@@ -160,7 +160,7 @@ impl Portrait {
     }
 
     /// Ends the line: the next point begins another.
-    pub fn lift(&mut self) {
+    pub(crate) fn lift(&mut self) {
         (self.cell, self.broken) = (None, true);
     }
 

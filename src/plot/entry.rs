@@ -37,6 +37,7 @@ impl From<&str> for Absent {
 pub struct Entry {
     /// File name without extension.
     pub name: &'static str,
+    /// Above the figure.
     pub title: &'static str,
     /// Number in the paper, where it is known.
     pub paper_figure: Option<u32>,
@@ -60,7 +61,9 @@ impl Entry {
 /// The runs to draw and the moments of the first of them that divide its subject.
 #[derive(Debug)]
 pub struct Subject<'a> {
+    /// All that were named, the first of them the subject.
     pub runs: &'a [Run],
+    /// The first.
     pub run: &'a Run,
     /// T_n, s.
     pub period: f64,

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 /// Why a figure could not be drawn.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum PlotError {
     /// The result file could not be read.
     #[error(transparent)]

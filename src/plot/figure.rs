@@ -9,17 +9,22 @@ use plotters::style::RGBColor;
 pub struct Figure {
     /// File name without extension.
     pub name: String,
+    /// Above the panels.
     pub title: String,
     /// Number in the paper, where it is known.
     pub paper_figure: Option<u32>,
+    /// From top to bottom.
     pub panels: Vec<Panel>,
 }
 
 /// One pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
+    /// Horizontal.
     pub x: Axis,
+    /// Vertical.
     pub y: Axis,
+    /// Drawn in this order.
     pub curves: Vec<Curve>,
     /// Ground coloured by mode, over x; (from, to, mode).
     pub modes: Vec<(f64, f64, Mode)>,
@@ -49,7 +54,9 @@ pub struct Axis {
 pub struct Curve {
     /// In the legend; empty: not there.
     pub label: String,
+    /// Of line and markers.
     pub color: RGBColor,
+    /// Line or markers.
     pub style: CurveStyle,
     /// Pieces of (x, y), each drawn without a gap.
     pub pieces: Vec<Vec<(f64, f64)>>,
@@ -82,7 +89,7 @@ impl Curve {
     }
 
     /// The same in another style.
-    pub fn styled(self, style: CurveStyle) -> Curve {
+    pub(crate) fn styled(self, style: CurveStyle) -> Curve {
         Curve { style, ..self }
     }
 
@@ -127,7 +134,7 @@ impl Axis {
     }
 
     /// With powers of ten.
-    pub fn by_powers(self) -> Axis {
+    pub(crate) fn by_powers(self) -> Axis {
         Axis {
             logarithmic: true,
             ..self
@@ -135,7 +142,7 @@ impl Axis {
     }
 
     /// With a fixed range.
-    pub fn from_to(self, low: f64, high: f64) -> Axis {
+    pub(crate) fn from_to(self, low: f64, high: f64) -> Axis {
         Axis {
             range: Some((low, high)),
             ..self

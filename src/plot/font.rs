@@ -3,10 +3,10 @@
 use std::sync::OnceLock;
 
 /// DejaVu Sans, reduced to the letters that figures use: see data/fonts.
-pub const DATA: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.subset.ttf");
+pub(crate) const DATA: &[u8] = include_bytes!("../../data/fonts/DejaVuSans.subset.ttf");
 
 /// Families in the SVG: where the first is missing, Verdana has the same widths.
-pub const FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
+pub(crate) const FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// Width of a character that the font does not have, in ems: that of its replacement box.
 const MISSING: f64 = 0.6;
@@ -17,7 +17,7 @@ fn face() -> Option<&'static ttf_parser::Face<'static>> {
 }
 
 /// Width of a line of text in the unit of `size`, its font size.
-pub fn text_width(text: &str, size: f64) -> f64 {
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let Some(face) = face() else {
         return MISSING * size * text.chars().count() as f64;
     };
@@ -45,7 +45,7 @@ pub fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
 }
 
 /// A title as lines no wider than `width`: what does not fit in one breaks after its colon first.
-pub fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
+pub(crate) fn wrapped_title(title: &str, size: f64, width: f64) -> Vec<String> {
     let lines = wrapped(title, size, width);
     match title.split_once(": ") {
         Some((head, tail)) if lines.len() > 1 => {

@@ -21,7 +21,7 @@ pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, 
 }
 
 /// The axis of time over a window.
-pub fn time_axis(window: (f64, f64)) -> Axis {
+pub(crate) fn time_axis(window: (f64, f64)) -> Axis {
     Axis::new("time", "s").from_to(window.0, window.1)
 }
 
@@ -29,7 +29,7 @@ pub fn time_axis(window: (f64, f64)) -> Axis {
 ///
 /// # Errors
 /// Unknown channel, no sample in the window, or a file that cannot be read.
-pub fn over_time(
+pub(crate) fn over_time(
     runs: &[Run],
     name: &str,
     title: &str,

@@ -144,7 +144,7 @@ impl Run {
     ///
     /// # Errors
     /// If there is none.
-    pub fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
+    pub(crate) fn rows_in(&self, (from, to): (f64, f64)) -> Result<Range<usize>, PlotError> {
         let start = self.row_at(from)?;
         let end = if to >= self.times.1 {
             self.rows
@@ -190,7 +190,7 @@ impl Run {
     ///
     /// # Errors
     /// Unknown channel, no sample in the window, or a file that cannot be read.
-    pub fn each_sample(
+    pub(crate) fn each_sample(
         &self,
         channels: &[&str],
         window: (f64, f64),
@@ -296,7 +296,7 @@ impl Run {
     ///
     /// # Errors
     /// As [`Self::each_sample`].
-    pub fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
+    pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
         match self.rows_in(window) {
             Err(PlotError::NothingInRange { .. }) => return Ok(None),
             other => other?,

@@ -11,7 +11,7 @@ const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
 
 /// How values of an axis are shown: (value - offset) * factor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scale {
+pub(crate) struct Scale {
     pub offset: f64,
     pub factor: f64,
     /// Range of what is shown.
@@ -26,7 +26,7 @@ pub struct Scale {
 
 impl Scale {
     /// Of powers of ten, for values above zero from `low` to `high`.
-    pub fn by_powers((low, high): (f64, f64), unit: &str) -> Scale {
+    pub(crate) fn by_powers((low, high): (f64, f64), unit: &str) -> Scale {
         let positive = |x: f64| if x.is_finite() && x > 0.0 { x.log10() } else { 0.0 };
         let (low, high) = (positive(low), positive(high));
         // At least a whole power on either side of the middle, so that there are two to be named.
@@ -109,7 +109,7 @@ impl Scale {
 
 impl Scale {
     /// The most ticks up to `count` that stand at values fit to be named: of powers of ten only whole ones are.
-    pub fn best_count(&self, count: usize) -> usize {
+    pub(crate) fn best_count(&self, count: usize) -> usize {
         let whole = |n: &usize| self.ticks(*n).0.iter().all(|tick| (tick - tick.round()).abs() < 1e-9);
         if self.logarithmic {
             (2..=count).rev().find(whole).unwrap_or(2)

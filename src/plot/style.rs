@@ -5,46 +5,46 @@ use crate::record::EventKind;
 use plotters::style::RGBColor;
 
 /// Units of the drawing in a millimetre: coordinates are integers.
-pub const UNITS_PER_MM: f64 = 100.0;
+pub(crate) const UNITS_PER_MM: f64 = 100.0;
 
 /// Column of a journal, mm.
 pub const COLUMN_WIDTH: f64 = 85.0;
 
 /// Font sizes and strokes in drawing units; 7.5 and 7 points stay readable in print.
-pub const TITLE_SIZE: f64 = 265.0;
+pub(crate) const TITLE_SIZE: f64 = 265.0;
 /// Of ticks, axis names and legend.
-pub const LABEL_SIZE: f64 = 247.0;
+pub(crate) const LABEL_SIZE: f64 = 247.0;
 /// Distance of lines of text.
-pub const LINE_HEIGHT: f64 = 320.0;
+pub(crate) const LINE_HEIGHT: f64 = 320.0;
 /// Stroke of a curve.
-pub const CURVE_STROKE: u32 = 22;
+pub(crate) const CURVE_STROKE: u32 = 22;
 /// Stroke of axes.
-pub const AXIS_STROKE: u32 = 12;
+pub(crate) const AXIS_STROKE: u32 = 12;
 /// Stroke of the grid and of events.
-pub const THIN_STROKE: u32 = 9;
+pub(crate) const THIN_STROKE: u32 = 9;
 /// Length of a tick.
-pub const TICK: i32 = 50;
+pub(crate) const TICK: i32 = 50;
 /// Radius of a point.
-pub const POINT_RADIUS: u32 = 42;
+pub(crate) const POINT_RADIUS: u32 = 42;
 
 /// The colours of Okabe and Ito, told apart with every kind of colour vision; in the order of use for lines.
-pub const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
+pub(crate) const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 /// Okabe-Ito black.
-pub const BLACK: RGBColor = RGBColor(0, 0, 0);
+pub(crate) const BLACK: RGBColor = RGBColor(0, 0, 0);
 /// Okabe-Ito orange.
-pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
+pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 /// Okabe-Ito sky blue.
-pub const SKY: RGBColor = RGBColor(86, 180, 233);
+pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);
 /// Okabe-Ito bluish green.
-pub const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
 /// Okabe-Ito blue.
 pub const BLUE: RGBColor = RGBColor(0, 114, 178);
 /// Okabe-Ito vermillion.
-pub const VERMILLION: RGBColor = RGBColor(213, 94, 0);
+pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
 /// Okabe-Ito reddish purple.
-pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 /// Grid and separated contact.
-pub const GREY: RGBColor = RGBColor(120, 120, 120);
+pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
 
 /// Colour and opacity of the ground behind a mode.
 pub fn ground(mode: Mode) -> (RGBColor, f64) {
@@ -67,7 +67,7 @@ pub fn of_mode(mode: Mode) -> RGBColor {
 }
 
 /// Colour of the line that marks an event.
-pub fn of_event(kind: EventKind) -> RGBColor {
+pub(crate) fn of_event(kind: EventKind) -> RGBColor {
     match kind {
         EventKind::Stick => VERMILLION,
         EventKind::Slip => BLUE,
@@ -79,6 +79,6 @@ pub fn of_event(kind: EventKind) -> RGBColor {
 }
 
 /// Colour of the n-th line.
-pub fn line_color(number: usize) -> RGBColor {
+pub(crate) fn line_color(number: usize) -> RGBColor {
     PALETTE[number % PALETTE.len()]
 }

@@ -56,6 +56,7 @@ impl Product {
 /// Why a figure or a page cannot go where it should.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum TargetError {
     #[error("{path}: this is the file to be drawn; give the {} another name with {}", .product.name(), .product.option())]
     IsInput { path: PathBuf, product: Product },

@@ -9,7 +9,9 @@ use super::{raw, schema};
 /// The value of an attribute of /meta or /events.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MetaValue {
+    /// UTF-8.
     Text(String),
+    /// A double.
     Number(f64),
 }
 
@@ -17,10 +19,15 @@ pub enum MetaValue {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum AttributeValue {
+    /// UTF-8.
     Text(String),
+    /// Of any width.
     Integer(i64),
+    /// A double.
     Number(f64),
+    /// An array.
     Integers(Vec<i64>),
+    /// An array.
     Numbers(Vec<f64>),
 }
 

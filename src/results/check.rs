@@ -14,6 +14,7 @@ use crate::record::{Event, EventKind, Segment};
 /// What a check has found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
+    /// As it was named.
     pub file: PathBuf,
     /// Root attribute `format`.
     pub format: String,
@@ -26,6 +27,7 @@ pub struct CheckReport {
     pub variables: usize,
     /// Rows of the trajectory; 0 in other files.
     pub samples: usize,
+    /// Empty: sound.
     pub problems: Vec<Problem>,
 }
 
@@ -34,6 +36,7 @@ pub struct CheckReport {
 pub struct Problem {
     /// A group or a variable, with a row where there is one.
     pub place: String,
+    /// What is wrong there.
     pub what: String,
 }
 

@@ -14,6 +14,7 @@ use super::{ResultError, ResultFile};
 pub struct Contents {
     /// Attributes of the root and of the groups.
     pub attributes: Vec<AttributeInfo>,
+    /// In the order of the file.
     pub variables: Vec<VariableInfo>,
     /// Whether a run was still writing the file; it is listed as the last flush left it.
     pub growing: bool,
@@ -183,7 +184,9 @@ fn bounds(
 pub struct AttributeInfo {
     /// "/", "/meta", ...
     pub group: String,
+    /// Within its object.
     pub name: String,
+    /// As stored.
     pub value: AttributeValue,
 }
 
@@ -192,18 +195,22 @@ pub struct AttributeInfo {
 pub struct VariableInfo {
     /// "/trajectory", ...
     pub group: String,
+    /// Path in the file.
     pub name: String,
     /// "float64", "int8", "string", ...
     #[serde(rename = "type")]
     pub kind: String,
     /// Empty for a scalar.
     pub shape: Vec<usize>,
+    /// As stored.
     pub units: Option<String>,
+    /// As stored.
     pub long_name: Option<String>,
     /// What its codes mean; empty where it is no code.
     pub flags: Vec<FlagInfo>,
     /// Least value that is neither NaN nor the fill value; `None` where there is none.
     pub min: Option<f64>,
+    /// Of the finite values.
     pub max: Option<f64>,
 }
 
@@ -227,12 +234,15 @@ pub struct AddedColumn {
     pub long_name: Option<String>,
     /// Rows in the file, of which `values` are the first.
     pub rows: usize,
+    /// One for each row.
     pub values: Vec<f64>,
 }
 
 /// The meaning of a code.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct FlagInfo {
+    /// As stored.
     pub value: i64,
+    /// What the value stands for.
     pub meaning: String,
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 /// An error of the result file; each message names the file and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum ResultError {
     #[error("{path}: this is an input of the run, and a run never overwrites its input; choose another name with -o")]
     IsInput { path: PathBuf },

@@ -76,7 +76,7 @@ impl ForeignFile {
     }
 
     /// Paths of the variables of texts, of one dimension, without a leading slash.
-    pub fn text_names(&self) -> &[String] {
+    pub(crate) fn text_names(&self) -> &[String] {
         &self.texts
     }
 
@@ -163,7 +163,7 @@ impl ForeignColumn {
     ///
     /// # Errors
     /// If the file is damaged there.
-    pub fn read_row(&self, row: usize, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+    pub(crate) fn read_row(&self, row: usize, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
         self.source.read(&self.name, &[row..row + 1, range])
     }
 
@@ -171,7 +171,7 @@ impl ForeignColumn {
     ///
     /// # Errors
     /// If the file is damaged there.
-    pub fn read_column(&self, column: usize, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+    pub(crate) fn read_column(&self, column: usize, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
         self.source.read(&self.name, &[range, column..column + 1])
     }
 }

@@ -35,9 +35,9 @@ pub use reader::ResultFile;
 pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
 pub use sweep::{
-    Column, ColumnData, MergeError, MergeOptions, MergeReport, Partition, Patch, ShardFile, ShardPlan, Stride,
-    SweepAxis, SweepCell, SweepFile, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter, merge,
+    Column, ColumnData, MergeError, MergeOptions, MergeReport, SweepFile, SweepHeader, SweepLayout, merge,
 };
+pub(crate) use sweep::{Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter};
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
-pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttribute, WitnessAttributes};
+pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttributes};

@@ -73,6 +73,7 @@ impl ResultFile {
         Ok(result)
     }
 
+    /// As it was opened.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -82,11 +83,7 @@ impl ResultFile {
         &self.status
     }
 
-    /// Whether a run was still writing the file when it was opened; it is read as the last flush left it.
-    pub fn is_growing(&self) -> bool {
-        self.source.is_growing()
-    }
-
+    /// Of the case.
     pub fn title(&self) -> &str {
         &self.title
     }

@@ -10,71 +10,76 @@ use crate::record::{Channels, EventKind, State};
 /// Root attribute `format` of every result file.
 pub const FORMAT: &str = "stickslip-result";
 /// Root attribute `format` of a work-precision study.
-pub const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
+pub(crate) const WORK_PRECISION_FORMAT: &str = "stickslip-work-precision";
 /// Every format that this program writes.
-pub const FORMATS: [&str; 4] = [FORMAT, WORK_PRECISION_FORMAT, SWEEP_FORMAT, SWEEP_SHARD_FORMAT];
+pub(crate) const FORMATS: [&str; 4] = [FORMAT, WORK_PRECISION_FORMAT, SWEEP_FORMAT, SWEEP_SHARD_FORMAT];
 /// Root attribute `format` of every sweep file.
-pub const SWEEP_FORMAT: &str = "stickslip-sweep";
+pub(crate) const SWEEP_FORMAT: &str = "stickslip-sweep";
 /// Root attribute `format` of the file of a shard of a sweep.
-pub const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";
+pub(crate) const SWEEP_SHARD_FORMAT: &str = "stickslip-sweep-shard";
 /// Root attribute `format_version`. A change that an old reader would misread raises it.
 pub const FORMAT_VERSION: i32 = 1;
 /// Root attribute `Conventions`.
-pub const CONVENTIONS: &str = "CF-1.11";
+pub(crate) const CONVENTIONS: &str = "CF-1.11";
 
 /// Names of root attributes.
 pub mod root {
-    pub const CONVENTIONS: &str = "Conventions";
-    pub const TITLE: &str = "title";
-    pub const SOURCE: &str = "source";
-    pub const HISTORY: &str = "history";
+    pub(crate) const CONVENTIONS: &str = "Conventions";
+    pub(crate) const TITLE: &str = "title";
+    pub(crate) const SOURCE: &str = "source";
+    pub(crate) const HISTORY: &str = "history";
+    /// Sources of the equations.
     pub const REFERENCES: &str = "references";
+    /// Name of the format.
     pub const FORMAT: &str = "format";
+    /// Version of the format.
     pub const FORMAT_VERSION: &str = "format_version";
     /// "complete", "interrupted" or "failed".
-    pub const STATUS: &str = "status";
+    pub(crate) const STATUS: &str = "status";
     /// Why a run failed; only where `status` is "failed".
-    pub const FAILURE: &str = "failure";
+    pub(crate) const FAILURE: &str = "failure";
 }
 
 /// Names of groups.
 pub mod group {
-    pub const TRAJECTORY: &str = "trajectory";
-    pub const EVENTS: &str = "events";
-    pub const SEGMENTS: &str = "segments";
-    pub const STICK_SLIP: &str = "stick_slip";
+    pub(crate) const TRAJECTORY: &str = "trajectory";
+    pub(crate) const EVENTS: &str = "events";
+    pub(crate) const SEGMENTS: &str = "segments";
+    pub(crate) const STICK_SLIP: &str = "stick_slip";
     /// Only in certified files, as [`SENSITIVITY`].
-    pub const CERTIFICATE: &str = "certificate";
-    pub const SENSITIVITY: &str = "sensitivity";
+    pub(crate) const CERTIFICATE: &str = "certificate";
+    pub(crate) const SENSITIVITY: &str = "sensitivity";
     /// Only where a witness ran beside the run.
-    pub const WITNESS: &str = "witness";
-    pub const INPUT: &str = "input";
-    pub const META: &str = "meta";
-    pub const RUNS: &str = "runs";
+    pub(crate) const WITNESS: &str = "witness";
+    pub(crate) const INPUT: &str = "input";
+    pub(crate) const META: &str = "meta";
+    pub(crate) const RUNS: &str = "runs";
+    /// The reference of a work-precision study.
     pub const REFERENCE: &str = "reference";
 }
 
 /// Column of /events that certified files have.
-pub const TIME_UNCERTAINTY: &str = "time_uncertainty";
+pub(crate) const TIME_UNCERTAINTY: &str = "time_uncertainty";
 
 /// The TOML text as given, in /input.
-pub const INPUT_CASE: &str = "case";
+pub(crate) const INPUT_CASE: &str = "case";
 /// Every parameter in SI and in full precision, in /input.
-pub const INPUT_RESOLVED: &str = "resolved";
+pub(crate) const INPUT_RESOLVED: &str = "resolved";
 /// The checksums of what HDF5 does not check.
-pub const CHECKSUMS: &str = "meta/checksums";
+pub(crate) const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta that the writer itself adds: seconds from creation to the end, NaN until then.
-pub const META_WALL_TIME: &str = "wall_time_s";
+pub(crate) const META_WALL_TIME: &str = "wall_time_s";
 
 /// Names of the attributes of a variable.
 pub mod attribute {
+    /// Unit, as UDUNITS writes it.
     pub const UNITS: &str = "units";
-    pub const FILL_VALUE: &str = "_FillValue";
-    pub const LONG_NAME: &str = "long_name";
+    pub(crate) const FILL_VALUE: &str = "_FillValue";
+    pub(crate) const LONG_NAME: &str = "long_name";
     /// What HDF5 itself notes of dimension scales.
-    pub const OF_HDF5: [&str; 4] = ["CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"];
-    pub const FLAG_VALUES: &str = "flag_values";
-    pub const FLAG_MEANINGS: &str = "flag_meanings";
+    pub(crate) const OF_HDF5: [&str; 4] = ["CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"];
+    pub(crate) const FLAG_VALUES: &str = "flag_values";
+    pub(crate) const FLAG_MEANINGS: &str = "flag_meanings";
     /// Suffix of the companion that holds the unit of an attribute that is a quantity.
     pub const UNITS_SUFFIX: &str = "_units";
     /// Suffix of the companion that holds its description.
@@ -105,10 +110,13 @@ pub type Flag = (i8, &'static str);
 /// One variable of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
+    /// Within its group.
     pub name: String,
+    /// Type of the values.
     pub kind: Kind,
     /// UDUNITS, "1" for a pure number.
     pub units: &'static str,
+    /// Description.
     pub long_name: String,
     /// Empty where the variable is no code.
     pub flags: Vec<Flag>,
@@ -149,29 +157,31 @@ impl Variable {
 /// bears its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
+    /// The group that holds its variables.
     pub group: &'static str,
     /// Rows in a chunk, which is also how many are buffered.
     pub chunk: usize,
+    /// All of one length.
     pub variables: Vec<Variable>,
 }
 
 /// Codes of `mode` and `mode_after`.
-pub fn mode_flags() -> Vec<Flag> {
+pub(crate) fn mode_flags() -> Vec<Flag> {
     Mode::ALL.iter().map(|mode| (mode.code(), mode.name())).collect()
 }
 
 /// Codes of `kind`.
-pub fn kind_flags() -> Vec<Flag> {
+pub(crate) fn kind_flags() -> Vec<Flag> {
     EventKind::ALL.iter().map(|kind| (kind.code(), kind.name())).collect()
 }
 
 /// Codes of `sense`: the sign of the relative velocity in slip.
-pub fn sense_flags() -> Vec<Flag> {
+pub(crate) fn sense_flags() -> Vec<Flag> {
     vec![(-1, "backward"), (0, "none"), (1, "forward")]
 }
 
 /// Codes of `solver`; a solver that has no name here is -1.
-pub const SOLVERS: [Flag; 8] = [
+pub(crate) const SOLVERS: [Flag; 8] = [
     (-1, "other"),
     (0, "cvode-bdf"),
     (1, "cvode-adams"),
@@ -280,7 +290,7 @@ pub fn stick_slip() -> Table {
 }
 
 /// /runs of a work-precision study: a row for each run. `methods` are the names behind the codes.
-pub fn work_precision_runs(methods: &[&'static str]) -> Table {
+pub(crate) fn work_precision_runs(methods: &[&'static str]) -> Table {
     let codes = methods.iter().zip(0i8..).map(|(name, code)| (code, *name)).collect();
     let seconds = |name: &str, long_name: &str| Variable::new(name, Kind::Float64, "s", long_name);
     let variables = vec![
@@ -324,7 +334,7 @@ pub fn work_precision_runs(methods: &[&'static str]) -> Table {
 }
 
 /// /reference of a work-precision study: a row for each event of the sequence.
-pub fn work_precision_reference() -> Table {
+pub(crate) fn work_precision_reference() -> Table {
     let variables = vec![
         Variable::index("event", "index of the event"),
         Variable::code("kind", "what happened", kind_flags()),
@@ -339,7 +349,7 @@ pub fn work_precision_reference() -> Table {
 }
 
 /// (name, unit, description) of the float64 attributes of /reference: what errors below are not told from zero.
-pub const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
+pub(crate) const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
     ("onset_uncertainty", "s", "uncertainty of the first stick"),
     (
         "final_stick_uncertainty",
@@ -355,7 +365,7 @@ pub fn tables() -> [Table; 4] {
 }
 
 /// (name, unit, description) of the float64 attributes of /stick_slip.
-pub const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
+pub(crate) const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
     ("onset_time", "s", "time of the first stick"),
     ("final_stick_time", "s", "time of the last stick, if the run ends in it"),
     ("first_period", "s", "period of the first cycle"),
@@ -379,5 +389,5 @@ pub const STICK_SLIP_QUANTITIES: [(&str, &str, &str); 8] = [
 ];
 
 /// (name, description) of the int64 attributes of /stick_slip.
-pub const STICK_SLIP_COUNTS: [(&str, &str); 2] =
+pub(crate) const STICK_SLIP_COUNTS: [(&str, &str); 2] =
     [("stick_count", "number of sticks"), ("slip_count", "number of slips")];

@@ -18,7 +18,9 @@ pub struct StickSlipTable {
     pub onset_time: f64,
     /// Time of the last stick, s.
     pub final_stick_time: f64,
+    /// Sticks that began.
     pub stick_count: u64,
+    /// Slips that began.
     pub slip_count: u64,
     /// s.
     pub first_period: f64,
@@ -43,7 +45,9 @@ pub struct Extra {
     pub name: String,
     /// UDUNITS, "1" for a pure number.
     pub unit: String,
+    /// With its unit.
     pub description: String,
+    /// In the unit of the description.
     pub value: f64,
 }
 

@@ -8,7 +8,7 @@ impl ResultFile {
     ///
     /// # Errors
     /// A time that is not finite, or not after the one before it; or of the file.
-    pub fn check_times(&self) -> Result<(), ResultError> {
+    pub(crate) fn check_times(&self) -> Result<(), ResultError> {
         let (mut row, mut before) = (0, f64::NEG_INFINITY);
         for block in self.column_blocks("time")? {
             for time in block? {

@@ -51,6 +51,7 @@ pub struct Header {
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Status {
+    /// To the end of the case.
     Complete,
     /// By the user or by a kill; what was computed until then is good.
     Interrupted,
@@ -70,7 +71,7 @@ impl Status {
 }
 
 /// An attribute of /witness: its name, its value, and of a number the unit and the description.
-pub type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
+pub(crate) type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
 
 /// The attributes of /witness.
 #[derive(Debug, Clone, PartialEq)]

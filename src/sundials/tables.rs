@@ -184,7 +184,7 @@ pub struct Coefficients {
 
 impl Coefficients {
     /// R(z) by which a step multiplies y' = lambda y, z = h lambda.
-    pub fn stability_function(&self, z: Complex<f64>) -> Complex<f64> {
+    pub(crate) fn stability_function(&self, z: Complex<f64>) -> Complex<f64> {
         let mut slopes: Vec<Complex<f64>> = Vec::with_capacity(self.b.len());
         for row in &self.a {
             let sum: Complex<f64> = row.iter().zip(&slopes).map(|(a, k)| k * *a).sum();

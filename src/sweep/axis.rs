@@ -8,6 +8,7 @@ use crate::case::{Setting, key_of, read_setting};
 /// How the values of a range are spread, and on which scale a boundary is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
+    /// Equal differences.
     Linear,
     /// Even in the logarithm; both ends have one sign.
     Log,
@@ -16,8 +17,11 @@ pub enum Spacing {
 /// A stretch of values, in the key's SI unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
+    /// In the key's unit.
     pub from: f64,
+    /// In the key's unit.
     pub to: f64,
+    /// Of the values between.
     pub spacing: Spacing,
 }
 

@@ -12,6 +12,7 @@ use crate::quote::shown;
 pub struct Criterion {
     /// Place in [`QUANTITIES`].
     pub quantity: usize,
+    /// Between quantity and value.
     pub comparison: Comparison,
     /// In the quantity's unit.
     pub threshold: f64,
@@ -20,9 +21,13 @@ pub struct Criterion {
 /// How a value is held against a threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comparison {
+    /// >=
     AtLeast,
+    /// >
     Above,
+    /// <=
     AtMost,
+    /// <
     Below,
 }
 
@@ -103,6 +108,7 @@ pub struct BoundarySpec {
     pub plane: [usize; 2],
     /// Nodes of the first grid along x and y.
     pub nodes: [usize; 2],
+    /// Met on one side of the boundary.
     pub criterion: Criterion,
     /// How often a cell of the first grid that the boundary crosses is halved.
     pub refinements: u32,

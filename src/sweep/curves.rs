@@ -20,6 +20,7 @@ pub struct BoundaryPoint {
     pub met: [f64; 2],
     /// Of the run that does not.
     pub unmet: [f64; 2],
+    /// Which part of the boundary it is on.
     pub branch: Branch,
 }
 
@@ -42,9 +43,11 @@ pub struct Curve {
 /// A line beside the boundary, such as a contour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
+    /// Place in [`Boundaries::planes`].
     pub plane: usize,
     /// What is constant along it.
     pub level: f64,
+    /// (first axis, second axis), in the keys' units.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -53,6 +56,7 @@ pub struct Line {
 pub struct Boundaries {
     /// The values of the axes outside the plane, for each plane.
     pub planes: Vec<Vec<Setting>>,
+    /// In the order of the planes.
     pub curves: Vec<Curve>,
     /// Where steady sliding loses its stability only in the limit of standstill: c_t = -2 r F mu'(0) under
     /// the largest force.

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 /// Why a sweep ended without its file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum SweepError {
     #[error(transparent)]
     Journal(#[from] JournalError),

@@ -23,7 +23,8 @@ pub fn journal_path(path: &Path) -> PathBuf {
 }
 
 /// The journal that a rank of an MPI job keeps of the points it ran for the sweep into `map.h5`: `map.rank-3.journal`.
-pub fn rank_journal_path(path: &Path, rank: usize) -> PathBuf {
+#[cfg(feature = "mpi")]
+pub(crate) fn rank_journal_path(path: &Path, rank: usize) -> PathBuf {
     path.with_extension(format!("rank-{rank}.journal"))
 }
 
@@ -47,6 +48,7 @@ pub(super) fn rank_journals(path: &Path) -> io::Result<Vec<PathBuf>> {
 /// What can go wrong with a journal.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum JournalError {
     #[error(
         "{path}: holds {points} points of an interrupted sweep; --resume goes on with it, --force throws it away and starts anew"

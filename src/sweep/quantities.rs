@@ -18,7 +18,7 @@ pub struct Quantity {
 }
 
 /// Stands for a count of a run that failed.
-pub const NO_COUNT: i64 = -1;
+pub(crate) const NO_COUNT: i64 = -1;
 
 const fn number(
     name: &'static str,
@@ -156,6 +156,7 @@ pub type Values = [f64; QUANTITIES.len()];
 pub struct EventRow {
     /// s.
     pub time: f64,
+    /// Of the event.
     pub kind: EventKind,
     /// Code of the mode after it.
     pub mode_after: i8,

@@ -11,6 +11,7 @@ use std::sync::atomic::AtomicBool;
 pub struct SweepOptions<'a> {
     /// The sweep file.
     pub path: &'a Path,
+    /// What may be replaced.
     pub overwrite: Overwrite,
     /// Go on with what an interrupted sweep of the same study has left.
     pub resume: bool,
@@ -18,7 +19,9 @@ pub struct SweepOptions<'a> {
     pub shard: Option<Shard>,
     /// Threads.
     pub workers: usize,
+    /// Where the file says it comes from.
     pub header: SweepHeader,
+    /// Makes one run.
     pub integrate: &'a Integrate<'a>,
     /// Set from outside to end the sweep in good order.
     pub stop: &'a AtomicBool,
@@ -33,6 +36,7 @@ pub struct SweepProgress {
     pub total: u64,
     /// Whether there may be more than [`Self::total`].
     pub open: bool,
+    /// Number of points whose run failed.
     pub failed: u64,
 }
 
@@ -41,6 +45,7 @@ pub struct SweepProgress {
 pub struct SweepReport {
     /// The sweep file, or the partial file of an interrupted sweep.
     pub file: PathBuf,
+    /// Somebody ended the sweep; it can be resumed.
     pub interrupted: bool,
     /// Points in the file that are done.
     pub points: u64,
@@ -48,6 +53,7 @@ pub struct SweepReport {
     pub run_now: u64,
     /// Points that failed, by number, and why; the first of them only, if there are many.
     pub failures: Vec<(u64, String)>,
+    /// Number of points whose run failed.
     pub failed: u64,
     /// Points whose runs end before a stick that lasts, so that their sticks may not be all; not counted again for a
     /// sweep that had been complete before.

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// How a sample is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SampleMethod {
+pub(crate) enum SampleMethod {
     /// One point in each of `count` layers of every axis, at random within it, the layers paired at random.
     LatinHypercube,
     /// The Sobol sequence with Owen's scrambling.

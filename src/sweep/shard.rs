@@ -99,6 +99,7 @@ impl fmt::Display for Shard {
 /// Why a study has no such shard.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum ShardError {
     #[error("the study has {points} points, too few for {count} shards; use at most {points}")]
     TooMany { points: u64, count: usize },

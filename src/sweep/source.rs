@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 /// A study that comes with the program: the files of `data/studies`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltInStudy {
+    /// By which a study is asked for.
     pub name: &'static str,
+    /// TOML.
     pub text: &'static str,
 }
 
@@ -20,6 +22,7 @@ pub const STUDIES: &[BuiltInStudy] = &[BuiltInStudy {
 /// The text of a study, and where it is from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StudySource {
+    /// TOML.
     pub text: String,
     /// The file; `None` for a built-in study.
     pub path: Option<PathBuf>,

@@ -30,6 +30,7 @@ pub const STUDY_RTOL: f64 = 1e-8;
 /// What is kept of every run beside its summary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Keep {
+    /// The events of each run, in the study's file.
     pub events: bool,
     /// A whole result file of each run.
     pub trajectory: bool,
@@ -38,14 +39,19 @@ pub struct Keep {
 /// A study, valid as far as that can be known before its points are run.
 #[derive(Debug, Clone)]
 pub struct Study {
+    /// Of the study.
     pub title: String,
+    /// The text it was read from.
     pub source: StudySource,
     /// The base case, as text.
     pub base: CaseSource,
     /// What the study sets in it.
     pub settings: Vec<Override>,
+    /// In the order of the text; the last one varies fastest.
     pub axes: Vec<Axis>,
+    /// How the points lie in the axes.
     pub design: Design,
+    /// What is stored of each run.
     pub keep: Keep,
     /// Files that the study was read from: they must not be overwritten.
     pub files: Vec<PathBuf>,
@@ -59,7 +65,9 @@ pub struct Study {
 /// A point: its number in the study and its value on every axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
+    /// From 0.
     pub number: u64,
+    /// One for each axis.
     pub coordinates: Vec<Setting>,
 }
 

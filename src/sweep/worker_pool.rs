@@ -9,9 +9,11 @@ use std::sync::atomic::AtomicBool;
 /// What every worker needs to know.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
+    /// The points and their cases.
     pub study: &'a Study,
     /// Threads of each process.
     pub workers: usize,
+    /// Makes one run.
     pub integrate: &'a Integrate<'a>,
     /// Set from outside to end the work in good order.
     pub stop: &'a AtomicBool,

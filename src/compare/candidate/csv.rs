@@ -15,7 +15,7 @@ const PREAMBLE: usize = 1000;
 /// A CSV file with a header, separated by commas, semicolons, tabs or blanks; lines that begin with `#` are comments, of
 /// which the last one before the numbers may be the header.
 #[derive(Debug)]
-pub struct CsvTable {
+pub(crate) struct CsvTable {
     source: Source,
     separator: u8,
     headers: Vec<Header>,

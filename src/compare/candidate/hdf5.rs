@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// The trajectory of one of this program's results.
 #[derive(Debug)]
-pub struct OwnTable {
+pub(crate) struct OwnTable {
     /// The result.
     pub file: ResultFile,
 }
@@ -74,7 +74,7 @@ impl Pass for OwnPass {
 
 /// An HDF5 file of another program.
 #[derive(Debug)]
-pub struct ForeignTable {
+pub(crate) struct ForeignTable {
     /// The file.
     pub file: ForeignFile,
 }

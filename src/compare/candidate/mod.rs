@@ -11,7 +11,7 @@ mod table;
 
 pub use mapping::{Column, Mapping};
 pub use rows::{Block, Rows};
-pub use table::{BLOCK, Pass, Slice, Table};
+pub use table::{Pass, Table};
 
 use super::reference::Physics;
 use super::{Channel, CompareError, Found};
@@ -31,7 +31,7 @@ const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
 
 /// A result of another solver, opened and understood but not yet read.
 #[derive(Debug)]
-pub struct Candidate {
+pub(crate) struct Candidate {
     path: PathBuf,
     format: &'static str,
     table: Option<Box<dyn Table>>,
@@ -229,7 +229,7 @@ impl Candidate {
     }
 
     /// Whether it is a time series, and not a table of events alone.
-    pub fn has_rows(&self) -> bool {
+    pub(crate) fn has_rows(&self) -> bool {
         self.table.is_some()
     }
 
@@ -241,11 +241,6 @@ impl Candidate {
     /// Whether a channel is there or follows from others.
     pub fn has(&self, channel: Channel) -> bool {
         self.supplies.iter().any(|supply| supply.channel == channel)
-    }
-
-    /// Whether a channel is a column of the file.
-    pub fn is_direct(&self, channel: Channel) -> bool {
-        self.direct.contains(&channel)
     }
 
     /// Reads times and `channels`, which it must have, from the first row on.

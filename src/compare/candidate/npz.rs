@@ -20,7 +20,7 @@ const MOST_READ: usize = 4 << 20;
 /// An NPZ archive. Members that are stored as they are (`numpy.savez`) are read in place; compressed ones are unpacked
 /// into a temporary file.
 #[derive(Debug)]
-pub struct NpzTable {
+pub(crate) struct NpzTable {
     path: PathBuf,
     arrays: Vec<Array>,
 }

@@ -162,9 +162,4 @@ impl<'a> Rows<'a> {
         }
         Ok(())
     }
-
-    /// Whether nothing has been read yet.
-    pub fn is_at_start(&self) -> bool {
-        self.row == 0
-    }
 }

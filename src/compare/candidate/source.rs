@@ -57,7 +57,7 @@ impl Source {
         &self.path
     }
 
-    pub fn is_piped(&self) -> bool {
+    pub(crate) fn is_piped(&self) -> bool {
         self.piped.is_some()
     }
 

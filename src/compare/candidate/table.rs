@@ -4,7 +4,7 @@ use super::super::CompareError;
 use std::path::Path;
 
 /// Rows read at a time.
-pub const BLOCK: usize = 65_536;
+pub(crate) const BLOCK: usize = 65_536;
 
 /// A file whose columns have names.
 pub trait Table: std::fmt::Debug {
@@ -51,7 +51,7 @@ pub trait Pass {
 
 /// The array and the slice that `NAME[2]`, `NAME[2,:]` or `NAME[:,2]` mean.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Slice<'a> {
+pub(crate) struct Slice<'a> {
     /// Name of the array.
     pub array: &'a str,
     /// Which row (`true`) or column (`false`) of two dimensions; `None` for an array of one.

@@ -150,7 +150,7 @@ impl Curve {
 
 /// The gap between two neighbouring nodes.
 #[derive(Debug, Clone)]
-pub struct Gap {
+pub(crate) struct Gap {
     pub(super) left: Node,
     pub(super) right: Node,
     coefficients: Option<[[f64; 6]; BASES]>,
@@ -183,7 +183,7 @@ impl Gap {
     }
 
     /// theta at its start, rad.
-    pub fn rotor_angle(&self) -> f64 {
+    pub(crate) fn rotor_angle(&self) -> f64 {
         self.left.value[THETA]
     }
 

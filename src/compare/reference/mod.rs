@@ -10,8 +10,9 @@ mod physics;
 mod rerun;
 mod walk;
 
+pub(crate) use gap::Gap;
 pub(super) use gap::horner;
-pub use gap::{Curve, Gap, Node};
+pub use gap::{Curve, Node};
 pub use physics::Physics;
 pub use rerun::Rerun;
-pub use walk::{Walk, breaks_segment};
+pub(crate) use walk::{Walk, breaks_segment};

@@ -60,7 +60,7 @@ impl Physics {
     }
 
     /// T_r or T_s from twist (rad) and twist rate (rad/s), N m.
-    pub fn twist_torque(&self, twist: f64, rate: f64) -> f64 {
+    pub(crate) fn twist_torque(&self, twist: f64, rate: f64) -> f64 {
         self.torsion.torsion.stiffness * twist + self.torsion.torsion.damping * rate
     }
 
@@ -70,7 +70,7 @@ impl Physics {
     }
 
     /// The initial speed, rad/s.
-    pub fn initial_speed(&self) -> f64 {
+    pub(crate) fn initial_speed(&self) -> f64 {
         self.initial_speed
     }
 }

@@ -45,7 +45,7 @@ impl Rerun {
     }
 
     /// Whether the run was repeated.
-    pub fn was_made(&self) -> bool {
+    pub(crate) fn was_made(&self) -> bool {
         self.nodes.get().is_some_and(Option::is_some)
     }
 

@@ -9,14 +9,14 @@ use crate::results::{ResultError, ResultFile};
 const BLOCK: usize = 16_384;
 
 /// Whether a segment ends at an event of this kind.
-pub fn breaks_segment(kind: EventKind) -> bool {
+pub(crate) fn breaks_segment(kind: EventKind) -> bool {
     kind.in_event_sequence() || matches!(kind, EventKind::Kick | EventKind::Corner)
 }
 
 /// A walk in order of time over the samples of a reference's file, and over those of its repeated run where the file's
 /// are too sparse.
 #[derive(Debug)]
-pub struct Walk<'a> {
+pub(crate) struct Walk<'a> {
     file: &'a ResultFile,
     physics: &'a Physics,
     rerun: &'a Rerun,
@@ -173,7 +173,7 @@ impl<'a> Walk<'a> {
     }
 
     /// theta at the start of the present gap, rad.
-    pub fn rotor_angle(&self) -> f64 {
+    pub(crate) fn rotor_angle(&self) -> f64 {
         self.gap.as_ref().map_or(0.0, Gap::rotor_angle)
     }
 

@@ -11,7 +11,7 @@ use super::protocol::{Answer, Fault, Request};
 use super::server::path_of;
 
 /// The argument that makes the program a reading process.
-pub const ARGUMENT: &str = "--read-hdf5-for-parent";
+pub(crate) const ARGUMENT: &str = "--read-hdf5-for-parent";
 
 /// Why there is no answer.
 pub(super) enum Lost {

@@ -16,6 +16,7 @@ use crate::results::{MetaValue, Overwrite, ResultError, Status, partial_path};
 pub struct MergeOptions<'a> {
     /// The files of all shards of one study, in any order.
     pub shards: &'a [PathBuf],
+    /// The file to be made.
     pub output: &'a Path,
     /// Replace a file that is there; without it none is, not even a result of this program.
     pub replace: bool,
@@ -26,16 +27,22 @@ pub struct MergeOptions<'a> {
 /// What a merger came to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MergeReport {
+    /// The file that was made.
     pub file: PathBuf,
+    /// Of the study.
     pub digest: String,
+    /// Number of shards.
     pub shards: usize,
+    /// Number of points in them.
     pub points: usize,
+    /// Number of points whose run failed.
     pub failed: usize,
 }
 
 /// Why shards do not make a whole.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum MergeError {
     #[error(transparent)]
     File(#[from] ResultError),

@@ -21,9 +21,8 @@ mod writer;
 
 pub use file::SweepFile;
 pub use merge::{MergeError, MergeOptions, MergeReport, merge};
-pub use partition::{Partition, Patch, Stride};
-pub use schema::{
-    Column, ColumnData, ShardPlan, SweepAxis, SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
-};
-pub use shard::ShardFile;
-pub use writer::SweepWriter;
+pub(crate) use partition::Partition;
+pub use schema::{Column, ColumnData, SweepHeader, SweepLayout};
+pub(crate) use schema::{ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable};
+pub(crate) use shard::ShardFile;
+pub(crate) use writer::SweepWriter;

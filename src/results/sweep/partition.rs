@@ -6,7 +6,7 @@
 
 /// How the points of a study are dealt out to shards.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Partition {
+pub(crate) struct Partition {
     /// Lengths of the axes of a grid; the number of points alone for a table.
     shape: Vec<usize>,
     shards: usize,
@@ -19,7 +19,7 @@ pub struct Partition {
 /// A regular part of a grid that is a regular part of the rows of a shard: start, stride, count and block of each
 /// dimension.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Patch {
+pub(crate) struct Patch {
     /// In the points of the shard, which are in the order of their numbers.
     pub rows: Stride,
     /// In the grid, for each axis; blocks of one.
@@ -28,7 +28,7 @@ pub struct Patch {
 
 /// `count` blocks of `block` elements, `step` apart, from `start` on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stride {
+pub(crate) struct Stride {
     pub start: usize,
     pub step: usize,
     pub count: usize,
@@ -61,7 +61,7 @@ impl Partition {
     }
 
     /// The shard of a point, counted from 0.
-    pub fn owner(&self, number: usize) -> usize {
+    pub(crate) fn owner(&self, number: usize) -> usize {
         (number % self.shards + number / self.cycle % self.shards) % self.shards
     }
 
@@ -86,7 +86,7 @@ impl Partition {
     }
 
     /// The grid's cells of a shard, in pieces that are regular in the grid and in the shard.
-    pub fn patches(&self, shard: usize) -> Vec<Patch> {
+    pub(crate) fn patches(&self, shard: usize) -> Vec<Patch> {
         let outer = self.shape.len().saturating_sub(2);
         let lines = if self.shape.len() > 1 { self.shape[outer] } else { 1 };
         // Rows so far apart have the same columns.

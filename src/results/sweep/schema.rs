@@ -42,7 +42,7 @@ pub struct SweepHeader {
 
 /// One axis: a dimension of a grid, or a column of a table of points.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SweepAxis {
+pub(crate) struct SweepAxis {
     pub name: String,
     /// The keys it sets, separated by blanks.
     pub keys: String,
@@ -57,7 +57,7 @@ pub struct SweepAxis {
 
 /// One variable of every point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SweepVariable {
+pub(crate) struct SweepVariable {
     pub name: String,
     /// UDUNITS.
     pub units: String,
@@ -77,7 +77,7 @@ pub enum SweepLayout {
 
 /// How large a sweep file is and what stands in it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SweepPlan {
+pub(crate) struct SweepPlan {
     pub layout: SweepLayout,
     pub axes: Vec<SweepAxis>,
     pub variables: Vec<SweepVariable>,
@@ -89,11 +89,11 @@ pub struct SweepPlan {
 }
 
 /// One event of a point: time (s), codes of kind and of the mode after it, relative velocity (rad/s), internal force (N).
-pub type SweepCell = (f64, i8, i8, f64, f64);
+pub(crate) type SweepCell = (f64, i8, i8, f64, f64);
 
 /// What a sweep file holds of one point.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepRow {
+pub(crate) struct SweepRow {
     pub number: u64,
     /// Values on the axes of a table; empty in a grid.
     pub coordinates: Vec<f64>,
@@ -107,17 +107,22 @@ pub struct SweepRow {
 /// A column of a further table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
+    /// Of the variable.
     pub name: String,
     /// UDUNITS.
     pub units: String,
+    /// Description.
     pub long_name: String,
+    /// One value for each point.
     pub data: ColumnData,
 }
 
 /// The values of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColumnData {
+    /// Doubles; NaN where there is none.
     Numbers(Vec<f64>),
+    /// Whole numbers.
     Counts(Vec<i64>),
     /// Codes, and what they mean.
     Codes(Vec<i8>, Vec<(i8, String)>),
@@ -125,7 +130,7 @@ pub enum ColumnData {
 
 /// Which part of a study the file of a shard holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ShardPlan {
+pub(crate) struct ShardPlan {
     /// Counted from 0.
     pub shard: usize,
     pub partition: Partition,

@@ -73,7 +73,7 @@ pub(super) fn describe(
 
 /// The file of a shard, open for reading.
 #[derive(Debug)]
-pub struct ShardFile {
+pub(crate) struct ShardFile {
     inner: Arc<SweepFile>,
     /// Counted from 0.
     shard: usize,
@@ -149,7 +149,7 @@ impl ShardFile {
     }
 
     /// How the points of its study are dealt out.
-    pub fn partition(&self) -> &Partition {
+    pub(crate) fn partition(&self) -> &Partition {
         &self.partition
     }
 
@@ -180,7 +180,7 @@ impl ShardFile {
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn event_count(&self) -> Result<usize, ResultError> {
+    pub(crate) fn event_count(&self) -> Result<usize, ResultError> {
         if !self.keeps_events()? {
             return Ok(0);
         }

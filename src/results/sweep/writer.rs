@@ -18,7 +18,7 @@ use crate::results::target::{self, Overwrite};
 use crate::results::{ResultError, Status, checksums, raw};
 
 /// Writes one sweep file, beside its name until it is whole.
-pub struct SweepWriter {
+pub(crate) struct SweepWriter {
     path: PathBuf,
     partial: PathBuf,
     made: PathBuf,
@@ -110,7 +110,7 @@ impl SweepWriter {
     ///
     /// # Errors
     /// A failure to write.
-    pub fn add_table(
+    pub(crate) fn add_table(
         &mut self,
         group: &str,
         attributes: &[(&str, String)],
