@@ -124,38 +124,27 @@ fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     match &case.parameters.actuation {
         Signal::Ramp(Ramp { rise_time, .. }) => {
             if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
-                complain(
-                    "actuation.rise_time",
-                    &[],
-                    format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
-                );
+                let message = format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s");
+                complain("actuation.rise_time", &[], message);
             }
         }
         Signal::Table(Table { time, value }) => {
-            if time.is_empty() {
+            let (times, forces) = (time.len(), value.len());
+            if times == 0 {
                 complain("actuation.time", &[], "must hold at least one time".to_owned());
             }
-            if time.len() != value.len() {
-                complain(
-                    "actuation.force",
-                    &["actuation.time"],
-                    format!(
-                        "must be as long as actuation.time: {} forces for {} times",
-                        value.len(),
-                        time.len()
-                    ),
-                );
+            if times != forces {
+                let message = format!("must be as long as actuation.time: {forces} forces for {times} times");
+                complain("actuation.force", &["actuation.time"], message);
             }
-            if let Some(index) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
-                complain(
-                    &format!("actuation.time.{}", index + 1),
-                    &[&format!("actuation.time.{index}")],
-                    format!(
-                        "times must increase: {:?} s follows {:?} s",
-                        time[index + 1],
-                        time[index]
-                    ),
+            if let Some(index) = (1..times).find(|&index| time[index] <= time[index - 1]) {
+                let [before, here] = [index - 1, index].map(|index| format!("actuation.time.{index}"));
+                let message = format!(
+                    "times must increase: {:?} s follows {:?} s",
+                    time[index],
+                    time[index - 1]
                 );
+                complain(&here, &[&before], message);
             }
         }
     }

@@ -3,10 +3,10 @@
 use super::arguments::{Common, SweepOptions};
 use super::progress::SweepBar;
 use super::ranks::Ranks;
-use super::run::{REFERENCES, interrupt_flag, looks_like_a_path, stick_slip_table};
+use super::run::{REFERENCES, interrupt_flag, looks_like_a_path, overrides, stick_slip_table};
 use super::{CommandError, End, complain, print, print_json, provenance};
 use crate::analysis::Summary;
-use crate::case::{Case, CaseError, Override};
+use crate::case::{Case, CaseError};
 use crate::hybrid::RunError;
 use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
 use crate::results::{Header, MetaValue, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
@@ -230,13 +230,7 @@ fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     } else {
         StudySource::built_in(&options.study)?
     };
-    let mut overrides = Vec::with_capacity(options.set.len() + 1);
-    for setting in &options.budget.over(&options.set) {
-        overrides.push(Override::parse(setting)?);
-    }
-    if let Some(method) = &options.method {
-        overrides.push(Override::parse(&format!("solver.method={method}"))?);
-    }
+    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
     Study::parse(source, &overrides)
 }
 
