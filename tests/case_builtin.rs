@@ -13,7 +13,7 @@ fn every_built_in_case_is_valid_and_the_default_is_one_of_them() {
     for built_in in builtin::CASES {
         case(built_in.name);
     }
-    assert!(builtin::find(builtin::DEFAULT).is_some());
+    assert!(CaseSource::built_in(builtin::DEFAULT).is_ok());
 }
 
 /// The parameters of data/truth/paper.json, which were converted there with 33 digits.

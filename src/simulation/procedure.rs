@@ -371,15 +371,7 @@ impl Run<'_> {
     }
 
     fn check_finite(&self) -> Result<(), RunError> {
-        match self.state.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-            None => Ok(()),
-            Some((component, &value)) => Err(RunError::NotFinite {
-                time: self.time,
-                location: describe(&self.location()),
-                component,
-                value,
-            }),
-        }
+        RunError::check_finite(&self.state, self.time, || describe(&self.location()))
     }
 
     /// A step that rounding swallows.
