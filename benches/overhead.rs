@@ -21,8 +21,10 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 use stickslip::case::{Case, CaseSource};
-use stickslip::model::Actuation;
-use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index};
+use stickslip::model::Mode;
+use stickslip::model::state::{DIMENSION, TorsionState, index};
+use stickslip::model::torsion::TorsionModel;
+use stickslip::signal::{Ramp, Signal};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 use sundials_sys as c;
 
@@ -92,7 +94,7 @@ struct Slip {
 impl Slip {
     fn new() -> Self {
         let case = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
-        let Actuation::Ramp { force, .. } = case.parameters.actuation else {
+        let Signal::Ramp(Ramp { value: force, .. }) = case.parameters.actuation else {
             unreachable!("the paper's case has a ramp")
         };
         Slip {
@@ -126,11 +128,12 @@ impl Problem<DIMENSION, 1> for Slip {
     }
     #[inline(never)]
     fn rhs(&self, y: &TorsionState, ydot: &mut TorsionState) {
-        self.torsion.slip_rhs(1.0, self.normal_force, y, ydot);
+        self.torsion.rates(Mode::SlipForward, || self.normal_force, y, ydot);
     }
     #[inline(never)]
     fn jacobian(&self, y: &TorsionState, mut jacobian: DMatrixViewMut<'_, f64>) {
-        self.torsion.slip_jacobian(1.0, self.normal_force, y, &mut jacobian);
+        self.torsion
+            .jacobian(Mode::SlipForward, || self.normal_force, y, &mut jacobian);
     }
     #[inline(never)]
     fn roots(&self, y: &TorsionState, g: &mut [f64; 1]) {

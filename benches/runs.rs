@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::Law;
-use stickslip::model::{Actuation, KickTime, Mode, Parameters};
+use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
+use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Method, OutputOptions, SolverOptions};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 
@@ -105,7 +106,11 @@ impl OdeSystem for PlainBrake {
             friction,
             ..
         } = &self.parameters;
-        let Actuation::Ramp { force, rise_time } = self.parameters.actuation else {
+        let Signal::Ramp(Ramp {
+            value: force,
+            rise_time,
+        }) = self.parameters.actuation
+        else {
             unreachable!("the paper's case has a ramp")
         };
         let (t_r, t_s) = self.torques(y);
@@ -181,7 +186,7 @@ impl OdeSystem for PlainBrake {
 /// each event, at the corner of F and at the kick. Returns the number of sticks and the time of the last.
 fn plain_bdf(parameters: &Parameters, rtol: f64, end_time: f64) -> (usize, f64) {
     let kick = parameters.perturbations[0];
-    let (KickTime::At(kick_time), Actuation::Ramp { rise_time, .. }) = (kick.time, &parameters.actuation) else {
+    let (KickTime::At(kick_time), Signal::Ramp(Ramp { rise_time, .. })) = (kick.time, &parameters.actuation) else {
         unreachable!("the paper's case has a timed kick and a ramp")
     };
     let brake = PlainBrake {

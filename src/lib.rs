@@ -14,6 +14,7 @@
 //! | [`sundials`] | safe CVODE and ARKODE; no physics |
 //! | [`numerics`] | Taylor series, polynomial roots, Radau IIA; no physics |
 //! | [`friction`] | the friction laws, behind one interface |
+//! | [`signal`] | what is applied from outside, as a function of time |
 //! | [`model`] | the physics: pure functions of parameters and state; no solver |
 //! | [`record`] | what a run is made of: samples, events, segments, and who takes them |
 //! | [`hybrid`] | the event automaton: modes, guards, transitions, engines; generic over the model |
@@ -49,6 +50,7 @@ mod quote;
 pub mod record;
 pub mod results;
 mod run;
+pub mod signal;
 pub mod simulation;
 pub mod sundials;
 pub mod sweep;

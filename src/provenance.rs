@@ -1,7 +1,7 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
 use crate::case::Case;
-use crate::model::torsion::index::{ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE};
+use crate::model::state::Components;
 use crate::results::{Header, MetaValue};
 use crate::simulation::{Method, chosen_solvers, procedure};
 
@@ -142,11 +142,11 @@ fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
     // What the solvers themselves were given.
     let (sliding, resolved) = chosen_solvers(&case.parameters, solver);
     for (phase, chosen) in [("sliding", sliding), ("resolved", resolved)] {
-        let absolute = |component: usize| chosen.tolerances.absolute[component];
+        let absolute = Components::of(&chosen.tolerances.absolute);
         number(format!("{phase}_rtol"), chosen.tolerances.relative);
-        number(format!("{phase}_atol_twist"), absolute(ROTOR_TWIST));
-        number(format!("{phase}_atol_rate"), absolute(ROTOR_TWIST_RATE));
-        number(format!("{phase}_atol_speed"), absolute(ROTOR_SPEED));
+        number(format!("{phase}_atol_twist"), absolute.rotor_twist);
+        number(format!("{phase}_atol_rate"), absolute.rotor_twist_rate);
+        number(format!("{phase}_atol_speed"), absolute.rotor_speed);
         if let Some(step) = chosen.max_step {
             number(format!("{phase}_max_step"), step);
         }

@@ -3,7 +3,6 @@
 use std::path::Path;
 use stickslip::analysis::growth::foreseen_exponent;
 use stickslip::case::Override;
-use stickslip::model::axial::AxialMotion;
 use stickslip::results::SweepFile;
 use stickslip::sweep::{
     Branch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
@@ -48,7 +47,7 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     assert!(points.len() > 8, "{}", points.len());
     let case = study.case_at(&study_corner(&study)).unwrap();
     let p = &case.parameters;
-    let force = AxialMotion::new(&p.axial, &p.actuation).largest_force();
+    let force = p.largest_force();
     let law = p.friction.law.as_exponential().unwrap();
     let slope = 2.0 * p.contact.radius * force * (law.low_speed - law.high_speed);
     for point in points {

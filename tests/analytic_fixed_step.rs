@@ -4,7 +4,8 @@ mod common;
 use common::linear_brake::LinearBrake;
 use common::{output, run, solver, truth};
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::{Actuation, Parameters};
+use stickslip::model::Parameters;
+use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Method, SolverOptions};
 
 /// The end of the smooth slip, s: some eight natural periods, in which the oscillation that the step of the force starts
@@ -25,10 +26,10 @@ fn slip() -> Parameters {
         }
         .into(),
     };
-    parameters.actuation = Actuation::Ramp {
-        force: 2225.0,
+    parameters.actuation = Signal::Ramp(Ramp {
+        value: 2225.0,
         rise_time: 0.0,
-    };
+    });
     parameters
 }
 

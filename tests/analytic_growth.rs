@@ -4,8 +4,9 @@ mod common;
 use common::rigid_growth::rigid_growth;
 use common::{output, run, truth};
 use stickslip::analysis::{Growth, Summary};
-use stickslip::model::{Actuation, Kick, KickTime, Parameters};
+use stickslip::model::{Kick, KickTime, Parameters};
 use stickslip::record::EventKind;
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::SolverOptions;
 
 fn growth(parameters: &Parameters, end: f64) -> (Growth, Summary, f64) {
@@ -79,16 +80,16 @@ fn analytic_early_kick_dies_out_and_leaves_the_growth() {
 #[test]
 fn analytic_growth_follows_the_force() {
     let mut slow = kicked(&truth("paper").parameters, 0.0);
-    slow.actuation = Actuation::Ramp {
-        force: 2225.0,
+    slow.actuation = Signal::Ramp(Ramp {
+        value: 2225.0,
         rise_time: 3.0,
-    };
+    });
     let mut table = kicked(&truth("si-kick").parameters, 0.129);
     table.initial.speed = 10.0;
-    table.actuation = Actuation::Table {
+    table.actuation = Signal::Table(Table {
         time: vec![0.0, 0.02, 0.1, 0.2, 0.25],
-        force: vec![0.0, 2225.0, 100.0, 100.0, 2225.0],
-    };
+        value: vec![0.0, 2225.0, 100.0, 100.0, 2225.0],
+    });
     for (name, parameters, end) in [("slow ramp", slow, 8.2), ("table", table, 1.2)] {
         let (growth, summary, speed) = growth(&parameters, end);
         let rigid = rigid_growth(&parameters, growth.instability, speed, 10.0);

@@ -6,8 +6,10 @@ use stickslip::friction::{Exponential, Friction};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::closed_form::{Breakaway, ClosedForm};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
-use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Torsion};
+use stickslip::model::state::{DIMENSION, TorsionState, index::*};
+use stickslip::model::torsion::TorsionModel;
+use stickslip::model::{Axial, BreakawayTest, Contact, Mode, Torsion};
+use stickslip::signal::{Ramp, Signal, Table};
 
 const AXIAL: Axial = Axial {
     mass: 4.54,
@@ -50,7 +52,7 @@ fn analytic_effective_radii() {
     assert!((uniform_pressure_radius(0.1, 0.1) - 0.05).abs() < 1e-17);
 }
 
-fn tables() -> impl Strategy<Value = Actuation> {
+fn tables() -> impl Strategy<Value = Signal> {
     prop::collection::vec((0.001..0.05f64, -500.0..3000.0f64), 1..6).prop_map(|rows| {
         let mut t = 0.0;
         let (time, force) = rows
@@ -60,7 +62,7 @@ fn tables() -> impl Strategy<Value = Actuation> {
                 (t, f)
             })
             .unzip();
-        Actuation::Table { time, force }
+        Signal::Table(Table { time, value: force })
     })
 }
 
@@ -72,10 +74,10 @@ fn property_a_search_for_contact_changes_has_an_end() {
         damping: 0.0,
         ..AXIAL
     };
-    let actuation = Actuation::Ramp {
-        force: 2225.0,
+    let actuation = Signal::Ramp(Ramp {
+        value: 2225.0,
         rise_time: 1.0,
-    };
+    });
     let motion = AxialMotion::new(&stiff, &actuation);
     let (mut t, mut departing, mut searches) = (0.0, true, 0);
     while let Some(next) = motion.next_contact_change(t, true, departing, 0.5) {
@@ -96,7 +98,7 @@ proptest! {
         let axial = Axial { damping, ..AXIAL };
         let motion = AxialMotion::new(&axial, &actuation);
         let h = 1e-7;
-        prop_assume!(motion.next_corner(t - 2.0 * h).is_none_or(|c| c > t + 2.0 * h));
+        prop_assume!(motion.force.next_corner(t - 2.0 * h).is_none_or(|c| c > t + 2.0 * h));
         let (before, here, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
         let velocity = (after.displacement - before.displacement) / (2.0 * h);
         // Difference error h^2/6 * omega^2 * v, plus the rounding of z over h.
@@ -128,7 +130,7 @@ proptest! {
         let motion = AxialMotion::new(&Axial { damping, ..AXIAL }, &actuation);
         let (end, n) = (0.3, 60_000);
         let mut sampled = Vec::new();
-        let mut closed = motion.closed_at_start();
+        let mut closed = motion.force.starts_positive();
         let started_closed = closed;
         for k in 1..=n {
             let t = end * k as f64 / n as f64;
@@ -162,9 +164,9 @@ proptest! {
     fn property_contact_that_starts_with_a_ramp_stays(
         force in 100.0..5000.0f64, rise_time in 0.01..2.0f64, damping in 0.0..60_000.0f64,
     ) {
-        let actuation = Actuation::Ramp { force, rise_time };
+        let actuation = Signal::Ramp(Ramp { value: force, rise_time });
         let motion = AxialMotion::new(&Axial { damping, ..AXIAL }, &actuation);
-        prop_assert!(motion.closed_at_start());
+        prop_assert!(motion.force.starts_positive());
         prop_assert_eq!(motion.next_contact_change(0.0, true, true, rise_time), None);
     }
 
@@ -178,22 +180,10 @@ proptest! {
         let scale = [1e-5, 0.2, 1e-5, 0.2, 0.5, 1.0, 1.0, 1.0];
         let y: Vec<f64> = y.iter().zip(scale).map(|(a, b)| a * b).collect();
         let rhs = |y: &[f64]| {
-            let mut out = [0.0; DIMENSION];
-            match mode {
-                0 => model.slip_rhs(1.0, force, y, &mut out),
-                1 => model.slip_rhs(-1.0, force, y, &mut out),
-                2 => model.stick_rhs(y, &mut out),
-                _ => model.separated_rhs(y, &mut out),
-            }
-            out
+            model.rates_at(Mode::ALL[mode], || force, y)
         };
         let mut jacobian = DMatrix::zeros(DIMENSION, DIMENSION);
-        match mode {
-            0 => model.slip_jacobian(1.0, force, &y, &mut jacobian.as_view_mut()),
-            1 => model.slip_jacobian(-1.0, force, &y, &mut jacobian.as_view_mut()),
-            2 => model.stick_jacobian(&y, &mut jacobian.as_view_mut()),
-            _ => model.separated_jacobian(&y, &mut jacobian.as_view_mut()),
-        }
+        model.jacobian(Mode::ALL[mode], || force, &y, &mut jacobian.as_view_mut());
         for column in 0..DIMENSION {
             let h = 1e-6 * scale[column];
             let (mut up, mut down) = (y.clone(), y.clone());
@@ -224,8 +214,7 @@ proptest! {
         let (before, here, after) = (at((tau - h).max(0.0)), at(tau), at(tau + h));
         let span = tau + h - (tau - h).max(0.0);
         prop_assume!(tau > h);
-        let mut rhs = [0.0; DIMENSION];
-        if stick { model.stick_rhs(&here, &mut rhs) } else { model.separated_rhs(&here, &mut rhs) }
+        let rhs = model.rates_at(if stick { Mode::Stick } else { Mode::Separated }, || 0.0, &here);
         // sizes of the derivatives of a 26 krad/s oscillation of 1e-5 rad and 0.2 rad/s
         let size = [0.5, 1.2e4, 0.5, 1.2e4, 1.2e4, 1.0, 1.0, 2.0];
         for k in 0..DIMENSION {
@@ -247,7 +236,7 @@ proptest! {
     ) {
         let model = model();
         let closed = ClosedForm::new(&model);
-        let axial = AxialMotion::new(&AXIAL, &Actuation::Ramp { force, rise_time: 0.0 });
+        let axial = AxialMotion::new(&AXIAL, &Signal::Ramp(Ramp { value: force, rise_time: 0.0 }));
         let t = 1.0;
         let v = y[3] * 0.2;
         let start: TorsionState = [y[0] * 9e-6, y[1] * 0.2, y[2] * 9e-6, v, y[1] * 0.2 + v, 0.0, 0.0, 0.0];

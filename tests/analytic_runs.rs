@@ -5,8 +5,9 @@ use common::linear_brake::LinearBrake;
 use common::{event_sequence, output, run, solver, truth};
 use stickslip::case::{Case, CaseSource, builtin};
 use stickslip::friction::{Exponential, Friction, Law};
-use stickslip::model::{Actuation, Kick, KickTime, Mode, Parameters};
+use stickslip::model::{Kick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder, Sample, State};
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
 /// The default relative tolerance.
@@ -27,10 +28,10 @@ fn short_brake(friction: Friction, rise_time: f64) -> Parameters {
     let mut parameters = brake();
     parameters.initial.speed = 2.0;
     parameters.friction = friction;
-    parameters.actuation = Actuation::Ramp {
-        force: 2225.0,
+    parameters.actuation = Signal::Ramp(Ramp {
+        value: 2225.0,
         rise_time,
-    };
+    });
     parameters
 }
 
@@ -59,10 +60,10 @@ fn table_case(breakaway: f64) -> Parameters {
         }
         .into(),
     };
-    parameters.actuation = Actuation::Table {
+    parameters.actuation = Signal::Table(Table {
         time: TABLE_TIMES.to_vec(),
-        force: vec![0.0, 2000.0, 2000.0, 100.0, 100.0, -100.0, -100.0, 500.0, 500.0, 15.0],
-    };
+        value: vec![0.0, 2000.0, 2000.0, 100.0, 100.0, -100.0, -100.0, 500.0, 500.0, 15.0],
+    });
     parameters.perturbations = vec![
         kick(0.02, 0.1),
         kick(0.05, 0.2),

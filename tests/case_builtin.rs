@@ -1,7 +1,8 @@
 //! The built-in cases, against the parameters of the independent truth.
 
 use stickslip::case::{Case, CaseSource, builtin};
-use stickslip::model::{Actuation, BreakawayTest, Kick, KickTime};
+use stickslip::model::{BreakawayTest, Kick, KickTime};
+use stickslip::signal::{Signal, Table};
 
 fn case(name: &str) -> Case {
     Case::parse(&CaseSource::built_in(name).unwrap(), &[]).unwrap_or_else(|error| panic!("{error}"))
@@ -12,7 +13,7 @@ fn every_built_in_case_is_valid_and_the_default_is_one_of_them() {
     for built_in in builtin::CASES {
         case(built_in.name);
     }
-    assert!(builtin::find(builtin::DEFAULT).is_some());
+    assert!(CaseSource::built_in(builtin::DEFAULT).is_ok());
 }
 
 /// The parameters of data/truth/paper.json, which were converted there with 33 digits.
@@ -83,7 +84,7 @@ fn published_si_parameters_are_taken_as_printed() {
 #[test]
 fn the_release_case_lets_go_completely_and_grips_again() {
     let release = case("release");
-    let Actuation::Table { time, force } = &release.parameters.actuation else {
+    let Signal::Table(Table { time, value: force }) = &release.parameters.actuation else {
         panic!("the force of the release case is a table");
     };
     assert_eq!(time.len(), force.len());

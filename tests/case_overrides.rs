@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override, schema};
-use stickslip::model::{Actuation, BreakawayTest, Kick, KickTime};
+use stickslip::model::{BreakawayTest, Kick, KickTime};
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputWindow, SolverOptions};
 
 fn with(name: &str, overrides: &[&str]) -> Result<Case, String> {
@@ -108,13 +109,13 @@ fn whole_tables_are_replaced() {
     let step = paper(&["actuation={profile=\"ramp\", force=\"1 kN\", rise_time=0}"]);
     assert_eq!(
         step.parameters.actuation,
-        Actuation::Ramp {
-            force: 1000.0,
+        Signal::Ramp(Ramp {
+            value: 1000.0,
             rise_time: 0.0
-        }
+        })
     );
     let table = paper(&["actuation={profile=\"table\", time=[0, 1], force=[0, \"500 lbf\"]}"]);
-    assert!(matches!(table.parameters.actuation, Actuation::Table { .. }));
+    assert!(matches!(table.parameters.actuation, Signal::Table(Table { .. })));
     let diameters = paper(&["contact={outer_diameter=\"6 in\", inner_diameter=\"3 in\", wear=\"uniform-wear\"}"]);
     assert!((diameters.parameters.contact.radius / (2.25 * 0.0254) - 1.0).abs() < 1e-15);
 }

@@ -7,7 +7,8 @@ use proptest::option;
 use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource, Override, builtin};
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
+use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
 
 fn read(text: String) -> Case {
@@ -112,19 +113,23 @@ fn any_finite() -> impl Strategy<Value = f64> {
     prop_oneof![positive(), positive().prop_map(|x| -x), Just(0.0), Just(-0.0)]
 }
 
-fn actuation() -> impl Strategy<Value = Actuation> {
-    let ramp = (any_finite(), prop_oneof![1e-12f64..1e300, Just(0.0)])
-        .prop_map(|(force, rise_time)| Actuation::Ramp { force, rise_time });
+fn actuation() -> impl Strategy<Value = Signal> {
+    let ramp = (any_finite(), prop_oneof![1e-12f64..1e300, Just(0.0)]).prop_map(|(force, rise_time)| {
+        Signal::Ramp(Ramp {
+            value: force,
+            rise_time,
+        })
+    });
     let table = vec((1e-6f64..10.0, any_finite()), 1..8).prop_map(|points| {
         let mut now = -1.0;
         let time = points.iter().map(|&(step, _)| {
             now += step;
             now
         });
-        Actuation::Table {
+        Signal::Table(Table {
             time: time.collect(),
-            force: points.iter().map(|&(_, force)| force).collect(),
-        }
+            value: points.iter().map(|&(_, force)| force).collect(),
+        })
     });
     prop_oneof![ramp, table]
 }

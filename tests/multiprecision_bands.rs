@@ -10,10 +10,11 @@ use stickslip::Run;
 use stickslip::analysis::bands::Stretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::{Actuation, Mode, Parameters};
 use stickslip::model::{ExactParameters, nearest_double};
+use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
 use stickslip::record::{Event, MemoryRecorder, Sample};
+use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::nearby::columns;
 
 /// Rows of a stretch that are held against the oracle.
@@ -102,7 +103,11 @@ fn channels(
         ("energy_kinetic", kinetic),
         ("energy_elastic", elastic),
     ];
-    if let Actuation::Ramp { force, rise_time } = &p.actuation {
+    if let Signal::Ramp(Ramp {
+        value: force,
+        rise_time,
+    }) = &p.actuation
+    {
         list.push(("applied_force", q(*force * (time / rise_time).min(1.0))));
     }
     list

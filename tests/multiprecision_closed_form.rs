@@ -6,7 +6,8 @@ use common::truth;
 use num_rational::BigRational;
 use stickslip::model::closed_form::ClosedForm;
 use stickslip::model::nearest_double;
-use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use stickslip::model::state::{DIMENSION, TorsionState, index::*};
+use stickslip::model::torsion::TorsionModel;
 use stickslip::oracle::rational;
 
 /// From the state of each stick event to the slip that ends it, by how much the rotor's speed changes. That takes a sum for

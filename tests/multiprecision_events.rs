@@ -154,13 +154,14 @@ fn multiprecision_unperturbed_series() {
 /// to 1e-13 of its size, far from the instability and 60 ms before the stop.
 #[test]
 fn multiprecision_slow_manifold() {
-    use stickslip::model::Actuation;
     use stickslip::model::slow_manifold::on_slow_manifold;
-    use stickslip::model::torsion::{TorsionModel, index::*};
+    use stickslip::model::state::index::*;
+    use stickslip::model::torsion::TorsionModel;
+    use stickslip::signal::{Ramp, Signal};
     for case in ["paper", "si-kick"] {
         let truth = truth(case);
         let model = TorsionModel::new(&truth.parameters);
-        let Actuation::Ramp { force, .. } = truth.parameters.actuation else {
+        let Signal::Ramp(Ramp { value: force, .. }) = truth.parameters.actuation else {
             panic!("a ramp")
         };
         for sample in truth.samples.iter().filter(|s| s.time > 1.5 && s.time < 6.95) {

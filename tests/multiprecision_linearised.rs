@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::{ExactActuation, ExactParameters, nearest_double};
+use stickslip::model::{ExactParameters, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::signal::{Ramp, Signal, Table};
 
 fn run(case: &Case) -> MemoryRecorder {
     let mut recorder = MemoryRecorder::default();
@@ -52,11 +53,14 @@ fn field<'a>(exact: &'a mut ExactParameters, path: &str) -> &'a mut BigRational 
         "perturbation.0.relative_velocity" => &mut exact.kicks[0].relative_velocity,
         "perturbation.0.time" => exact.kicks[0].time.as_mut().expect("a time"),
         _ => match &mut exact.actuation {
-            ExactActuation::Ramp { force, rise_time } => match path {
+            Signal::Ramp(Ramp {
+                value: force,
+                rise_time,
+            }) => match path {
                 "actuation.force" => force,
                 _ => rise_time,
             },
-            ExactActuation::Table { time, force } => {
+            Signal::Table(Table { time, value: force }) => {
                 let (rest, index) = path.rsplit_once('.').expect("an index");
                 let list = if rest == "actuation.time" { time } else { force };
                 &mut list[index.parse::<usize>().expect("an index")]

@@ -8,7 +8,8 @@ use common::truth;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use stickslip::model::slip_series::SlipSeries;
-use stickslip::model::torsion::{DIMENSION, TorsionModel, index::*};
+use stickslip::model::state::{DIMENSION, index::*};
+use stickslip::model::torsion::TorsionModel;
 use stickslip::numerics::Number;
 use stickslip::numerics::polynomial_roots::first_falling;
 

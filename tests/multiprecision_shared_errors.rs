@@ -9,10 +9,10 @@ use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::Mode;
-use stickslip::model::axial::AxialMotion;
 use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::on_slow_manifold;
-use stickslip::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use stickslip::model::state::{DIMENSION, TorsionState, index::*};
+use stickslip::model::torsion::TorsionModel;
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -211,7 +211,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             .map(|k| format!("{:.6}", stop - 5e-4 * f64::from(k)))
             .collect();
         let model = TorsionModel::new(&case.parameters);
-        let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
+        let axial = case.parameters.axial_motion();
         for (time, state) in solve("0.3", &times).samples {
             let pressing = axial.at(time.to_f64());
             assert!(axial.is_silent(time.to_f64()));

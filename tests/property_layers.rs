@@ -118,14 +118,19 @@ fn target(modules: &BTreeMap<Module, PathBuf>, me: &Module, path: &[String]) -> 
     (!at.is_empty()).then_some(at)
 }
 
+/// Every path that the file names.
+fn paths_in(file: &Path) -> Vec<Vec<String>> {
+    let mut paths = Paths::default();
+    paths.visit_file(&syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap());
+    paths.found
+}
+
 /// Which modules each knows.
 fn knowledge() -> BTreeMap<Module, BTreeSet<Module>> {
     let modules = modules();
     let of = |(me, file): (&Module, &PathBuf)| {
-        let text = fs::read_to_string(file).unwrap();
-        let mut paths = Paths::default();
-        paths.visit_file(&syn::parse_file(&text).unwrap());
-        let known = paths.found.iter().filter_map(|path| target(&modules, me, path));
+        let paths = paths_in(file);
+        let known = paths.iter().filter_map(|path| target(&modules, me, path));
         (me.clone(), known.filter(|other| other != me).collect())
     };
     modules.iter().map(of).collect()
@@ -196,6 +201,27 @@ fn property_no_files_know_each_other_in_a_circle() {
         "{}",
         circles.into_iter().collect::<Vec<_>>().join("\n")
     );
+}
+
+/// What one room alone knows, and the rooms that may name it: the places of the state's components, and which profile a
+/// signal is.
+#[test]
+fn property_what_stays_in_a_room_is_named_nowhere_else() {
+    let rooms: [(&str, &[&str]); 3] = [
+        ("state::index", &["model"]),
+        ("Signal::Ramp", &["signal", "case", "oracle"]),
+        ("Signal::Table", &["signal", "case", "oracle"]),
+    ];
+    let mut wrong = Vec::new();
+    for (module, file) in modules() {
+        let paths: Vec<String> = paths_in(&file).iter().map(|path| path.join("::")).collect();
+        for (name, _) in rooms.iter().filter(|(_, rooms)| !rooms.contains(&module[0].as_str())) {
+            if paths.iter().any(|path| path.contains(name)) {
+                wrong.push(format!("{} names {name}", module.join("::")));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 /// The reader above finds what there is to find.

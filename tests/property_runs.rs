@@ -8,8 +8,9 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stickslip::analysis::{Growth, Summary};
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::{Actuation, Kick, KickTime, Mode, Parameters};
+use stickslip::model::{Kick, KickTime, Mode, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
 /// A brake around the paper's, and how long it is run: until shortly after it has stopped.
@@ -53,7 +54,7 @@ prop_compose! {
         parameters.torsion.surface_inertia /= lightening;
         parameters.initial.speed = if backward { -speed } else { speed };
         let force = 2225.0;
-        parameters.actuation = Actuation::Ramp { force, rise_time };
+        parameters.actuation = Signal::Ramp(Ramp { value: force, rise_time });
         // Longest with mu_d alone: half a rise time passes without a force, as it were.
         let inertia = parameters.torsion.rotor_inertia + parameters.torsion.surface_inertia;
         let slowing = friction.law.as_exponential().unwrap().high_speed * parameters.contact.radius * force / inertia;
@@ -69,7 +70,7 @@ prop_compose! {
             forces.push(force_of_end);
             // The weakest of the forces may last for all of the table.
             end += time[time.len() - 1];
-            parameters.actuation = Actuation::Table { time, force: forces };
+            parameters.actuation = Signal::Table(Table { time, value: forces });
         }
         let time = timed.map_or(KickTime::Instability, |part| KickTime::At(part * stop));
         parameters.perturbations = vec![Kick { time, relative_velocity: 10f64.powf(kick) }];

@@ -2,8 +2,9 @@
 
 mod common;
 use common::{event_sequence, output, run, truth};
-use stickslip::model::{Actuation, Kick, KickTime, Parameters};
+use stickslip::model::{Kick, KickTime, Parameters};
 use stickslip::record::EventKind;
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, SolverOptions};
 
 fn paper_si(relative_velocity: f64) -> Parameters {
@@ -39,10 +40,10 @@ fn property_a_first_stick_that_hardly_is_one_is_found() {
     for relative_velocity in [1.0766e-4, 1.0767e-4, 1.07675e-4, 1.0769023365453122e-4, 1.07705e-4] {
         let mut parameters = paper_si(relative_velocity);
         parameters.initial.speed = 1.0;
-        parameters.actuation = Actuation::Ramp {
-            force: 2225.0,
+        parameters.actuation = Signal::Ramp(Ramp {
+            value: 2225.0,
             rise_time: 0.001,
-        };
+        });
         // The onset of the last is where the first dip grazes; the amplified rounding is 1e-11 s.
         check(&parameters, 0.06, &SolverOptions::default(), 1e-6, 1e-8);
     }
@@ -53,10 +54,10 @@ fn property_a_first_stick_that_hardly_is_one_is_found() {
 fn property_sticks_are_found_down_to_the_shortest() {
     let mut parameters = paper_si(0.5);
     parameters.initial.speed = 0.4;
-    parameters.actuation = Actuation::Table {
+    parameters.actuation = Signal::Table(Table {
         time: vec![0.0, 0.1],
-        force: vec![500.0, 0.0],
-    };
+        value: vec![500.0, 0.0],
+    });
     parameters.friction.law.as_exponential_mut().unwrap().decay = 1.85;
     parameters.torsion.damping = 13.3;
     let methods = [

@@ -5,13 +5,13 @@ mod cli_common;
 use cli_common::{Folder, output};
 use std::sync::OnceLock;
 use stickslip::friction::Law;
-use stickslip::model::Actuation;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, find};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::CurveStyle;
 use stickslip::plot::portraits::turn_amplitudes;
 use stickslip::plot::spiral::Turns;
 use stickslip::plot::{Curve, Figure, Run, own};
+use stickslip::signal::{Ramp, Signal};
 
 /// The paper's run, whose samples are close at the plateau, the stick-slip and the last stick.
 fn file() -> &'static std::path::Path {
@@ -74,7 +74,7 @@ fn analytic_rotor_speed_falls_evenly() {
     let (first, last) = (between[0], between[between.len() - 1]);
     let parameters = Run::open(file()).unwrap().parameters;
     let (torsion, friction) = (&parameters.torsion, &parameters.friction);
-    let Actuation::Ramp { force, .. } = parameters.actuation else {
+    let Signal::Ramp(Ramp { value: force, .. }) = parameters.actuation else {
         panic!("the paper's case has a ramp");
     };
     let inertia = torsion.rotor_inertia + torsion.surface_inertia;

@@ -9,7 +9,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 use stickslip::hybrid::{Advance, Engine, Segment};
 use stickslip::model::Mode;
-use stickslip::model::torsion::{DIMENSION, TorsionState, index::*};
+use stickslip::model::state::{DIMENSION, TorsionState, index::*};
 use stickslip::record::{EventKind, State};
 use stickslip::simulation::brake::{Brake, Location, Watch};
 use stickslip::simulation::semi_analytic::SemiAnalyticEngine;

@@ -10,8 +10,9 @@ use stickslip::Run;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::hybrid::RunError;
-use stickslip::model::{Actuation, BreakawayTest, Kick, KickTime, Parameters};
+use stickslip::model::{BreakawayTest, Kick, KickTime, Parameters};
 use stickslip::record::{EventKind, MemoryRecorder};
+use stickslip::signal::{Ramp, Signal, Table};
 use stickslip::simulation::{Method, SolverOptions};
 
 const WITHIN: f64 = 1e-11;
@@ -27,10 +28,10 @@ fn kick(time: KickTime, relative_velocity: f64) -> Kick {
 fn brake(speed: f64, rise_time: f64) -> Parameters {
     let mut parameters = truth("si-kick").parameters;
     parameters.initial.speed = speed;
-    parameters.actuation = Actuation::Ramp {
-        force: 2225.0,
+    parameters.actuation = Signal::Ramp(Ramp {
+        value: 2225.0,
         rise_time,
-    };
+    });
     parameters.perturbations = vec![kick(KickTime::Instability, 1e-3)];
     parameters
 }
@@ -94,10 +95,10 @@ fn sundials_release_without_torsional_damping() {
 #[test]
 fn sundials_a_table() {
     let mut parameters = brake(20.0, 1.0);
-    parameters.actuation = Actuation::Table {
+    parameters.actuation = Signal::Table(Table {
         time: vec![0.0, 0.05, 0.4, 0.7, 0.9, 1.3],
-        force: vec![500.0, 2500.0, 1500.0, 3000.0, 2000.0, 2225.0],
-    };
+        value: vec![500.0, 2500.0, 1500.0, 3000.0, 2000.0, 2225.0],
+    });
     let recorder = hold("table", &parameters, 2.0);
     assert!(count(&recorder, EventKind::Stick) >= 10);
 }
@@ -117,10 +118,10 @@ fn sundials_a_release_out_of_stick_slip() {
     };
     assert!(stops.len() >= 10);
     let release = stops[3];
-    parameters.actuation = Actuation::Table {
+    parameters.actuation = Signal::Table(Table {
         time: vec![0.0, release, release + 0.002, release + 0.01, release + 0.02],
-        force: vec![2225.0, 2225.0, -500.0, -500.0, 2225.0],
-    };
+        value: vec![2225.0, 2225.0, -500.0, -500.0, 2225.0],
+    });
     let recorder = hold("release out of stick-slip", &parameters, 0.6);
     assert!(count(&recorder, EventKind::Separation) >= 1 && count(&recorder, EventKind::Contact) >= 1);
 }

@@ -1,8 +1,9 @@
 //! Eigenvalues of the small matrices of a state's equations.
 
+use crate::model::state::DYNAMIC;
 use crate::model::torsion::TorsionModel;
 use nalgebra::linalg::Schur;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, SMatrix};
 
 /// Most sweeps of the QR iteration in one attempt. A matrix of five rows takes a dozen.
 const SWEEPS: usize = 200;
@@ -13,7 +14,11 @@ const LOOSEST: f64 = 1e-6;
 
 /// The leading block of a Jacobian, of `size` rows, with the twists scaled to the size of their rates: the eigenvalues stay,
 /// their rounding shrinks.
-pub(super) fn leading_block(jacobian: &DMatrix<f64>, size: usize, torsion: &TorsionModel) -> DMatrix<f64> {
+pub(super) fn leading_block(
+    jacobian: &SMatrix<f64, DYNAMIC, DYNAMIC>,
+    size: usize,
+    torsion: &TorsionModel,
+) -> DMatrix<f64> {
     let weight = |k: usize| torsion.rate_weight(k);
     DMatrix::from_fn(size, size, |i, j| jacobian[(i, j)] * weight(i) / weight(j))
 }

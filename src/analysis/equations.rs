@@ -2,11 +2,11 @@
 
 use crate::friction::Law;
 use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::slow_momentum;
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
+use crate::model::state::{DIMENSION, DYNAMIC};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::EventKind;
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 /// The dynamic part of a state.
 pub(super) type Dynamic = SVector<f64, DYNAMIC>;
@@ -36,15 +36,13 @@ impl Equations {
         Equations {
             pieces: (0..count).map(with).collect(),
             torsion,
-            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            axial: parameters.axial_motion(),
         }
     }
 
     pub(super) fn rates(&self, mode: Mode, t: f64, y: &Dynamic) -> Dynamic {
-        let (full, mut rates) = (extended(y), [0.0; DIMENSION]);
         let force = || self.axial.pressing_force(t);
-        self.torsion.rates(mode, force, &full, &mut rates);
-        Dynamic::from_column_slice(&rates[..DYNAMIC])
+        Dynamic::from_column_slice(&self.torsion.rates_at(mode, force, &extended(y))[..DYNAMIC])
     }
 
     /// The piece of the friction law that a state slides on; at a knot the one below.
@@ -63,20 +61,14 @@ impl Equations {
 
     /// [`Self::rates`] with a piece of the friction law.
     pub(super) fn rates_on(&self, piece: usize, mode: Mode, t: f64, y: &Dynamic) -> Dynamic {
-        let (full, mut rates) = (extended(y), [0.0; DIMENSION]);
         let force = || self.axial.pressing_force(t);
-        self.on_piece(piece).rates(mode, force, &full, &mut rates);
-        Dynamic::from_column_slice(&rates[..DYNAMIC])
+        Dynamic::from_column_slice(&self.on_piece(piece).rates_at(mode, force, &extended(y))[..DYNAMIC])
     }
 
     /// The Jacobian of [`Self::rates_on`].
     pub(super) fn jacobian(&self, piece: usize, mode: Mode, t: f64, y: &Dynamic) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
-        let full = extended(y);
-        let mut jacobian = DMatrix::zeros(full.len(), full.len());
         let force = || self.axial.pressing_force(t);
-        self.on_piece(piece)
-            .jacobian(mode, force, &full, &mut jacobian.as_view_mut());
-        jacobian.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
+        self.on_piece(piece).dynamic_jacobian(mode, force, &extended(y))
     }
 
     /// The gradient of I theta' + J phi_2', which in slip is the one slow variable.
@@ -85,7 +77,7 @@ impl Equations {
         Dynamic::from_fn(|row, _| {
             unit.fill(0.0);
             unit[row] = 1.0;
-            slow_momentum(&self.torsion, &unit)
+            self.torsion.torsion.slow_momentum(&unit)
         })
     }
 

@@ -2,7 +2,6 @@
 
 use super::smooth_sliding::SmoothSliding;
 use crate::model::Parameters;
-use crate::model::axial::AxialMotion;
 use crate::model::stability::Forecast;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Event, EventDigest};
@@ -49,7 +48,7 @@ impl Growth {
             .filter(|t| *t > last_turn)
             .fold(unstable.time, f64::min);
         let torsion = TorsionModel::new(parameters);
-        let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+        let axial = parameters.axial_motion();
         let path = SmoothSliding {
             torsion: &torsion,
             axial: &axial,
@@ -96,12 +95,12 @@ impl Growth {
 /// and `None` where the force still changes when it is.
 pub fn foreseen_exponent(parameters: &Parameters, end: f64) -> Option<f64> {
     let torsion = TorsionModel::new(parameters);
-    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+    let axial = parameters.axial_motion();
     let speed = parameters.initial.speed;
     let Some(lost) = Forecast::new(&torsion, &axial, 0.0, speed, end).instability else {
         return Some(0.0);
     };
-    let rest = axial.silent_from(axial.corners().last().unwrap_or(0.0));
+    let rest = axial.silent_from(axial.force.corners().last().unwrap_or(0.0));
     // What the forecast leaves out shifts it by J/I.
     if lost * (1.0 - EARLIER) < rest {
         return None;

@@ -3,9 +3,9 @@
 use super::eigenvalues::{eigenvalues, leading_block};
 use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
-use nalgebra::{Complex, DMatrix};
+use crate::model::state::DYNAMIC;
+use crate::model::torsion::TorsionModel;
+use nalgebra::Complex;
 
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.
 ///
@@ -80,11 +80,8 @@ pub(crate) fn fast_eigenvalues(
     t: f64,
     x: f64,
 ) -> Vec<Complex<f64>> {
-    let mut y = [0.0; DIMENSION];
-    y[ROTOR_SPEED] = sense * x;
-    let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
-    torsion.slip_jacobian(sense, axial.pressing_force(t).max(0.0), &y, &mut full.as_view_mut());
-    let mut eigenvalues = eigenvalues(&leading_block(&full, DYNAMIC, torsion));
+    let jacobian = torsion.sliding_jacobian(sense, axial.pressing_force(t).max(0.0), x);
+    let mut eigenvalues = eigenvalues(&leading_block(&jacobian, DYNAMIC, torsion));
     eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     eigenvalues.truncate(DYNAMIC - 1);
     eigenvalues
@@ -111,7 +108,7 @@ mod tests {
                 )
                 .unwrap();
                 let torsion = TorsionModel::new(&case.parameters);
-                let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
+                let axial = case.parameters.axial_motion();
                 let omega = torsion.natural_angular_frequency();
                 for step in 0..60 {
                     let x = 0.1 * f64::from(step) / decay;

@@ -3,7 +3,6 @@
 use super::{Cycle, CycleStatistics, Summary};
 use crate::case::{Case, CaseSource, builtin};
 use crate::model::Parameters;
-use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 use crate::record::Event;
 use crate::results::{ResultError, ResultFile};
@@ -98,8 +97,7 @@ impl Headline {
     /// If the file cannot be read.
     pub fn of_file(file: &ResultFile, case: Option<&Case>, events: &[Event]) -> Result<Headline, ResultError> {
         let parameters = case.map(|case| &case.parameters);
-        let displacement =
-            |p: &Parameters| AxialMotion::new(&p.axial, &p.actuation).largest_force() / p.axial.stiffness;
+        let displacement = |p: &Parameters| p.largest_force() / p.axial.stiffness;
         let mut stick_slip = CycleStatistics::default();
         let cycles = events
             .iter()

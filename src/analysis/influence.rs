@@ -1,8 +1,9 @@
 //! What each number of a case does to the equations.
 
 use super::equations::Equations;
+use crate::case::quantity::Dimension;
 use crate::case::{Case, schema};
-use crate::model::{Actuation, KickTime};
+use crate::model::KickTime;
 
 /// Relative step of differences by a parameter. The equations are smooth in all of them: the error is its square.
 pub(super) const STEP: f64 = 1e-6;
@@ -16,6 +17,13 @@ pub struct ParameterName {
     pub unit: &'static str,
     /// In that unit.
     pub value: f64,
+}
+
+impl ParameterName {
+    /// Whether it is the time of the corner of F(t) at `time` (s).
+    pub(super) fn is_corner(&self, time: f64) -> bool {
+        self.path.starts_with("actuation.") && self.unit == Dimension::Time.unit() && self.value == time
+    }
 }
 
 /// What a parameter does.
@@ -73,15 +81,4 @@ fn influence(case: &Case, path: &str, value: f64) -> Influence {
     let step = if value == 0.0 { STEP } else { STEP * value.abs() };
     let at = |value: f64| Box::new(Equations::new(&case.parameters_with(path, value)));
     Influence::Equations(at(value + step), at(value - step), 2.0 * step)
-}
-
-/// Whether the corner of F(t) at `time` is the number at `path`.
-pub(super) fn is_corner(actuation: &Actuation, path: &str, time: f64) -> bool {
-    match actuation {
-        Actuation::Ramp { rise_time, .. } => path == "actuation.rise_time" && *rise_time == time,
-        Actuation::Table { time: times, .. } => path
-            .strip_prefix("actuation.time.")
-            .and_then(|index| index.parse::<usize>().ok())
-            .is_some_and(|index| times.get(index) == Some(&time)),
-    }
 }

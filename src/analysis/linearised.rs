@@ -7,13 +7,13 @@
 
 use super::equations::{Dynamic, Equations, extended};
 pub use super::influence::ParameterName;
-use super::influence::{Influence, STEP, influences, is_corner};
+use super::influence::{Influence, STEP, influences};
 use super::path::{Node, nodes_before, resolving_output};
 use super::rounding::{Rounded, Rounding};
 use crate::case::Case;
 use crate::model::slow_manifold::on_slow_manifold;
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DYNAMIC, TorsionModel};
+use crate::model::state::{DYNAMIC, MEASURES, Measure};
+use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::run::Run;
@@ -103,7 +103,8 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
     };
     for (column, (_, influence)) in influences.iter().enumerate() {
         if matches!(influence, Influence::Speed) {
-            propagation.deviations[(ROTOR_SPEED, HEAD + column)] = 1.0;
+            let mut start = propagation.deviations.fixed_view_mut::<DYNAMIC, 1>(0, HEAD + column);
+            start.copy_from_slice(&spinning(1.0)[..DYNAMIC]);
         }
     }
     let mut rounding = Rounding::default();
@@ -143,7 +144,7 @@ fn of_run(case: &Case, recorder: &MemoryRecorder, instability: Option<f64>, stop
                 } else {
                     rounding.read_clock(event.time);
                 }
-                propagation.shift(case, event, mode)
+                propagation.shift(event, mode)
             }
         };
         if let Some(error) = propagation.manifold_error(event, mode) {
@@ -328,7 +329,7 @@ impl Propagation<'_> {
     }
 
     /// By how much each column moves the time of an event, s.
-    fn shift(&self, case: &Case, event: &Event, before: Mode) -> DVector<f64> {
+    fn shift(&self, event: &Event, before: Mode) -> DVector<f64> {
         let (t, y) = (event.time, Node::before(event).state);
         if matches!(event.kind, EventKind::Separation | EventKind::Contact) {
             return self.shift_of_contact(t);
@@ -336,7 +337,7 @@ impl Propagation<'_> {
         let guard =
             |equations: &Equations, t: f64, y: &Dynamic| equations.guard(event.kind, before, event.mode_after, t, y);
         if guard(&self.equations, t, &y).is_none() {
-            return self.set_by_time(case, event);
+            return self.set_by_time(event);
         }
         let value = |equations: &Equations, t: f64, y: &Dynamic| guard(equations, t, y).unwrap_or(f64::NAN);
         let flow = self.equations.rates(before, t, &y);
@@ -347,8 +348,7 @@ impl Propagation<'_> {
             / (2.0 * tick);
         let size = y.abs().max().max(f64::MIN_POSITIVE);
         let gradient = Dynamic::from_fn(|row, _| {
-            let twist = row == ROTOR_TWIST || row == STATOR_TWIST;
-            let delta = STEP * if twist { size / self.frequency } else { size };
+            let delta = STEP * (size / self.weight(row));
             let mut unit = Dynamic::zeros();
             unit[row] = delta;
             (value(&self.equations, t, &(y + unit)) - value(&self.equations, t, &(y - unit))) / (2.0 * delta)
@@ -385,12 +385,12 @@ impl Propagation<'_> {
     }
 
     /// The same of an event whose time is a parameter, or follows from none.
-    fn set_by_time(&self, case: &Case, event: &Event) -> DVector<f64> {
+    fn set_by_time(&self, event: &Event) -> DVector<f64> {
         let mut row = DVector::zeros(self.deviations.ncols());
         for (column, (name, influence)) in self.influences.iter().enumerate() {
             let moves = match (event.kind, influence) {
                 (EventKind::Kick, Influence::KickTime(time)) => *time == event.time,
-                (EventKind::Corner, _) => is_corner(&case.parameters.actuation, &name.path, event.time),
+                (EventKind::Corner, _) => name.is_corner(event.time),
                 _ => false,
             };
             row[HEAD + column] = f64::from(u8::from(moves));
@@ -409,9 +409,7 @@ impl Propagation<'_> {
         self.deviations += flow_before * row.transpose();
         if joined {
             for mut column in self.deviations.column_iter_mut() {
-                let half = (column[ROTOR_SPEED] - column[ROTOR_TWIST_RATE] - column[STATOR_TWIST_RATE]) / 2.0;
-                column[ROTOR_TWIST_RATE] += half;
-                column[STATOR_TWIST_RATE] += half;
+                self.equations.torsion.join(column.as_mut_slice());
             }
         }
         self.deviations -= flow_after * row.transpose();
@@ -426,8 +424,8 @@ impl Propagation<'_> {
                         KickTime::Instability => true,
                     };
                     if same && due {
-                        self.deviations[(ROTOR_TWIST_RATE, HEAD + column)] -= 0.5;
-                        self.deviations[(STATOR_TWIST_RATE, HEAD + column)] -= 0.5;
+                        let mut column = self.deviations.column_mut(HEAD + column);
+                        self.equations.torsion.kick(column.as_mut_slice(), 1.0);
                     }
                 }
             }
@@ -454,9 +452,7 @@ impl Propagation<'_> {
     fn manifold_error(&self, event: &Event, before: Mode) -> Option<Dynamic> {
         let (old, new) = (Node::before(event).state, Node::after(event).state);
         // A kick changes rates only, and not the rotor's.
-        let kept = [ROTOR_TWIST, STATOR_TWIST, ROTOR_SPEED]
-            .iter()
-            .all(|&k| old[k] == new[k]);
+        let kept = (0..DYNAMIC).all(|k| MEASURES[k] == Measure::TwistRate || old[k] == new[k]);
         if event.kind != EventKind::Kick || before.sense() == 0 || kept {
             return None;
         }
@@ -500,11 +496,7 @@ impl Propagation<'_> {
 
     /// What a component is multiplied by to compare with a rate.
     fn weight(&self, component: usize) -> f64 {
-        if component == ROTOR_TWIST || component == STATOR_TWIST {
-            self.frequency
-        } else {
-            1.0
-        }
+        self.equations.torsion.rate_weight(component)
     }
 
     /// ln of the largest factor between a deviation at the start of growth and now.

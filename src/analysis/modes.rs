@@ -8,8 +8,9 @@ use super::{Growth, Summary};
 use crate::friction::{FrictionLaw, Law};
 use crate::hybrid::RunError;
 use crate::model::axial::AxialMotion;
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel};
+use crate::model::linear_part::{joined_speeds, speeds};
+use crate::model::state::DYNAMIC;
+use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{Axial, Mode, Parameters};
 use crate::record::State;
 use crate::run::Run;
@@ -175,9 +176,8 @@ impl Modes {
     /// Of a case. Integrates it up to its first stick to find the loss of stability where the run itself has it.
     pub fn of_case(parameters: &Parameters, solver: &SolverOptions, end_time: f64) -> Modes {
         let (report, failure) = run_to_first_stick(parameters, solver, end_time);
-        let axial_motion = AxialMotion::new(&parameters.axial, &parameters.actuation);
         let torsion = TorsionModel::new(parameters);
-        let force = axial_motion.largest_force().max(0.0);
+        let force = parameters.largest_force().max(0.0);
         let mut critical_speeds = torsion.critical_speeds(force);
         let critical_speed = critical_speeds.first().copied();
         let initial = parameters.initial.speed.abs();
@@ -190,7 +190,7 @@ impl Modes {
         speeds.dedup();
         let mut states = vec![axial_modes(&parameters.axial), stick_modes(&torsion)];
         states.extend(speeds.iter().map(|&x| slip_modes(&torsion, force, x)));
-        let instability = instability(parameters, &torsion, &axial_motion, &report);
+        let instability = instability(parameters, &torsion, &parameters.axial_motion(), &report);
         Modes {
             axial_frequency: (parameters.axial.stiffness / parameters.axial.mass).sqrt() / TAU,
             axial_damping_ratio: parameters.axial.damping
@@ -254,12 +254,8 @@ pub(crate) fn axial_modes(axial: &Axial) -> StateModes {
 
 /// Stick (4): the rotor and the joined surfaces, a Jacobian that depends on nothing.
 pub fn stick_modes(torsion: &TorsionModel) -> StateModes {
-    let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
-    torsion.stick_jacobian(&[0.0; DIMENSION], &mut full.as_view_mut());
-    let velocities = |v: &[Complex<f64>]| {
-        let (u_dot, v_dot) = (v[ROTOR_TWIST_RATE], v[STATOR_TWIST_RATE]);
-        vec![("theta", u_dot + v_dot), ("phi2", v_dot), ("phi1", v_dot)]
-    };
+    let jacobian = torsion.dynamic_jacobian(Mode::Stick, || 0.0, &spinning(0.0));
+    let velocities = |v: &[Complex<f64>]| named(joined_speeds(v));
     let name = |_: Complex<f64>, shape: &[Complex<f64>]| {
         if shape[0].norm() > shape[1].norm() {
             "rotor"
@@ -270,24 +266,14 @@ pub fn stick_modes(torsion: &TorsionModel) -> StateModes {
     StateModes {
         state: "stick",
         relative_velocity: None,
-        modes: eigenmodes(&leading_block(&full, STICK_DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&jacobian, STICK_DYNAMIC, torsion), velocities, name),
     }
 }
 
 /// Slip (3) about |omega_r| = `x` under a constant `normal_force` (N).
 pub fn slip_modes(torsion: &TorsionModel, normal_force: f64, x: f64) -> StateModes {
-    let mut y = [0.0; DIMENSION];
-    y[ROTOR_SPEED] = x;
-    let mut full = DMatrix::zeros(DIMENSION, DIMENSION);
-    torsion.slip_jacobian(1.0, normal_force, &y, &mut full.as_view_mut());
-    let velocities = |v: &[Complex<f64>]| {
-        let theta = v[ROTOR_SPEED];
-        vec![
-            ("theta", theta),
-            ("phi2", theta - v[ROTOR_TWIST_RATE]),
-            ("phi1", v[STATOR_TWIST_RATE]),
-        ]
-    };
+    let jacobian = torsion.sliding_jacobian(1.0, normal_force, x);
+    let velocities = |v: &[Complex<f64>]| named(speeds(v));
     let name = |_: Complex<f64>, shape: &[Complex<f64>]| {
         let (relative, common) = ((shape[1] - shape[2]).norm(), (shape[1] + shape[2]).norm());
         // The rotor takes its own surface along: that mode has the rotor as its largest part.
@@ -306,8 +292,12 @@ pub fn slip_modes(torsion: &TorsionModel, normal_force: f64, x: f64) -> StateMod
     StateModes {
         state: "slip",
         relative_velocity: Some(x),
-        modes: eigenmodes(&leading_block(&full, DYNAMIC, torsion), velocities, name),
+        modes: eigenmodes(&leading_block(&jacobian, DYNAMIC, torsion), velocities, name),
     }
+}
+
+fn named([theta, phi2, phi1]: [Complex<f64>; 3]) -> Vec<(&'static str, Complex<f64>)> {
+    vec![("theta", theta), ("phi2", phi2), ("phi1", phi1)]
 }
 
 /// Eigenvalues with Im >= 0, the fastest first, each with the velocities of its right eigenvector.

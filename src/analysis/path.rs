@@ -3,7 +3,8 @@
 use super::equations::Dynamic;
 use crate::case::Case;
 use crate::model::Mode;
-use crate::model::torsion::{DYNAMIC, TorsionModel};
+use crate::model::state::DYNAMIC;
+use crate::model::torsion::TorsionModel;
 use crate::record::{Event, MemoryRecorder, Sample, Segment, State};
 use crate::simulation::{OutputOptions, OutputWindow};
 use std::iter::Peekable;
@@ -53,14 +54,7 @@ impl Node {
 }
 
 fn dynamic(state: &State) -> Dynamic {
-    let parts: [f64; DYNAMIC] = [
-        state.rotor_twist,
-        state.rotor_twist_rate,
-        state.phi1,
-        state.phi1_dot,
-        state.theta_dot,
-    ];
-    Dynamic::from(parts)
+    Dynamic::from_column_slice(&state.torsional().state()[..DYNAMIC])
 }
 
 /// The nodes up to an event, from the one behind the event before it; takes the samples on the way.

@@ -14,7 +14,7 @@
 //! clock are as many as there are events and have no preferred sign: their squares are added.
 
 use super::equations::Dynamic;
-use crate::model::torsion::DYNAMIC;
+use crate::model::state::DYNAMIC;
 use nalgebra::SMatrix;
 
 /// Half a unit in the last place of 1.

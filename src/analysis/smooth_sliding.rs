@@ -5,8 +5,9 @@ use super::growth_rate::fast_growth_rate;
 use crate::friction::Law;
 use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
-use crate::model::slow_manifold::{SlowSeries, of_momentum, slow_momentum};
-use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::model::slow_manifold::{SlowSeries, of_momentum};
+use crate::model::state::TorsionState;
+use crate::model::torsion::TorsionModel;
 use crate::record::State;
 
 /// (time, s; momentum I theta' + J phi_2', N m s).
@@ -58,15 +59,12 @@ pub struct SmoothSliding<'a> {
 impl SmoothSliding<'_> {
     /// The point of a state at `time` (s), by its momentum.
     pub fn point(&self, time: f64, state: &State) -> Point {
-        let mut y = [0.0; DIMENSION];
-        y[ROTOR_TWIST_RATE] = state.rotor_twist_rate;
-        y[ROTOR_SPEED] = state.theta_dot;
-        (time, slow_momentum(self.torsion, &y))
+        (time, self.torsion.torsion.slow_momentum(&state.torsional().state()))
     }
 
     /// The point at `time` (s) with this |omega_r| (rad/s).
     pub(crate) fn point_of_speed(&self, time: f64, speed: f64) -> Point {
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         let mut momentum = self.sense * inertia * speed;
         // The twists' rates take a share of J/I or less: each round gains as much. Without a slow manifold they mean nothing.
         let rounds = if self.time_scale_ratio(time, speed) > LARGEST_TIME_SCALE_RATIO {
@@ -89,7 +87,7 @@ impl SmoothSliding<'_> {
         }
     }
 
-    fn state(&self, (t, momentum): Point) -> [f64; DIMENSION] {
+    fn state(&self, (t, momentum): Point) -> TorsionState {
         of_momentum(self.torsion, self.sense, self.pressing(t), momentum)
     }
 
@@ -124,8 +122,13 @@ impl SmoothSliding<'_> {
     /// (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), excluded, to the time `until`; the
     /// latest first.
     pub(crate) fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
-        let corners: Vec<f64> = self.axial.corners().filter(|c| (until..start.0).contains(c)).collect();
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let corners: Vec<f64> = self
+            .axial
+            .force
+            .corners()
+            .filter(|c| (until..start.0).contains(c))
+            .collect();
+        let inertia = self.torsion.torsion.rigid_inertia();
         let mut corners = corners.into_iter().rev().peekable();
         let (mut point, mut rates) = (start, Vec::new());
         if self.time_scale_ratio(start.0, speed) > LARGEST_TIME_SCALE_RATIO {
@@ -155,7 +158,7 @@ impl SmoothSliding<'_> {
     /// Adds (t, Re lambda) on the way back from `time`, excluded, to `until` or to where steady sliding is slow against its
     /// twists, with rotor and rotor surface as one inertia; returns the time and the speed there.
     fn rigid_back(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, until: f64) -> (f64, f64) {
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         let (mut t, mut x) = (time, speed);
         while t > until && self.time_scale_ratio(t, x) > LARGEST_TIME_SCALE_RATIO {
             let fall = self.fall_back(x);
@@ -188,7 +191,7 @@ impl SmoothSliding<'_> {
             return rates;
         }
         let mut at = Some((start, speed));
-        if self.axial.is_silent(start.0) && self.axial.next_corner(start.0).is_none() {
+        if self.axial.is_silent(start.0) && self.axial.force.next_corner(start.0).is_none() {
             at = self.series_to_stop(&mut rates, start, speed, end);
         }
         if let Some((point, speed)) = at
@@ -209,7 +212,7 @@ impl SmoothSliding<'_> {
 
     /// -d|omega_r|/dt of rotor and rotor surface as one, rad/s^2.
     fn rigid_slowing(&self, t: f64, x: f64) -> f64 {
-        let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+        let inertia = self.torsion.torsion.rigid_inertia();
         self.torsion.friction.law.coefficient(x.max(0.0)) * self.torsion.contact.radius * self.pressing(t).0 / inertia
     }
 
@@ -217,7 +220,7 @@ impl SmoothSliding<'_> {
     /// and the speed that are returned, where steady sliding changes too fast for its slow manifold.
     fn steps_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) -> Option<(f64, f64)> {
         let fall = start.1.abs() / STEPS;
-        let mut corners = self.axial.corners().filter(|c| *c < end).peekable();
+        let mut corners = self.axial.force.corners().filter(|c| *c < end).peekable();
         let (mut point, mut x) = (start, speed);
         while point.0 < end && x > 0.0 {
             if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
@@ -246,7 +249,7 @@ impl SmoothSliding<'_> {
     fn rigid_to_stop(&self, rates: &mut Vec<(f64, f64)>, time: f64, speed: f64, end: f64) {
         let (mut t, mut x) = (time, speed);
         while t < end && x > 0.0 {
-            let inertia = self.torsion.torsion.rotor_inertia + self.torsion.torsion.surface_inertia;
+            let inertia = self.torsion.torsion.rigid_inertia();
             let step = self.longest_step(t, inertia * speed / STEPS);
             let step = step.max(least_step(rates.len(), end - t)).min(end - t);
             let middle = x - 0.5 * step * self.rigid_slowing(t, x);
@@ -295,7 +298,7 @@ impl SmoothSliding<'_> {
                 }
                 rates.push((point.0 + tau, self.rate(point.0 + tau, x)));
             }
-            point = (point.0 + length, slow_momentum(self.torsion, &series.at(length)));
+            point = (point.0 + length, self.torsion.torsion.slow_momentum(&series.at(length)));
             speed = series.speed_at(length).0;
             if point.0 >= end {
                 return None;
@@ -337,7 +340,7 @@ impl SmoothSliding<'_> {
 
     /// The step over which the momentum changes by `fall` (N m s) at most, and the contact force by its share.
     fn longest_step(&self, t: f64, fall: f64) -> f64 {
-        let change = FORCE_SHARE * self.axial.largest_force();
+        let change = FORCE_SHARE * self.axial.force.largest();
         let (force, rate) = self.pressing(t);
         let (slope, curvature) = (self.axial.at(t).pressing_rate.abs(), self.axial.curvature_bound(t));
         let still = rate == 0.0 && slope == 0.0 && curvature == 0.0;

@@ -37,7 +37,7 @@ pub fn eigenvalue_crossing(torsion: &TorsionModel, axial: &AxialMotion, time: f6
         sense: at.relative_velocity.signum(),
     };
     let start = path.point(time, at);
-    let slowing = path.torque(start).abs() / (torsion.torsion.rotor_inertia + torsion.torsion.surface_inertia);
+    let slowing = path.torque(start).abs() / torsion.torsion.rigid_inertia();
     let rate = torsion.friction.law.steepness_rate(at.relative_velocity.abs());
     let step = STEP / (rate * slowing);
     let unstable = path.growth(start) > 0.0;

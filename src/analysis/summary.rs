@@ -113,8 +113,6 @@ impl Summary {
         let stick_slip = report.digest.cycles.clone();
         let growth = Growth::of_digest(parameters, &report.digest, report.end);
         let (first, last) = (stick_slip.first, stick_slip.last);
-        let largest_force =
-            crate::model::axial::AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
         Summary {
             end: report.end,
             events: report.digest.count,
@@ -131,7 +129,7 @@ impl Summary {
             first_period: stick_slip.first_period(),
             last_period: stick_slip.last_period(),
             natural_period: TorsionModel::new(parameters).natural_period(),
-            axial_displacement: largest_force / parameters.axial.stiffness,
+            axial_displacement: parameters.largest_force() / parameters.axial.stiffness,
             instability_time: growth.map(|g| g.instability),
             growth_exponent: growth.map(|g| g.exponent),
             growth_to_onset: growth.map(|g| g.to_first_stick),

@@ -1,6 +1,6 @@
 //! Events of an independent code with more digits, from a JSON file such as those of data/truth.
 
-use crate::model::{Actuation, BreakawayTest, KickTime, Parameters};
+use crate::model::{BreakawayTest, KickTime, Parameters};
 use crate::record::EventKind;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -163,10 +163,9 @@ fn symbols(case: &Parameters) -> Vec<(&'static str, f64)> {
         initial,
         perturbations,
     } = case;
-    let (force, rise_time) = match actuation {
-        Actuation::Ramp { force, rise_time } => (*force, *rise_time),
-        Actuation::Table { .. } => (f64::NAN, f64::NAN),
-    };
+    let (force, rise_time) = actuation
+        .as_ramp()
+        .map_or((f64::NAN, f64::NAN), |ramp| (ramp.value, ramp.rise_time));
     let (kick_time, kick) = match perturbations.as_slice() {
         [kick] => match kick.time {
             KickTime::At(time) => (time, kick.relative_velocity),

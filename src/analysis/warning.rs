@@ -2,7 +2,6 @@
 
 use super::Summary;
 use crate::case::Case;
-use crate::model::axial::AxialMotion;
 use crate::simulation::{Method, SolverOptions};
 use std::fmt;
 
@@ -119,8 +118,7 @@ pub fn warnings(case: &Case, summary: &Summary, initial_energy: f64) -> Vec<Warn
 }
 
 fn balance_remedy(case: &Case) -> BalanceRemedy {
-    let axial = AxialMotion::new(&case.parameters.axial, &case.parameters.actuation);
-    let change = axial.shortest_change();
+    let change = case.parameters.actuation.pieces().shortest_change();
     let period = std::f64::consts::TAU * (case.parameters.axial.mass / case.parameters.axial.stiffness).sqrt();
     if change < SUDDEN * period {
         BalanceRemedy::SlowerForce { change, period }

@@ -1,21 +1,20 @@
 //! The study file of a calibration: a base case, the free parameters, the measured numbers.
 
 use super::target::{self, Target};
+use crate::case::builtin::BuiltIn;
 use crate::case::document::{self, Node, Value};
 use crate::case::{Case, CaseError, Override, Setting};
-use crate::sweep::{
-    Axis, BuiltInStudy, Reader, Study, StudySource, read_axis, read_base, read_settings, relabelled, whole_number,
-};
+use crate::sweep::{Axis, Reader, Study, StudySource, read_axis, read_base, read_settings, relabelled, whole_number};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
 /// Every built-in calibration.
-pub const CALIBRATIONS: &[BuiltInStudy] = &[
-    BuiltInStudy {
+pub const CALIBRATIONS: &[BuiltIn] = &[
+    BuiltIn {
         name: "paper-decay",
         text: include_str!("../../data/studies/paper-decay.toml"),
     },
-    BuiltInStudy {
+    BuiltIn {
         name: "paper-si-decay",
         text: include_str!("../../data/studies/paper-si-decay.toml"),
     },

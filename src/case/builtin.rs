@@ -1,11 +1,14 @@
 //! The cases that come with the program: the files of `data/cases`.
 
-/// A case file embedded in the program.
+use super::{CaseError, suggest};
+use crate::quote::shown;
+
+/// A case or a study embedded in the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltIn {
-    /// The name by which it is called.
+    /// By which it is asked for.
     pub name: &'static str,
-    /// The TOML text.
+    /// TOML.
     pub text: &'static str,
 }
 
@@ -32,7 +35,22 @@ pub const CASES: &[BuiltIn] = &[
     },
 ];
 
-/// The built-in case of that name.
-pub fn find(name: &str) -> Option<&'static BuiltIn> {
-    CASES.iter().find(|case| case.name == name)
+/// The one of that name among those of a kind: "case", "study".
+///
+/// # Errors
+/// If there is none; the text lists those there are.
+pub(crate) fn find(kind: &str, among: &[BuiltIn], name: &str) -> Result<BuiltIn, CaseError> {
+    let names: Vec<&str> = among.iter().map(|one| one.name).collect();
+    among.iter().find(|one| one.name == name).copied().ok_or_else(|| {
+        let hint = suggest(name, names.iter().copied())
+            .map(|close| format!(" (did you mean {close}?)"))
+            .unwrap_or_default();
+        let message = format!(
+            "there is no built-in {kind} \"{name}\"{hint}; there {} {}, and any TOML file by its path",
+            if names.len() == 1 { "is" } else { "are" },
+            names.join(", "),
+            name = shown(name)
+        );
+        CaseError::one("", "", message)
+    })
 }

@@ -2,7 +2,7 @@
 
 use super::Case;
 use crate::friction::Law;
-use crate::model::Actuation;
+use crate::signal::{Ramp, Signal, Table};
 use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
 
@@ -65,34 +65,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
         complain(&format!("friction.{key}"), &["friction"], message);
     }
 
-    if let Actuation::Table { time, force } = &case.parameters.actuation {
-        if time.is_empty() {
-            complain("actuation.time", &[], "must hold at least one time".to_owned());
-        }
-        if time.len() != force.len() {
-            complain(
-                "actuation.force",
-                &["actuation.time"],
-                format!(
-                    "must be as long as actuation.time: {} forces for {} times",
-                    force.len(),
-                    time.len()
-                ),
-            );
-        }
-        if let Some(index) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
-            complain(
-                &format!("actuation.time.{}", index + 1),
-                &[&format!("actuation.time.{index}")],
-                format!(
-                    "times must increase: {:?} s follows {:?} s",
-                    time[index + 1],
-                    time[index]
-                ),
-            );
-        }
-    }
-
+    actuation(case, &mut complain);
     fixed_step(case, &mut complain);
     paper_tolerances(case, &mut complain);
 
@@ -132,16 +105,6 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             );
         }
     }
-    if let Actuation::Ramp { rise_time, .. } = &case.parameters.actuation
-        && *rise_time > 0.0
-        && *rise_time < SHORTEST_RUN
-    {
-        complain(
-            "actuation.rise_time",
-            &[],
-            format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s"),
-        );
-    }
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {
             complain(
@@ -169,6 +132,37 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
         );
     }
     found
+}
+
+/// What the numbers of a profile need.
+fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    match &case.parameters.actuation {
+        Signal::Ramp(Ramp { rise_time, .. }) => {
+            if *rise_time > 0.0 && *rise_time < SHORTEST_RUN {
+                let message = format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s");
+                complain("actuation.rise_time", &[], message);
+            }
+        }
+        Signal::Table(Table { time, value }) => {
+            let (times, forces) = (time.len(), value.len());
+            if times == 0 {
+                complain("actuation.time", &[], "must hold at least one time".to_owned());
+            }
+            if times != forces {
+                let message = format!("must be as long as actuation.time: {forces} forces for {times} times");
+                complain("actuation.force", &["actuation.time"], message);
+            }
+            if let Some(index) = (1..times).find(|&index| time[index] <= time[index - 1]) {
+                let [before, here] = [index - 1, index].map(|index| format!("actuation.time.{index}"));
+                let message = format!(
+                    "times must increase: {:?} s follows {:?} s",
+                    time[index],
+                    time[index - 1]
+                );
+                complain(&here, &[&before], message);
+            }
+        }
+    }
 }
 
 /// What a fixed step needs: a method that takes it, no other bound, and stability.

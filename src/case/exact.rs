@@ -3,34 +3,24 @@
 use super::document::{self, Node, Override, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
-use super::{Case, CaseSource, schema};
+use super::schema::{self, Key};
+use super::{Case, CaseSource, key_of};
 use crate::friction::FrictionLaw;
 use crate::model::{Axial, KickTime};
-use crate::model::{ExactActuation, ExactKick, ExactLaw, ExactParameters};
+use crate::model::{ExactKick, ExactLaw, ExactParameters};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::Pow;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactParameters, CaseError> {
-    // Whatever is wrong with the case is found and reported by its reader.
-    let case = Case::parse(source, overrides)?;
-    let mut root = document::read(&source.text, &source.label())?;
-    for change in overrides {
-        document::apply(&mut root, change).map_err(|problem| CaseError {
-            problems: vec![problem],
-        })?;
-    }
+    let (case, root) = parsed(source, overrides)?;
     let reader = Reader { root: &root };
-    let actuation = match &case.parameters.actuation {
-        crate::model::Actuation::Ramp { .. } => ExactActuation::Ramp {
-            force: reader.number("actuation.force", Dimension::Force)?,
-            rise_time: reader.number("actuation.rise_time", Dimension::Time)?,
-        },
-        crate::model::Actuation::Table { time, force } => ExactActuation::Table {
-            time: reader.series("actuation.time", time.len(), Dimension::Time)?,
-            force: reader.series("actuation.force", force.len(), Dimension::Force)?,
-        },
-    };
+    let actuation = case.parameters.actuation.try_map(|field, index, _| {
+        let path = schema::actuation_path(field);
+        let dimension = key_of(&path).and_then(Key::dimension).unwrap_or(Dimension::Number);
+        let element = index.map_or(String::new(), |index| format!(".{index}"));
+        reader.number(&format!("{path}{element}"), dimension)
+    })?;
     let kicks = case.parameters.perturbations.iter().enumerate().map(|(index, kick)| {
         Ok(ExactKick {
             time: match kick.time {
@@ -65,9 +55,8 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
     })
 }
 
-/// Of each number of the case that is written as such, half a unit of its last digit, SI, by dotted path. A plain number
-/// counts as the shortest decimal of its double: zeros at its end are not told from none.
-pub(super) fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> Result<Vec<(String, f64)>, CaseError> {
+/// The case, whose reader finds and reports whatever is wrong with it, and the tree of its values.
+fn parsed(source: &CaseSource, overrides: &[Override]) -> Result<(Case, Node), CaseError> {
     let case = Case::parse(source, overrides)?;
     let mut root = document::read(&source.text, &source.label())?;
     for change in overrides {
@@ -75,6 +64,13 @@ pub(super) fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> R
             problems: vec![problem],
         })?;
     }
+    Ok((case, root))
+}
+
+/// Of each number of the case that is written as such, half a unit of its last digit, SI, by dotted path. A plain number
+/// counts as the shortest decimal of its double: zeros at its end are not told from none.
+pub(super) fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> Result<Vec<(String, f64)>, CaseError> {
+    let (case, root) = parsed(source, overrides)?;
     let half = |path: &str, dimension: Dimension| {
         // A plain number is in SI, whatever it stands for.
         let (text, dimension) = match &root.at(path)?.value {

@@ -37,7 +37,8 @@ pub(crate) use source::{toml_text, words};
 pub(crate) use value::number_of;
 
 use crate::friction::{Exponential, Friction, Parameters as _};
-use crate::model::{Actuation, Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
+use crate::model::{Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
+use crate::signal::{Profile, Ramp, Signal};
 use crate::simulation::{OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
@@ -97,10 +98,7 @@ impl Case {
                     damping: f64::NAN,
                     ringing_floor: Axial::RINGING_FLOOR,
                 },
-                actuation: Actuation::Ramp {
-                    force: f64::NAN,
-                    rise_time: f64::NAN,
-                },
+                actuation: Signal::Ramp(Ramp::blank()),
                 torsion: Torsion {
                     rotor_inertia: f64::NAN,
                     surface_inertia: f64::NAN,

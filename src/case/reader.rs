@@ -10,6 +10,7 @@ use super::{Case, CaseSource, suggest};
 use crate::friction::FrictionLaw;
 use crate::model::KickTime;
 use crate::quote::shown;
+use crate::signal::Signal;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
     let label = source.label();
@@ -220,9 +221,8 @@ impl Reader {
         // The override tells which of the two profiles is meant.
         let meant = if overridden { chosen } else { profile };
         let remedy = match meant {
-            _ if !overridden && !self.is_overridden(key.path) => "remove it, or change the profile",
-            schema::TABLE => "replace the whole table, actuation={profile=\"table\", time=[...], force=[...]}",
-            _ => "replace the whole table, actuation={profile=\"ramp\", force=..., rise_time=...}",
+            _ if !overridden && !self.is_overridden(key.path) => "remove it, or change the profile".to_owned(),
+            meant => format!("replace the whole table, {}", schema::whole_actuation(meant)),
         };
         let place = if overridden { "actuation.profile" } else { key.path };
         let message = format!("belongs to profile \"{profile}\", but the profile is \"{chosen}\": {remedy}");
@@ -291,7 +291,7 @@ impl Reader {
     /// The profile of the actuation, if it is one that exists.
     fn chosen_profile(&self) -> Option<&'static str> {
         match self.root.at("actuation.profile").map(|node| &node.value) {
-            Some(Value::Text(name)) => [schema::RAMP, schema::TABLE].into_iter().find(|known| known == name),
+            Some(Value::Text(name)) => Signal::NAMES.iter().copied().find(|known| known == name),
             _ => None,
         }
     }

@@ -5,7 +5,8 @@
 use super::Case;
 use super::quantity::Dimension;
 use crate::friction::{FrictionLaw, Interpolation};
-use crate::model::{Actuation, BreakawayTest, Kick, KickTime};
+use crate::model::{BreakawayTest, Kick, KickTime};
+use crate::signal::{Profile as _, Ramp, Signal, Table};
 use crate::simulation::{Method, OutputWindow};
 
 /// One key of the case file.
@@ -141,8 +142,6 @@ pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
 pub(crate) const FIRST_SPEED: &str = "friction.speed.0";
 /// Which law friction has in slip.
 pub(super) const FRICTION_LAW: &str = "friction.law";
-pub(super) const RAMP: &str = "ramp";
-pub(super) const TABLE: &str = "table";
 pub(super) const KICK: &str = "kick";
 pub(super) const UNIFORM_WEAR: &str = "uniform-wear";
 pub(super) const UNIFORM_PRESSURE: &str = "uniform-pressure";
@@ -185,17 +184,17 @@ macro_rules! law {
     };
 }
 
-/// Access to a field of one variant of the actuation.
+/// Access to a field of one profile of the actuation.
 macro_rules! profile {
-    ($variant:ident . $field:ident) => {
+    ($profile:ident . $field:ident) => {
         Access {
             get: |case, _| match &case.parameters.actuation {
-                Actuation::$variant { $field, .. } => Some($field.clone()),
+                Signal::$profile(profile) => Some(profile.$field.clone()),
                 _ => None,
             },
             set: |case, _, value| {
-                if let Actuation::$variant { $field, .. } = &mut case.parameters.actuation {
-                    *$field = value;
+                if let Signal::$profile(profile) = &mut case.parameters.actuation {
+                    profile.$field = value;
                 }
             },
         }
@@ -251,24 +250,12 @@ const KEYS: &[Key] = &[
         "whether the force is a ramp that then holds, or a table",
         Required,
         Kind::Choice(
-            || vec![RAMP, TABLE],
+            || Signal::NAMES.to_vec(),
             Access {
-                get: |case, _| {
-                    Some(match case.parameters.actuation {
-                        Actuation::Ramp { .. } => RAMP,
-                        Actuation::Table { .. } => TABLE,
-                    })
-                },
+                get: |case, _| Some(case.parameters.actuation.name()),
                 set: |case, _, name| {
-                    case.parameters.actuation = match name {
-                        TABLE => Actuation::Table {
-                            time: Vec::new(),
-                            force: Vec::new(),
-                        },
-                        _ => Actuation::Ramp {
-                            force: f64::NAN,
-                            rise_time: f64::NAN,
-                        },
+                    if let Some(blank) = Signal::blank(name) {
+                        case.parameters.actuation = blank;
                     }
                 },
             },
@@ -277,26 +264,26 @@ const KEYS: &[Key] = &[
     key(
         "actuation.force",
         "F_0, actuating force at the end of the ramp; positive presses the disks together",
-        Profile(RAMP),
-        Kind::Number(D::Force, Any, profile!(Ramp.force)),
+        Profile(<Ramp>::NAME),
+        Kind::Number(D::Force, Any, profile!(Ramp.value)),
     ),
     key(
         "actuation.rise_time",
         "t_0, application time; 0 is a step at t = 0",
-        Profile(RAMP),
+        Profile(<Ramp>::NAME),
         Kind::Number(D::Time, NotNegative, profile!(Ramp.rise_time)),
     ),
     key(
         "actuation.time",
         "times of the corners of F(t), increasing; the first and last force hold outside",
-        Profile(TABLE),
+        Profile(<Table>::NAME),
         Kind::Series(D::Time, profile!(Table.time)),
     ),
     key(
         "actuation.force",
         "F at these times, linear in between; positive presses the disks together",
-        Profile(TABLE),
-        Kind::Series(D::Force, profile!(Table.force)),
+        Profile(<Table>::NAME),
+        Kind::Series(D::Force, profile!(Table.value)),
     ),
     key(
         "torsion.rotor_inertia",
@@ -673,6 +660,26 @@ pub(super) const ARRAYS: &[ArrayOfTables] = &[
         resize: |case, count| case.output.windows = vec![NEW_WINDOW; count],
     },
 ];
+
+/// The path of a number of the actuation, by its field's name in [`crate::signal`].
+pub(super) fn actuation_path(field: &str) -> String {
+    format!("actuation.{}", if field == "value" { "force" } else { field })
+}
+
+/// The actuation of a profile as a template.
+pub(super) fn whole_actuation(profile: &'static str) -> String {
+    let mut text = format!("actuation={{profile=\"{profile}\"");
+    for key in KEYS.iter().filter(|key| key.presence == Presence::Profile(profile)) {
+        let name = key.path.trim_start_matches("actuation.");
+        let value = if matches!(key.kind, Kind::Series(..)) {
+            "[...]"
+        } else {
+            "..."
+        };
+        text.push_str(&format!(", {name}={value}"));
+    }
+    text + "}"
+}
 
 /// The array of tables that a key is in, and the key's name there.
 pub(super) fn array_of(key: &Key) -> Option<(&'static ArrayOfTables, &'static str)> {

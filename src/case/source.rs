@@ -1,6 +1,5 @@
 //! The text of a case and where it is from.
 
-use crate::quote::shown;
 use std::path::{Path, PathBuf};
 
 use super::builtin;
@@ -43,21 +42,7 @@ impl CaseSource {
     /// # Errors
     /// If there is none of that name; the text lists those there are.
     pub fn built_in(name: &str) -> Result<CaseSource, CaseError> {
-        let Some(case) = builtin::find(name) else {
-            let names: Vec<&str> = builtin::CASES.iter().map(|case| case.name).collect();
-            let hint = super::suggest(name, names.iter().copied())
-                .map(|close| format!(" (did you mean {close}?)"))
-                .unwrap_or_default();
-            return Err(CaseError::one(
-                "",
-                "",
-                format!(
-                    "there is no built-in case \"{name}\"{hint}; there are {}, and any TOML file by its path",
-                    names.join(", "),
-                    name = shown(name)
-                ),
-            ));
-        };
+        let case = builtin::find("case", builtin::CASES, name)?;
         Ok(CaseSource {
             text: case.text.to_owned(),
             origin: Origin::BuiltIn(case.name.to_owned()),

@@ -2,13 +2,13 @@
 
 use super::arguments::{CalibrateOptions, Common};
 use super::progress::CountBar;
-use super::run::{bad_file, interrupt_flag, looks_like_a_path};
+use super::run::{bad_file, interrupt_flag, looks_like_a_path, overrides};
 use super::terminal::{align_right, show, table};
 use super::{CommandError, End, complain, print, print_json};
 use crate::calibrate::{
     Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
 };
-use crate::case::{CaseError, Override};
+use crate::case::CaseError;
 use crate::results::{Overwrite, check_target};
 use crate::sweep::StudySource;
 use serde::Serialize;
@@ -153,13 +153,7 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
     } else {
         CalibrationStudy::built_in(&options.study)?
     };
-    let mut overrides = Vec::with_capacity(options.set.len() + 1);
-    for setting in &options.budget.over(&options.set) {
-        overrides.push(Override::parse(setting)?);
-    }
-    if let Some(method) = &options.method {
-        overrides.push(Override::parse(&format!("solver.method={method}"))?);
-    }
+    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
     CalibrationStudy::parse(source, &overrides)
 }
 

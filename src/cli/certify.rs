@@ -4,7 +4,7 @@ use super::arguments::{CertifyOptions, Common, DPI, Format};
 use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::run::{Input, bad_case, bad_file, interrupt_flag, read_input};
+use super::run::{Input, bad_case, bad_file, interrupt_flag, overrides, read_input};
 use super::{CommandError, End, certify_report, complain, print, print_json};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
@@ -292,10 +292,7 @@ fn without_case(error: CommandError) -> CommandError {
 
 /// The overrides, and where the numbers of the case are as they were written.
 fn as_written(input: &Input, set: &[String]) -> Result<(CaseSource, Vec<Override>), CommandError> {
-    let mut overrides = Vec::with_capacity(set.len());
-    for setting in set {
-        overrides.push(Override::parse(setting).map_err(bad_case)?);
-    }
+    let overrides = overrides(set, None).map_err(bad_case)?;
     let given = CaseSource {
         text: input.text.clone(),
         origin: input.source.origin.clone(),

@@ -4,7 +4,7 @@ use super::arguments::{Common, InspectOptions};
 use super::run::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::results::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
-use crate::results::{AttributeInfo, AttributeValue, Contents, VariableInfo};
+use crate::results::{AttributeInfo, Contents, VariableInfo};
 
 /// Lists what a file of this program holds: of a run, a sweep or a work-precision study.
 pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, CommandError> {
@@ -55,7 +55,7 @@ fn listing(contents: &Contents) -> String {
 fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
     let companion = |name: &str, suffix: &str| {
         let name = format!("{name}{suffix}");
-        attributes.iter().find(|a| a.name == name).map(|a| text(&a.value))
+        attributes.iter().find(|a| a.name == name).map(|a| a.value.to_string())
     };
     let is_companion = |a: &AttributeInfo| {
         [UNITS_SUFFIX, LONG_NAME_SUFFIX].iter().any(|suffix| {
@@ -70,7 +70,10 @@ fn attribute_lines(attributes: &[&AttributeInfo]) -> String {
     let mut table = terminal::table(&[]);
     for a in attributes.iter().filter(|a| !is_companion(a)) {
         let unit = companion(&a.name, UNITS_SUFFIX).filter(|unit| unit != "1");
-        let value = [Some(text(&a.value)), unit].into_iter().flatten().collect::<Vec<_>>();
+        let value = [Some(a.value.to_string()), unit]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>();
         let mut row = vec![a.name.clone(), value.join(" ")];
         if described {
             row.push(companion(&a.name, LONG_NAME_SUFFIX).unwrap_or_default());
@@ -107,15 +110,4 @@ fn variable_lines(variables: &[&VariableInfo]) -> String {
         lines += &format!("{}: {}\n", v.name, meanings.join(", "));
     }
     lines
-}
-
-fn text(value: &AttributeValue) -> String {
-    match value {
-        AttributeValue::Text(text) => text.clone(),
-        AttributeValue::Integer(n) => n.to_string(),
-        // With an exponent where that is shorter: 1e-10, not 0.0000000001.
-        AttributeValue::Number(x) => format!("{x:?}"),
-        AttributeValue::Integers(list) => format!("{list:?}"),
-        AttributeValue::Numbers(list) => format!("{list:?}"),
-    }
 }

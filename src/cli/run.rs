@@ -196,13 +196,7 @@ pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Re
     if path.exists() {
         files.push(path.to_owned());
     }
-    let mut overrides = Vec::with_capacity(set.len() + 1);
-    for setting in set {
-        overrides.push(Override::parse(setting).map_err(bad_case)?);
-    }
-    if let Some(method) = method {
-        overrides.push(Override::parse(&format!("solver.method={method}")).map_err(bad_case)?);
-    }
+    let overrides = overrides(set, method).map_err(bad_case)?;
     let case = Case::parse(&source, &overrides).map_err(bad_case)?;
     let text = text.unwrap_or_else(|| source.text.clone());
     Ok(Input {
@@ -211,6 +205,15 @@ pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Re
         text,
         files,
     })
+}
+
+/// The overrides of a command: each `--set`, then `--method`.
+pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Override>, CaseError> {
+    let method = method.map(|method| format!("solver.method={method}"));
+    set.iter()
+        .chain(&method)
+        .map(|setting| Override::parse(setting))
+        .collect()
 }
 
 pub(super) fn looks_like_a_path(name: &str) -> bool {

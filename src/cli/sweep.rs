@@ -3,9 +3,9 @@
 use super::arguments::{Common, SweepOptions};
 use super::progress::SweepBar;
 use super::ranks::Ranks;
-use super::run::{interrupt_flag, looks_like_a_path};
+use super::run::{interrupt_flag, looks_like_a_path, overrides};
 use super::{CommandError, End, complain, print, print_json};
-use crate::case::{CaseError, Override};
+use crate::case::CaseError;
 use crate::results::{Overwrite, ResultError};
 use crate::sweep::{
     Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
@@ -180,13 +180,7 @@ fn read_study(options: &SweepOptions) -> Result<Study, CaseError> {
     } else {
         StudySource::built_in(&options.study)?
     };
-    let mut overrides = Vec::with_capacity(options.set.len() + 1);
-    for setting in &options.budget.over(&options.set) {
-        overrides.push(Override::parse(setting)?);
-    }
-    if let Some(method) = &options.method {
-        overrides.push(Override::parse(&format!("solver.method={method}"))?);
-    }
+    let overrides = overrides(&options.budget.over(&options.set), options.method.as_deref())?;
     Study::parse(source, &overrides)
 }
 

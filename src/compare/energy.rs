@@ -4,7 +4,8 @@ use super::Channel;
 use super::candidate::Block;
 use super::reference::Physics;
 use crate::friction::Law;
-use crate::model::torsion::{DIMENSION, TorsionState, index::*};
+use crate::model::Mode;
+use crate::model::state::{Components, TorsionState};
 use serde::Serialize;
 
 /// The channels that it takes, in this order.
@@ -75,24 +76,28 @@ impl<'a> EnergyPass<'a> {
     /// Takes the next samples; `columns` are the positions of [`CHANNELS`] in the block.
     pub fn add(&mut self, block: &Block, columns: &[usize; 5]) {
         for (row, &time) in block.time.iter().enumerate() {
-            let mut y: TorsionState = [0.0; DIMENSION];
-            let places = [
-                ROTOR_TWIST,
-                ROTOR_TWIST_RATE,
-                STATOR_TWIST,
-                STATOR_TWIST_RATE,
-                ROTOR_SPEED,
-            ];
-            for (place, &column) in places.into_iter().zip(columns) {
-                y[place] = block.columns[column][row];
-            }
-            self.sample(time, &y);
+            let [
+                rotor_twist,
+                rotor_twist_rate,
+                stator_twist,
+                stator_twist_rate,
+                rotor_speed,
+            ] = columns.map(|column| block.columns[column][row]);
+            let y = Components {
+                rotor_twist,
+                rotor_twist_rate,
+                stator_twist,
+                stator_twist_rate,
+                rotor_speed,
+                ..Components::default()
+            };
+            self.sample(time, &y.state());
         }
     }
 
     fn sample(&mut self, time: f64, y: &TorsionState) {
         let model = &self.physics.torsion;
-        let energy = model.kinetic_energy(y) + model.elastic_energy(y);
+        let energy = model.torsion.kinetic_energy(y) + model.torsion.elastic_energy(y);
         let sample = Sample {
             energy,
             ..self.power(time, y)
@@ -123,31 +128,29 @@ impl<'a> EnergyPass<'a> {
 
     fn power(&self, time: f64, y: &TorsionState) -> Sample {
         let model = &self.physics.torsion;
-        let (c, radius) = (model.torsion.damping, model.contact.radius);
+        let radius = model.contact.radius;
         let w = model.relative_velocity(y);
         let axial = self.physics.axial.at(time);
         let (force, force_rate) = (axial.pressing_force.max(0.0), axial.pressing_rate);
         let at_rest = w.abs() <= self.tolerance;
-        let mut rates = [0.0; DIMENSION];
+        let mode = if at_rest { Mode::Stick } else { Mode::sliding(w) };
+        let rates = model.rates_at(mode, || force, y);
         let mut lost = (0.0, 0.0);
-        if at_rest {
-            model.stick_rhs(y, &mut rates);
-        } else {
-            let sense = w.signum();
-            model.slip_rhs(sense, force, y, &mut rates);
+        if !at_rest {
             let (mu, slope) = model.friction.law.coefficient_and_slope(w.abs());
-            let acceleration = sense * model.relative_velocity(&rates);
+            let acceleration = w.signum() * model.relative_velocity(&rates);
             let rate = acceleration * force * (mu + slope * w.abs()) + mu * w.abs() * force_rate;
             lost = (mu * radius * force * w.abs(), radius * rate);
         }
-        let (u, v) = (y[ROTOR_TWIST_RATE], y[STATOR_TWIST_RATE]);
-        let bend = u * rates[ROTOR_TWIST_RATE] + v * rates[STATOR_TWIST_RATE];
         Sample {
             time,
             energy: 0.0,
             at_rest,
             friction: lost,
-            damping: (c * (u * u + v * v), 2.0 * c * bend),
+            damping: (
+                model.torsion.damping_power(y),
+                model.torsion.damping_power_rate(y, &rates),
+            ),
         }
     }
 

@@ -82,6 +82,20 @@ pub(crate) struct Overflow {
 }
 
 impl RunError {
+    /// # Errors
+    /// If a component of the state at `time` (s) is not finite.
+    pub(crate) fn check_finite(state: &[f64], time: f64, location: impl FnOnce() -> String) -> Result<(), RunError> {
+        match state.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+            None => Ok(()),
+            Some((component, &value)) => Err(RunError::NotFinite {
+                time,
+                location: location(),
+                component,
+                value,
+            }),
+        }
+    }
+
     /// The error of an observer in a location.
     pub(crate) fn observed(error: ObserverError, location: impl FnOnce() -> String) -> RunError {
         match error.downcast::<Overflow>() {

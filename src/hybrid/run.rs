@@ -357,14 +357,6 @@ impl<D: Dynamics, O> Run<'_, D, O> {
     }
 
     fn check_finite(&self) -> Result<(), RunError> {
-        match self.state.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-            None => Ok(()),
-            Some((component, &value)) => Err(RunError::NotFinite {
-                time: self.time,
-                location: self.dynamics.describe(&self.location),
-                component,
-                value,
-            }),
-        }
+        RunError::check_finite(&self.state, self.time, || self.dynamics.describe(&self.location))
     }
 }

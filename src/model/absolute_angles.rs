@@ -4,10 +4,11 @@
 //! angles that reach hundreds of radians, and the friction changes its sign inside the right-hand side. The reference
 //! runs are not computed with it; [`super::torsion`] says why.
 
-use super::torsion::{DIMENSION as TORSIONAL, TorsionModel, TorsionState, index};
-use super::{Axial, Parameters};
+use super::state::{Components, TorsionState};
+use super::torsion::TorsionModel;
+use super::{Axial, Mode, Parameters};
 use crate::friction::Law;
-use crate::model::axial::AxialMotion;
+use crate::signal::Pieces;
 
 /// Number of components of the state.
 pub const DIMENSION: usize = 11;
@@ -41,28 +42,14 @@ pub const WORK: usize = 10;
 /// The state: the constants of this module name its components.
 pub type AbsoluteState = [f64; DIMENSION];
 
-/// What the contact does by (5) and (9), held for a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Contact {
-    /// No contact force.
-    Separated,
-    /// The surfaces move as one, equation (4).
-    Stick,
-    /// The surfaces slide, equation (3). The sense of friction is that of omega_r at each evaluation; this one (+1 or
-    /// -1) is taken where omega_r is exactly zero.
-    Slip {
-        /// Sign of the friction torque on the stator at rest.
-        sense: f64,
-    },
-}
-
 /// The equations, shared by all steps.
 #[derive(Debug)]
 pub struct AbsoluteModel {
     /// Parameters of the torsional system and its friction.
     pub torsion: TorsionModel,
     axial: Axial,
-    force: AxialMotion,
+    /// F(t), N.
+    pub force: Pieces,
 }
 
 impl AbsoluteModel {
@@ -71,7 +58,7 @@ impl AbsoluteModel {
         AbsoluteModel {
             torsion: TorsionModel::new(parameters),
             axial: parameters.axial,
-            force: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            force: parameters.actuation.pieces(),
         }
     }
 
@@ -81,21 +68,6 @@ impl AbsoluteModel {
         state[THETA_DOT] = speed;
         state[PHI2_DOT] = speed;
         state
-    }
-
-    /// Whether F presses the disks together right after t = 0.
-    pub fn closed_at_start(&self) -> bool {
-        self.force.closed_at_start()
-    }
-
-    /// The first corner of F(t) after `t`, s.
-    pub fn next_corner(&self, t: f64) -> Option<f64> {
-        self.force.next_corner(t)
-    }
-
-    /// F(t), N.
-    pub fn applied_force(&self, t: f64) -> f64 {
-        self.force.applied_force(t)
     }
 
     /// -c_a z' - k_e z, N: the contact force (5) where positive.
@@ -111,66 +83,60 @@ impl AbsoluteModel {
     /// The twist state (see [`super::torsion`]) of an absolute one: its differences are taken here, with what is left of
     /// their digits.
     pub fn twists(&self, y: &AbsoluteState) -> TorsionState {
-        let mut twists = [0.0; TORSIONAL];
-        twists[index::ROTOR_TWIST] = y[THETA] - y[PHI2];
-        twists[index::ROTOR_TWIST_RATE] = y[THETA_DOT] - y[PHI2_DOT];
-        twists[index::STATOR_TWIST] = y[PHI1];
-        twists[index::STATOR_TWIST_RATE] = y[PHI1_DOT];
-        twists[index::ROTOR_SPEED] = y[THETA_DOT];
-        twists[index::SLIP] = y[PHI2] - y[PHI1];
-        twists
+        Components {
+            rotor_twist: y[THETA] - y[PHI2],
+            rotor_twist_rate: y[THETA_DOT] - y[PHI2_DOT],
+            stator_twist: y[PHI1],
+            stator_twist_rate: y[PHI1_DOT],
+            rotor_speed: y[THETA_DOT],
+            slip: y[PHI2] - y[PHI1],
+            ..Components::default()
+        }
+        .state()
     }
 
     /// The state of the contact by (5) and (9): stick where |omega_r| < `epsilon` (rad/s) and the tested torque is within
     /// mu_0 r F_n. `separated` says that the disks were apart: they touch only with a positive force.
-    pub fn contact(&self, y: &AbsoluteState, separated: bool, epsilon: f64) -> Contact {
+    pub fn contact(&self, y: &AbsoluteState, separated: bool, epsilon: f64) -> Mode {
         let force = self.pressing_force(y);
         if force < 0.0 || (separated && force == 0.0) {
-            return Contact::Separated;
+            return Mode::Separated;
         }
         let w = self.relative_velocity(y);
         let torque = self.torsion.tested_torque(&self.twists(y));
         if w.abs() >= epsilon {
-            Contact::Slip { sense: w.signum() }
+            Mode::sliding(w)
         } else if torque.abs() <= self.torsion.breakaway_torque(force) {
-            Contact::Stick
+            Mode::Stick
         } else {
-            Contact::Slip { sense: torque.signum() }
+            Mode::sliding(torque)
         }
     }
 
-    /// dy/dt with the contact in this state: (1), (2), (5) and (3), (4) or neither.
-    pub fn rhs(&self, contact: Contact, t: f64, y: &AbsoluteState, dydt: &mut AbsoluteState) {
-        let torsion = &self.torsion.torsion;
-        let (i, j, c_t) = (torsion.rotor_inertia, torsion.surface_inertia, torsion.damping);
-        let t_r = c_t * (y[THETA_DOT] - y[PHI2_DOT]) + torsion.stiffness * (y[THETA] - y[PHI2]);
-        let t_s = c_t * y[PHI1_DOT] + torsion.stiffness * y[PHI1];
+    /// dy/dt with the contact in this mode for a step: (1), (2), (5) and (3), (4) or neither. The sense of friction is that of
+    /// omega_r at each evaluation; that of the mode is taken where omega_r is exactly zero.
+    pub fn rhs(&self, mode: Mode, t: f64, y: &AbsoluteState, dydt: &mut AbsoluteState) {
+        let (torsion, twists) = (&self.torsion.torsion, self.twists(y));
         let w = self.relative_velocity(y);
-        let (phi1_ddot, phi2_ddot, interface) = match contact {
-            Contact::Stick => {
-                let phi_ddot = (t_r - t_s) / (2.0 * j);
-                (phi_ddot, phi_ddot, 0.0)
-            }
-            Contact::Separated => (-t_s / j, t_r / j, 0.0),
-            Contact::Slip { sense } => {
-                let normal_force = self.pressing_force(y).max(0.0);
-                let sense = if w == 0.0 { sense } else { w.signum() };
-                let mu = self.torsion.friction.law.coefficient(w.abs());
-                let interface = sense * mu * self.torsion.contact.radius * normal_force;
-                ((interface - t_s) / j, (t_r - interface) / j, interface)
-            }
+        let interface = if mode.sense() == 0 {
+            0.0
+        } else {
+            let normal_force = self.pressing_force(y).max(0.0);
+            let sense = if w == 0.0 { f64::from(mode.sense()) } else { w.signum() };
+            let mu = self.torsion.friction.law.coefficient(w.abs());
+            sense * mu * self.torsion.contact.radius * normal_force
         };
+        let torques = (torsion.rotor_torque(&twists), torsion.stator_torque(&twists));
+        let (phi2_ddot, phi1_ddot) = torsion.surface_accelerations(mode == Mode::Stick, torques, interface);
         let Axial {
             mass,
             stiffness,
             damping,
             ..
         } = self.axial;
-        let force = self.force.applied_force(t);
-        let stator_rate = y[PHI1_DOT];
-        let rotor_rate = y[THETA_DOT] - y[PHI2_DOT];
+        let force = self.force.value(t);
         dydt[THETA] = y[THETA_DOT];
-        dydt[THETA_DOT] = -t_r / i;
+        dydt[THETA_DOT] = -torques.0 / torsion.rotor_inertia;
         dydt[PHI1] = y[PHI1_DOT];
         dydt[PHI1_DOT] = phi1_ddot;
         dydt[PHI2] = y[PHI2_DOT];
@@ -178,8 +144,7 @@ impl AbsoluteModel {
         dydt[Z] = y[Z_DOT];
         dydt[Z_DOT] = (-force - damping * y[Z_DOT] - stiffness * y[Z]) / mass;
         dydt[FRICTION_LOSS] = interface * w;
-        dydt[DAMPING_LOSS] =
-            c_t * (rotor_rate * rotor_rate + stator_rate * stator_rate) + damping * y[Z_DOT] * y[Z_DOT];
+        dydt[DAMPING_LOSS] = torsion.damping_power(&twists) + damping * y[Z_DOT] * y[Z_DOT];
         dydt[WORK] = -force * y[Z_DOT];
     }
 
@@ -193,9 +158,9 @@ impl AbsoluteModel {
     }
 
     /// After a kick that adds `delta` (rad/s) to omega_r, half to each surface; absorbed in stick.
-    pub fn kicked(&self, contact: Contact, y: &AbsoluteState, delta: f64) -> AbsoluteState {
+    pub fn kicked(&self, mode: Mode, y: &AbsoluteState, delta: f64) -> AbsoluteState {
         let mut kicked = *y;
-        if contact != Contact::Stick {
+        if mode != Mode::Stick {
             kicked[PHI1_DOT] -= 0.5 * delta;
             kicked[PHI2_DOT] += 0.5 * delta;
         }
@@ -211,7 +176,7 @@ impl AbsoluteModel {
 
     /// Elastic energy of both twists and of the axial motion, J.
     pub fn elastic_energy(&self, y: &AbsoluteState) -> f64 {
-        self.torsion.elastic_energy(&self.twists(y)) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
+        self.torsion.torsion.elastic_energy(&self.twists(y)) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
     }
 }
 
@@ -219,6 +184,7 @@ impl AbsoluteModel {
 mod tests {
     use super::*;
     use crate::case::{Case, CaseSource};
+    use crate::model::state::index::{ROTOR_SPEED, ROTOR_TWIST_RATE, STATOR_TWIST_RATE};
 
     /// Far from any switch both sets of equations are one: the accelerations of the twist coordinates are the differences
     /// of those of the angles, here at small angles, where no digits are lost.
@@ -241,35 +207,26 @@ mod tests {
             y[component] = value;
         }
         let twists = model.twists(&y);
-        let mut expected = [0.0; TORSIONAL];
         let mut rates = [0.0; DIMENSION];
-        for (contact, backward) in [
-            (Contact::Slip { sense: 1.0 }, false),
-            (Contact::Slip { sense: 1.0 }, true),
-            (Contact::Stick, false),
-            (Contact::Separated, false),
+        for (mode, backward) in [
+            (Mode::SlipForward, false),
+            (Mode::SlipForward, true),
+            (Mode::Stick, false),
+            (Mode::Separated, false),
         ] {
             let (mut y, mut twists) = (y, twists);
             if backward {
                 y[PHI1_DOT] = 7.0;
                 twists = model.twists(&y);
             }
-            model.rhs(contact, 2.0, &y, &mut rates);
-            match contact {
-                Contact::Slip { .. } => {
-                    let sense = if backward { -1.0 } else { 1.0 };
-                    model
-                        .torsion
-                        .slip_rhs(sense, model.pressing_force(&y), &twists, &mut expected);
-                }
-                Contact::Stick => model.torsion.stick_rhs(&twists, &mut expected),
-                Contact::Separated => model.torsion.separated_rhs(&twists, &mut expected),
-            }
+            model.rhs(mode, 2.0, &y, &mut rates);
+            let mode = if backward { Mode::SlipBackward } else { mode };
+            let expected = model.torsion.rates_at(mode, || model.pressing_force(&y), &twists);
             let found = model.twists(&rates);
-            for k in [index::ROTOR_TWIST_RATE, index::STATOR_TWIST_RATE, index::ROTOR_SPEED] {
+            for k in [ROTOR_TWIST_RATE, STATOR_TWIST_RATE, ROTOR_SPEED] {
                 assert!(
                     (found[k] - expected[k]).abs() < 1e-12 * expected[k].abs().max(1.0),
-                    "{contact:?}: component {k}: {} and {}",
+                    "{mode:?}: component {k}: {} and {}",
                     found[k],
                     expected[k]
                 );
@@ -294,16 +251,16 @@ mod tests {
             y[PHI1] = twist(share);
             model.contact(&y, false, 1e-5)
         };
-        assert_eq!(at(0.9e-5, 0.0), Contact::Stick);
-        assert_eq!(at(1.1e-5, 0.0), Contact::Slip { sense: 1.0 });
-        assert_eq!(at(-1.1e-5, 0.0), Contact::Slip { sense: -1.0 });
-        assert_eq!(at(0.0, 0.999), Contact::Stick);
-        assert_eq!(at(0.0, 1.001), Contact::Slip { sense: 1.0 });
-        assert_eq!(at(0.0, -1.001), Contact::Slip { sense: -1.0 });
+        assert_eq!(at(0.9e-5, 0.0), Mode::Stick);
+        assert_eq!(at(1.1e-5, 0.0), Mode::SlipForward);
+        assert_eq!(at(-1.1e-5, 0.0), Mode::SlipBackward);
+        assert_eq!(at(0.0, 0.999), Mode::Stick);
+        assert_eq!(at(0.0, 1.001), Mode::SlipForward);
+        assert_eq!(at(0.0, -1.001), Mode::SlipBackward);
         y[Z] = 1e-9;
-        assert_eq!(model.contact(&y, false, 1e-5), Contact::Separated);
+        assert_eq!(model.contact(&y, false, 1e-5), Mode::Separated);
         y[Z] = 0.0;
-        assert_eq!(model.contact(&y, true, 1e-5), Contact::Separated);
-        assert_eq!(model.contact(&y, false, 1e-5), Contact::Stick);
+        assert_eq!(model.contact(&y, true, 1e-5), Mode::Separated);
+        assert_eq!(model.contact(&y, false, 1e-5), Mode::Stick);
     }
 }

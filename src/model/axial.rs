@@ -7,7 +7,8 @@
 
 use super::bounds::positive_for;
 use super::oscillator::DampedOscillator;
-use super::{Actuation, Axial};
+use super::{Axial, Parameters};
+use crate::signal::{self, Pieces, Signal};
 
 /// Two happenings closer than this (s) count as one instant: far below the spacing of the doubles that hold their times,
 /// far above what the multiprecision runs err by. It decides an order only, that of a contact and of a kick at the corner
@@ -72,20 +73,17 @@ impl ContactChange {
 pub struct AxialMotion {
     axial: Axial,
     oscillator: DampedOscillator,
+    /// F(t), N.
+    pub force: Pieces,
+    /// The motion on each of its stretches.
     pieces: Vec<Piece>,
 }
 
 /// One stretch of linear F(t).
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Piece {
-    start: f64,
-    /// Where the next begins; infinite for the last.
-    end: f64,
-    /// F there, N.
-    end_force: f64,
-    /// F at `start`, N, and its slope, N/s.
-    force: f64,
-    slope: f64,
+    /// F, N.
+    force: signal::Piece,
     /// Particular solution z = offset + drift tau.
     offset: f64,
     drift: f64,
@@ -126,23 +124,27 @@ const SEARCH: u32 = 1_000_000;
 /// Of a rate that is a difference, relative to its parts: some roundings of the sums that they come of.
 const RATE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
+impl Parameters {
+    /// The axial motion, from rest at t = 0.
+    pub fn axial_motion(&self) -> AxialMotion {
+        AxialMotion::new(&self.axial, &self.actuation)
+    }
+}
+
 impl AxialMotion {
     /// The motion under F(t), from rest at t = 0.
-    pub fn new(axial: &Axial, actuation: &Actuation) -> Self {
+    pub fn new(axial: &Axial, force: &Signal) -> Self {
         let oscillator = DampedOscillator::new(axial.mass, axial.damping, axial.stiffness);
         let mut motion = AxialMotion {
             axial: *axial,
             oscillator,
+            force: force.pieces(),
             pieces: Vec::new(),
         };
-        let breaks = force_pieces(actuation);
-        for (index, &(start, force, slope)) in breaks.iter().enumerate() {
-            let end = breaks
-                .get(index + 1)
-                .map_or((f64::INFINITY, force), |next| (next.0, next.1));
+        for &force in motion.force.all() {
             let piece = match motion.pieces.last() {
-                None => motion.first_piece(start, end, (force, slope)),
-                Some(last) => motion.next_piece(last, end, (force, slope)),
+                None => motion.first_piece(force),
+                Some(last) => motion.next_piece(last, force),
             };
             motion.pieces.push(piece);
         }
@@ -150,7 +152,7 @@ impl AxialMotion {
         for k in (0..motion.pieces.len()).rev() {
             motion.pieces[k].lowest_later = lowest;
             motion.pieces[k].highest_later = highest;
-            let (low, high) = motion.bounds_in_piece(&motion.pieces[k], motion.pieces[k].start);
+            let (low, high) = motion.bounds_in_piece(&motion.pieces[k], motion.pieces[k].force.start);
             lowest = lowest.min(low);
             highest = highest.max(high);
         }
@@ -158,68 +160,49 @@ impl AxialMotion {
     }
 
     /// From rest at t = 0, where the pressing force is zero and its rate c_a F / m.
-    fn first_piece(&self, start: f64, end: (f64, f64), (force, slope): (f64, f64)) -> Piece {
+    fn first_piece(&self, force: signal::Piece) -> Piece {
         let Axial { mass, damping, .. } = self.axial;
-        let (drift, offset) = self.particular(force, slope);
-        let ringing = (-force, damping * force / mass - slope);
-        self.piece(start, end, (force, slope), (-offset, -drift), ringing, (0.0, 0.0))
+        let (drift, offset) = self.particular(&force);
+        let ringing = (-force.value, damping * force.value / mass - force.slope);
+        self.piece(force, (-offset, -drift), ringing, (0.0, 0.0))
     }
 
     /// Where F turns, z, z', the pressing force and its rate go on. So does the ringing in the force; its rate takes up
     /// the change of slope. No difference of large numbers is taken.
-    fn next_piece(&self, last: &Piece, end: (f64, f64), (force, slope): (f64, f64)) -> Piece {
+    fn next_piece(&self, last: &Piece, force: signal::Piece) -> Piece {
         let Axial { stiffness, damping, .. } = self.axial;
-        let tau = last.end - last.start;
-        let state = self.evaluate(last, last.end);
+        let tau = last.force.end - last.force.start;
+        let state = self.evaluate(last, last.force.end);
         let (q, rate) = self.ringing_at(last, tau);
         let (h, h_rate) = self.oscillator.advance(last.free.0, last.free.1, tau);
         // What the particular solution jumps by, since z does not.
-        let turn = (slope - last.slope) / stiffness;
+        let turn = (force.slope - last.force.slope) / stiffness;
         let free = (h - damping * turn / stiffness, h_rate + turn);
-        let sums = (state.work, state.dissipated);
-        self.piece(
-            last.end,
-            end,
-            (force, slope),
-            free,
-            (q, rate - (slope - last.slope)),
-            sums,
-        )
+        let ringing = (q, rate - (force.slope - last.force.slope));
+        self.piece(force, free, ringing, (state.work, state.dissipated))
     }
 
     /// Drift and offset of the particular solution z = offset + drift tau.
-    fn particular(&self, force: f64, slope: f64) -> (f64, f64) {
+    fn particular(&self, force: &signal::Piece) -> (f64, f64) {
         let Axial { stiffness, damping, .. } = self.axial;
-        let drift = -slope / stiffness;
-        (drift, -(force + damping * drift) / stiffness)
+        let drift = -force.slope / stiffness;
+        (drift, -(force.value + damping * drift) / stiffness)
     }
 
-    fn piece(
-        &self,
-        start: f64,
-        (end, end_force): (f64, f64),
-        (force, slope): (f64, f64),
-        free: (f64, f64),
-        ringing: (f64, f64),
-        sums: (f64, f64),
-    ) -> Piece {
-        let (drift, offset) = self.particular(force, slope);
+    fn piece(&self, force: signal::Piece, free: (f64, f64), ringing: (f64, f64), sums: (f64, f64)) -> Piece {
+        let (drift, offset) = self.particular(&force);
         let amplitude = ringing_amplitude(&self.axial, ringing);
-        let scale = force.abs();
+        let scale = force.value.abs();
         let decay = self.oscillator.slowest_decay();
         let silent_after = if amplitude == 0.0 {
             0.0
-        } else if scale > 0.0 && slope == 0.0 && decay > 0.0 {
+        } else if scale > 0.0 && force.slope == 0.0 && decay > 0.0 {
             (45.0 + (1.0 + amplitude / scale).ln()) / decay
         } else {
             f64::INFINITY
         };
         Piece {
-            start,
-            end,
-            end_force,
             force,
-            slope,
             offset,
             drift,
             free,
@@ -241,8 +224,8 @@ impl AxialMotion {
     #[inline]
     pub fn pressing_force(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
-        let tau = t - piece.start;
-        let force = piece.force + piece.slope * tau;
+        let tau = t - piece.force.start;
+        let force = piece.force.at(tau);
         if tau >= piece.silent_after {
             force
         } else {
@@ -254,32 +237,24 @@ impl AxialMotion {
     /// holds (at least two), and the degree beyond which they are zero. They hold until the next corner of F.
     pub fn pressing_series(&self, t: f64, unit: f64, out: &mut [f64]) -> usize {
         let piece = self.piece_at(t);
-        let tau = t - piece.start;
+        let tau = t - piece.force.start;
         let degree = if tau >= piece.silent_after {
             out.fill(0.0);
-            usize::from(piece.slope != 0.0)
+            usize::from(piece.force.slope != 0.0)
         } else {
             let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
             self.oscillator.series(q, rate, unit, out);
             out.len() - 1
         };
-        out[0] += piece.force + piece.slope * tau;
-        out[1] += piece.slope * unit;
+        out[0] += piece.force.at(tau);
+        out[1] += piece.force.slope * unit;
         degree
-    }
-
-    /// F at its largest magnitude over the run, N.
-    pub fn largest_force(&self) -> f64 {
-        let last = self.pieces.last().map_or(0.0, |p| p.force.abs());
-        self.pieces.iter().filter(|p| p.end.is_finite()).fold(last, |m, p| {
-            m.max(p.force.abs()).max((p.force + p.slope * (p.end - p.start)).abs())
-        })
     }
 
     /// A bound on |d^2/dt^2| of the pressing force from `t` to the next corner, N/s^2.
     pub fn curvature_bound(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
-        let tau = t - piece.start;
+        let tau = t - piece.force.start;
         if tau >= piece.silent_after {
             return 0.0;
         }
@@ -304,12 +279,12 @@ impl AxialMotion {
     /// where the force turns so close to zero that it may not reach it at all.
     pub fn rounding_of_zero(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
-        let tau = t - piece.start;
+        let tau = t - piece.force.start;
         let (_, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
         let (q, slope) = self.pressing(piece, tau);
         // Each part of the sum that the force is, with the roundings that it has been through; and the phase.
-        let parts = 2.0 * piece.force.abs()
-            + 4.0 * (piece.slope * tau).abs()
+        let parts = 2.0 * piece.force.value.abs()
+            + 4.0 * (piece.force.slope * tau).abs()
             + 4.0 * self.oscillator.size(piece.ringing.0, piece.ringing.1, tau)
             + 2.0 * (rate * tau).abs();
         let error = f64::EPSILON * (parts + q.abs());
@@ -336,13 +311,9 @@ impl AxialMotion {
 
     /// Lower and upper bound of the pressing force from `t` to the end of the piece.
     fn bounds_in_piece(&self, piece: &Piece, t: f64) -> (f64, f64) {
-        let tau = (t - piece.start).max(0.0);
-        let from = piece.force + piece.slope * tau;
-        let to = if piece.end.is_finite() {
-            piece.force + piece.slope * (piece.end - piece.start)
-        } else {
-            from
-        };
+        let tau = (t - piece.force.start).max(0.0);
+        let from = piece.force.at(tau);
+        let to = piece.force.last();
         let ringing = if tau >= piece.silent_after {
             0.0
         } else {
@@ -354,67 +325,33 @@ impl AxialMotion {
         (from.min(to) - ringing, from.max(to) + ringing)
     }
 
-    /// Whether F presses the disks together right after t = 0.
-    pub fn closed_at_start(&self) -> bool {
-        let first = &self.pieces[0];
-        first.force > 0.0 || (first.force == 0.0 && first.slope > 0.0)
-    }
-
-    /// F(t), N.
-    pub fn applied_force(&self, t: f64) -> f64 {
-        let piece = self.piece_at(t);
-        piece.force + piece.slope * (t - piece.start)
-    }
-
-    /// F'(t), N/s; at a corner, that of the stretch after it.
-    pub fn applied_force_rate(&self, t: f64) -> f64 {
-        self.piece_at(t).slope
-    }
-
     /// Whether nothing rings any more at `t`: the pressing force is F, up to rounding.
     pub fn is_silent(&self, t: f64) -> bool {
         let piece = self.piece_at(t);
-        t - piece.start >= piece.silent_after
+        t - piece.force.start >= piece.silent_after
     }
 
     /// From when on nothing rings any more in the linear stretch of F that holds `t`, s; infinite if it rings to the end.
     pub fn silent_from(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
-        piece.start + piece.silent_after
+        piece.force.start + piece.silent_after
     }
 
     /// When the ringing that the last corner before `t` has set going has died by so many e-folds, s; infinite if it never
     /// does.
     pub fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
-        self.piece_at(t).start + e_folds / self.oscillator.slowest_decay()
-    }
-
-    /// The first corner after `t`, s.
-    pub fn next_corner(&self, t: f64) -> Option<f64> {
-        let end = self.piece_at(t).end;
-        end.is_finite().then_some(end)
-    }
-
-    /// All corners after t = 0 in order, s.
-    pub fn corners(&self) -> impl Iterator<Item = f64> {
-        self.pieces.iter().map(|p| p.end).filter(|end| end.is_finite())
-    }
-
-    /// The shortest stretch over which F changes, s; infinite if it never does.
-    pub fn shortest_change(&self) -> f64 {
-        let changing = self.pieces.iter().filter(|p| p.slope != 0.0);
-        changing.map(|p| p.end - p.start).fold(f64::INFINITY, f64::min)
+        self.piece_at(t).force.start + e_folds / self.oscillator.slowest_decay()
     }
 
     /// The linear stretch of F that holds `t`, counted from the last, which never ends.
     pub fn stretch(&self, t: f64) -> usize {
-        self.pieces.len() - self.pieces.partition_point(|p| p.start <= t).max(1)
+        self.pieces.len() - 1 - self.force.index(t)
     }
 
     /// The pressing force (N) and its rate (N/s) at `t` by the motion on a stretch, continued beyond its ends.
     pub fn pressing_on(&self, stretch: usize, t: f64) -> (f64, f64) {
         let piece = &self.pieces[(self.pieces.len() - 1).saturating_sub(stretch)];
-        self.pressing(piece, t - piece.start)
+        self.pressing(piece, t - piece.force.start)
     }
 
     /// The next time after `t`, no later than `until`, at which the contact opens (`closed`) or closes, if there is one.
@@ -430,11 +367,10 @@ impl AxialMotion {
     /// where it is, with [`ChangeCause::Searched`].
     pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         let sign = if closed { 1.0 } else { -1.0 };
-        let first = self.pieces.partition_point(|p| p.start <= t).saturating_sub(1);
         let (mut departing, mut rests) = (departing, false);
         let mut steps = SEARCH;
-        for (k, piece) in self.pieces[first..].iter().enumerate() {
-            let from = t.max(piece.start);
+        for (k, piece) in self.pieces[self.force.index(t)..].iter().enumerate() {
+            let from = t.max(piece.force.start);
             if from > until {
                 return None;
             }
@@ -448,7 +384,7 @@ impl AxialMotion {
                     }
                 }
             }
-            match self.change_in_piece(piece, from, piece.end.min(until), sign, departing, &mut steps) {
+            match self.change_in_piece(piece, from, piece.force.end.min(until), sign, departing, &mut steps) {
                 Search::Zero(time) => {
                     let cause = ChangeCause::Zero;
                     return Some(ContactChange { time, cause });
@@ -467,15 +403,15 @@ impl AxialMotion {
     /// Whether a contact at the side `sign` stays there whatever rings: F does not press, and an open contact rings too
     /// little to count as touching, or a closed one no more at all.
     fn rests(&self, piece: &Piece, tau: f64, sign: f64) -> bool {
-        if piece.force > 0.0 || piece.end_force > 0.0 {
+        if piece.force.value > 0.0 || piece.force.end_value > 0.0 {
             return false;
         }
         if sign < 0.0 {
             self.free_amplitude(piece, tau) < self.axial.ringing_floor
         } else {
             // An overdamped contact that F has left closes up for ever; a double ends at some 1e-308.
-            piece.force == 0.0
-                && piece.slope == 0.0
+            piece.force.value == 0.0
+                && piece.force.slope == 0.0
                 && ringing_amplitude(&self.axial, self.ringing_at(piece, tau)) < GONE
         }
     }
@@ -490,7 +426,7 @@ impl AxialMotion {
         }
         let ahead = force + (rate + curvature * SAME_INSTANT / 2.0) * SAME_INSTANT;
         // Without damping the force leaves rest with its third derivative, which has the sign of the slope.
-        let side = if ahead != 0.0 { ahead } else { piece.slope };
+        let side = if ahead != 0.0 { ahead } else { piece.force.slope };
         let side = if side == 0.0 { 0.0 } else { side.signum() };
         (ChangeCause::Corner, side)
     }
@@ -509,7 +445,7 @@ impl AxialMotion {
         let mut t = from;
         let mut departing = departing;
         while t < to {
-            let tau = t - piece.start;
+            let tau = t - piece.force.start;
             if self.rests(piece, tau, sign) {
                 return Search::Rest;
             }
@@ -534,7 +470,7 @@ impl AxialMotion {
             } else {
                 positive_for(g, rate, curvature)
             };
-            if t + delta <= t && t == piece.start {
+            if t + delta <= t && t == piece.force.start {
                 // Next to zero at a corner: what the force does from there on decides.
                 delta = grows_for().unwrap_or(delta);
             }
@@ -556,7 +492,7 @@ impl AxialMotion {
     /// Its rate is the slope of F and that of the ringing, which cancel where contact starts with a ramp: their rounding is
     /// no rate. The force then leaves zero with its second derivative, and without damping with its third.
     fn departure(&self, piece: &Piece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
-        let rounding = RATE_ROUNDING * piece.slope.abs();
+        let rounding = RATE_ROUNDING * piece.force.slope.abs();
         let by_rate = if rate > rounding { rate / curvature } else { 0.0 };
         let turn = self.oscillator.curvature(ringing);
         let bend = sign * turn;
@@ -577,12 +513,12 @@ impl AxialMotion {
 
     /// The pressing force and its rate at `tau` (s) into a piece, N and N/s.
     fn pressing(&self, piece: &Piece, tau: f64) -> (f64, f64) {
-        let force = piece.force + piece.slope * tau;
+        let force = piece.force.at(tau);
         if tau >= piece.silent_after {
-            return (force, piece.slope);
+            return (force, piece.force.slope);
         }
         let (q, rate) = self.ringing_at(piece, tau);
-        (force + q, piece.slope + rate)
+        (force + q, piece.force.slope + rate)
     }
 
     /// Amplitude bound of the free part of z at `tau` (s) into a piece, m.
@@ -593,8 +529,7 @@ impl AxialMotion {
 
     #[inline]
     fn piece_at(&self, t: f64) -> &Piece {
-        let index = self.pieces.partition_point(|p| p.start <= t);
-        &self.pieces[index.saturating_sub(1)]
+        &self.pieces[self.force.index(t)]
     }
 
     fn evaluate(&self, piece: &Piece, t: f64) -> AxialState {
@@ -604,8 +539,8 @@ impl AxialMotion {
             damping,
             ..
         } = self.axial;
-        let tau = t - piece.start;
-        let force = piece.force + piece.slope * tau;
+        let tau = t - piece.force.start;
+        let force = piece.force.at(tau);
         let (mut free, mut ringing) = ((0.0, 0.0), (0.0, 0.0));
         if tau < piece.silent_after {
             free = self.oscillator.advance(piece.free.0, piece.free.1, tau);
@@ -618,7 +553,7 @@ impl AxialMotion {
         let free_integral = -(mass * (free.1 - v0) + damping * (free.0 - h0)) / stiffness;
         let integral = piece.offset * tau + piece.drift * tau * tau / 2.0 + free_integral;
         let start_displacement = piece.offset + h0;
-        let work = -(force * displacement - piece.force * start_displacement) + piece.slope * integral;
+        let work = -(force * displacement - piece.force.value * start_displacement) + piece.force.slope * integral;
         // c_a times the integral of (drift + h')^2; the free part's own loss is the loss of its energy.
         let free_loss = (mass * (v0 * v0 - free.1 * free.1) + stiffness * (h0 * h0 - free.0 * free.0)) / 2.0;
         let dissipated = damping * (piece.drift * piece.drift * tau + 2.0 * piece.drift * (free.0 - h0)) + free_loss;
@@ -627,7 +562,7 @@ impl AxialMotion {
             velocity: piece.drift + free.1,
             force,
             pressing_force: force + ringing.0,
-            pressing_rate: piece.slope + ringing.1,
+            pressing_rate: piece.force.slope + ringing.1,
             work: piece.work + work,
             dissipated: piece.dissipated + dissipated,
         }
@@ -637,32 +572,4 @@ impl AxialMotion {
 /// Largest |q| that the energy of (q, q') allows from here on.
 fn ringing_amplitude(axial: &Axial, (q, rate): (f64, f64)) -> f64 {
     (q * q + rate * rate * axial.mass / axial.stiffness).sqrt()
-}
-
-/// (start, F, slope) of each linear stretch from t = 0 on.
-fn force_pieces(actuation: &Actuation) -> Vec<(f64, f64, f64)> {
-    match actuation {
-        Actuation::Ramp { force, rise_time } if *rise_time > 0.0 => {
-            vec![(0.0, 0.0, force / rise_time), (*rise_time, *force, 0.0)]
-        }
-        Actuation::Ramp { force, .. } => vec![(0.0, *force, 0.0)],
-        Actuation::Table { time, force } => {
-            let mut pieces = Vec::with_capacity(time.len() + 1);
-            if time[0] > 0.0 {
-                pieces.push((0.0, force[0], 0.0));
-            }
-            for k in 0..time.len() {
-                let slope = match time.get(k + 1) {
-                    Some(next) => (force[k + 1] - force[k]) / (next - time[k]),
-                    None => 0.0,
-                };
-                if time.get(k + 1).is_some_and(|&next| next <= 0.0) {
-                    continue;
-                }
-                let start = time[k].max(0.0);
-                pieces.push((start, force[k] + slope * (start - time[k]), slope));
-            }
-            pieces
-        }
-    }
 }

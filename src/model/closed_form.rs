@@ -4,11 +4,12 @@
 //! neither. The matrix exponential is exact at any time, costs less than one step of an integrator, and its energy
 //! proves when a stick can never break away again.
 
+use super::BreakawayTest;
 use super::axial::AxialMotion;
 use super::bounds::positive_for;
 use super::linear_flow::{Functional, LinearFlow};
-use super::torsion::{TorsionModel, TorsionState, index::*};
-use super::{BreakawayTest, Torsion};
+use super::state::{TorsionState, index::*};
+use super::torsion::TorsionModel;
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
 /// Steps of one search for a breakaway. A brake whose fast mode is damped out takes a few hundred; one so overdamped that
@@ -41,38 +42,10 @@ pub struct ClosedForm {
 
 impl ClosedForm {
     pub fn new(model: &TorsionModel) -> Self {
-        let Torsion {
-            rotor_inertia: i,
-            surface_inertia: j,
-            stiffness: k_t,
-            damping: c_t,
-        } = model.torsion;
         let omega = 2f64.powi(model.natural_angular_frequency().log2().round() as i32);
-        let k = k_t / omega;
-        let half = 1.0 / (2.0 * j);
-        // x = (omega u, theta', omega v, v'), equation (4) with phi_2' = phi_1' and so u' = theta' - v'. The rotor's speed
-        // is a coordinate: as the sum u' + v' its slow change, J/I of theirs, would get the rounding of their fast one,
-        // the same in every stick.
-        #[rustfmt::skip]
-        let stick = Matrix4::new(
-            0.0, omega, 0.0, -omega,
-            -k / i, -c_t / i, 0.0, c_t / i,
-            0.0, 0.0, 0.0, omega,
-            k * half, c_t * half, -k * half, -c_t / j,
-        );
-        let elastic = k_t / (omega * omega);
-        // I theta'^2 + 2 J v'^2 + k_t (u^2 + v^2)
-        let stick_energy = Matrix4::from_diagonal(&Vector4::new(elastic, i, elastic, 2.0 * j));
-        // x = (omega u, u', omega v, v')
-        #[rustfmt::skip]
-        let separated = Matrix4::new(
-            0.0, omega, 0.0, 0.0,
-            -k / i - k / j, -c_t / i - c_t / j, 0.0, 0.0,
-            0.0, 0.0, 0.0, omega,
-            0.0, 0.0, -k / j, -c_t / j,
-        );
-        let separated_energy = Matrix4::from_diagonal(&Vector4::new(elastic, i * j / (i + j), elastic, j));
-        let stick = LinearFlow::new(stick, stick_energy);
+        let (k, c_t) = (model.torsion.stiffness / omega, model.torsion.damping);
+        let flow = |(matrix, energy)| LinearFlow::new(matrix, Matrix4::from_diagonal(&energy));
+        let stick = flow(model.torsion.joined_flow(omega));
         let (rotor, stator) = match model.contact.breakaway_test {
             BreakawayTest::Transmitted => (0.5, 0.5),
             BreakawayTest::Stator => (0.0, 1.0),
@@ -87,7 +60,7 @@ impl ClosedForm {
         ClosedForm {
             model: model.clone(),
             omega,
-            separated: LinearFlow::new(separated, separated_energy),
+            separated: flow(model.torsion.free_flow(omega)),
             stick,
             tested,
         }
@@ -123,12 +96,7 @@ impl ClosedForm {
         let mut state = self.expanded(y, &x);
         state[ROTOR_TWIST_RATE] = x[1];
         // Rotor and rotor surface keep I theta' + J phi_2' = (I + J) theta' - J u'.
-        let Torsion {
-            rotor_inertia: i,
-            surface_inertia: j,
-            ..
-        } = self.model.torsion;
-        let share = j / (i + j);
+        let share = self.model.torsion.surface_share();
         state[ROTOR_SPEED] = y[ROTOR_SPEED] + share * (state[ROTOR_TWIST_RATE] - y[ROTOR_TWIST_RATE]);
         let twist_change = state[ROTOR_TWIST] - y[ROTOR_TWIST];
         let turned = y[ROTOR_SPEED] * tau + share * (twist_change - y[ROTOR_TWIST_RATE] * tau);

@@ -1,7 +1,8 @@
 //! The parameters as exact rationals: decimals as written, units by their exact factors.
 
-use super::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
+use super::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use crate::friction::{Friction, FrictionLaw};
+use crate::signal::Signal;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 
@@ -18,7 +19,7 @@ pub struct ExactParameters {
     /// Amplitude below which a ringing open contact stays open while F does not press, m.
     pub ringing_floor: BigRational,
     /// F(t), N.
-    pub actuation: ExactActuation,
+    pub actuation: Signal<BigRational>,
     /// I, kg m^2.
     pub rotor_inertia: BigRational,
     /// J, kg m^2, of each disk.
@@ -39,25 +40,6 @@ pub struct ExactParameters {
     pub speed: BigRational,
     /// In the order given.
     pub kicks: Vec<ExactKick>,
-}
-
-/// The actuating force, as [`Actuation`].
-#[derive(Debug, Clone, PartialEq)]
-pub enum ExactActuation {
-    /// F = force t / rise_time up to `rise_time` (s), then `force` (N); a step at t = 0 if that is 0.
-    Ramp {
-        /// F_0, N.
-        force: BigRational,
-        /// t_0, s.
-        rise_time: BigRational,
-    },
-    /// Piecewise linear through (time (s), force (N)).
-    Table {
-        /// s, increasing.
-        time: Vec<BigRational>,
-        /// N, one for each time.
-        force: Vec<BigRational>,
-    },
 }
 
 /// A jump of the relative velocity, half on each surface.
@@ -133,7 +115,6 @@ impl ExactParameters {
     /// The nearest doubles.
     pub fn rounded(&self) -> Parameters {
         let round = nearest_double;
-        let list = |values: &[BigRational]| values.iter().map(nearest_double).collect();
         Parameters {
             axial: Axial {
                 mass: round(&self.mass),
@@ -141,16 +122,7 @@ impl ExactParameters {
                 damping: round(&self.axial_damping),
                 ringing_floor: round(&self.ringing_floor),
             },
-            actuation: match &self.actuation {
-                ExactActuation::Ramp { force, rise_time } => Actuation::Ramp {
-                    force: round(force),
-                    rise_time: round(rise_time),
-                },
-                ExactActuation::Table { time, force } => Actuation::Table {
-                    time: list(time),
-                    force: list(force),
-                },
-            },
+            actuation: self.actuation.map(nearest_double),
             torsion: Torsion {
                 rotor_inertia: round(&self.rotor_inertia),
                 surface_inertia: round(&self.surface_inertia),

@@ -10,13 +10,15 @@ pub mod closed_form;
 pub mod contact;
 pub mod exact;
 pub mod linear_flow;
+pub mod linear_part;
 pub mod oscillator;
 pub mod parameters;
 pub mod slip_series;
 pub mod slow_manifold;
 pub mod slow_stick;
 pub mod stability;
+pub mod state;
 pub mod torsion;
 
-pub use exact::{ExactActuation, ExactKick, ExactLaw, ExactParameters, nearest_double};
-pub use parameters::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};
+pub use exact::{ExactKick, ExactLaw, ExactParameters, nearest_double};
+pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -1,12 +1,14 @@
 //! The parameters of the brake, in SI units and radians.
 
 use crate::friction::Friction;
+use crate::signal::Signal;
 
 /// Everything that defines the physical problem, in SI units and radians.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     pub axial: Axial,
-    pub actuation: Actuation,
+    /// The actuating force F(t), N, positive when it presses the disks together.
+    pub actuation: Signal,
     pub torsion: Torsion,
     pub contact: Contact,
     pub friction: Friction,
@@ -16,6 +18,11 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// The largest magnitude of F(t), N.
+    pub fn largest_force(&self) -> f64 {
+        self.actuation.pieces().largest()
+    }
+
     /// The kicks at a time (s) with their jumps of omega_r (rad/s), in the order of their times, and the jumps of those
     /// that wait for the instability, in the order given.
     pub(crate) fn kicks(&self) -> (Vec<(f64, f64)>, Vec<f64>) {
@@ -49,16 +56,6 @@ pub struct Axial {
 impl Axial {
     /// [`Axial::ringing_floor`] unless a case says otherwise, m.
     pub const RINGING_FLOOR: f64 = 1e-9;
-}
-
-/// The actuating force F(t), N, positive when it presses the disks together.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Actuation {
-    /// F = force t / rise_time up to `rise_time` (s), then `force` (N). `rise_time = 0` is a step at t = 0.
-    Ramp { force: f64, rise_time: f64 },
-    /// Piecewise linear through (time (s), force (N)); `time` increases strictly. Before the first
-    /// point the first force holds, after the last point the last.
-    Table { time: Vec<f64>, force: Vec<f64> },
 }
 
 /// The torsional contact, per disk, equations (2) to (4).
@@ -140,6 +137,15 @@ impl Mode {
             Mode::Stick => "stick",
             Mode::SlipForward => "slip-forward",
             Mode::SlipBackward => "slip-backward",
+        }
+    }
+
+    /// Slip with this relative velocity, or its sign.
+    pub fn sliding(relative_velocity: f64) -> Mode {
+        if relative_velocity > 0.0 {
+            Mode::SlipForward
+        } else {
+            Mode::SlipBackward
         }
     }
 

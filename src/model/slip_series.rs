@@ -4,7 +4,8 @@
 //! gives its own coefficients from those of omega_r ([`LawSeries`]). The recurrence is written for any [`Number`], so that
 //! more digits take another number type and nothing else.
 
-use super::torsion::{DIMENSION, TorsionModel, index::*};
+use super::state::{DIMENSION, index::*};
+use super::torsion::TorsionModel;
 use crate::friction::{FrictionSeries, Law, LawSeries};
 use crate::numerics::Number;
 use crate::numerics::taylor::{self, zeros};
@@ -36,7 +37,7 @@ impl<T: Number> SlipConstants<T> {
 pub struct SlipSeries<T: Number, const N: usize> {
     /// s.
     pub unit: T,
-    /// By the [`index`](super::torsion::index) of the component.
+    /// By the [`index`](super::state::index) of the component.
     pub state: [[T; N]; DIMENSION],
     /// omega_r.
     pub relative_velocity: [T; N],

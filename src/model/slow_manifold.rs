@@ -21,8 +21,8 @@
 
 use super::Torsion;
 use super::slip_series::SlipSeries;
-use super::torsion::index::*;
-use super::torsion::{DIMENSION, DYNAMIC, TorsionModel, TorsionState};
+use super::state::{DIMENSION, DYNAMIC, TorsionState, index::*};
+use super::torsion::TorsionModel;
 use crate::friction::{FrictionSeries, Law, LawSeries};
 use crate::numerics::taylor;
 
@@ -72,7 +72,7 @@ pub struct SlowState {
 /// `pressing` is F_n (N) and its rate (N/s), constant as far as the motion looks ahead. The quadratures stay as they
 /// are.
 pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), y: &TorsionState) -> SlowState {
-    let momentum = slow_momentum(model, y);
+    let momentum = model.torsion.slow_momentum(y);
     let with = |slow: &TorsionState| {
         let mut state = *y;
         state[..DYNAMIC].copy_from_slice(&slow[..DYNAMIC]);
@@ -111,12 +111,7 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
     let least = rounding(&slow);
     let mut error: TorsionState = std::array::from_fn(|k| (ERROR_OF_CHANGE * change[k]).max(least[k]));
     // The momentum is given, so that the speed follows the twist rate.
-    let Torsion {
-        rotor_inertia: i,
-        surface_inertia: j,
-        ..
-    } = model.torsion;
-    error[ROTOR_SPEED] = least[ROTOR_SPEED] + j / (i + j) * error[ROTOR_TWIST_RATE];
+    error[ROTOR_SPEED] = least[ROTOR_SPEED] + model.torsion.surface_share() * error[ROTOR_TWIST_RATE];
     SlowState {
         state: with(&slow),
         error,
@@ -127,29 +122,16 @@ pub fn on_slow_manifold(model: &TorsionModel, sense: f64, pressing: (f64, f64), 
 /// The state after the round where the iteration changes it least, and for each component the larger of the changes by that
 /// round and by the one before it: one alone may be small by chance.
 fn least_change(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> (TorsionState, TorsionState) {
-    let Torsion {
-        rotor_inertia: i,
-        surface_inertia: j,
-        ..
-    } = model.torsion;
-    let frequency = model.natural_angular_frequency();
     let mut series = SlowSeries::<LONG_ORDER>::zero(model);
     let (mut before, mut last) = ([0.0; DIMENSION], [f64::INFINITY; DIMENSION]);
     let mut best = (before, last, f64::INFINITY);
     for _ in 0..LONG_ROUNDS {
         series.round(model, sense, pressing, momentum);
         let mut state = series.start();
-        state[ROTOR_SPEED] = (momentum + j * state[ROTOR_TWIST_RATE]) / (i + j);
+        state[ROTOR_SPEED] = model.torsion.speed_of_momentum(momentum, state[ROTOR_TWIST_RATE]);
         let change: TorsionState = std::array::from_fn(|k| (state[k] - before[k]).abs());
         let both: TorsionState = std::array::from_fn(|k| change[k].max(last[k]));
-        let size = [
-            frequency * both[ROTOR_TWIST],
-            both[ROTOR_TWIST_RATE],
-            frequency * both[STATOR_TWIST],
-            both[STATOR_TWIST_RATE],
-        ]
-        .into_iter()
-        .fold(0.0, f64::max);
+        let size = model.oscillation(&both);
         if size < best.2 {
             best = (state, both, size);
         }
@@ -161,18 +143,8 @@ fn least_change(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum
     (best.0, best.1)
 }
 
-/// I theta' + J phi_2', N m s. In slip its rate is exactly -f: the one slow variable.
-pub fn slow_momentum(model: &TorsionModel, y: &[f64]) -> f64 {
-    let Torsion {
-        rotor_inertia: i,
-        surface_inertia: j,
-        ..
-    } = model.torsion;
-    i * y[ROTOR_SPEED] + j * (y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE])
-}
-
-/// The state on the slow manifold that has this [`slow_momentum`], with quadratures of zero: for a path along it, which
-/// asks for thousands, to 1e-8 of the twists where the friction changes over 12 ms.
+/// The state on the slow manifold that has this [momentum](Torsion::slow_momentum), with quadratures of zero: for a
+/// path along it, which asks for thousands, to 1e-8 of the twists where the friction changes over 12 ms.
 pub fn of_momentum(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> TorsionState {
     SlowSeries::<PATH_ORDER>::of_rounds(model, sense, pressing, momentum, PATH_ROUNDS).start()
 }
@@ -191,7 +163,7 @@ pub struct SlowSeries<const N: usize> {
 }
 
 impl<const N: usize> SlowSeries<N> {
-    /// Of the slip with sense `sense` that has this [`slow_momentum`]; `pressing` is F_n (N) and its rate (N/s).
+    /// Of the slip with sense `sense` that has this [momentum](Torsion::slow_momentum); `pressing` is F_n (N) and its rate (N/s).
     pub fn new(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> Self {
         Self::of_rounds(model, sense, pressing, momentum, STEP_ROUNDS)
     }
@@ -238,7 +210,7 @@ impl<const N: usize> SlowSeries<N> {
         let (u_dot, v_dot) = (derivative(u), derivative(v));
         let (u_ddot, v_ddot) = (derivative(&u_dot), derivative(&v_dot));
         let factors = friction.factors(&1.0, &0.0);
-        speed[0] = (momentum + j * u_dot[0]) / (i + j);
+        speed[0] = model.torsion.speed_of_momentum(momentum, u_dot[0]);
         for n in 0..N {
             x[n] = sense * (speed[n] - u_dot[n] - v_dot[n]);
             if n == 0 {

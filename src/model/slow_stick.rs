@@ -6,13 +6,13 @@
 //! what is left moves along the slower mode exactly, and its equation is not stiff.
 
 use super::Torsion;
-use super::torsion::{TorsionModel, index::*};
+use super::state::index::*;
+use super::torsion::TorsionModel;
 
 /// The two modes of stick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowStick {
-    stiffness: f64,
-    damping: f64,
+    torsion: Torsion,
     /// xi of the slower mode, 1/(kg m^2).
     compliance: f64,
     /// The slower mode m, of length 1 in M: (theta - phi_2 + phi_1, phi_1).
@@ -41,8 +41,7 @@ impl SlowStick {
         let half = 0.5 * larger * damping;
         let square = half * half - larger * stiffness;
         SlowStick {
-            stiffness,
-            damping,
+            torsion: model.torsion,
             compliance: smaller,
             mode,
             weights: [i * mode[0], 2.0 * j * mode[1]],
@@ -61,7 +60,7 @@ impl SlowStick {
         let along = |x: [f64; 2]| self.weights[0] * x[0] + self.weights[1] * x[1];
         let q = along([y[ROTOR_TWIST] + y[STATOR_TWIST], y[STATOR_TWIST]]);
         let q_dot = along([y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE], y[STATOR_TWIST_RATE]]);
-        let q_ddot = -self.compliance * (self.damping * q_dot + self.stiffness * q);
+        let q_ddot = -self.compliance * (self.torsion.damping * q_dot + self.torsion.stiffness * q);
         dydt[ROTOR_TWIST] = q_dot * (whole - stator);
         dydt[ROTOR_TWIST_RATE] = q_ddot * (whole - stator);
         dydt[STATOR_TWIST] = q_dot * stator;
@@ -69,7 +68,6 @@ impl SlowStick {
         dydt[ROTOR_SPEED] = q_ddot * whole;
         dydt[SLIP] = 0.0;
         dydt[FRICTION_LOSS] = 0.0;
-        dydt[DAMPING_LOSS] =
-            self.damping * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
+        dydt[DAMPING_LOSS] = self.torsion.damping_power(y);
     }
 }

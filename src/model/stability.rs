@@ -30,12 +30,12 @@ impl Forecast {
     /// Of the slip at `t` (s) with this relative velocity (rad/s), as far as `until` (s).
     pub fn new(model: &TorsionModel, axial: &AxialMotion, t: f64, relative_velocity: f64, until: f64) -> Self {
         let sense = if relative_velocity < 0.0 { -1.0 } else { 1.0 };
-        let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
+        let inertia = model.torsion.rigid_inertia();
         let surface = model.torsion.surface_inertia;
         let radius = model.contact.radius;
         let slowing =
-            |t: f64, x: f64| model.friction.law.coefficient(x) * radius * axial.applied_force(t).max(0.0) / inertia;
-        let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.applied_force(t).max(0.0));
+            |t: f64, x: f64| model.friction.law.coefficient(x) * radius * axial.force.value(t).max(0.0) / inertia;
+        let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.force.value(t).max(0.0));
         let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
         let mut path = vec![(t, damping)];
         let mut speeds = vec![(t, x)];
@@ -50,7 +50,7 @@ impl Forecast {
                 break;
             }
             let rate = slowing(t, x);
-            let corner = axial.next_corner(t).unwrap_or(f64::INFINITY);
+            let corner = axial.force.next_corner(t).unwrap_or(f64::INFINITY);
             let mut step = coarsest.min(until - t);
             if t + step > corner {
                 step = corner - t;
@@ -131,7 +131,7 @@ impl QuietStretch {
     /// Of the slip at `t` with this relative velocity (rad/s).
     pub fn new(model: &TorsionModel, axial: &AxialMotion, t: f64, relative_velocity: f64) -> Self {
         let (torsion, law) = (&model.torsion, &model.friction.law);
-        let inertia = torsion.rotor_inertia + torsion.surface_inertia;
+        let inertia = torsion.rigid_inertia();
         let (least, most) = (
             axial.lowest_pressing_force_after(t).max(0.0),
             axial.highest_pressing_force_after(t).max(0.0),

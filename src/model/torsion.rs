@@ -5,40 +5,11 @@
 //! omega_r = theta' - u' - v', and no component: as a component it would be rounded at each step to 16 digits of the
 //! sliding speed, and that rounding would feed the fast mode. The rounding of the rotor speed only feeds the slow one.
 
+use super::linear_part::{self, RELATIVE_VELOCITY};
+use super::state::{Components, DIMENSION, DYNAMIC, MEASURES, Measure, TorsionState, index::*, state_of};
 use super::{BreakawayTest, Contact, Mode, Parameters, Torsion};
 use crate::friction::{Friction, Law};
-use nalgebra::DMatrixViewMut;
-
-/// Number of components of the torsional state.
-pub const DIMENSION: usize = 8;
-
-/// Number of its components that the equations depend on, which are the first: the twists, their rates and the rotor speed.
-/// Those after them are quadratures.
-pub const DYNAMIC: usize = 5;
-
-/// Positions in the torsional state vector.
-pub mod index {
-    /// u = theta - phi_2, rotor twist, rad.
-    pub const ROTOR_TWIST: usize = 0;
-    /// u', rad/s.
-    pub const ROTOR_TWIST_RATE: usize = 1;
-    /// v = phi_1, stator twist, rad.
-    pub const STATOR_TWIST: usize = 2;
-    /// v' = phi_1', rad/s.
-    pub const STATOR_TWIST_RATE: usize = 3;
-    /// theta', rad/s.
-    pub const ROTOR_SPEED: usize = 4;
-    /// phi_2 - phi_1, rad. A quadrature: nothing depends on it.
-    pub const SLIP: usize = 5;
-    /// Energy dissipated by friction, J. A quadrature.
-    pub const FRICTION_LOSS: usize = 6;
-    /// Energy dissipated by c_t of both disks, J. A quadrature.
-    pub const DAMPING_LOSS: usize = 7;
-}
-use index::*;
-
-/// The torsional state: [`index`] names its components.
-pub type TorsionState = [f64; DIMENSION];
+use nalgebra::{DMatrixViewMut, SMatrix};
 
 /// The torsional system with its friction, without time.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,29 +32,17 @@ impl TorsionModel {
         }
     }
 
-    /// T_r = c_t u' + k_t u, equation (2), N m.
-    #[inline]
-    pub fn rotor_torque(&self, y: &[f64]) -> f64 {
-        self.torsion.damping * y[ROTOR_TWIST_RATE] + self.torsion.stiffness * y[ROTOR_TWIST]
-    }
-
-    /// T_s = c_t v' + k_t v, N m.
-    #[inline]
-    pub fn stator_torque(&self, y: &[f64]) -> f64 {
-        self.torsion.damping * y[STATOR_TWIST_RATE] + self.torsion.stiffness * y[STATOR_TWIST]
-    }
-
     /// T_f = (T_r + T_s)/2, N m: in stick the exact torque of the constraint.
     pub fn transmitted_torque(&self, y: &[f64]) -> f64 {
-        (self.rotor_torque(y) + self.stator_torque(y)) / 2.0
+        (self.torsion.rotor_torque(y) + self.torsion.stator_torque(y)) / 2.0
     }
 
     /// The torque that the breakaway test holds against mu_0 r F_n, N m.
     pub fn tested_torque(&self, y: &[f64]) -> f64 {
         match self.contact.breakaway_test {
             BreakawayTest::Transmitted => self.transmitted_torque(y),
-            BreakawayTest::Stator => self.stator_torque(y),
-            BreakawayTest::Rotor => self.rotor_torque(y),
+            BreakawayTest::Stator => self.torsion.stator_torque(y),
+            BreakawayTest::Rotor => self.torsion.rotor_torque(y),
         }
     }
 
@@ -109,15 +68,29 @@ impl TorsionModel {
         self.contact.radius * (slope * acceleration * pressing.0 + sense * mu * pressing.1)
     }
 
-    /// dy/dt in a mode; `normal_force` gives F_n (N), and is asked only where there is friction.
+    /// dy/dt in a mode, equations (2) to (4); `normal_force` gives F_n (N), and is asked only where there is friction.
     #[inline]
     pub fn rates(&self, mode: Mode, normal_force: impl FnOnce() -> f64, y: &[f64], dydt: &mut [f64]) {
         match mode {
-            Mode::SlipForward => self.slip_rhs(1.0, normal_force(), y, dydt),
-            Mode::SlipBackward => self.slip_rhs(-1.0, normal_force(), y, dydt),
-            Mode::Stick => self.stick_rhs(y, dydt),
-            Mode::Separated => self.separated_rhs(y, dydt),
+            Mode::SlipForward => self.slip_rates(1.0, normal_force(), y, dydt),
+            Mode::SlipBackward => self.slip_rates(-1.0, normal_force(), y, dydt),
+            Mode::Stick => self.torsion.joined_rates(y, dydt),
+            Mode::Separated => self.torsion.free_rates(0.0, y, dydt),
         }
+    }
+
+    #[inline]
+    fn slip_rates(&self, sense: f64, normal_force: f64, y: &[f64], dydt: &mut [f64]) {
+        let friction = self.sliding_torque(sense, y, normal_force);
+        self.torsion.free_rates(friction, y, dydt);
+        dydt[FRICTION_LOSS] = friction * dydt[SLIP];
+    }
+
+    /// The same as a state of its own.
+    pub fn rates_at(&self, mode: Mode, normal_force: impl FnOnce() -> f64, y: &[f64]) -> TorsionState {
+        let mut rates = [0.0; DIMENSION];
+        self.rates(mode, normal_force, y, &mut rates);
+        rates
     }
 
     /// The Jacobian of [`Self::rates`], DIMENSION x DIMENSION, into a zeroed matrix.
@@ -128,180 +101,83 @@ impl TorsionModel {
         y: &[f64],
         jac: &mut DMatrixViewMut<'_, f64>,
     ) {
-        match mode {
-            Mode::SlipForward => self.slip_jacobian(1.0, normal_force(), y, jac),
-            Mode::SlipBackward => self.slip_jacobian(-1.0, normal_force(), y, jac),
-            Mode::Stick => self.stick_jacobian(y, jac),
-            Mode::Separated => self.separated_jacobian(y, jac),
+        if mode.sense() == 0 {
+            return self.torsion.jacobian(mode == Mode::Stick, 0.0, y, jac);
         }
-    }
-
-    /// Slip with sense `s` (+1 or -1), equations (2) and (3). `normal_force` F_n in N.
-    #[inline]
-    pub fn slip_rhs(&self, sense: f64, normal_force: f64, y: &[f64], dydt: &mut [f64]) {
-        let friction = self.sliding_torque(sense, y, normal_force);
-        self.free_rhs(friction, y, dydt);
-        dydt[FRICTION_LOSS] = friction * dydt[SLIP];
-    }
-
-    /// No contact: the surfaces are free.
-    pub fn separated_rhs(&self, y: &[f64], dydt: &mut [f64]) {
-        self.free_rhs(0.0, y, dydt);
-        dydt[FRICTION_LOSS] = 0.0;
-    }
-
-    /// Both surfaces on their own, with the interface torque `t_i` between them.
-    #[inline]
-    fn free_rhs(&self, t_i: f64, y: &[f64], dydt: &mut [f64]) {
-        let Torsion {
-            rotor_inertia: i,
-            surface_inertia: j,
-            damping: c_t,
-            ..
-        } = self.torsion;
-        let (t_r, t_s) = (self.rotor_torque(y), self.stator_torque(y));
-        let phi2_ddot = (t_r - t_i) / j;
-        let phi1_ddot = (t_i - t_s) / j;
-        dydt[ROTOR_TWIST] = y[ROTOR_TWIST_RATE];
-        dydt[ROTOR_TWIST_RATE] = -t_r / i - phi2_ddot;
-        dydt[STATOR_TWIST] = y[STATOR_TWIST_RATE];
-        dydt[STATOR_TWIST_RATE] = phi1_ddot;
-        dydt[ROTOR_SPEED] = -t_r / i;
-        dydt[SLIP] = self.relative_velocity(y);
-        dydt[DAMPING_LOSS] =
-            c_t * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
-    }
-
-    /// Stick, equation (4): the surfaces move as one.
-    pub fn stick_rhs(&self, y: &[f64], dydt: &mut [f64]) {
-        let Torsion {
-            rotor_inertia: i,
-            surface_inertia: j,
-            damping: c_t,
-            ..
-        } = self.torsion;
-        let (t_r, t_s) = (self.rotor_torque(y), self.stator_torque(y));
-        let phi_ddot = (t_r - t_s) / (2.0 * j);
-        dydt[ROTOR_TWIST] = y[ROTOR_TWIST_RATE];
-        dydt[ROTOR_TWIST_RATE] = -t_r / i - phi_ddot;
-        dydt[STATOR_TWIST] = y[STATOR_TWIST_RATE];
-        dydt[STATOR_TWIST_RATE] = phi_ddot;
-        dydt[ROTOR_SPEED] = -t_r / i;
-        dydt[SLIP] = 0.0;
-        dydt[FRICTION_LOSS] = 0.0;
-        dydt[DAMPING_LOSS] =
-            c_t * (y[ROTOR_TWIST_RATE] * y[ROTOR_TWIST_RATE] + y[STATOR_TWIST_RATE] * y[STATOR_TWIST_RATE]);
-    }
-
-    /// Jacobian of [`Self::slip_rhs`], DIMENSION x DIMENSION, into a zeroed matrix.
-    pub fn slip_jacobian(&self, sense: f64, normal_force: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        let w = self.relative_velocity(y);
+        let (sense, w) = (f64::from(mode.sense()), self.relative_velocity(y));
         let (mu, slope) = self.friction.law.coefficient_and_slope(sense * w);
-        let r_fn = self.contact.radius * normal_force;
+        let r_fn = self.contact.radius * normal_force();
         // d(s mu(s w))/dw = mu'(s w)
-        self.free_jacobian(slope * r_fn, y, jac);
+        self.torsion.jacobian(false, slope * r_fn, y, jac);
         let loss_slope = sense * mu * r_fn + slope * r_fn * w;
         for (column, sign) in RELATIVE_VELOCITY {
             jac[(FRICTION_LOSS, column)] = sign * loss_slope;
         }
     }
 
-    /// Jacobian of [`Self::separated_rhs`], into a zeroed matrix.
-    pub fn separated_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        self.free_jacobian(0.0, y, jac);
+    /// The part of the Jacobian that the equations depend on.
+    pub fn dynamic_jacobian(
+        &self,
+        mode: Mode,
+        normal_force: impl FnOnce() -> f64,
+        y: &[f64],
+    ) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+        let mut entries = [0.0; DIMENSION * DIMENSION];
+        let mut full = DMatrixViewMut::from_slice(&mut entries, DIMENSION, DIMENSION);
+        self.jacobian(mode, normal_force, y, &mut full);
+        full.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
     }
 
-    fn free_jacobian(&self, torque_slope: f64, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        let Torsion {
-            rotor_inertia: i,
-            surface_inertia: j,
-            stiffness: k_t,
-            damping: c_t,
-        } = self.torsion;
-        jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
-        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t / j;
-        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST_RATE)] = -c_t / i - c_t / j;
-        jac[(STATOR_TWIST, STATOR_TWIST_RATE)] = 1.0;
-        jac[(STATOR_TWIST_RATE, STATOR_TWIST)] = -k_t / j;
-        jac[(STATOR_TWIST_RATE, STATOR_TWIST_RATE)] = -c_t / j;
-        jac[(ROTOR_SPEED, ROTOR_TWIST)] = -k_t / i;
-        jac[(ROTOR_SPEED, ROTOR_TWIST_RATE)] = -c_t / i;
-        for (column, sign) in RELATIVE_VELOCITY {
-            jac[(ROTOR_TWIST_RATE, column)] += sign * torque_slope / j;
-            jac[(STATOR_TWIST_RATE, column)] += sign * torque_slope / j;
-            jac[(SLIP, column)] = sign;
-        }
-        self.damping_loss_jacobian(y, jac);
+    /// The same of slip with sense `s` at |omega_r| = `x` (rad/s) under F_n (N): of the state it depends on nothing else.
+    pub fn sliding_jacobian(&self, sense: f64, normal_force: f64, x: f64) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+        self.dynamic_jacobian(Mode::sliding(sense), || normal_force, &spinning(sense * x))
     }
 
-    /// Jacobian of [`Self::stick_rhs`], into a zeroed matrix.
-    pub fn stick_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        let Torsion {
-            rotor_inertia: i,
-            surface_inertia: j,
-            stiffness: k_t,
-            damping: c_t,
-        } = self.torsion;
-        let half = 1.0 / (2.0 * j);
-        jac[(ROTOR_TWIST, ROTOR_TWIST_RATE)] = 1.0;
-        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST)] = -k_t / i - k_t * half;
-        jac[(ROTOR_TWIST_RATE, ROTOR_TWIST_RATE)] = -c_t / i - c_t * half;
-        jac[(ROTOR_TWIST_RATE, STATOR_TWIST)] = k_t * half;
-        jac[(ROTOR_TWIST_RATE, STATOR_TWIST_RATE)] = c_t * half;
-        jac[(STATOR_TWIST, STATOR_TWIST_RATE)] = 1.0;
-        jac[(STATOR_TWIST_RATE, ROTOR_TWIST)] = k_t * half;
-        jac[(STATOR_TWIST_RATE, ROTOR_TWIST_RATE)] = c_t * half;
-        jac[(STATOR_TWIST_RATE, STATOR_TWIST)] = -k_t * half;
-        jac[(STATOR_TWIST_RATE, STATOR_TWIST_RATE)] = -c_t * half;
-        jac[(ROTOR_SPEED, ROTOR_TWIST)] = -k_t / i;
-        jac[(ROTOR_SPEED, ROTOR_TWIST_RATE)] = -c_t / i;
-        self.damping_loss_jacobian(y, jac);
-    }
-
-    fn damping_loss_jacobian(&self, y: &[f64], jac: &mut DMatrixViewMut<'_, f64>) {
-        jac[(DAMPING_LOSS, ROTOR_TWIST_RATE)] = 2.0 * self.torsion.damping * y[ROTOR_TWIST_RATE];
-        jac[(DAMPING_LOSS, STATOR_TWIST_RATE)] = 2.0 * self.torsion.damping * y[STATOR_TWIST_RATE];
-    }
-
-    /// The state with both surfaces at their mean speed: exact momentum balance of two equal inertias.
-    pub fn joined(&self, y: &[f64]) -> TorsionState {
-        let mut joined = copy(y);
+    /// Puts both surfaces at their mean speed: exact momentum balance of two equal inertias.
+    pub fn join(&self, y: &mut [f64]) {
         let half = self.relative_velocity(y) / 2.0;
-        joined[ROTOR_TWIST_RATE] += half;
-        joined[STATOR_TWIST_RATE] += half;
+        y[ROTOR_TWIST_RATE] += half;
+        y[STATOR_TWIST_RATE] += half;
+    }
+
+    /// Adds `delta` to the relative velocity, as a kick does: phi2_dot + delta/2, phi1_dot - delta/2.
+    pub fn kick(&self, y: &mut [f64], delta: f64) {
+        y[ROTOR_TWIST_RATE] -= delta / 2.0;
+        y[STATOR_TWIST_RATE] -= delta / 2.0;
+    }
+
+    /// The state after [`Self::join`].
+    pub fn joined(&self, y: &[f64]) -> TorsionState {
+        let mut joined = state_of(y);
+        self.join(&mut joined);
         joined
     }
 
-    /// The state after a kick that adds `delta` to the relative velocity: phi2_dot + delta/2, phi1_dot - delta/2.
+    /// The state after [`Self::kick`].
     pub fn kicked(&self, y: &[f64], delta: f64) -> TorsionState {
-        let mut kicked = copy(y);
-        kicked[ROTOR_TWIST_RATE] -= delta / 2.0;
-        kicked[STATOR_TWIST_RATE] -= delta / 2.0;
+        let mut kicked = state_of(y);
+        self.kick(&mut kicked, delta);
         kicked
     }
 
     /// omega_r = theta' - u' - v' = phi_2' - phi_1', rad/s.
     #[inline]
     pub fn relative_velocity(&self, y: &[f64]) -> f64 {
-        y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE] - y[STATOR_TWIST_RATE]
+        linear_part::relative_velocity(y)
     }
 
-    /// Kinetic energy of rotor and surfaces, J.
-    pub fn kinetic_energy(&self, y: &[f64]) -> f64 {
-        let Torsion {
-            rotor_inertia,
-            surface_inertia,
-            ..
-        } = self.torsion;
-        let phi1_dot = y[STATOR_TWIST_RATE];
-        let phi2_dot = y[ROTOR_SPEED] - y[ROTOR_TWIST_RATE];
-        let theta_dot = y[ROTOR_SPEED];
-        0.5 * (rotor_inertia * theta_dot * theta_dot + surface_inertia * (phi1_dot * phi1_dot + phi2_dot * phi2_dot))
+    /// |theta'| + |u'| + |v'|, rad/s: what the rounding of omega_r is relative to.
+    pub fn relative_velocity_terms(&self, y: &[f64]) -> f64 {
+        y[ROTOR_SPEED].abs() + y[ROTOR_TWIST_RATE].abs() + y[STATOR_TWIST_RATE].abs()
     }
 
-    /// Elastic energy of both twists, J.
-    pub fn elastic_energy(&self, y: &[f64]) -> f64 {
-        0.5 * self.torsion.stiffness * (y[ROTOR_TWIST] * y[ROTOR_TWIST] + y[STATOR_TWIST] * y[STATOR_TWIST])
+    /// The largest twist rate, or twist times omega_n, rad/s.
+    pub fn oscillation(&self, y: &[f64]) -> f64 {
+        let of = |k: usize| match MEASURES[k] {
+            Measure::Twist | Measure::TwistRate => self.rate_weight(k) * y[k].abs(),
+            _ => 0.0,
+        };
+        (0..DYNAMIC).map(of).fold(0.0, f64::max)
     }
 
     /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad: the damping left to the relative mode in steady sliding with sense `s`.
@@ -330,12 +206,12 @@ impl TorsionModel {
 
     /// Natural angular frequency of the relative mode, sqrt(k_t/J), rad/s.
     pub fn natural_angular_frequency(&self) -> f64 {
-        (self.torsion.stiffness / self.torsion.surface_inertia).sqrt()
+        self.torsion.natural_angular_frequency()
     }
 
     /// What a component of the state is multiplied by to compare with a rate: omega_n for a twist, 1/s, else 1.
     pub fn rate_weight(&self, component: usize) -> f64 {
-        if component == ROTOR_TWIST || component == STATOR_TWIST {
+        if MEASURES[component] == Measure::Twist {
             self.natural_angular_frequency()
         } else {
             1.0
@@ -348,11 +224,11 @@ impl TorsionModel {
     }
 }
 
-/// d(omega_r)/dy: (column, derivative).
-const RELATIVE_VELOCITY: [(usize, f64); 3] = [(ROTOR_SPEED, 1.0), (ROTOR_TWIST_RATE, -1.0), (STATOR_TWIST_RATE, -1.0)];
-
-fn copy(y: &[f64]) -> TorsionState {
-    let mut state = [0.0; DIMENSION];
-    state.copy_from_slice(&y[..DIMENSION]);
-    state
+/// The state without twists whose rotor, with its surface, turns at `speed` (rad/s); the stator rests.
+pub fn spinning(speed: f64) -> TorsionState {
+    Components {
+        rotor_speed: speed,
+        ..Components::default()
+    }
+    .state()
 }

@@ -1,6 +1,6 @@
 //! The actuating force piece by piece.
 
-use crate::model::ExactActuation;
+use crate::signal::{Ramp, Signal, Table};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
@@ -16,27 +16,27 @@ pub(super) struct Piece {
 }
 
 /// F(t) from t = 0 on. The last piece never ends.
-pub(super) fn pieces(actuation: &ExactActuation) -> Vec<Piece> {
+pub(super) fn pieces(actuation: &Signal<BigRational>) -> Vec<Piece> {
     let zero = BigRational::zero;
     match actuation {
-        ExactActuation::Ramp { force, rise_time } if rise_time.is_positive() => vec![
+        Signal::Ramp(Ramp { value, rise_time }) if rise_time.is_positive() => vec![
             Piece {
                 start: zero(),
                 force: zero(),
-                slope: force / rise_time,
+                slope: value / rise_time,
             },
             Piece {
                 start: rise_time.clone(),
-                force: force.clone(),
+                force: value.clone(),
                 slope: zero(),
             },
         ],
-        ExactActuation::Ramp { force, .. } => vec![Piece {
+        Signal::Ramp(Ramp { value, .. }) => vec![Piece {
             start: zero(),
-            force: force.clone(),
+            force: value.clone(),
             slope: zero(),
         }],
-        ExactActuation::Table { time, force } => table_pieces(time, force),
+        Signal::Table(Table { time, value }) => table_pieces(time, value),
     }
 }
 

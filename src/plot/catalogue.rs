@@ -8,7 +8,6 @@ use super::portraits;
 use super::run::Run;
 use super::style::{BLACK, BLUE, GREY, VERMILLION, line_color};
 use crate::friction::Law;
-use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 use crate::simulation::OutputWindow;
 
@@ -240,7 +239,7 @@ fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> 
     if !several {
         let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
         curves.push(rest.styled(CurveStyle::Points));
-        let force = AxialMotion::new(&subject.run.parameters.axial, &subject.run.parameters.actuation).largest_force();
+        let force = subject.run.parameters.largest_force();
         let critical = TorsionModel::new(&subject.run.parameters).critical_speeds(force);
         if !critical.is_empty() {
             let points = critical.iter().map(|&x| (x, friction.law.coefficient(x)));

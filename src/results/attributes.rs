@@ -31,6 +31,19 @@ pub enum AttributeValue {
     Numbers(Vec<f64>),
 }
 
+/// As a text; a number with an exponent where that is shorter: 1e-10, not 0.0000000001.
+impl std::fmt::Display for AttributeValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            AttributeValue::Text(text) => f.write_str(text),
+            AttributeValue::Integer(number) => write!(f, "{number}"),
+            AttributeValue::Number(number) => write!(f, "{number:?}"),
+            AttributeValue::Integers(list) => write!(f, "{list:?}"),
+            AttributeValue::Numbers(list) => write!(f, "{list:?}"),
+        }
+    }
+}
+
 pub(super) fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
     write_text_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
     write_text_attribute(

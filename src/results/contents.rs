@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::attributes::AttributeValue;
-use super::schema::{self, attribute};
+use super::schema::attribute;
 use super::source::{DatasetInfo, Fault, Kind, Source};
 use super::{ResultError, ResultFile};
 
@@ -31,18 +31,7 @@ impl Contents {
     pub fn read(path: &Path) -> Result<Contents, ResultError> {
         match ResultFile::open(path) {
             Ok(file) => file.contents(),
-            Err(ResultError::AnotherKind { .. }) => {
-                let source = Source::open(path)?;
-                let known = i64::from(schema::FORMAT_VERSION);
-                match source.attribute("", schema::root::FORMAT_VERSION)? {
-                    Some(AttributeValue::Integer(found)) if found > known => Err(ResultError::Newer {
-                        path: path.to_owned(),
-                        found,
-                        known,
-                    }),
-                    _ => of_file(&source),
-                }
-            }
+            Err(ResultError::AnotherKind { .. }) => of_file(&Source::open_known(path)?),
             Err(error) => Err(error),
         }
     }

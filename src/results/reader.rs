@@ -306,7 +306,9 @@ impl ResultFile {
             slip_count: count(schema::STICK_SLIP_COUNTS[1].0),
             ..StickSlipTable::default()
         };
-        table.set_quantities(schema::STICK_SLIP_QUANTITIES.map(|(name, _, _)| number(name)));
+        for (quantity, (name, ..)) in table.quantities().into_iter().zip(schema::STICK_SLIP_QUANTITIES) {
+            *quantity = number(name);
+        }
         for (name, value) in &attributes {
             let known = schema::STICK_SLIP_QUANTITIES.iter().any(|(known, _, _)| known == name);
             if let (AttributeValue::Number(value), false) = (value, known) {

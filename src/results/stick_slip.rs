@@ -75,30 +75,16 @@ impl Default for StickSlipTable {
 
 impl StickSlipTable {
     /// The named quantities in the order of `schema::STICK_SLIP_QUANTITIES`.
-    pub(super) fn quantities(&self) -> [f64; 8] {
+    pub(super) fn quantities(&mut self) -> [&mut f64; 8] {
         [
-            self.onset_time,
-            self.final_stick_time,
-            self.first_period,
-            self.last_period,
-            self.natural_period,
-            self.growth_exponent,
-            self.e_folds_gained,
-            self.energy_residual_max,
+            &mut self.onset_time,
+            &mut self.final_stick_time,
+            &mut self.first_period,
+            &mut self.last_period,
+            &mut self.natural_period,
+            &mut self.growth_exponent,
+            &mut self.e_folds_gained,
+            &mut self.energy_residual_max,
         ]
-    }
-
-    /// The inverse of [`Self::quantities`].
-    pub(super) fn set_quantities(&mut self, values: [f64; 8]) {
-        [
-            self.onset_time,
-            self.final_stick_time,
-            self.first_period,
-            self.last_period,
-            self.natural_period,
-            self.growth_exponent,
-            self.e_folds_gained,
-            self.energy_residual_max,
-        ] = values;
     }
 }

@@ -53,19 +53,6 @@ impl Buffer {
 
     /// Writes the rows to `dataset` from row `start` on, and forgets them.
     fn append(&mut self, dataset: &Dataset, start: usize, sums: &mut Sums) -> hdf5::Result<()> {
-        fn append<T: hdf5::H5Type + Summed>(
-            rows: &mut Vec<T>,
-            dataset: &Dataset,
-            start: usize,
-            sums: &mut Sums,
-        ) -> hdf5::Result<()> {
-            let end = start + rows.len();
-            sums.add(dataset, rows);
-            dataset.resize([end])?;
-            dataset.write_slice(&rows[..], start..end)?;
-            rows.clear();
-            Ok(())
-        }
         match self {
             Buffer::I8(rows) => append(rows, dataset, start, sums),
             Buffer::I32(rows) => append(rows, dataset, start, sums),
@@ -73,6 +60,21 @@ impl Buffer {
             Buffer::F64(rows) => append(rows, dataset, start, sums),
         }
     }
+}
+
+/// Writes `rows` to `dataset` from row `start` on, and forgets them.
+pub(super) fn append<T: hdf5::H5Type + Summed>(
+    rows: &mut Vec<T>,
+    dataset: &Dataset,
+    start: usize,
+    sums: &mut Sums,
+) -> hdf5::Result<()> {
+    let end = start + rows.len();
+    sums.add(dataset, rows);
+    dataset.resize([end])?;
+    dataset.write_slice(&rows[..], start..end)?;
+    rows.clear();
+    Ok(())
 }
 
 /// A group of columns that grow together.

@@ -500,9 +500,10 @@ impl Open {
             }
         }
         let group = self.file.group(schema::group::STICK_SLIP)?;
-        let quantities = schema::STICK_SLIP_QUANTITIES.iter().zip(stick_slip.quantities());
+        let mut values = stick_slip.clone();
+        let quantities = schema::STICK_SLIP_QUANTITIES.iter().zip(values.quantities());
         for ((name, units, long_name), value) in quantities {
-            write_number_attribute(&group, name, value)?;
+            write_number_attribute(&group, name, *value)?;
             write_companions(&group, name, units, long_name)?;
         }
         for ((name, long_name), value) in schema::STICK_SLIP_COUNTS

@@ -5,7 +5,8 @@ use crate::hybrid::{ClosedEnd, ClosedForm, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{self, Breakaway};
 use crate::model::slow_stick::SlowStick;
-use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState};
+use crate::model::state::{DIMENSION, state_of};
+use crate::model::torsion::TorsionModel;
 use crate::model::{BreakawayTest, Mode, Parameters};
 use nalgebra::DMatrixViewMut;
 
@@ -103,7 +104,7 @@ impl Brake {
             pieces: (0..count).map(with).collect(),
             closed_form: closed_form::ClosedForm::new(&torsion),
             torsion,
-            axial: AxialMotion::new(&parameters.axial, &parameters.actuation),
+            axial: parameters.axial_motion(),
             slow_stick: None,
         }
     }
@@ -172,12 +173,6 @@ impl Brake {
         self.end_of_piece(location, above)
             .map_or(1.0, |(sign, knot)| sign * (speed - knot))
     }
-}
-
-fn torsion_state(y: &[f64]) -> TorsionState {
-    let mut state = [0.0; DIMENSION];
-    state.copy_from_slice(y);
-    state
 }
 
 impl Dynamics for Brake {
@@ -256,8 +251,7 @@ impl Dynamics for Brake {
         // From rest J omega_r' = 2 (T_f - T_i), so that omega_r is a parabola as far as the torques' rates last.
         let axial = self.axial.at(t);
         let pressing = (axial.pressing_force, axial.pressing_rate);
-        let mut rates = [0.0; DIMENSION];
-        torsion.slip_rhs(sense, pressing.0, y, &mut rates);
+        let rates = torsion.rates_at(location.mode, || pressing.0, y);
         let lag = sense * (torsion.sliding_torque(sense, y, pressing.0) - torsion.transmitted_torque(y));
         let rise =
             sense * (torsion.transmitted_torque(&rates) - torsion.sliding_torque_rate(sense, y, &rates, pressing));
@@ -272,7 +266,7 @@ impl Dynamics for Brake {
 
 impl ClosedForm for Brake {
     fn closed_state(&self, location: &Location, _t: f64, y: &[f64], tau: f64, out: &mut [f64]) {
-        let y = torsion_state(y);
+        let y = state_of(y);
         out.copy_from_slice(&match location.mode {
             Mode::Stick => self.closed_form.stick(&y, tau),
             Mode::Separated => self.closed_form.separated(&y, tau),
@@ -284,10 +278,7 @@ impl ClosedForm for Brake {
         if location.mode != Mode::Stick {
             return ClosedEnd::None;
         }
-        match self
-            .closed_form
-            .next_breakaway(&self.axial, t, &torsion_state(y), within)
-        {
+        match self.closed_form.next_breakaway(&self.axial, t, &state_of(y), within) {
             Breakaway::After { after, sense } => ClosedEnd::Guard {
                 after,
                 index: if sense > 0.0 { GUARD_FORWARD } else { GUARD_FORWARD + 1 },

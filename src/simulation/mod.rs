@@ -19,9 +19,8 @@ pub use options::{FORESEEN_STEPS, Method, OutputOptions, OutputWindow, SolverOpt
 pub use report::{Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, ChosenSolver, Limits, Start};
-use crate::model::axial::AxialMotion;
 use crate::model::slow_stick::SlowStick;
-use crate::model::torsion::{DIMENSION, index::ROTOR_SPEED};
+use crate::model::torsion::spinning;
 use crate::model::{Mode, Parameters};
 use crate::record::Recorder;
 use brake::{Brake, Location, Watch};
@@ -38,8 +37,8 @@ const CHATTER_COUNT: usize = 32;
 /// The solver with its tolerances and longest step, as a run of this case uses it: (in smooth sliding, where the fast mode
 /// is resolved).
 pub fn chosen_solvers(parameters: &Parameters, solver: &SolverOptions) -> (ChosenSolver, ChosenSolver) {
-    let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
-    let plan = Plan::new(parameters, axial.largest_force(), solver);
+    let axial = parameters.axial_motion();
+    let plan = Plan::new(parameters, axial.force.largest(), solver);
     let sliding = |resolved| Location {
         mode: Mode::SlipForward,
         resolved,
@@ -66,14 +65,13 @@ pub(crate) fn simulate(
         return procedure::run(parameters, solver, output, recorder, control);
     }
     let mut brake = Brake::new(parameters);
-    let plan = Plan::new(parameters, brake.axial.largest_force(), solver);
+    let plan = Plan::new(parameters, brake.axial.force.largest(), solver);
     if plan.follows_slow_stick() {
         brake.slow_stick = Some(SlowStick::new(&brake.torsion));
     }
     let brake = Arc::new(brake);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
-    let mut state = vec![0.0; DIMENSION];
-    state[ROTOR_SPEED] = parameters.initial.speed;
+    let state = spinning(parameters.initial.speed).to_vec();
     let location = rules.initial_location(&state);
     let readings = TwistReadings {
         brake: &brake,

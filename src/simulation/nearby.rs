@@ -2,8 +2,8 @@
 
 use super::brake::Brake;
 use super::readings::{Readings, TwistReadings};
-use crate::model::torsion::{DIMENSION, TorsionState, index::*};
-use crate::model::{Axial, Mode, Parameters};
+use crate::model::state::{Components, DIMENSION, TorsionState};
+use crate::model::{Axial, Parameters};
 use crate::record::{Channels, Sample, State};
 
 /// Every column of a row of the trajectory: the states, then the other channels.
@@ -58,7 +58,11 @@ impl Nearby {
                     *x += share * dt * slope;
                 }
             }
-            slopes[stage] = self.rates(mode, t + share * dt, &at);
+            let now = t + share * dt;
+            slopes[stage] = self
+                .brake
+                .torsion
+                .rates_at(mode, || self.brake.axial.pressing_force(now), &at);
         }
         for (k, x) in later.iter_mut().enumerate() {
             *x += dt / 6.0 * (slopes[0][k] + 2.0 * (slopes[1][k] + slopes[2][k]) + slopes[3][k]);
@@ -73,24 +77,13 @@ impl Nearby {
     }
 
     fn state_vector(&self, sample: &Sample) -> TorsionState {
-        let (s, c) = (&sample.state, &sample.channels);
-        let mut y = [0.0; DIMENSION];
-        y[ROTOR_TWIST] = s.rotor_twist;
-        y[ROTOR_TWIST_RATE] = s.rotor_twist_rate;
-        y[STATOR_TWIST] = s.phi1;
-        y[STATOR_TWIST_RATE] = s.phi1_dot;
-        y[ROTOR_SPEED] = s.theta_dot;
-        y[SLIP] = s.slip_displacement;
-        y[FRICTION_LOSS] = c.dissipated_friction;
-        y[DAMPING_LOSS] = c.dissipated_damping - self.brake.axial.at(sample.time).dissipated;
-        y
-    }
-
-    fn rates(&self, mode: Mode, t: f64, y: &TorsionState) -> TorsionState {
-        let (torsion, mut rates) = (&self.brake.torsion, [0.0; DIMENSION]);
-        let force = || self.brake.axial.pressing_force(t);
-        torsion.rates(mode, force, y, &mut rates);
-        rates
+        let channels = &sample.channels;
+        Components {
+            friction_loss: channels.dissipated_friction,
+            damping_loss: channels.dissipated_damping - self.brake.axial.at(sample.time).dissipated,
+            ..sample.state.torsional()
+        }
+        .state()
     }
 }
 

@@ -4,7 +4,8 @@ use super::brake::Location;
 use super::options::{Method, SolverOptions};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
-use crate::model::torsion::{DIMENSION, TorsionModel, index};
+use crate::model::state::{MEASURES, Measure};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::sundials::{CvodeOptions, EsdirkTable, ShortSteps, Tolerances};
 use std::f64::consts::TAU;
@@ -137,60 +138,46 @@ impl Plan {
     pub fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
         const ORDER: i32 = 5;
         let law = &model.friction.law;
-        let inertia = model.torsion.rotor_inertia + model.torsion.surface_inertia;
+        let inertia = model.torsion.rigid_inertia();
         let largest = law.typical_coefficient();
         let slowing = largest * model.contact.radius * largest_force / inertia;
         let stride = slowing * STRIDE * self.period / TAU;
-        let tolerated = 0.5 * largest * self.cvode_sliding();
+        let tolerated = 0.5 * largest * (CVODE_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED);
         law.speed_of_derivative(ORDER, f64::from(ORDER) * tolerated / stride.powi(ORDER))
     }
 
-    /// The relative tolerance of `cvode` in smooth sliding.
-    fn cvode_sliding(&self) -> f64 {
-        (CVODE_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED)
+    /// The relative tolerance.
+    fn relative(&self, location: &Location) -> f64 {
+        let (tightening, smallest) = match (self.method, location.resolved) {
+            (Method::Series, true) => (SERIES_RESOLVED_TIGHTENING, SMALLEST_SERIES_RESOLVED),
+            (Method::Series, false) => (SERIES_SLIDING_TIGHTENING, SMALLEST_SERIES_SLIDING),
+            // The slower mode alone, which no event follows but far later ones: the tolerance itself.
+            (Method::Cvode, false) if location.mode == Mode::Stick => (1.0, SMALLEST_SLIDING),
+            (Method::Cvode, _) => (CVODE_TIGHTENING, SMALLEST_RESOLVED),
+            (Method::CvodeBdf, true) => (RESOLVED_TIGHTENING, SMALLEST_BDF),
+            // Of order 2 it needs ten times the steps for two digits.
+            (Method::CvodeBdf, false) => (1.0, SMALLEST_BDF),
+            (_, true) => (RESOLVED_TIGHTENING, SMALLEST_RESOLVED),
+            (_, false) => (SLIDING_TIGHTENING, SMALLEST_SLIDING),
+        };
+        (tightening * self.rtol).max(smallest)
     }
 
-    fn by_cvode(&self, kind: SolverKind, location: &Location) -> ChosenSolver {
+    /// What `cvode` has of its own in the absolute tolerances.
+    fn adjust_to_cvode(&self, location: &Location, tolerances: &mut Tolerances) {
+        let ringing = location.resolved && location.mode.sense() != 0;
         let striding = !location.resolved && location.mode != Mode::Stick;
-        let rtol = match (location.mode, location.resolved) {
-            // The slower mode alone, which no event follows but far later ones: the tolerance itself.
-            (Mode::Stick, false) => self.rtol.max(SMALLEST_SLIDING),
-            _ => self.cvode_sliding(),
-        };
-        let mut tolerances = self.tolerances(rtol);
-        if location.resolved && location.mode.sense() != 0 {
-            // What the case sets itself stays as it is.
-            for (index, set) in [
-                (index::ROTOR_TWIST, self.absolute[0]),
-                (index::STATOR_TWIST, self.absolute[0]),
-                (index::ROTOR_TWIST_RATE, self.absolute[1]),
-                (index::STATOR_TWIST_RATE, self.absolute[1]),
-            ] {
-                if set.is_none() {
-                    tolerances.absolute[index] *= CVODE_ABSOLUTE;
-                }
+        // Nothing depends on the quadratures, and of order 2 they alone would hold the step below a stride.
+        let rtol = self.rtol.max(SMALLEST_SLIDING);
+        for (absolute, measure) in tolerances.absolute.iter_mut().zip(MEASURES) {
+            match measure {
+                // What the case sets itself stays as it is.
+                Measure::Twist if ringing && self.absolute[0].is_none() => *absolute *= CVODE_ABSOLUTE,
+                Measure::TwistRate if ringing && self.absolute[1].is_none() => *absolute *= CVODE_ABSOLUTE,
+                Measure::Slip if striding => *absolute = rtol * (20.0 * SLIP_SCALE),
+                Measure::Loss if striding => *absolute = rtol * self.energy,
+                _ => {}
             }
-        }
-        if striding {
-            // Nothing depends on the quadratures, and of order 2 they alone would hold the step below a stride.
-            let rtol = self.rtol.max(SMALLEST_SLIDING);
-            for (index, scale) in [
-                (index::SLIP, 20.0 * SLIP_SCALE),
-                (index::FRICTION_LOSS, self.energy),
-                (index::DAMPING_LOSS, self.energy),
-            ] {
-                tolerances.absolute[index] = rtol * scale;
-            }
-        }
-        let bound = self.longest_step(location);
-        ChosenSolver {
-            kind,
-            tolerances,
-            max_step: match (bound, self.max_step) {
-                (Some(a), Some(b)) => Some(a.min(b)),
-                (a, b) => a.or(b),
-            },
-            fixed_step: None,
         }
     }
 
@@ -218,41 +205,18 @@ impl Plan {
                 (Method::Paper, _) => unreachable!("the paper's procedure steps by itself"),
             }
         };
-        if self.method == Method::Series {
-            let rtol = if location.resolved {
-                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
-            } else {
-                (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
-            };
-            return ChosenSolver {
-                kind,
-                tolerances: self.tolerances(rtol),
-                max_step: self.max_step,
-                fixed_step: None,
-            };
-        }
+        let mut tolerances = self.tolerances(self.relative(location));
         if self.method == Method::Cvode {
-            return self.by_cvode(kind, location);
+            self.adjust_to_cvode(location, &mut tolerances);
         }
-        let bdf = self.method == Method::CvodeBdf;
-        let rtol = match (location.resolved, bdf) {
-            (true, true) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_BDF),
-            (true, false) => (RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED),
-            // Of order 2 it needs ten times the steps for two digits.
-            (false, true) => self.rtol.max(SMALLEST_BDF),
-            (false, false) => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
-        };
-        let bound = self.longest_step(location);
-        let max_step = match (bound, self.max_step) {
-            _ if self.fixed_step.is_some() => None,
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        };
+        let longest = self.longest_step(location).filter(|_| self.method != Method::Series);
+        let fixed_step = self.fixed_step.filter(|_| self.method.explicit_table().is_some());
+        let max_step = longest.into_iter().chain(self.max_step).reduce(f64::min);
         ChosenSolver {
             kind,
-            tolerances: self.tolerances(rtol),
-            max_step,
-            fixed_step: self.fixed_step,
+            tolerances,
+            max_step: max_step.filter(|_| fixed_step.is_none()),
+            fixed_step,
         }
     }
 
@@ -280,16 +244,16 @@ impl Plan {
 
     fn tolerances(&self, rtol: f64) -> Tolerances {
         let [twist, rate, speed] = std::array::from_fn(|k| self.absolute[k].unwrap_or(rtol * self.scale[k]));
-        let mut absolute = vec![rtol * self.energy; DIMENSION];
-        absolute[index::SLIP] = rtol * SLIP_SCALE;
-        absolute[index::ROTOR_TWIST] = twist;
-        absolute[index::STATOR_TWIST] = twist;
-        absolute[index::ROTOR_TWIST_RATE] = rate;
-        absolute[index::STATOR_TWIST_RATE] = rate;
-        absolute[index::ROTOR_SPEED] = speed;
+        let absolute = MEASURES.iter().map(|measure| match measure {
+            Measure::Twist => twist,
+            Measure::TwistRate => rate,
+            Measure::Speed => speed,
+            Measure::Slip => rtol * SLIP_SCALE,
+            Measure::Loss => rtol * self.energy,
+        });
         Tolerances {
             relative: rtol,
-            absolute,
+            absolute: absolute.collect(),
         }
     }
 }

@@ -18,7 +18,7 @@ use super::report::{Progress, RunFailure, RunReport};
 use super::rules::beyond_law;
 use super::runge_kutta::EmbeddedPair;
 use crate::hybrid::{Observer, ObserverError, RunError};
-use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, Contact, DIMENSION, UNKNOWNS};
+use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
 use crate::model::{Mode, Parameters};
 use crate::record::{EventKind, Recorder};
 use crate::sundials::{Counters, ErkTable};
@@ -81,20 +81,16 @@ pub(super) fn run(
 ) -> Result<RunReport, Box<RunFailure>> {
     let model = AbsoluteModel::new(parameters);
     let state = AbsoluteModel::start(parameters.initial.speed);
-    let contact = if model.closed_at_start() {
+    let mode = if model.force.starts_positive() {
         model.contact(&state, false, EPSILON)
     } else {
-        Contact::Separated
+        Mode::Separated
     };
     let readings = AbsoluteReadings { model: &model };
     let mut recording = Recording::new(readings, parameters, output, recorder, control, &state);
     recording.limit_wall_time(solver.max_wall_time);
     let (kicks, waiting_kicks) = parameters.kicks();
-    let watch = if contact == Contact::Stick {
-        Watch::Off
-    } else {
-        Watch::Stable
-    };
+    let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
     let mut run = Run {
         model: &model,
         pair: EmbeddedPair::new(PAIR, UNKNOWNS),
@@ -102,12 +98,12 @@ pub(super) fn run(
         recording,
         time: 0.0,
         state,
-        contact,
+        mode,
         watch,
         kicks,
         next_kick: 0,
         waiting_kicks,
-        corner: model.next_corner(0.0),
+        corner: model.force.next_corner(0.0),
         segment_start: 0.0,
         counters: Counters::default(),
         counted: 0,
@@ -139,7 +135,7 @@ struct Run<'a> {
     recording: Recording<'a, AbsoluteReadings<'a>>,
     time: f64,
     state: AbsoluteState,
-    contact: Contact,
+    mode: Mode,
     watch: Watch,
     /// Timed kicks in order, and which is next.
     kicks: Vec<(f64, f64)>,
@@ -220,9 +216,9 @@ impl Run<'_> {
         let mut step = proposed;
         loop {
             let taken = step.min(left);
-            let (model, contact) = (self.model, self.contact);
+            let (model, mode) = (self.model, self.mode);
             let error = self.pair.step(self.time, &self.state, taken, |t, y, dydt| {
-                model.rhs(contact, t, y, dydt);
+                model.rhs(mode, t, y, dydt);
             });
             self.counters.rhs_evaluations += self.pair.evaluations();
             // An error that is no number asks for the shortest step that is tried.
@@ -258,11 +254,11 @@ impl Run<'_> {
             if due >= self.time {
                 return Ok(());
             }
-            let (model, contact) = (self.model, self.contact);
+            let (model, mode) = (self.model, self.mode);
             let sample = if due > before.0 {
                 self.pair
                     .step(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
-                        model.rhs(contact, t, y, dydt);
+                        model.rhs(mode, t, y, dydt);
                     });
                 *self.pair.solution()
             } else {
@@ -277,24 +273,20 @@ impl Run<'_> {
     /// What (9) and the other tests say at the end of a step.
     fn end_of_step(&mut self) -> Result<(), RunError> {
         if let Some(corner) = self.corner.filter(|&corner| corner <= self.time) {
-            self.corner = self.model.next_corner(corner);
-            self.happen(EventKind::Corner, self.contact, self.watch, self.state)?;
+            self.corner = self.model.force.next_corner(corner);
+            self.happen(EventKind::Corner, self.mode, self.watch, self.state)?;
         }
         self.test_stability()?;
-        let found = self
-            .model
-            .contact(&self.state, self.contact == Contact::Separated, EPSILON);
-        let kind = match (self.contact, found) {
-            (Contact::Slip { sense: a }, Contact::Slip { sense: b }) if a != b => EventKind::Reversal,
-            (Contact::Slip { .. }, Contact::Slip { .. })
-            | (Contact::Stick, Contact::Stick)
-            | (Contact::Separated, Contact::Separated) => return Ok(()),
-            (_, Contact::Separated) => EventKind::Separation,
-            (Contact::Separated, _) => EventKind::Contact,
-            (_, Contact::Stick) => EventKind::Stick,
-            (Contact::Stick, Contact::Slip { .. }) => EventKind::Slip,
+        let found = self.model.contact(&self.state, self.mode == Mode::Separated, EPSILON);
+        let kind = match (self.mode, found) {
+            (before, after) if before == after => return Ok(()),
+            (_, Mode::Separated) => EventKind::Separation,
+            (Mode::Separated, _) => EventKind::Contact,
+            (_, Mode::Stick) => EventKind::Stick,
+            (Mode::Stick, _) => EventKind::Slip,
+            _ => EventKind::Reversal,
         };
-        let (state, watch) = if found == Contact::Stick {
+        let (state, watch) = if found == Mode::Stick {
             (self.model.joined(&self.state), Watch::Off)
         } else {
             (self.state, self.watch)
@@ -304,21 +296,22 @@ impl Run<'_> {
 
     /// The margin of steady sliding, watched until the first stick.
     fn test_stability(&mut self) -> Result<(), RunError> {
-        let (Contact::Slip { sense }, Watch::Stable | Watch::Unstable) = (self.contact, self.watch) else {
+        if self.mode.sense() == 0 || self.watch == Watch::Off {
             return Ok(());
-        };
+        }
+        let sense = f64::from(self.mode.sense());
         let force = self.model.pressing_force(&self.state).max(0.0);
         let w = self.model.relative_velocity(&self.state);
         let stable = self.model.torsion.stability_margin(sense, w, force) >= 0.0;
         match (self.watch, stable) {
             (Watch::Stable, false) => {
-                self.happen(EventKind::Destabilised, self.contact, Watch::Unstable, self.state)?;
+                self.happen(EventKind::Destabilised, self.mode, Watch::Unstable, self.state)?;
                 for delta in std::mem::take(&mut self.waiting_kicks) {
                     self.kick(delta)?;
                 }
                 Ok(())
             }
-            (Watch::Unstable, true) => self.happen(EventKind::Restabilised, self.contact, Watch::Stable, self.state),
+            (Watch::Unstable, true) => self.happen(EventKind::Restabilised, self.mode, Watch::Stable, self.state),
             _ => Ok(()),
         }
     }
@@ -333,23 +326,17 @@ impl Run<'_> {
     }
 
     fn kick(&mut self, delta: f64) -> Result<(), RunError> {
-        let kicked = self.model.kicked(self.contact, &self.state, delta);
-        self.happen(EventKind::Kick, self.contact, self.watch, kicked)
+        let kicked = self.model.kicked(self.mode, &self.state, delta);
+        self.happen(EventKind::Kick, self.mode, self.watch, kicked)
     }
 
     /// Records an event, with the segment that it ends, and takes over what is after it.
-    fn happen(
-        &mut self,
-        kind: EventKind,
-        contact: Contact,
-        watch: Watch,
-        state: AbsoluteState,
-    ) -> Result<(), RunError> {
+    fn happen(&mut self, kind: EventKind, mode: Mode, watch: Watch, state: AbsoluteState) -> Result<(), RunError> {
         if self.time > self.segment_start {
             self.end_segment()?;
         }
         let before = self.location();
-        (self.contact, self.watch) = (contact, watch);
+        (self.mode, self.watch) = (mode, watch);
         let after = self.location();
         self.recording
             .event(self.time, kind, (&before, &self.state), (&after, &state))
@@ -379,12 +366,7 @@ impl Run<'_> {
 
     fn location(&self) -> Location {
         Location {
-            mode: match self.contact {
-                Contact::Separated => Mode::Separated,
-                Contact::Stick => Mode::Stick,
-                Contact::Slip { sense } if sense > 0.0 => Mode::SlipForward,
-                Contact::Slip { .. } => Mode::SlipBackward,
-            },
+            mode: self.mode,
             resolved: true,
             watch: self.watch,
             piece: 0,
@@ -392,15 +374,7 @@ impl Run<'_> {
     }
 
     fn check_finite(&self) -> Result<(), RunError> {
-        match self.state.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-            None => Ok(()),
-            Some((component, &value)) => Err(RunError::NotFinite {
-                time: self.time,
-                location: describe(&self.location()),
-                component,
-                value,
-            }),
-        }
+        RunError::check_finite(&self.state, self.time, || describe(&self.location()))
     }
 
     /// Whether the friction law is given at the speed that the step has come to.

@@ -2,13 +2,11 @@
 
 use super::brake::Brake;
 use crate::model::absolute_angles::{
-    AbsoluteModel, AbsoluteState, DAMPING_LOSS as ABSOLUTE_DAMPING_LOSS, DIMENSION,
-    FRICTION_LOSS as ABSOLUTE_FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA, THETA_DOT, WORK, Z, Z_DOT,
+    AbsoluteModel, AbsoluteState, DAMPING_LOSS, DIMENSION, FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA,
+    THETA_DOT, WORK, Z, Z_DOT,
 };
+use crate::model::state::Components;
 use crate::model::torsion::TorsionModel;
-use crate::model::torsion::index::{
-    DAMPING_LOSS, FRICTION_LOSS, ROTOR_SPEED, ROTOR_TWIST, ROTOR_TWIST_RATE, SLIP, STATOR_TWIST, STATOR_TWIST_RATE,
-};
 use crate::model::{Axial, Mode};
 use crate::record::{Channels, State};
 
@@ -44,8 +42,8 @@ pub(super) struct TwistReadings<'a> {
 impl Readings for TwistReadings<'_> {
     fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State {
         let axial = self.brake.axial.at(t);
-        let (u, v, slip) = (y[ROTOR_TWIST], y[STATOR_TWIST], y[SLIP]);
-        let v_dot = y[STATOR_TWIST_RATE];
+        let of = Components::of(y);
+        let (u, v, v_dot, slip) = (of.rotor_twist, of.stator_twist, of.stator_twist_rate, of.slip);
         // In stick it is zero by the mode, not by a difference of two rounded speeds.
         let w = if mode == Mode::Stick {
             0.0
@@ -56,20 +54,20 @@ impl Readings for TwistReadings<'_> {
             z: axial.displacement,
             z_dot: axial.velocity,
             theta: u + v + slip,
-            theta_dot: y[ROTOR_SPEED],
+            theta_dot: of.rotor_speed,
             phi1: v,
             phi1_dot: v_dot,
             phi2: v + slip,
             phi2_dot: w + v_dot,
             rotor_twist: u,
-            rotor_twist_rate: y[ROTOR_TWIST_RATE],
+            rotor_twist_rate: of.rotor_twist_rate,
             relative_velocity: w,
             slip_displacement: slip,
         }
     }
 
     fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels {
-        let (axial, torsion) = (self.brake.axial.at(t), &self.brake.torsion);
+        let (of, axial, torsion) = (Components::of(y), self.brake.axial.at(t), &self.brake.torsion);
         let normal_force = if mode == Mode::Separated {
             0.0
         } else {
@@ -81,17 +79,18 @@ impl Readings for TwistReadings<'_> {
             normal_force,
             friction_torque: friction_torque(torsion, mode, y, normal_force),
             transmitted_torque: torsion.transmitted_torque(y),
-            energy_kinetic: torsion.kinetic_energy(y) + 0.5 * mass * axial.velocity * axial.velocity,
-            energy_elastic: torsion.elastic_energy(y) + 0.5 * stiffness * axial.displacement * axial.displacement,
+            energy_kinetic: torsion.torsion.kinetic_energy(y) + 0.5 * mass * axial.velocity * axial.velocity,
+            energy_elastic: torsion.torsion.elastic_energy(y)
+                + 0.5 * stiffness * axial.displacement * axial.displacement,
             work_applied: axial.work,
-            dissipated_friction: y[FRICTION_LOSS],
-            dissipated_damping: y[DAMPING_LOSS] + axial.dissipated,
+            dissipated_friction: of.friction_loss,
+            dissipated_damping: of.damping_loss + axial.dissipated,
             ..Channels::default()
         }
     }
 
     fn kinetic_energy(&self, y: &[f64]) -> f64 {
-        self.brake.torsion.kinetic_energy(y)
+        self.brake.torsion.torsion.kinetic_energy(y)
     }
 
     fn internal_force(&self, y: &[f64]) -> f64 {
@@ -137,15 +136,15 @@ impl Readings for AbsoluteReadings<'_> {
             self.model.pressing_force(&y).max(0.0)
         };
         Channels {
-            applied_force: self.model.applied_force(t),
+            applied_force: self.model.force.value(t),
             normal_force,
             friction_torque: friction_torque(torsion, mode, &twists, normal_force),
             transmitted_torque: torsion.transmitted_torque(&twists),
             energy_kinetic: self.model.kinetic_energy(&y),
             energy_elastic: self.model.elastic_energy(&y),
             work_applied: y[WORK],
-            dissipated_friction: y[ABSOLUTE_FRICTION_LOSS],
-            dissipated_damping: y[ABSOLUTE_DAMPING_LOSS],
+            dissipated_friction: y[FRICTION_LOSS],
+            dissipated_damping: y[DAMPING_LOSS],
             ..Channels::default()
         }
     }

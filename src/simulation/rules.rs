@@ -9,7 +9,8 @@ use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::slow_manifold::on_slow_manifold;
 use crate::model::slow_stick::SlowStick;
 use crate::model::stability::{Forecast, QuietStretch};
-use crate::model::torsion::{DIMENSION, TorsionModel, TorsionState, index::*};
+use crate::model::state::{TorsionState, state_of};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::EventKind;
 use std::sync::Arc;
@@ -112,7 +113,7 @@ impl BrakeRules {
 
     /// Location at t = 0 for a state.
     pub fn initial_location(&self, y: &[f64]) -> Location {
-        let mode = if self.brake.axial.closed_at_start() {
+        let mode = if self.brake.axial.force.starts_positive() {
             self.mode_in_contact(0.0, y)
         } else {
             Mode::Separated
@@ -128,7 +129,7 @@ impl BrakeRules {
     /// Slip in the sense of the relative velocity, or where there is none what the stick test says.
     fn mode_in_contact(&self, t: f64, y: &[f64]) -> Mode {
         let w = self.brake.torsion.relative_velocity(y);
-        if w != 0.0 { slip(w) } else { self.settle(t, y) }
+        if w != 0.0 { Mode::sliding(w) } else { self.settle(t, y) }
     }
 
     /// The stick test for surfaces at the same speed.
@@ -141,7 +142,7 @@ impl BrakeRules {
         if torque.abs() <= limit {
             Mode::Stick
         } else {
-            slip(torque)
+            Mode::sliding(torque)
         }
     }
 
@@ -258,7 +259,7 @@ impl BrakeRules {
             return false;
         }
         let from = t.max(axial.silent_from(t));
-        let smooth_until = match axial.next_corner(t) {
+        let smooth_until = match axial.force.next_corner(t) {
             Some(corner) if corner + QUIET_E_FOLDS / quiet.damping < quiet.until => corner,
             None if (quiet.until - from) * quiet.damping > CALM_E_FOLDS + quiet.growth => f64::INFINITY,
             _ => return false,
@@ -282,25 +283,11 @@ impl BrakeRules {
         }
         let pressing = axial.at(t);
         let pressing = (pressing.pressing_force, pressing.pressing_rate);
-        let mut state: TorsionState = [0.0; DIMENSION];
-        state.copy_from_slice(y);
+        let state = state_of(y);
         let slow = on_slow_manifold(torsion, f64::from(location.mode.sense()), pressing, &state);
         let deviation = torsion.relative_velocity(&slow.state) - torsion.relative_velocity(y);
-        let frequency = torsion.natural_angular_frequency();
-        let size = |of: &dyn Fn(usize) -> f64| {
-            [ROTOR_TWIST, ROTOR_TWIST_RATE, STATOR_TWIST, STATOR_TWIST_RATE]
-                .map(|k| {
-                    let weight = if matches!(k, ROTOR_TWIST | STATOR_TWIST) {
-                        frequency
-                    } else {
-                        1.0
-                    };
-                    weight * of(k).abs()
-                })
-                .into_iter()
-                .fold(0.0, f64::max)
-        };
-        let better = slow.settled || size(&|k| slow.error[k]) < ERROR_OF_MANIFOLD * size(&|k| slow.state[k] - state[k]);
+        let away: TorsionState = std::array::from_fn(|k| slow.state[k] - state[k]);
+        let better = slow.settled || torsion.oscillation(&slow.error) < ERROR_OF_MANIFOLD * torsion.oscillation(&away);
         if better && deviation.abs() < NOISE_OF_KICK * delta.abs() {
             slow.state.to_vec()
         } else {
@@ -371,7 +358,7 @@ impl BrakeRules {
             state: kicked.to_vec(),
         });
         if sense * w < 0.0 {
-            let reversed = self.enter(slip(w), location.watch, t, &kicked);
+            let reversed = self.enter(Mode::sliding(w), location.watch, t, &kicked);
             transitions.push(Transition {
                 kind: Some(EventKind::Reversal),
                 location: reversed,
@@ -417,10 +404,6 @@ pub(super) fn beyond_law(torsion: &TorsionModel, speed: f64) -> Option<String> {
     })
 }
 
-fn slip(w: f64) -> Mode {
-    if w > 0.0 { Mode::SlipForward } else { Mode::SlipBackward }
-}
-
 impl Rules<Brake> for BrakeRules {
     type Kind = EventKind;
 
@@ -438,7 +421,7 @@ impl Rules<Brake> for BrakeRules {
                 found
             }
         };
-        let corner = self.brake.axial.next_corner(self.last_corner);
+        let corner = self.brake.axial.force.next_corner(self.last_corner);
         let kick = self.kicks.get(self.next_kick).map(|k| k.0);
         [
             contact_change.map(|change| change.time),
@@ -452,7 +435,7 @@ impl Rules<Brake> for BrakeRules {
     }
 
     fn at_time_event(&mut self, location: &Location, t: f64, y: &[f64]) -> Vec<BrakeTransition> {
-        if let Some(corner) = self.brake.axial.next_corner(self.last_corner).filter(|&c| c <= t) {
+        if let Some(corner) = self.brake.axial.force.next_corner(self.last_corner).filter(|&c| c <= t) {
             self.last_corner = corner;
             self.disturb(location.mode, t, y);
             let mut after = *location;

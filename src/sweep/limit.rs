@@ -7,7 +7,6 @@ use super::study::Study;
 use super::tracer::place_in_plane;
 use crate::case::{Case, Setting};
 use crate::friction::Law;
-use crate::model::axial::AxialMotion;
 use crate::model::torsion::TorsionModel;
 
 /// Values of y at which the linear limit is given.
@@ -49,7 +48,7 @@ pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2
 /// falls fastest at another speed.
 fn standstill_margin(case: &Case) -> f64 {
     let parameters = &case.parameters;
-    let force = AxialMotion::new(&parameters.axial, &parameters.actuation).largest_force();
+    let force = parameters.largest_force();
     let torsion = TorsionModel::new(parameters);
     let steepest = torsion.friction.law.slope_bounds(0.0, f64::INFINITY).least;
     let at_rest = torsion.stability_margin(1.0, 0.0, force);

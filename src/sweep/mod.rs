@@ -49,7 +49,7 @@ pub use report::{SweepProgress, SweepReport};
 pub use run::Sweep;
 pub use runner::{Integrate, IntegrateError, Stopped, run_point, run_points, without_a_file};
 pub use shard::{Shard, ShardError};
-pub use source::{BuiltInStudy, STUDIES, StudySource};
+pub use source::{STUDIES, StudySource};
 pub use study::{Design, Keep, Point, STUDY_RTOL, Study};
 pub(crate) use study::{read_base, read_settings, relabelled};
 pub use worker_pool::{Delivery, Threads, Work, WorkerPool};

@@ -1,20 +1,11 @@
 //! The text of a study and where it is from.
 
-use crate::case::{CaseError, suggest, toml_text};
-use crate::quote::shown;
+use crate::case::builtin::{self, BuiltIn};
+use crate::case::{CaseError, toml_text};
 use std::path::{Path, PathBuf};
 
-/// A study that comes with the program: the files of `data/studies`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BuiltInStudy {
-    /// By which a study is asked for.
-    pub name: &'static str,
-    /// TOML.
-    pub text: &'static str,
-}
-
-/// Every built-in study.
-pub const STUDIES: &[BuiltInStudy] = &[BuiltInStudy {
+/// Every built-in study: the files of `data/studies`.
+pub const STUDIES: &[BuiltIn] = &[BuiltIn {
     name: "critical-curve",
     text: include_str!("../../data/studies/critical-curve.toml"),
 }];
@@ -65,23 +56,9 @@ impl StudySource {
     }
 
     /// The built-in study of a name among those of one kind.
-    pub(crate) fn among(studies: &[BuiltInStudy], name: &str) -> Result<StudySource, CaseError> {
-        match studies.iter().find(|study| study.name == name) {
-            Some(study) => Ok(StudySource::text(name, study.text)),
-            None => {
-                let names: Vec<&str> = studies.iter().map(|study| study.name).collect();
-                let hint = suggest(name, names.iter().copied())
-                    .map(|close| format!(" (did you mean {close}?)"))
-                    .unwrap_or_default();
-                let message = format!(
-                    "there is no built-in study \"{name}\"{hint}; there {} {}, and any TOML file by its path",
-                    if names.len() == 1 { "is" } else { "are" },
-                    names.join(", "),
-                    name = shown(name)
-                );
-                Err(CaseError::one("", "", message))
-            }
-        }
+    pub(crate) fn among(studies: &[BuiltIn], name: &str) -> Result<StudySource, CaseError> {
+        let study = builtin::find("study", studies, name)?;
+        Ok(StudySource::text(name, study.text))
     }
 
     /// How messages refer to it.

@@ -6,8 +6,9 @@
 //! the model, written down again.
 
 use nalgebra::{SMatrix, SVector};
-use stickslip::model::{Actuation, KickTime, Mode, Parameters};
+use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::EventKind;
+use stickslip::signal::{Ramp, Signal, Table};
 
 type State = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;
@@ -311,11 +312,17 @@ fn sliding(sign: f64) -> Mode {
 }
 
 /// (time, F, F') of each stretch of linear force, in order.
-fn force_corners(actuation: &Actuation) -> Vec<(f64, f64, f64)> {
+fn force_corners(actuation: &Signal) -> Vec<(f64, f64, f64)> {
     match actuation {
-        Actuation::Ramp { force, rise_time } if *rise_time == 0.0 => vec![(0.0, *force, 0.0)],
-        Actuation::Ramp { force, rise_time } => vec![(0.0, 0.0, force / rise_time), (*rise_time, *force, 0.0)],
-        Actuation::Table { time, force } => {
+        Signal::Ramp(Ramp {
+            value: force,
+            rise_time,
+        }) if *rise_time == 0.0 => vec![(0.0, *force, 0.0)],
+        Signal::Ramp(Ramp {
+            value: force,
+            rise_time,
+        }) => vec![(0.0, 0.0, force / rise_time), (*rise_time, *force, 0.0)],
+        Signal::Table(Table { time, value: force }) => {
             assert_eq!(time[0], 0.0, "a table from 0 on");
             let last = time.len() - 1;
             (0..=last)

@@ -7,8 +7,9 @@ pub mod random_brakes;
 pub mod rigid_growth;
 use stickslip::Run;
 use stickslip::friction::{Exponential, Friction};
-use stickslip::model::{Actuation, Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
+use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
+use stickslip::signal::{Ramp, Signal};
 use stickslip::simulation::{Method, OutputOptions, RunReport, SolverOptions};
 
 /// An event or a sample of the independent multiprecision code, rounded to double.
@@ -67,10 +68,10 @@ pub fn truth(name: &str) -> Truth {
                 damping: p("c_a"),
                 ringing_floor: Axial::RINGING_FLOOR,
             },
-            actuation: Actuation::Ramp {
-                force: p("F_0"),
+            actuation: Signal::Ramp(Ramp {
+                value: p("F_0"),
                 rise_time: p("t_0"),
-            },
+            }),
             torsion: Torsion {
                 rotor_inertia: p("I"),
                 surface_inertia: p("J"),

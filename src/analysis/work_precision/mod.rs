@@ -6,7 +6,7 @@
 
 mod study;
 
-pub use study::{BuiltInStudy, Knob, ReferenceChoice, STUDIES, Study};
+pub use study::{Knob, ReferenceChoice, STUDIES, Study};
 
 use super::truth::{Truth, TruthError};
 use crate::case::Case;

@@ -1,22 +1,14 @@
 //! The study file: TOML, with the same care for places and remedies as a case.
 
+use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseSource, Override, Problem, builtin, number_of, suggest, toml_text};
+use crate::case::{Case, CaseError, CaseSource, Override, Problem, number_of, suggest, toml_text};
 use crate::quote::shown;
 use crate::simulation::Method;
 use std::path::{Path, PathBuf};
 
-/// A study file embedded in the program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BuiltInStudy {
-    /// By which it is called.
-    pub name: &'static str,
-    /// TOML.
-    pub text: &'static str,
-}
-
 /// Every built-in study; the first is run if none is named.
-pub const STUDIES: &[BuiltInStudy] = &[BuiltInStudy {
+pub const STUDIES: &[BuiltIn] = &[BuiltIn {
     name: "work-precision",
     text: include_str!("../../../data/studies/work-precision.toml"),
 }];
@@ -94,15 +86,7 @@ impl Study {
             study.files.push(path.to_owned());
             return Ok(study);
         }
-        let Some(found) = STUDIES.iter().find(|study| study.name == name) else {
-            let names: Vec<&str> = STUDIES.iter().map(|study| study.name).collect();
-            let message = format!(
-                "there is no built-in study \"{name}\"; there are {}, and any TOML file by its path",
-                names.join(", "),
-                name = shown(name)
-            );
-            return Err(CaseError::one("", "", message));
-        };
+        let found = builtin::find("study", STUDIES, name)?;
         Study::parse(found.text, &format!("built-in study {name}"), name, Path::new(""))
     }
 

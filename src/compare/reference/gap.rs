@@ -5,7 +5,8 @@ use super::super::Channel;
 use super::Physics;
 use crate::friction::Law;
 use crate::model::Mode;
-use crate::model::torsion::{DIMENSION, TorsionModel, index::*};
+use crate::model::state::{Components, DIMENSION};
+use crate::model::torsion::TorsionModel;
 use crate::record::State;
 
 /// A gap in which the polynomial misses the equations of motion by more than this part of their own size is not used.
@@ -61,43 +62,49 @@ impl Node {
 /// First and second derivatives of a state in a mode, by the equations of motion.
 fn derivatives(physics: &Physics, time: f64, mode: Mode, x: &[f64; BASES]) -> ([f64; BASES], [f64; BASES]) {
     let model = &physics.torsion;
-    let p = &model.torsion;
-    let (k_t, c_t, j, i) = (p.stiffness, p.damping, p.surface_inertia, p.rotor_inertia);
     let axial = physics.axial.at(time);
-    let mut y = [0.0; DIMENSION];
-    y[ROTOR_TWIST] = x[U];
-    y[ROTOR_TWIST_RATE] = x[U_DOT];
-    y[STATOR_TWIST] = x[V];
-    y[STATOR_TWIST_RATE] = x[V_DOT];
-    y[ROTOR_SPEED] = x[THETA_DOT];
+    let y = Components {
+        rotor_twist: x[U],
+        rotor_twist_rate: x[U_DOT],
+        stator_twist: x[V],
+        stator_twist_rate: x[V_DOT],
+        rotor_speed: x[THETA_DOT],
+        ..Components::default()
+    }
+    .state();
     let pressing = (axial.pressing_force.max(0.0), axial.pressing_rate);
-    let sense = f64::from(mode.sense());
-    let mut dy = [0.0; DIMENSION];
+    let dy = model.rates_at(mode, || pressing.0, &y);
+    let first = Components::of(&dy);
     let torque_rate = match mode {
-        Mode::SlipForward | Mode::SlipBackward => {
-            model.slip_rhs(sense, pressing.0, &y, &mut dy);
-            model.sliding_torque_rate(sense, &y, &dy, pressing)
-        }
+        Mode::SlipForward | Mode::SlipBackward => model.sliding_torque_rate(f64::from(mode.sense()), &y, &dy, pressing),
         Mode::Stick => {
-            model.stick_rhs(&y, &mut dy);
-            (c_t * (dy[ROTOR_TWIST_RATE] + dy[STATOR_TWIST_RATE]) + k_t * (x[U_DOT] + x[V_DOT])) / 2.0
+            let bend = model.torsion.damping * (first.rotor_twist_rate + first.stator_twist_rate);
+            (bend + model.torsion.stiffness * (x[U_DOT] + x[V_DOT])) / 2.0
         }
-        Mode::Separated => {
-            model.separated_rhs(&y, &mut dy);
-            0.0
-        }
+        Mode::Separated => 0.0,
     };
-    let (u2, v2, theta2) = (dy[ROTOR_TWIST_RATE], dy[STATOR_TWIST_RATE], dy[ROTOR_SPEED]);
-    let (rotor_rate, stator_rate) = (k_t * x[U_DOT] + c_t * u2, k_t * x[V_DOT] + c_t * v2);
-    let theta3 = -rotor_rate / i;
-    let u3 = theta3 - (rotor_rate - torque_rate) / j;
-    let v3 = (torque_rate - stator_rate) / j;
+    // The equations are linear but for the torque.
+    let mut ddy = [0.0; DIMENSION];
+    model.torsion.free_rates(torque_rate, &dy, &mut ddy);
+    let second = Components::of(&ddy);
+    let (u2, v2, theta2) = (first.rotor_twist_rate, first.stator_twist_rate, first.rotor_speed);
+    let (u3, v3, theta3) = (second.rotor_twist_rate, second.stator_twist_rate, second.rotor_speed);
     // m z'' = -F - c_a z' - k_e z, the pressing force less F
     let z2 = (axial.pressing_force - axial.force) / physics.mass;
-    let z3 = (axial.pressing_rate - physics.axial.applied_force_rate(time)) / physics.mass;
+    let z3 = (axial.pressing_rate - physics.axial.force.slope(time)) / physics.mass;
     (
-        [x[Z_DOT], z2, x[U_DOT], u2, x[V_DOT], v2, x[THETA_DOT], theta2, dy[SLIP]],
-        [z2, z3, u2, u3, v2, v3, theta2, theta3, theta2 - u2 - v2],
+        [
+            x[Z_DOT],
+            z2,
+            x[U_DOT],
+            u2,
+            x[V_DOT],
+            v2,
+            x[THETA_DOT],
+            theta2,
+            first.slip,
+        ],
+        [z2, z3, u2, u3, v2, v3, theta2, theta3, second.slip],
     )
 }
 

@@ -30,10 +30,10 @@ impl Physics {
     /// Of one case.
     pub fn new(parameters: &Parameters) -> Physics {
         let torsion = TorsionModel::new(parameters);
-        let axial = AxialMotion::new(&parameters.axial, &parameters.actuation);
+        let axial = parameters.axial_motion();
         let friction = parameters.friction.law.typical_coefficient();
         Physics {
-            twist: friction * parameters.contact.radius * axial.largest_force() / parameters.torsion.stiffness,
+            twist: friction * parameters.contact.radius * axial.force.largest() / parameters.torsion.stiffness,
             natural_period: torsion.natural_period(),
             torsion,
             mass: parameters.axial.mass,
@@ -47,7 +47,7 @@ impl Physics {
     /// The size that a channel has in stick-slip, in its SI unit: what friction and the actuating force make of it.
     pub fn scale(&self, channel: Channel) -> f64 {
         let omega = self.torsion.natural_angular_frequency();
-        let force = self.axial.largest_force();
+        let force = self.axial.force.largest();
         match channel {
             Channel::Z => force / self.stiffness,
             Channel::ZDot => force / self.stiffness * omega,

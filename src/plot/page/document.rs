@@ -10,7 +10,7 @@ use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Event, EventKind, State};
 use crate::results::schema::{group, root};
-use crate::results::{AttributeValue, ResultError, ResultFile, Status};
+use crate::results::{ResultError, ResultFile, Status};
 
 /// Events on a page, with their states.
 const EVENTS: usize = 5_000;
@@ -164,7 +164,10 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
     let Some(group) = file.added_group(group::CERTIFICATE, CERTIFICATE_ROWS)? else {
         return Ok(None);
     };
-    let attributes = group.attributes.into_iter().map(|(name, value)| (name, text(&value)));
+    let attributes = group
+        .attributes
+        .into_iter()
+        .map(|(name, value)| (name, value.to_string()));
     let columns = group.columns.into_iter().map(|column| CertificateColumn {
         name: column.name,
         unit: column.units.unwrap_or_default(),
@@ -189,19 +192,8 @@ fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
     for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
         rows.push((name.to_owned(), file.text(name)?));
     }
-    rows.extend(file.meta()?.into_iter().map(|(name, value)| (name, text(&value))));
+    rows.extend(file.meta()?.into_iter().map(|(name, value)| (name, value.to_string())));
     Ok(rows)
-}
-
-fn text(value: &AttributeValue) -> String {
-    match value {
-        AttributeValue::Text(text) => text.clone(),
-        AttributeValue::Integer(n) => n.to_string(),
-        // With an exponent where that is shorter.
-        AttributeValue::Number(x) => format!("{x:?}"),
-        AttributeValue::Integers(list) => format!("{list:?}"),
-        AttributeValue::Numbers(list) => format!("{list:?}"),
-    }
 }
 
 fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
-use super::{CertificateTables, ResultError, disk};
+use super::{CertificateTables, ResultError, disk, schema};
 pub use guard::serve_if_asked;
 use guard::{Guard, Lost};
 use protocol::{Answer, Opening, Request};
@@ -242,7 +242,21 @@ impl Source {
         Self::open_with(path, None)
     }
 
-    /// The same with so many bytes kept of each variable: of a compressed chunk beyond HDF5's own choice every block of
+    /// The same of a file that is not of a newer version of the program, if it is the program's.
+    pub(super) fn open_known(path: &Path) -> Result<Source, ResultError> {
+        let source = Self::open(path)?;
+        let known = i64::from(schema::FORMAT_VERSION);
+        match source.attribute("", schema::root::FORMAT_VERSION)? {
+            Some(AttributeValue::Integer(found)) if found > known => Err(ResultError::Newer {
+                path: path.to_owned(),
+                found,
+                known,
+            }),
+            _ => Ok(source),
+        }
+    }
+
+    /// As [`Self::open`] with so many bytes kept of each variable: of a compressed chunk beyond HDF5's own choice every block of
     /// rows is unpacked again.
     pub(super) fn open_with(path: &Path, chunk_cache: Option<usize>) -> Result<Source, ResultError> {
         check_plain(path)?;

@@ -12,7 +12,7 @@ use crate::results::attributes::write_text_attribute;
 use crate::results::checksums::{Summed, Sums};
 use crate::results::raw;
 use crate::results::schema::{self, attribute};
-use crate::results::table::{DEFLATE_LEVEL, create_group};
+use crate::results::table::{DEFLATE_LEVEL, append, create_group};
 
 /// Points that are buffered before they are written, at least; also the size of a chunk.
 const BLOCK: usize = 16_384;
@@ -348,29 +348,17 @@ impl Events {
     }
 
     fn flush(&mut self, sums: &mut Sums) -> hdf5::Result<()> {
-        fn append<T: H5Type + Summed>(
-            (dataset, rows): &mut (Dataset, Vec<T>),
-            start: usize,
-            sums: &mut Sums,
-        ) -> hdf5::Result<()> {
-            let end = start + rows.len();
-            sums.add(dataset, rows);
-            dataset.resize([end])?;
-            dataset.write_slice(&rows[..], start..end)?;
-            rows.clear();
-            Ok(())
-        }
         let (start, count) = (self.written, self.point.1.len());
         if count == 0 {
             return Ok(());
         }
-        append(&mut self.index, start, sums)?;
-        append(&mut self.point, start, sums)?;
-        append(&mut self.time, start, sums)?;
-        append(&mut self.kind, start, sums)?;
-        append(&mut self.mode_after, start, sums)?;
-        append(&mut self.relative_velocity, start, sums)?;
-        append(&mut self.internal_force, start, sums)?;
+        append(&mut self.index.1, &self.index.0, start, sums)?;
+        append(&mut self.point.1, &self.point.0, start, sums)?;
+        append(&mut self.time.1, &self.time.0, start, sums)?;
+        append(&mut self.kind.1, &self.kind.0, start, sums)?;
+        append(&mut self.mode_after.1, &self.mode_after.0, start, sums)?;
+        append(&mut self.relative_velocity.1, &self.relative_velocity.0, start, sums)?;
+        append(&mut self.internal_force.1, &self.internal_force.0, start, sums)?;
         self.written += count;
         Ok(())
     }

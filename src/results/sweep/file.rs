@@ -5,7 +5,6 @@ use std::path::Path;
 
 use super::schema::{DIGEST, FAILURES, POINT};
 use crate::results::ResultError;
-use crate::results::attributes::AttributeValue;
 use crate::results::schema;
 use crate::results::source::{DatasetInfo, Kind, Source};
 
@@ -17,16 +16,8 @@ pub struct SweepFile {
 
 /// Opens an HDF5 file of this or an earlier version of the program, whatever its format.
 pub(super) fn open_checked(path: &Path) -> Result<SweepFile, ResultError> {
-    let source = Source::open(path)?;
-    let known = i64::from(schema::FORMAT_VERSION);
-    match source.attribute("", schema::root::FORMAT_VERSION)? {
-        Some(AttributeValue::Integer(found)) if found > known => Err(ResultError::Newer {
-            path: path.to_owned(),
-            found,
-            known,
-        }),
-        _ => Ok(SweepFile { source }),
-    }
+    let source = Source::open_known(path)?;
+    Ok(SweepFile { source })
 }
 
 impl SweepFile {

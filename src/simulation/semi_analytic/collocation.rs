@@ -4,11 +4,13 @@ use super::super::brake::Brake;
 use super::{Last, STAGES, STEP_NOISE, SemiAnalyticEngine, tableau};
 use crate::friction::Law;
 use crate::hybrid::{Advance, EngineError, Fired};
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionModel, TorsionState};
+use crate::model::Mode;
+use crate::model::state::{DIMENSION, DYNAMIC, TorsionState};
+use crate::model::torsion::TorsionModel;
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::radau::{Attempt, Radau, StiffProblem};
 use crate::numerics::taylor;
-use nalgebra::{DMatrixViewMut, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 use std::sync::OnceLock;
 
 /// Values of a guard on a Radau step: at its start and its stages.
@@ -41,24 +43,19 @@ fn interpolation() -> &'static SMatrix<f64, NODES, NODES> {
 struct Slip<'a> {
     brake: &'a Brake,
     torsion: &'a TorsionModel,
-    sense: f64,
+    mode: Mode,
     origin: f64,
 }
 
 impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
     fn rhs(&self, t: f64, y: &TorsionState) -> TorsionState {
-        let mut rates = [0.0; DIMENSION];
-        let force = self.brake.axial.pressing_force(self.origin + t);
-        self.torsion.slip_rhs(self.sense, force, y, &mut rates);
-        rates
+        let force = || self.brake.axial.pressing_force(self.origin + t);
+        self.torsion.rates_at(self.mode, force, y)
     }
 
     fn jacobian(&self, t: f64, y: &TorsionState) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
-        let mut entries = [0.0; DIMENSION * DIMENSION];
-        let mut view = DMatrixViewMut::from_slice(&mut entries, DIMENSION, DIMENSION);
-        let force = self.brake.axial.pressing_force(self.origin + t);
-        self.torsion.slip_jacobian(self.sense, force, y, &mut view);
-        view.fixed_view::<DYNAMIC, DYNAMIC>(0, 0).into_owned()
+        let force = || self.brake.axial.pressing_force(self.origin + t);
+        self.torsion.dynamic_jacobian(self.mode, force, y)
     }
 }
 
@@ -71,7 +68,7 @@ impl SemiAnalyticEngine {
         let slip = Slip {
             brake: &brake,
             torsion: brake.torsion_in(&self.location),
-            sense: self.sense(),
+            mode: self.location.mode,
             origin: self.origin,
         };
         loop {

@@ -5,9 +5,8 @@ use super::super::rules::LARGEST_TIME_SCALE_RATIO;
 use super::{Last, STEP_NOISE, SemiAnalyticEngine, TERMS};
 use crate::friction::Law;
 use crate::hybrid::{Advance, EngineError, Fired};
-use crate::model::slow_manifold::{SlowSeries, slow_momentum};
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DYNAMIC, TorsionState};
+use crate::model::slow_manifold::SlowSeries;
+use crate::model::state::{Components, DYNAMIC, TorsionState};
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
 
@@ -36,8 +35,8 @@ impl SemiAnalyticEngine {
     /// A / (TERMS - 1)! in the series' unit, and nothing slower comes near that.
     pub(super) fn ringing_rate(&self) -> f64 {
         let factorial: f64 = (1..TERMS).map(|n| n as f64).product();
-        let last = |component: usize| self.series.state[component][TERMS - 1].abs();
-        factorial * last(ROTOR_TWIST_RATE).max(last(STATOR_TWIST_RATE))
+        let last = Components::of(&self.series.state.each_ref().map(|series| series[TERMS - 1].abs()));
+        factorial * last.rotor_twist_rate.max(last.stator_twist_rate)
     }
 
     /// A step along the slow manifold, if the slip is on it, to what a step may leave beside it: the motion without the
@@ -52,7 +51,7 @@ impl SemiAnalyticEngine {
         let (torsion, sense) = (brake.torsion_in(&self.location), self.sense());
         let axial = brake.axial.at(t);
         let pressing = (axial.pressing_force, axial.pressing_rate);
-        let slow = SlowSeries::<TERMS>::new(torsion, sense, pressing, slow_momentum(torsion, &self.y));
+        let slow = SlowSeries::<TERMS>::new(torsion, sense, pressing, torsion.torsion.slow_momentum(&self.y));
         let (start, weights) = (slow.start(), self.weights());
         if !(0..DYNAMIC).all(|k| (start[k] - self.y[k]).abs() <= STEP_NOISE * weights[k]) {
             return Ok(None);
@@ -158,7 +157,7 @@ impl SemiAnalyticEngine {
         if self.first && guard[0].abs() <= self.noise(index) {
             // It leaves zero here: the root, simple or double, is divided out.
             let torsion = &self.brake.torsion;
-            let torques = torsion.rotor_torque(&self.y).abs() + torsion.stator_torque(&self.y).abs();
+            let torques = torsion.torsion.rotor_torque(&self.y).abs() + torsion.torsion.stator_torque(&self.y).abs();
             let slope_noise = DEPARTURE_NOISE * torques / torsion.torsion.surface_inertia * self.series.unit * x;
             // Without c_t the margin's zero is the force's, which a force that sets in at a corner leaves tangentially.
             let (force_noise, rate_noise) = self.noise_of_force();

@@ -21,8 +21,7 @@ use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::SlipSeries;
-use crate::model::torsion::index::*;
-use crate::model::torsion::{DIMENSION, DYNAMIC, TorsionState};
+use crate::model::state::{Components, DIMENSION, DYNAMIC, TorsionState};
 use crate::numerics::radau::Radau;
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
@@ -167,7 +166,7 @@ impl SemiAnalyticEngine {
     /// What counts as zero of a guard where the segment begins.
     fn noise(&self, index: usize) -> f64 {
         if index == GUARD_STOPPING || self.end_of_piece(index).is_some() {
-            let speeds = self.y[ROTOR_SPEED].abs() + self.y[ROTOR_TWIST_RATE].abs() + self.y[STATOR_TWIST_RATE].abs();
+            let speeds = self.brake.torsion.relative_velocity_terms(&self.y);
             VELOCITY_NOISE * speeds
         } else {
             MARGIN_NOISE * self.brake.torsion.torsion.damping + self.noise_of_force().0
@@ -180,7 +179,7 @@ impl SemiAnalyticEngine {
         let Brake { torsion, axial, .. } = &*self.brake;
         let t = self.origin;
         // The time is itself no more exact than its last place.
-        let force = axial.largest_force() + (axial.at(t).pressing_rate * t).abs();
+        let force = axial.force.largest() + (axial.at(t).pressing_rate * t).abs();
         let rate = axial.curvature_bound(t) * (t + torsion.natural_period());
         let relative_velocity = self.sense() * torsion.relative_velocity(&self.y);
         let slope = torsion.friction.law.coefficient_and_slope(relative_velocity).1.abs();
@@ -229,7 +228,7 @@ impl Engine<Location> for SemiAnalyticEngine {
         }
         if self.ringing || self.location.resolved || self.beyond {
             self.expand();
-            self.ringing = self.ringing_rate() > self.weights()[ROTOR_TWIST_RATE];
+            self.ringing = self.ringing_rate() > Components::of(&self.weights()).rotor_twist_rate;
         }
         if !self.ringing && !self.location.resolved && !self.beyond {
             if let Some(advance) = self.collocation_step()? {

@@ -1,0 +1,120 @@
+//! What is applied from outside, as a function of time: the normal force F(t).
+//!
+//! [`Signal`] alone knows which profile it is. The rest of the program asks for its [`Pieces`]: values and slopes, the
+//! corners where an integrator restarts, the integral, and the stretches on each of which it is linear, with the coefficients
+//! that a closed form takes. Only the case's keys ([`crate::case`]) and the independent solution ([`crate::oracle`]) know the
+//! profiles themselves.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `pieces` | a signal as the rest of the program sees it |
+//! | `ramp` | a linear rise to a value, which then holds |
+//! | `table` | linear between points |
+//!
+//! A further profile is a file beside these that implements [`Profile`] and has a `try_map`, and its name in `profiles!` below.
+
+mod pieces;
+mod ramp;
+mod table;
+
+pub use pieces::{Piece, Pieces};
+pub use ramp::Ramp;
+pub use table::Table;
+
+use std::convert::Infallible;
+
+/// What a profile knows of itself.
+pub trait Profile {
+    /// Its name in a case.
+    const NAME: &'static str;
+
+    /// One of which no number is known yet: NaN, and empty lists.
+    fn blank() -> Self;
+
+    /// (start, value, slope) of each linear stretch from t = 0 on. The last never ends.
+    fn stretches(&self) -> Vec<(f64, f64, f64)>;
+}
+
+/// Declares the profiles: each name is a variant of [`Signal`].
+macro_rules! profiles {
+    ($($(#[$about:meta])* $profile:ident)+) => {
+        /// A function of time by one of the profiles. `T` is the type of its numbers: doubles, or exact ones.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Signal<T = f64> {
+            $($(#[$about])* $profile($profile<T>),)+
+        }
+
+        $(impl<T> From<$profile<T>> for Signal<T> {
+            fn from(profile: $profile<T>) -> Signal<T> {
+                Signal::$profile(profile)
+            }
+        })+
+
+        impl<T> Signal<T> {
+            /// The same with each number replaced by `number` of its field's name, its place if the field is a list, and
+            /// itself.
+            ///
+            /// # Errors
+            /// The first of `number`.
+            pub fn try_map<U, E>(
+                &self,
+                mut number: impl FnMut(&'static str, Option<usize>, &T) -> Result<U, E>,
+            ) -> Result<Signal<U>, E> {
+                match self {
+                    $(Signal::$profile(profile) => profile.try_map(&mut number).map(Signal::$profile),)+
+                }
+            }
+        }
+
+        impl Signal {
+            /// The names of all profiles in a case.
+            pub const NAMES: &'static [&'static str] = &[$(<$profile>::NAME),+];
+
+            /// The name of its profile in a case.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Signal::$profile(_) => <$profile>::NAME,)+
+                }
+            }
+
+            /// One of the profile of this name, of which no number is known yet.
+            pub fn blank(name: &str) -> Option<Signal> {
+                $(if name == <$profile>::NAME {
+                    return Some(Signal::$profile(Profile::blank()));
+                })+
+                None
+            }
+
+            /// The same as stretches on each of which it is linear.
+            pub fn pieces(&self) -> Pieces {
+                Pieces::new(match self {
+                    $(Signal::$profile(profile) => profile.stretches(),)+
+                })
+            }
+        }
+    };
+}
+
+profiles! {
+    /// A linear rise from zero, or a step at t = 0, to a value that then holds.
+    Ramp
+    /// Linear between points.
+    Table
+}
+
+impl<T> Signal<T> {
+    /// The same with each number replaced.
+    pub fn map<U>(&self, number: impl Fn(&T) -> U) -> Signal<U> {
+        match self.try_map(|_, _, value| Ok::<U, Infallible>(number(value))) {
+            Ok(signal) => signal,
+        }
+    }
+
+    /// Its numbers if it is a ramp: for data that know no other profile.
+    pub fn as_ramp(&self) -> Option<&Ramp<T>> {
+        match self {
+            Signal::Ramp(ramp) => Some(ramp),
+            Signal::Table(_) => None,
+        }
+    }
+}

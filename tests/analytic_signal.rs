@@ -1,0 +1,146 @@
+//! The signals against what the rest of the program is promised of one: each profile by its definition, and what is said of
+//! any signal by its own values.
+
+use proptest::prelude::*;
+use stickslip::signal::{Ramp, Signal, Table};
+
+#[test]
+fn analytic_a_ramp_rises_and_holds() {
+    let pieces = Signal::Ramp(Ramp {
+        value: 8.0,
+        rise_time: 4.0,
+    })
+    .pieces();
+    for (time, value, slope, integral) in [
+        (0.0, 0.0, 2.0, 0.0),
+        (1.0, 2.0, 2.0, 1.0),
+        (4.0, 8.0, 0.0, 16.0),
+        (6.0, 8.0, 0.0, 32.0),
+    ] {
+        assert_eq!(
+            (pieces.value(time), pieces.slope(time), pieces.integral(time)),
+            (value, slope, integral)
+        );
+    }
+    assert_eq!((pieces.next_corner(0.0), pieces.next_corner(4.0)), (Some(4.0), None));
+    assert_eq!(
+        (pieces.constant_from(), pieces.shortest_change(), pieces.largest()),
+        (4.0, 4.0, 8.0)
+    );
+    assert!(pieces.starts_positive());
+}
+
+#[test]
+fn analytic_a_ramp_without_rise_is_a_step() {
+    let pieces = Signal::Ramp(Ramp {
+        value: -8.0,
+        rise_time: 0.0,
+    })
+    .pieces();
+    assert_eq!(
+        (pieces.value(0.0), pieces.slope(0.0), pieces.integral(3.0)),
+        (-8.0, 0.0, -24.0)
+    );
+    assert_eq!(
+        (pieces.corners().count(), pieces.constant_from(), pieces.largest()),
+        (0, 0.0, 8.0)
+    );
+    assert_eq!(pieces.shortest_change(), f64::INFINITY);
+    assert!(!pieces.starts_positive());
+}
+
+/// The first value holds before the points, the last after them; what lies before t = 0 is cut off.
+#[test]
+fn analytic_a_table_goes_through_its_points() {
+    let signal = |time: &[f64], value: &[f64]| {
+        let (time, value) = (time.to_vec(), value.to_vec());
+        Signal::Table(Table { time, value }).pieces()
+    };
+    let late = signal(&[1.0, 2.0, 4.0], &[3.0, 5.0, -1.0]);
+    for (time, value) in [
+        (0.0, 3.0),
+        (1.0, 3.0),
+        (1.5, 4.0),
+        (2.0, 5.0),
+        (3.0, 2.0),
+        (4.0, -1.0),
+        (9.0, -1.0),
+    ] {
+        assert_eq!(late.value(time), value);
+    }
+    assert_eq!(late.corners().collect::<Vec<_>>(), [1.0, 2.0, 4.0]);
+    assert_eq!(
+        (late.integral(4.0), late.integral(5.0), late.constant_from()),
+        (11.0, 10.0, 4.0)
+    );
+    let early = signal(&[-3.0, -1.0, 1.0], &[7.0, 0.0, 4.0]);
+    assert_eq!((early.value(0.0), early.slope(0.0), early.value(2.0)), (2.0, 2.0, 4.0));
+    assert_eq!((early.corners().count(), early.shortest_change()), (1, 1.0));
+    let past = signal(&[-3.0, -1.0], &[7.0, 2.0]);
+    assert_eq!(
+        (past.value(0.0), past.corners().count(), past.constant_from()),
+        (2.0, 0, 0.0)
+    );
+}
+
+/// Each profile has a name by which a case finds it, and its numbers have theirs.
+#[test]
+fn property_every_profile_is_found_by_its_name() {
+    for name in Signal::NAMES {
+        assert_eq!(Signal::blank(name).unwrap().name(), *name);
+    }
+    assert!(Signal::blank("none").is_none());
+    let table = Signal::Table(Table {
+        time: vec![1.0, 2.0],
+        value: vec![3.0, 4.0],
+    });
+    let mut names = Vec::new();
+    let negated = table.try_map(|name, index, number| {
+        names.push((name, index));
+        Ok::<f64, ()>(-number)
+    });
+    let listed = ["time", "value"]
+        .into_iter()
+        .flat_map(|name| [(name, Some(0)), (name, Some(1))]);
+    assert_eq!(names, listed.collect::<Vec<_>>());
+    assert_eq!(negated.unwrap(), table.map(|number| -number));
+    assert_eq!(table.try_map(|name, _, _| Err::<f64, _>(name)), Err("time"));
+}
+
+fn tables() -> impl Strategy<Value = Signal> {
+    prop::collection::vec((0.01..1.0f64, -5.0..5.0f64), 1..7).prop_map(|points| {
+        let mut now = -0.7;
+        let times = points.iter().map(|&(step, _)| {
+            now += step;
+            now
+        });
+        let time = times.collect();
+        let value = points.iter().map(|&(_, value)| value).collect();
+        Signal::Table(Table { time, value })
+    })
+}
+
+proptest! {
+    /// What is said of a signal agrees with its values: slope and integral by differences over a stretch without a corner,
+    /// where they are exact but for rounding (1e-15 of values of 5 over h); no jump at a corner; the largest value; and none
+    /// but one value from `constant_from` on.
+    #[test]
+    fn property_a_signal_agrees_with_its_own_values(signal in tables(), t in 0.0..5.0f64) {
+        const H: f64 = 1e-3;
+        let pieces = signal.pieces();
+        let next = pieces.next_corner(t);
+        prop_assert_eq!(next, pieces.corners().find(|&corner| corner > t));
+        let (here, value) = (pieces.value(t), pieces.value(t + H));
+        if next.is_none_or(|corner| corner > t + H) {
+            prop_assert!(((value - here) / H - pieces.slope(t)).abs() < 1e-10);
+            let area = H * (here + value) / 2.0;
+            prop_assert!((pieces.integral(t + H) - pieces.integral(t) - area).abs() < 1e-13);
+        }
+        if let Some(corner) = next {
+            prop_assert!((pieces.value(corner) - pieces.value(corner.next_down())).abs() < 1e-10);
+        }
+        prop_assert!(here.abs() <= pieces.largest() * (1.0 + 1e-14));
+        let still = pieces.constant_from();
+        prop_assert_eq!(pieces.value(still.max(t)), pieces.value(still + 100.0));
+    }
+}
