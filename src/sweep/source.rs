@@ -47,6 +47,15 @@ impl StudySource {
         })
     }
 
+    /// A study that is at hand.
+    pub fn text(name: &str, text: &str) -> StudySource {
+        StudySource {
+            text: text.to_owned(),
+            path: None,
+            name: name.to_owned(),
+        }
+    }
+
     /// A built-in study.
     ///
     /// # Errors
@@ -58,11 +67,7 @@ impl StudySource {
     /// The built-in study of a name among those of one kind.
     pub(crate) fn among(studies: &[BuiltInStudy], name: &str) -> Result<StudySource, CaseError> {
         match studies.iter().find(|study| study.name == name) {
-            Some(study) => Ok(StudySource {
-                text: study.text.to_owned(),
-                path: None,
-                name: name.to_owned(),
-            }),
+            Some(study) => Ok(StudySource::text(name, study.text)),
             None => {
                 let names: Vec<&str> = studies.iter().map(|study| study.name).collect();
                 let hint = suggest(name, names.iter().copied())
