@@ -544,6 +544,8 @@ proptest! {
         exponent in 1..=4i32, ratio in 0.2..50.0f64, x in 0.3..4.0f64, change in prop::array::uniform2(-1.5..1.5f64),
     ) {
         let drop = low_speed - high_speed;
+        // A constant has no scale that a difference could be taken over.
+        prop_assume!(drop.abs() > 1e-3);
         // Every third without a rise.
         let viscous = (rise - 0.4).max(0.0) * drop.abs() / scale;
         let law = FrictionLaw::from(friction::Stribeck {
@@ -622,7 +624,8 @@ proptest! {
             prop_assert!(bounds.least >= least - 1e-12 && bounds.most <= most + 1e-12, "{bounds:?}");
             let slopes = law.slope_bounds(pair[0], pair[1]);
             let piece = law.continued(k);
-            for x in grid(pair[0], pair[1], 50).skip(1) {
+            // The last of the grid may be a rounding beyond its end.
+            for x in grid(pair[0], pair[1], 50).skip(1).map(|x| x.min(pair[1])) {
                 let (value, slope) = law.coefficient_and_slope(x);
                 prop_assert_eq!(value, law.coefficient(x));
                 prop_assert!(bounds.least <= value + 1e-12 && value <= bounds.most + 1e-12);

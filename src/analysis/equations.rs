@@ -71,6 +71,30 @@ impl Equations {
         self.on_piece(piece).dynamic_jacobian(mode, force, &extended(y))
     }
 
+    /// The knot of the friction law that steady sliding loses or regains its stability at, if the event is at one: the margin
+    /// jumps there, and the event is where the speed is the knot's.
+    pub(super) fn stability_knot(&self, kind: EventKind, mode: Mode, t: f64, y: &Dynamic) -> Option<usize> {
+        // Of a knot, by how much a speed located there may be off.
+        const LOCATED: f64 = 1e-9;
+        if !matches!(kind, EventKind::Destabilised | EventKind::Restabilised) {
+            return None;
+        }
+        let (sense, relative) = (f64::from(mode.sense()), self.torsion.relative_velocity(&extended(y)));
+        let force = self.axial.pressing_force(t);
+        let knots = self.torsion.friction.law.knots();
+        let k = knots
+            .iter()
+            .position(|knot| (relative.abs() - knot).abs() <= LOCATED * knot)?;
+        let margin = |piece: usize| self.on_piece(piece).stability_margin(sense, relative, force);
+        ((margin(k) > 0.0) != (margin(k + 1) > 0.0)).then_some(k)
+    }
+
+    /// How far the speed is above a knot of the friction law, rad/s.
+    pub(super) fn above_knot(&self, knot: usize, mode: Mode, y: &Dynamic) -> Option<f64> {
+        let speed = f64::from(mode.sense()) * self.torsion.relative_velocity(&extended(y));
+        Some(speed - self.torsion.friction.law.knots().get(knot)?)
+    }
+
     /// The gradient of I theta' + J phi_2', which in slip is the one slow variable.
     pub(super) fn momentum(&self) -> Dynamic {
         let mut unit = [0.0; DYNAMIC];

@@ -334,8 +334,11 @@ impl Propagation<'_> {
         if matches!(event.kind, EventKind::Separation | EventKind::Contact) {
             return self.shift_of_contact(t);
         }
-        let guard =
-            |equations: &Equations, t: f64, y: &Dynamic| equations.guard(event.kind, before, event.mode_after, t, y);
+        let knot = self.equations.stability_knot(event.kind, before, t, &y);
+        let guard = |equations: &Equations, t: f64, y: &Dynamic| match knot {
+            Some(knot) => equations.above_knot(knot, before, y),
+            None => equations.guard(event.kind, before, event.mode_after, t, y),
+        };
         if guard(&self.equations, t, &y).is_none() {
             return self.set_by_time(event);
         }

@@ -11,8 +11,8 @@ const LARGEST_EXPONENT: usize = 4;
 /// Of u^delta from which on exp(-u^delta) is below the rounding of the rest.
 const FLAT: f64 = 40.0;
 
-/// By how many e-folds the exponential may change where Taylor coefficients stand for it, while it matters (as in
-/// [`super::Exponential`]).
+/// By how many e-folds over delta the exponential may change where Taylor coefficients stand for it, while it matters: as in
+/// [`super::Exponential`], and less where the terms of a higher power fall more slowly.
 const E_FOLDS: f64 = 6.0;
 
 /// An exponential below this does not matter.
@@ -234,11 +234,11 @@ impl Law for Stribeck {
         (share * self.scale / self.exponent).max(0.5 * (x - self.flat_from()))
     }
 
-    /// The change by six e-folds of the exponential, or to where nothing is left of it.
+    /// The change by some e-folds of the exponential, or to where nothing is left of it.
     fn expandable_share(&self, x: f64, change: f64) -> f64 {
         let u = (x / self.scale).max(0.0);
         let here = self.raised(u, 0);
-        let allowed = (here + NEGLIGIBLE.ln()).max(E_FOLDS);
+        let allowed = (here + NEGLIGIBLE.ln()).max(E_FOLDS / self.exponent);
         let reach = self.scale * ((here + allowed).powf(1.0 / self.exponent) - u);
         if change <= reach { 1.0 } else { reach / change }
     }
