@@ -7,9 +7,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use stickslip::Run;
 use stickslip::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
-use stickslip::results::{Overwrite, SweepHeader};
 use stickslip::sweep::{
-    Existing, Journal, Outcome, Study, StudySource, SweepOptions, journal_path, run_points, sweep, without_a_file,
+    Existing, Journal, Outcome, Study, StudySource, Sweep, journal_path, run_points, without_a_file,
 };
 
 /// Points on both sides of the critical curve, as its tracing asks for them.
@@ -21,11 +20,7 @@ fn study(method: &str, count: usize) -> Study {
          [[axis]]\nkey = \"friction.decay\"\nfrom = 1\nto = 200\nspacing = \"log\"\n\
          [[axis]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 60\n"
     );
-    let source = StudySource {
-        text,
-        path: None,
-        name: "bench".to_owned(),
-    };
+    let source = StudySource::text("bench", &text);
     Study::parse(source, &[]).expect("a valid study")
 }
 
@@ -129,17 +124,8 @@ fn computing(study: &Study, workers: usize, mut keep: impl FnMut(Vec<Outcome>)) 
 /// The whole sweep, with its journal and its file; of what is in the journal already, the file alone.
 fn sweeping(study: &Study, workers: usize, path: &Path, resume: bool) -> [f64; 2] {
     let clock = Clock::start();
-    let options = SweepOptions {
-        path,
-        shard: None,
-        overwrite: Overwrite::OwnResults,
-        resume,
-        workers,
-        header: SweepHeader::default(),
-        integrate: &without_a_file,
-        stop: &AtomicBool::new(false),
-    };
-    sweep(study, &options, &mut |_| {}).expect("a sweep");
+    let sweep = Sweep::new(study, path).resume(resume).workers(workers);
+    sweep.start().expect("a sweep");
     clock.stop()
 }
 

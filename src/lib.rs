@@ -21,6 +21,7 @@
 //! | [`simulation`] | the brake run by the automaton: which engine where, samples, events |
 //! | [`results`] | the HDF5 files: schema, writer, reader |
 //! | [`case`] | the TOML case file: units, validation, overrides |
+//! | `provenance` | what a file says of the program, the machine and the command that made it |
 //! | [`run`](Run) | one run of a case: the front door |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
@@ -44,6 +45,7 @@ pub mod numerics;
 pub mod oracle;
 #[cfg(feature = "plot")]
 pub mod plot;
+mod provenance;
 mod quote;
 pub mod record;
 pub mod results;
@@ -54,4 +56,7 @@ pub mod sundials;
 pub mod sweep;
 mod workers;
 
+pub use analysis::{Certify, SavedRun};
+pub use compare::Reference;
 pub use run::Run;
+pub use sweep::Sweep;

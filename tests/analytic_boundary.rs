@@ -1,38 +1,19 @@
 //! The boundary tracer against lines that are known: the loss of stability at standstill, and single runs.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use stickslip::analysis::growth::foreseen_exponent;
 use stickslip::case::Override;
-use stickslip::results::{Overwrite, SweepFile, SweepHeader};
+use stickslip::results::SweepFile;
 use stickslip::sweep::{
-    Branch, Design, Study, StudySource, SweepOptions, SweepReport, quantity_index, run_point, sweep, without_a_file,
+    Branch, Design, Study, StudySource, Sweep, SweepReport, quantity_index, run_point, without_a_file,
 };
 
 fn study(text: &str) -> Study {
-    let source = StudySource {
-        text: text.to_owned(),
-        path: None,
-        name: "boundary".to_owned(),
-    };
-    Study::parse(source, &[]).unwrap()
+    Study::parse(StudySource::text("boundary", text), &[]).unwrap()
 }
 
 fn run(study: &Study, path: &Path) -> SweepReport {
-    let options = SweepOptions {
-        path,
-        overwrite: Overwrite::OwnResults,
-        resume: false,
-        shard: None,
-        workers: 2,
-        header: SweepHeader {
-            digest: study.digest(),
-            ..SweepHeader::default()
-        },
-        integrate: &without_a_file,
-        stop: &AtomicBool::new(false),
-    };
-    sweep(study, &options, &mut |_| {}).unwrap()
+    Sweep::new(study, path).start().unwrap()
 }
 
 /// A light rotor that stops within milliseconds, so that runs are cheap; the rest is the paper's.
@@ -208,10 +189,10 @@ fn analytic_contours_of_growth_have_their_level() {
     }
 }
 
-/// The nose of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the width, in x to
+/// The fold of the critical curve, from four cells, is the top of a scan along x by single runs: in y to the width, in x to
 /// where the curve is lower by more than that.
 #[test]
-fn regression_the_nose_is_the_top_of_a_scan_along_x() {
+fn regression_the_fold_is_the_top_of_a_scan_along_x() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 case = "paper"
@@ -236,13 +217,13 @@ width = 1e-4
     let study = study(text);
     let found = run(&study, &folder.path().join("n.h5")).boundaries.unwrap();
     assert_eq!(found.curves.len(), 1);
-    let noses: Vec<_> = found.curves[0]
+    let folds: Vec<_> = found.curves[0]
         .points
         .iter()
-        .filter(|point| point.branch == Branch::Nose)
+        .filter(|point| point.branch == Branch::Fold)
         .collect();
-    let [nose] = noses[..] else { panic!("{noses:?}") };
-    let [decay, damping] = nose.middle();
+    let [fold] = folds[..] else { panic!("{folds:?}") };
+    let [decay, damping] = fold.middle();
     let meets = |decay: f64, damping: f64| {
         let coordinates = [decay, damping].map(stickslip::case::Setting::Number).to_vec();
         let point = stickslip::sweep::Point { number: 0, coordinates };
@@ -251,7 +232,7 @@ width = 1e-4
     };
     // 1300 N m s/rad times the width, and as much for what the flat top leaves open in y.
     let open = 2.0 * 1300.0 * 1e-4;
-    assert!(meets(decay, nose.met[1]) && !meets(decay, nose.unmet[1]));
+    assert!(meets(decay, fold.met[1]) && !meets(decay, fold.unmet[1]));
     for k in -20..=20 {
         let beside = decay * (0.01 * f64::from(k)).exp();
         assert!(!meets(beside, damping + open), "{beside} rises above {decay}");

@@ -23,11 +23,7 @@ starts = 4
 const STIFFNESS: f64 = 6.822e7 * 4.4482216152605 * 0.0254;
 
 fn found(free_and_targets: &str) -> Calibration {
-    let source = StudySource {
-        text: format!("{QUICK}\n{free_and_targets}"),
-        path: None,
-        name: "test".to_owned(),
-    };
+    let source = StudySource::text("test", &format!("{QUICK}\n{free_and_targets}"));
     let study = CalibrationStudy::parse(source, &[]).unwrap();
     let stop = AtomicBool::new(false);
     let options = CalibrationOptions {

@@ -168,7 +168,7 @@ fn cli_errors_quote_little_and_nothing_of_files_that_are_no_input() {
     folder.write("s.toml", "case = \"paper\"\npoints = \"secret\"\n");
     let said = refusal(&mut folder.stickslip(&["sweep", "s.toml"]));
     assert!(said.contains("secret:1") && !said.contains("verysecret"), "{said}");
-    // A slip of the pen is quoted, as everywhere.
+    // A misspelt key is quoted, as everywhere.
     folder.write("points.csv", "friction.deccay\n1\n");
     folder.write("s.toml", "case = \"paper\"\npoints = \"points.csv\"\n");
     let said = refusal(&mut folder.stickslip(&["sweep", "s.toml"]));

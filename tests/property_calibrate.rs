@@ -7,11 +7,7 @@ use stickslip::case::{Case, CaseSource, Override};
 use stickslip::sweep::StudySource;
 
 fn found(text: &str) -> Calibration {
-    let source = StudySource {
-        text: text.to_owned(),
-        path: None,
-        name: "test".to_owned(),
-    };
+    let source = StudySource::text("test", text);
     let study = CalibrationStudy::parse(source, &[]).unwrap();
     let stop = AtomicBool::new(false);
     let options = CalibrationOptions {

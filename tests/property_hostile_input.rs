@@ -287,11 +287,7 @@ fn studies() {
     seeds.push(many.into_bytes());
     campaign("study", &seeds, |bytes| {
         let text = String::from_utf8(bytes.to_vec()).map_err(|error| error.to_string())?;
-        let source = StudySource {
-            text: text.clone(),
-            path: None,
-            name: "hostile".to_owned(),
-        };
+        let source = StudySource::text("hostile", &text);
         let sweep = Study::parse(source.clone(), &[]).map(drop);
         let calibration = CalibrationStudy::parse(source, &[]).map(drop);
         let precision = work_precision::Study::parse(&text, "hostile.toml", "hostile", Path::new("")).map(drop);

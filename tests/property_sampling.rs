@@ -10,11 +10,7 @@ fn study(method: &str, count: usize, seed: u32) -> Study {
          [[axis]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 30\n\
          [[axis]]\nkey = \"solver.method\"\nvalues = [\"auto\", \"erk\", \"esdirk\"]\n"
     );
-    let source = StudySource {
-        text,
-        path: None,
-        name: "sample".to_owned(),
-    };
+    let source = StudySource::text("sample", &text);
     Study::parse(source, &[]).unwrap()
 }
 

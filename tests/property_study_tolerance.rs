@@ -6,11 +6,7 @@ use stickslip::case::Override;
 use stickslip::sweep::{Outcome, STUDY_RTOL, Study, StudySource, Values, quantity_index, run_points, without_a_file};
 
 fn study(text: &str) -> Study {
-    let source = StudySource {
-        text: text.to_owned(),
-        path: None,
-        name: "tolerance".to_owned(),
-    };
+    let source = StudySource::text("tolerance", text);
     Study::parse(source, &[]).unwrap()
 }
 

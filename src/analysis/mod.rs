@@ -4,6 +4,7 @@
 pub mod advice;
 pub mod bands;
 pub mod certificate;
+mod certification;
 mod eigenvalues;
 mod equations;
 pub mod exact;
@@ -17,6 +18,7 @@ pub mod modes;
 pub mod onset;
 mod path;
 mod rounding;
+mod saved_run;
 pub mod sensitivity;
 pub mod smooth_sliding;
 pub mod stability_path;
@@ -30,9 +32,11 @@ pub mod work_precision;
 
 pub use crate::record::{Cycle, CycleStatistics};
 pub use certificate::{Certificate, certify};
+pub use certification::{Certified, Certify, Stage};
 pub use growth::Growth;
 pub use headline::{Headline, HeadlineRow};
 pub use modes::Modes;
+pub use saved_run::{SavedReport, SavedRun};
 pub use stick_slip::StickSlip;
 pub use summary::Summary;
 pub use warning::Warning;

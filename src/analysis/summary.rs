@@ -4,6 +4,7 @@ use super::Growth;
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::record::CycleStatistics;
+use crate::results::{Extra, StickSlipTable};
 use crate::simulation::{RunReport, SolverWork};
 use serde::Serialize;
 
@@ -147,5 +148,60 @@ impl Summary {
             work: report.work.iter().map(SolverWorkRow::from).collect(),
             stick_slip,
         }
+    }
+
+    /// What a result file says of the run beside its rows: attributes of /stick_slip.
+    pub fn table(&self) -> StickSlipTable {
+        let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        StickSlipTable {
+            onset_time: missing(self.onset_time),
+            final_stick_time: missing(self.final_stick_time),
+            stick_count: self.sticks as u64,
+            slip_count: self.slips as u64,
+            first_period: missing(self.first_period),
+            last_period: missing(self.last_period),
+            natural_period: self.natural_period,
+            growth_exponent: missing(self.growth_exponent),
+            e_folds_gained: missing(self.e_folds_gained),
+            energy_residual_max: self.energy_residual,
+            extras: vec![
+                extra(
+                    "instability_time",
+                    "s",
+                    "when steady sliding loses its stability",
+                    self.instability_time,
+                ),
+                extra(
+                    "growth_to_onset",
+                    "1",
+                    "the part of growth_exponent up to the first stick",
+                    self.growth_to_onset,
+                ),
+                extra(
+                    "kick_above_noise",
+                    "1",
+                    "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+                    self.kick_above_noise,
+                ),
+                extra(
+                    "noise_determined",
+                    "1",
+                    "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
+                    Some(f64::from(u8::from(self.noise_determined))),
+                ),
+            ],
+            // The cycles themselves were recorded as they came.
+            ..StickSlipTable::default()
+        }
+    }
+}
+
+/// A further attribute of /stick_slip; NaN where there is no value.
+fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
+    Extra {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        description: description.to_owned(),
+        value: value.unwrap_or(f64::NAN),
     }
 }

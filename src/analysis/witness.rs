@@ -6,6 +6,7 @@
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Recorder, RecorderError, Sample, Segment};
+use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
@@ -58,22 +59,24 @@ impl Sequence {
 }
 
 /// Passes a run on to its recorder, and keeps its sequence of events.
-pub struct Remembering<'a> {
+pub(crate) struct Remembering<'a> {
     recorder: &'a mut dyn Recorder,
+    keeps_events: bool,
     sequence: Sequence,
 }
 
 impl<'a> Remembering<'a> {
-    /// For a run into `recorder`.
-    pub fn new(recorder: &'a mut dyn Recorder) -> Self {
+    /// For a run into `recorder`, whose report keeps the events whether or not the recorder stores them.
+    pub(crate) fn new(recorder: &'a mut dyn Recorder, keeps_events: bool) -> Self {
         Remembering {
             recorder,
+            keeps_events,
             sequence: Sequence::default(),
         }
     }
 
     /// What has been kept.
-    pub fn into_sequence(self) -> Sequence {
+    pub(crate) fn into_sequence(self) -> Sequence {
         self.sequence
     }
 }
@@ -100,7 +103,7 @@ impl Recorder for Remembering<'_> {
     }
 
     fn stores_events(&self) -> bool {
-        self.recorder.stores_events()
+        !self.keeps_events && self.recorder.stores_events()
     }
 }
 
@@ -152,6 +155,42 @@ pub struct Witness {
     pub statement: String,
 }
 
+impl Witness {
+    /// The attributes of /witness in a result file.
+    pub fn attributes(&self) -> WitnessAttributes {
+        let text = |text: &str| MetaValue::Text(text.to_owned());
+        let number = MetaValue::Number;
+        WitnessAttributes(vec![
+            ("method", text(self.method), None),
+            (
+                "rtol",
+                number(self.rtol),
+                Some(("1", "relative tolerance of the witness")),
+            ),
+            ("testimony", text(self.testimony.name()), None),
+            (
+                "events",
+                number(self.events as f64),
+                Some(("1", "events in the sequence of the witness")),
+            ),
+            (
+                "agreeing_events",
+                number(self.agreeing_events as f64),
+                Some((
+                    "1",
+                    "events that agree in kind with those of the result, from the first on",
+                )),
+            ),
+            (
+                "largest_difference",
+                number(self.largest_difference.unwrap_or(f64::NAN)),
+                Some(("s", "largest difference of the times of the agreeing events")),
+            ),
+            ("statement", text(&self.statement), None),
+        ])
+    }
+}
+
 /// The method that bears witness of a result: `cvode`, and of its own results `series`, which shares nothing with it.
 pub(crate) fn witness_of(method: Method) -> Method {
     match method {
@@ -181,8 +220,8 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
     let period = TorsionModel::new(&case.parameters).natural_period();
     let foreseen = result.resolved / period * STEPS_PER_PERIOD / STEPS_BETWEEN_QUESTIONS;
     // The paper's procedure does not know what it resolves.
-    let foretells = method == Method::Cvode && case.solver.method.locates_events();
-    if foretells && foreseen > f64::from(MOST_QUESTIONS) {
+    let predicts = method == Method::Cvode && case.solver.method.locates_events();
+    if predicts && foreseen > f64::from(MOST_QUESTIONS) {
         return Some(Witness {
             method: method.name(),
             rtol: solver.rtol,

@@ -4,6 +4,7 @@ use super::region::Determined;
 use super::search::Calibration;
 use super::study::CalibrationStudy;
 use super::target::Role;
+use crate::provenance::{self, REFERENCES};
 use crate::results::{
     Column, ColumnData, Overwrite, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
     SweepWriter,
@@ -20,8 +21,17 @@ pub fn write_file(
     calibration: &Calibration,
     path: &Path,
     overwrite: Overwrite,
-    header: &SweepHeader,
 ) -> Result<PathBuf, ResultError> {
+    let header = SweepHeader {
+        title: study.runs.title.clone(),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("stickslip calibrate {}", study.runs.source.name),
+        digest: study.digest(),
+        study_text: study.runs.source.text.clone(),
+        case_text: study.runs.base.text.clone(),
+        meta: provenance::build(),
+    };
     let axes = study.runs.axes.iter().map(|axis| SweepAxis {
         name: axis.name.clone(),
         keys: axis.keys.join(" "),
@@ -38,7 +48,7 @@ pub fn write_file(
         points: calibration.runs.len(),
         keep_events: false,
     };
-    let mut writer = SweepWriter::create(path, overwrite, &study.runs.files, header, &plan)?;
+    let mut writer = SweepWriter::create(path, overwrite, &study.runs.files, &header, &plan)?;
     for (number, (shares, result)) in (0..).zip(&calibration.runs) {
         writer.push(SweepRow {
             number,

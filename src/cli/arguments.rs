@@ -1,6 +1,6 @@
 //! The arguments.
 
-use super::provenance;
+use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
@@ -258,7 +258,7 @@ fn shard(text: &str) -> Result<Shard, String> {
     Shard::parse(text, &|name| std::env::var(name).ok())
 }
 
-/// More threads than this are a slip of the pen.
+/// More threads than this are taken for a mistake.
 const MOST_JOBS: usize = 4096;
 
 fn jobs(text: &str) -> Result<usize, String> {

@@ -2,14 +2,14 @@
 
 use super::arguments::{CalibrateOptions, Common};
 use super::progress::CountBar;
-use super::run::{REFERENCES, bad_file, interrupt_flag, looks_like_a_path, overrides};
+use super::run::{bad_file, interrupt_flag, looks_like_a_path, overrides};
 use super::terminal::{align_right, show, table};
-use super::{CommandError, End, complain, print, print_json, provenance};
+use super::{CommandError, End, complain, print, print_json};
 use crate::calibrate::{
     Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
 };
 use crate::case::CaseError;
-use crate::results::{Overwrite, SweepHeader, check_target};
+use crate::results::{Overwrite, check_target};
 use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -123,17 +123,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         }
         Err(error) => return Err(CommandError::Computation(error.to_string())),
     };
-    let header = SweepHeader {
-        title: study.runs.title.clone(),
-        source: provenance::source(),
-        references: REFERENCES.to_owned(),
-        history: format!("stickslip calibrate {name}"),
-        digest: study.digest(),
-        study_text: study.runs.source.text.clone(),
-        case_text: study.runs.base.text.clone(),
-        meta: provenance::build(),
-    };
-    let file = write_file(&study, &calibration, &path, overwrite, &header)
+    let file = write_file(&study, &calibration, &path, overwrite)
         .map_err(|error| CommandError::Computation(error.to_string()))?;
     if let Some(case) = &options.case {
         write_case(case, &study, &calibration)?;

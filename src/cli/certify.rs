@@ -4,24 +4,20 @@ use super::arguments::{CertifyOptions, Common, DPI, Format};
 use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::run::{Input, bad_case, bad_file, header, interrupt_flag, overrides, read_input, stick_slip_table};
+use super::run::{Input, bad_case, bad_file, interrupt_flag, overrides, read_input};
 use super::{CommandError, End, certify_report, complain, print, print_json};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
-use crate::analysis::certificate::{Certificate, CertifyError, certify as certificate_of};
-use crate::analysis::exact::{as_written as written_numbers, settle};
+use crate::analysis::certificate::CertifyError;
+use crate::analysis::exact::as_written as written_numbers;
 use crate::analysis::onset::{Onset, onsets};
-use crate::analysis::sensitivity::{FinalStick, of_certificate};
-use crate::analysis::{Summary, Warning};
+use crate::analysis::{Certified, Certify, SavedRun, Stage, Warning};
 use crate::case::{Case, CaseSource, Origin, Override};
-use crate::oracle::{self, OracleError, OracleSolution};
+use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
 use crate::record::MemoryRecorder;
-use crate::results::{Overwrite, ResultError, ResultFile, ResultWriter, Status, check_target, write_certified};
-use crate::run::Run;
-use std::ops::ControlFlow;
+use crate::results::{Overwrite, ResultError, ResultFile, Status, check_target, write_certified};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -82,7 +78,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     };
     let outcome = examine(&input, &result.record, options, common, &stop);
     let written = outcome.and_then(|examined| {
-        let Examined {
+        let Certified {
             certificate,
             final_stick,
             exact,
@@ -93,11 +89,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Ok(examined)
     });
     drop(result.scratch);
-    let Examined {
+    let Certified {
         certificate,
         final_stick,
         exact,
-        cut_short,
+        interrupted: missing_stage,
     } = match written {
         Ok(written) => written,
         Err(_) if stop.load(Ordering::Relaxed) => {
@@ -105,7 +101,11 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         }
         Err(error) => return Err(error),
     };
-    if let Some((when, without)) = cut_short {
+    if let Some(stage) = missing_stage {
+        let (when, without) = match stage {
+            Stage::Sensitivities => ("during the reruns for the sensitivities", "without these"),
+            Stage::Oracle => ("while the oracle computed", "without exact events"),
+        };
         return interrupted(when, &format!("{kept} has the certificate, {without}"));
     }
     let drawn = match drawing {
@@ -208,33 +208,21 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
     let case = &input.case;
     let scratch = Scratch(path.clone());
     let failed = CommandError::Computation;
-    let mut writer = ResultWriter::create(
-        &path,
-        Overwrite::OwnResults,
-        &input.files,
-        &header(case, input.text.clone()),
-    )
-    .map_err(bad_file)?;
-    let clock = Instant::now();
-    let report = Run::new(case)
-        .record(&mut writer)
-        .control(|_| match stop.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        })
+    let saved = SavedRun::new(case, &path)
+        .text(&input.text)
+        .inputs(&input.files)
+        .stop(stop)
         .start()
-        .map_err(|failure| failed(failure.to_string()))?;
-    if report.interrupted {
+        .map_err(bad_file)?;
+    if let Some(failure) = saved.failure {
+        return Err(failed(failure.to_string()));
+    }
+    if saved.report.interrupted {
         return Ok(None);
     }
-    let summary = Summary::of_run(&case.parameters, &report);
-    writer
-        .finish(
-            Status::Complete,
-            &stick_slip_table(&summary),
-            clock.elapsed().as_secs_f64(),
-        )
-        .map_err(|error| failed(error.to_string()))?;
+    if let Some(error) = saved.unsaved {
+        return Err(failed(error.to_string()));
+    }
     let record = ResultFile::open(&path).and_then(|file| read_back(&file, case));
     Ok(Some(Obtained {
         record: record.map_err(|error| failed(error.to_string()))?,
@@ -258,15 +246,6 @@ fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultErr
     })
 }
 
-/// What was found out about the result.
-struct Examined {
-    certificate: Certificate,
-    final_stick: Option<FinalStick>,
-    exact: Option<OracleSolution>,
-    /// When it was interrupted, and what is missing for that.
-    cut_short: Option<(&'static str, &'static str)>,
-}
-
 /// The ladder, what moves the final stick, and the oracle if it is asked for. What is interrupted after the ladder leaves
 /// that.
 fn examine(
@@ -274,59 +253,31 @@ fn examine(
     record: &MemoryRecorder,
     options: &CertifyOptions,
     common: &Common,
-    stop: &Arc<AtomicBool>,
-) -> Result<Examined, CommandError> {
-    let stopped = || stop.load(Ordering::Relaxed);
-    let refused = |error: CertifyError| match error {
+    stop: &AtomicBool,
+) -> Result<Certified, CommandError> {
+    let (source, overrides) = as_written(input, &options.set)?;
+    let half_last_digits = Case::half_last_digits(&source, &overrides).map_err(bad_case)?;
+    let certify = Certify::new(&input.case).sensitivities(&half_last_digits).stop(stop);
+    let bar = OracleBar::new(common);
+    let exact = options
+        .oracle
+        .then(|| Case::exact_parameters(&source, &overrides).map_err(bad_case))
+        .transpose()?;
+    let certify = match &exact {
+        Some(exact) => certify
+            .oracle(exact, options.digits.unwrap_or(0))
+            .progress(|now| bar.show(now)),
+        None => certify,
+    };
+    let certified = certify.start(record);
+    bar.finish();
+    certified.map_err(|error| match error {
         CertifyError::Run(text) => CommandError::Computation(text),
         CertifyError::Oracle(error @ (OracleError::BreakawayTest | OracleError::Digits { .. })) => {
             CommandError::Input(error.to_string())
         }
-        CertifyError::Oracle(error) => CommandError::Computation(error.to_string()),
-        CertifyError::Interrupted => CommandError::Computation("interrupted".to_owned()),
-    };
-    let certificate = certificate_of(&input.case, record, &stopped).map_err(refused)?;
-    let digits = half_last_digits(input, &options.set)?;
-    let final_stick = of_certificate(&input.case, &digits, &certificate, &stopped);
-    let mut examined = Examined {
-        certificate,
-        final_stick,
-        exact: None,
-        cut_short: None,
-    };
-    if stopped() {
-        let (when, without) = ("during the reruns for the sensitivities", "without these");
-        examined.cut_short = Some((when, without));
-        return Ok(examined);
-    }
-    if !options.oracle {
-        return Ok(examined);
-    }
-    let (source, overrides) = as_written(input, &options.set)?;
-    let exact = Case::exact_parameters(&source, &overrides).map_err(bad_case)?;
-    log::info!("the oracle begins");
-    let bar = OracleBar::new(common);
-    let digits = options.digits.unwrap_or(0);
-    let certificate = &mut examined.certificate;
-    let solution = settle(
-        certificate,
-        &input.case,
-        &exact,
-        &record.events,
-        digits,
-        &stopped,
-        &mut |now| {
-            bar.show(now);
-        },
-    );
-    bar.finish();
-    match solution {
-        Err(CertifyError::Interrupted) => {
-            examined.cut_short = Some(("while the oracle computed", "without exact events"));
-        }
-        solution => examined.exact = Some(solution.map_err(refused)?),
-    }
-    Ok(examined)
+        error => CommandError::Computation(error.to_string()),
+    })
 }
 
 /// What is missing for a certificate in a file that has lost its case.
@@ -348,9 +299,4 @@ fn as_written(input: &Input, set: &[String]) -> Result<(CaseSource, Vec<Override
     };
     let source = written_numbers(&input.case, &given, &input.source, &overrides).clone();
     Ok((source, overrides))
-}
-
-fn half_last_digits(input: &Input, set: &[String]) -> Result<Vec<(String, f64)>, CommandError> {
-    let (source, overrides) = as_written(input, set)?;
-    Case::half_last_digits(&source, &overrides).map_err(bad_case)
 }

@@ -12,12 +12,10 @@ mod merge;
 mod modes;
 mod plot;
 mod progress;
-mod provenance;
 mod ranks;
 mod run;
 mod sweep;
 mod terminal;
-mod witness;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};

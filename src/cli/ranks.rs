@@ -5,8 +5,7 @@ use super::arguments::SweepOptions;
 use crate::case::CaseError;
 #[cfg(feature = "mpi")]
 use crate::sweep::mpi;
-use crate::sweep::{Study, Threads, Work, WorkerPool};
-use std::path::Path;
+use crate::sweep::{Study, Sweep, Threads, WorkerPool};
 
 /// What launchers tell their processes: how many there are (Open MPI, MPICH and its kin).
 const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
@@ -85,17 +84,18 @@ impl Ranks {
     }
 
     /// On another rank than 0: runs points until rank 0 has enough of them. Otherwise false at once.
-    pub(super) fn served(&self, work: &Work, path: &Path) -> bool {
+    #[cfg_attr(
+        not(feature = "mpi"),
+        expect(unused_variables, reason = "without MPI there are no others")
+    )]
+    pub(super) fn served(&self, sweep: &Sweep) -> bool {
         match self {
             #[cfg(feature = "mpi")]
             Ranks::Job(session) if session.rank() != 0 => {
-                mpi::serve(session, work, path);
+                mpi::serve(session, sweep);
                 true
             }
-            _ => {
-                log::debug!("{}: {} threads", path.display(), work.workers);
-                false
-            }
+            _ => false,
         }
     }
 

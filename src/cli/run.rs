@@ -2,27 +2,18 @@
 
 use super::arguments::{Common, RunOptions};
 use super::progress::RunBar;
-use super::{CommandError, End, complain, print, print_json, provenance, terminal, witness};
+use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::headline::is_paper_case;
-use crate::analysis::warning::warnings;
-use crate::analysis::witness::Remembering;
-use crate::analysis::{Summary, Warning, Witness};
+use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
-use crate::results::{
-    Extra, Header, Overwrite, ResultError, ResultFile, ResultWriter, SavedRows, Status, StickSlipTable,
-};
-use crate::run::Run;
+use crate::results::{Overwrite, ResultError, ResultFile, SavedRows};
 use crate::simulation::{RunFailure, RunReport};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
-
-pub(super) const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
-                          Vibration, 2016, article 9275147";
 
 /// What is to be run: where it is from, and what it says.
 pub(super) struct Input {
@@ -80,72 +71,47 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     } else {
         Overwrite::OwnResults
     };
-    let header = header(&case, text);
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
-    let mut writer = ResultWriter::create(&path, overwrite, &files, &header).map_err(bad_file)?;
-    let partial = writer.partial().to_owned();
     let bar = RunBar::new(common, case.output.end_time);
-    let clock = Instant::now();
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
         case.solver.method.name(),
         case.solver.rtol
     );
-    let mut recorder = Remembering::new(&mut writer);
-    let result = Run::new(&case)
-        .record(&mut recorder)
+    let result = SavedRun::new(&case, &path)
+        .text(&text)
+        .overwrite(overwrite)
+        .inputs(&files)
+        .witness(!options.no_witness)
+        .stop(&stop)
         .control(|progress| {
             bar.show(progress);
-            if stop.load(Ordering::Relaxed) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            ControlFlow::Continue(())
         })
         .start();
     bar.finish();
-    let sequence = recorder.into_sequence();
-    let (report, failure) = match result {
-        Ok(report) => (report, None),
-        Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
-    };
-    let summary = Summary::of_run(&case.parameters, &report);
-    let warnings: Vec<String> = warnings(&case, &summary, report.initial_energy)
-        .iter()
-        .map(Warning::to_string)
-        .collect();
-    let status = match &failure {
-        Some(error) => Status::Failed(error.to_string()),
-        None if report.interrupted => Status::Interrupted,
-        None => Status::Complete,
-    };
-    let status_name = status.name();
-    let saved = writer.saved();
+    let SavedReport {
+        file,
+        status,
+        report,
+        summary,
+        warnings,
+        witness,
+        failure,
+        unsaved,
+        saved,
+        wall_time,
+    } = result.map_err(bad_file)?;
+    let warnings: Vec<String> = warnings.iter().map(Warning::to_string).collect();
     let write_failed = matches!(&failure, Some(failure) if matches!(failure.error, RunError::Observer(_)));
-    let table = stick_slip_table(&summary);
-    let wall_time = clock.elapsed().as_secs_f64();
-    // Beside a complete run only, and never a reason for it to fail.
-    let witness = (status == Status::Complete && !options.no_witness)
-        .then(|| {
-            crate::analysis::witness(&case, &sequence, summary.noise_determined, &|| {
-                stop.load(Ordering::Relaxed)
-            })
-        })
-        .flatten();
-    let said = witness
-        .as_ref()
-        .map_or(Ok(()), |witness| writer.witness(&witness::attributes(witness)));
-    let (file, unsaved) = match said.and_then(|()| writer.finish(status, &table, wall_time)) {
-        Ok(file) => (file, None),
-        Err(error) => (partial, Some(error.to_string())),
-    };
-    let status_name = if unsaved.is_some() { "failed" } else { status_name };
+    let unsaved = unsaved.map(|error| error.to_string());
+    let status = if unsaved.is_some() { "failed" } else { status.name() };
     let error = unsaved.clone().or_else(|| failure.as_ref().map(ToString::to_string));
     if common.json {
         print_json(&RunDocument {
-            status: status_name,
+            status,
             file: file.display().to_string(),
             case: source.label(),
             title: &case.title,
@@ -174,21 +140,6 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     match unsaved {
         Some(error) => Err(CommandError::Computation(error)),
         None => finish(failure.as_deref(), &report, &file, common.quiet),
-    }
-}
-
-/// What a result file says about its run, known before it.
-pub(super) fn header(case: &Case, text: String) -> Header {
-    let started = provenance::now();
-    Header {
-        title: case.title.clone(),
-        source: provenance::source(),
-        references: REFERENCES.to_owned(),
-        history: format!("{started} {}", provenance::command_line()),
-        case_text: text,
-        resolved: case.resolved(),
-        meta: provenance::meta(case, &started),
-        events: provenance::events(case),
     }
 }
 
@@ -294,58 +245,4 @@ pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))
         .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     Ok(flag)
-}
-
-/// A further attribute of /stick_slip; NaN where there is no value.
-fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
-    Extra {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        description: description.to_owned(),
-        value: value.unwrap_or(f64::NAN),
-    }
-}
-
-pub(super) fn stick_slip_table(summary: &Summary) -> StickSlipTable {
-    let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    StickSlipTable {
-        onset_time: missing(summary.onset_time),
-        final_stick_time: missing(summary.final_stick_time),
-        stick_count: summary.sticks as u64,
-        slip_count: summary.slips as u64,
-        first_period: missing(summary.first_period),
-        last_period: missing(summary.last_period),
-        natural_period: summary.natural_period,
-        growth_exponent: missing(summary.growth_exponent),
-        e_folds_gained: missing(summary.e_folds_gained),
-        energy_residual_max: summary.energy_residual,
-        extras: vec![
-            extra(
-                "instability_time",
-                "s",
-                "when steady sliding loses its stability",
-                summary.instability_time,
-            ),
-            extra(
-                "growth_to_onset",
-                "1",
-                "the part of growth_exponent up to the first stick",
-                summary.growth_to_onset,
-            ),
-            extra(
-                "kick_above_noise",
-                "1",
-                "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
-                summary.kick_above_noise,
-            ),
-            extra(
-                "noise_determined",
-                "1",
-                "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
-                Some(f64::from(u8::from(summary.noise_determined))),
-            ),
-        ],
-        // The cycles themselves were recorded as they came.
-        ..StickSlipTable::default()
-    }
 }

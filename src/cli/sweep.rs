@@ -3,21 +3,14 @@
 use super::arguments::{Common, SweepOptions};
 use super::progress::SweepBar;
 use super::ranks::Ranks;
-use super::run::{REFERENCES, interrupt_flag, looks_like_a_path, overrides, stick_slip_table};
-use super::{CommandError, End, complain, print, print_json, provenance};
-use crate::analysis::Summary;
-use crate::case::{Case, CaseError};
-use crate::hybrid::RunError;
-use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
-use crate::results::{Header, MetaValue, Overwrite, ResultError, ResultWriter, Status, SweepHeader};
-use crate::run::Run;
-use crate::simulation::{Progress, RunReport};
+use super::run::{interrupt_flag, looks_like_a_path, overrides};
+use super::{CommandError, End, complain, print, print_json};
+use crate::case::CaseError;
+use crate::results::{Overwrite, ResultError};
 use crate::sweep::{
-    Boundaries, Branch, Design, Integrate, IntegrateError, JournalError, Shard, Study, StudySource, SweepError,
-    SweepReport, Work, journal_path, without_a_file,
+    Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
 };
 use serde::Serialize;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -86,70 +79,27 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
         .unwrap_or_else(|| default_path(&study, options.shard));
     let jobs = options.jobs.unwrap_or_else(|| ranks.default_jobs());
     let digest = study.digest();
-    let mut meta = provenance::build();
-    if let Some(tolerance) = study.default_tolerance() {
-        meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
-    }
-    let header = SweepHeader {
-        title: study.title.clone(),
-        source: provenance::source(),
-        references: REFERENCES.to_owned(),
-        history: format!("stickslip sweep {}", study.source.name),
-        digest: digest.clone(),
-        study_text: study.source.text.clone(),
-        case_text: study.base.text.clone(),
-        meta,
-    };
     let stop = interrupt_flag()?;
-    let folder = path.with_extension("runs");
-    let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
-        into_a_file(&folder, &study, number, case, control)
-    };
-    let integrate: &Integrate = if study.keep.trajectory {
-        &into_files
-    } else {
-        &without_a_file
-    };
-    let work = Work {
-        study: &study,
-        workers: jobs,
-        integrate,
-        stop: &stop,
-    };
-    if ranks.served(&work, &path) {
+    let bar = SweepBar::new(common);
+    let sweep = Sweep::new(&study, &path)
+        .overwrite(if options.force {
+            Overwrite::Force
+        } else {
+            Overwrite::OwnResults
+        })
+        .resume(options.resume)
+        .shard(options.shard)
+        .workers(jobs)
+        .stop(&stop);
+    if ranks.served(&sweep) {
         return Ok(End::Done);
     }
     let mut worker_pool = ranks.worker_pool();
-    // It is made for the first run: whatever is refused before leaves none behind.
-    if study.keep.trajectory && folder == path {
-        let what = "the results of its runs";
-        return Err(CommandError::Input(ResultError::Reserved { path, what }.to_string()));
-    }
-    if study.keep.trajectory && folder.exists() && !folder.is_dir() {
-        let what = "is no folder, and that of the runs is to have this name; choose another name with -o";
-        return Err(CommandError::Input(format!("{}: {what}", folder.display())));
-    }
-    let bar = SweepBar::new(common);
     let clock = Instant::now();
-    let result = crate::sweep::sweep_with(
-        &study,
-        &crate::sweep::SweepOptions {
-            path: &path,
-            overwrite: if options.force {
-                Overwrite::Force
-            } else {
-                Overwrite::OwnResults
-            },
-            resume: options.resume,
-            shard: options.shard,
-            workers: jobs,
-            header,
-            integrate,
-            stop: &stop,
-        },
-        &mut *worker_pool,
-        &mut |progress| bar.show(progress),
-    );
+    let result = sweep
+        .worker_pool(&mut *worker_pool)
+        .progress(|progress| bar.show(progress))
+        .start();
     bar.finish();
     let wall_time = clock.elapsed().as_secs_f64();
     drop(worker_pool);
@@ -238,9 +188,10 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
     let text = error.to_string();
     match error {
         // What is asked for before anything is computed.
-        SweepError::OtherStudy { .. } | SweepError::OtherShard { .. } | SweepError::Shard(_) => {
-            CommandError::Input(text)
-        }
+        SweepError::OtherStudy { .. }
+        | SweepError::OtherShard { .. }
+        | SweepError::Shard(_)
+        | SweepError::NoFolder { .. } => CommandError::Input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
             ResultError::NoReader { .. } => CommandError::Computation(text),
             _ if inner.is_of_the_system() => {
@@ -254,82 +205,6 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         },
         SweepError::Journal(_) => CommandError::Input(text),
         _ => CommandError::Computation(text),
-    }
-}
-
-/// A result file that leaves the events in memory, too: the sweep file takes them from there.
-struct KeepingEvents<'a>(&'a mut ResultWriter);
-
-impl Recorder for KeepingEvents<'_> {
-    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        self.0.sample(sample)
-    }
-    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        self.0.event(event)
-    }
-    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        self.0.segment(segment)
-    }
-    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
-        self.0.cycle(cycle)
-    }
-}
-
-/// Integrates a point into a result file of its own, `FOLDER/NUMBER.h5`.
-fn into_a_file(
-    folder: &Path,
-    study: &Study,
-    number: u64,
-    case: &Case,
-    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<RunReport, IntegrateError> {
-    let storage = |error: ResultError| IntegrateError::Storage(error.to_string());
-    let started = provenance::now();
-    let resolved = case.resolved();
-    let header = Header {
-        title: format!("{}, point {number}", study.title),
-        source: provenance::source(),
-        references: REFERENCES.to_owned(),
-        history: format!("{started} {}", provenance::command_line()),
-        case_text: resolved.clone(),
-        resolved,
-        meta: provenance::meta(case, &started),
-        events: provenance::events(case),
-    };
-    std::fs::create_dir_all(folder).map_err(|error| {
-        IntegrateError::Storage(format!(
-            "{}: cannot be created: {error}; check its folder",
-            folder.display()
-        ))
-    })?;
-    let path = folder.join(format!("{number:06}.h5"));
-    let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &study.files, &header).map_err(storage)?;
-    let result = Run::new(case)
-        .record(&mut KeepingEvents(&mut writer))
-        .control(control)
-        .start();
-    let wall_time = writer.elapsed();
-    match result {
-        Ok(report) => {
-            let status = if report.interrupted {
-                Status::Interrupted
-            } else {
-                Status::Complete
-            };
-            let table = stick_slip_table(&Summary::of_run(&case.parameters, &report));
-            writer.finish(status, &table, wall_time).map_err(storage)?;
-            Ok(report)
-        }
-        Err(failure) => {
-            if let RunError::Observer(error) = &failure.error {
-                return Err(IntegrateError::Storage(error.to_string()));
-            }
-            let table = stick_slip_table(&Summary::of_run(&case.parameters, &failure.report));
-            writer
-                .finish(Status::Failed(failure.to_string()), &table, wall_time)
-                .map_err(storage)?;
-            Err(IntegrateError::Run(failure))
-        }
     }
 }
 
@@ -358,7 +233,7 @@ fn curve_documents(study: &Study, boundaries: &Boundaries) -> Vec<CurveDocument>
             nose: curve
                 .points
                 .iter()
-                .find(|point| point.branch == Branch::Nose)
+                .find(|point| point.branch == Branch::Fold)
                 .map(|point| point.middle()),
         }
     });
@@ -412,11 +287,10 @@ fn text_report(
         );
     }
     if !curves.is_empty() {
-        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "nose x", "y"]);
+        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "fold x", "y"]);
         for curve in curves {
             let number = |x: f64| format!("{x:.6}");
-            let nose = curve.nose.map(|nose| nose.map(number));
-            let [nose_x, nose_y] = nose.unwrap_or_default();
+            let [fold_x, fold_y] = curve.nose.map(|fold| fold.map(number)).unwrap_or_default();
             table.add_row([
                 curve.plane.clone(),
                 curve.points.to_string(),
@@ -424,8 +298,8 @@ fn text_report(
                 number(curve.x_range[1]),
                 number(curve.y_range[0]),
                 number(curve.y_range[1]),
-                nose_x,
-                nose_y,
+                fold_x,
+                fold_y,
             ]);
         }
         super::terminal::align_right(&mut table, 1..8);

@@ -9,7 +9,7 @@ const STANDSTILL: u32 = 10_000;
 /// Steps over which the pace of a run is taken,
 pub(super) const STRIDE: u32 = 100_000;
 
-/// of which a stretch of closed form that is searched in vain is worth so many,
+/// of which a stretch of closed form that is searched without a result is worth so many,
 const SEARCH: u32 = 5000;
 
 /// and restarts are steps, too: a run of many short segments may be faster later, and is given more.
@@ -116,12 +116,12 @@ impl Budget {
         self.get_on(place, self.end_time, "the solvers", 1)
     }
 
-    /// Counts a stretch of closed form, up to `stop` at most, that was searched in vain.
+    /// Counts a stretch of closed form, up to `stop` at most, that was searched without a result.
     pub(super) fn search(&mut self, place: Place<'_>, stop: f64) -> Result<(), RunError> {
         self.get_on(place, stop, "the search for a breakaway", SEARCH)
     }
 
-    /// Counts a search for the next time event that came so far in vain.
+    /// Counts a search for the next time event that has found none so far.
     pub(super) fn search_for_time_event(&mut self, place: Place<'_>) -> Result<(), RunError> {
         self.get_on(place, self.end_time, "the search for the next event", STRIDE)
     }

@@ -99,7 +99,7 @@ pub trait Rules<D: Dynamics> {
     fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64>;
 
     /// What happens at that instant; called exactly at the time that was named, and must make progress. Nothing, if the
-    /// search for the next instant has come so far in vain, with the work of very many steps, and goes on from there.
+    /// search for the next instant has found none so far, with the work of very many steps, and goes on from there.
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<Self::Kind, D::Location>>;
 
     /// What happens when guards fire, simultaneous ones together.

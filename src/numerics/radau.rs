@@ -280,7 +280,7 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
         false
     }
 
-    /// The first coefficient that the polynomial lacks, foretold from the decay of those that it has.
+    /// The first coefficient that the polynomial lacks, estimated from the decay of those that it has.
     fn error(&self, weights: &[f64; M]) -> f64 {
         let size = |n: usize| {
             (0..M)

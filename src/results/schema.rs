@@ -348,7 +348,7 @@ pub(crate) fn work_precision_reference() -> Table {
     }
 }
 
-/// (name, unit, description) of the float64 attributes of /reference: what errors below are not told from zero.
+/// (name, unit, description) of the float64 attributes of /reference: errors below these are not distinguished from zero.
 pub(crate) const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
     ("onset_uncertainty", "s", "uncertainty of the first stick"),
     (

@@ -94,7 +94,7 @@ impl Axis {
     }
 }
 
-/// More values on one axis are a slip of the pen.
+/// More values on one axis are taken for a mistake.
 const MOST_LEVELS: u64 = 4_000_000;
 
 const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];

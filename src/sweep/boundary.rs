@@ -1,7 +1,7 @@
 //! Tracing where a criterion changes in a plane of two axes.
 //!
 //! The first grid is run, its cells in which the criterion changes are halved, with their neighbours, as often as the
-//! study says, every edge of the finest cells across which it changes is bisected, and the nose is looked for along x. All
+//! study says, every edge of the finest cells across which it changes is bisected, and the fold, where the curve turns, is looked for along x. All
 //! points that are needed at a time are run as one round, so that every thread has work; what is asked for next depends
 //! on the outcomes alone, and so the points and their numbers are the same in every run of the study.
 
@@ -26,7 +26,7 @@ const FINER: usize = 4;
 
 /// Traces the boundaries of a study in every plane.
 pub(super) fn trace(spec: &BoundarySpec, running: &mut Running, points: &mut Points) -> Result<Boundaries, SweepEnd> {
-    let study = running.study;
+    let study = running.work.study;
     let (Points::Asked(asked), Some(ranges)) = (points, spec.ranges(&study.axes)) else {
         return Ok(Boundaries::default());
     };
@@ -173,7 +173,7 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
 /// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
 /// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
 fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
-    let (Some(quantity), study) = (quantity_index("growth_exponent"), tracer.running.study) else {
+    let (Some(quantity), study) = (quantity_index("growth_exponent"), tracer.running.work.study) else {
         return Vec::new();
     };
     if tracer.spec.growth_contours.is_empty() {
@@ -221,7 +221,7 @@ fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<
     lines
 }
 
-/// Splits a curve at its largest y. Where that is an end of it, there is no nose, and the curve is one branch: the lower
+/// Splits a curve at its largest y. Where that is an end of it, there is no fold, and the curve is one branch: the lower
 /// one if the criterion is met at larger x.
 fn name_branches(points: &mut [BoundaryPoint]) {
     let y = |point: &BoundaryPoint| point.middle()[1];
@@ -255,7 +255,7 @@ fn name_branches(points: &mut [BoundaryPoint]) {
     let one_way: Vec<bool> = (0..points.len()).map(one_way).collect();
     for (k, point) in points.iter_mut().enumerate() {
         point.branch = match (k == top, one_way[k] == lower) {
-            (true, _) => Branch::Nose,
+            (true, _) => Branch::Fold,
             (false, true) => Branch::Lower,
             (false, false) => Branch::Upper,
         };

@@ -10,7 +10,7 @@ pub enum Branch {
     /// Beyond it, at the larger x.
     Upper = 1,
     /// The point of largest y of a curve that turns there.
-    Nose = 2,
+    Fold = 2,
 }
 
 /// A point of a boundary: between two runs, one of which meets the criterion. In the units of the axes.

@@ -29,6 +29,8 @@ pub enum SweepError {
         found: String,
         expected: Shard,
     },
+    #[error("{path}: is no folder, and that of the runs is to have this name; choose another name with -o")]
+    NoFolder { path: PathBuf },
     #[error(transparent)]
     Shard(#[from] ShardError),
     #[error("{} no longer answers; what was computed is in the journals, and --resume goes on from there", ranks(.silent))]

@@ -4,13 +4,17 @@ use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
 use super::quantities::{NO_COUNT, QUANTITIES, quantity_index};
-use super::report::{NAMED_FAILURES, SweepOptions};
+use super::report::NAMED_FAILURES;
 use super::running::Points;
 use super::shard::Part;
 use super::study::{Design, Study};
 use crate::case::Setting;
-use crate::results::{ShardPlan, Status, SweepAxis, SweepLayout, SweepPlan, SweepRow, SweepVariable, SweepWriter};
-use std::path::PathBuf;
+use crate::provenance::{self, REFERENCES};
+use crate::results::{
+    MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
+    SweepWriter,
+};
+use std::path::{Path, PathBuf};
 
 /// A sweep file, how many of its points are done and how many of them failed, and the first of those.
 pub(super) struct Written {
@@ -21,10 +25,28 @@ pub(super) struct Written {
     pub(super) unfinished: u64,
 }
 
+/// What the file of a study says of where it comes from.
+pub(crate) fn header(study: &Study) -> SweepHeader {
+    let mut meta = provenance::build();
+    if let Some(tolerance) = study.default_tolerance() {
+        meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
+    }
+    SweepHeader {
+        title: study.title.clone(),
+        source: provenance::source(),
+        references: REFERENCES.to_owned(),
+        history: format!("stickslip sweep {}", study.source.name),
+        digest: study.digest(),
+        study_text: study.source.text.clone(),
+        case_text: study.base.text.clone(),
+        meta,
+    }
+}
+
 /// Makes the sweep file from the journal, in the order of the points.
 pub(super) fn write(
     study: &Study,
-    options: &SweepOptions,
+    (path, overwrite): (&Path, Overwrite),
     journal: &mut Journal,
     points: &Points,
     part: Option<&Part>,
@@ -67,7 +89,7 @@ pub(super) fn write(
             shape: part.shape.clone(),
         }),
     };
-    let mut writer = SweepWriter::create(options.path, options.overwrite, &study.files, &options.header, &plan)?;
+    let mut writer = SweepWriter::create(path, overwrite, &study.files, &header(study), &plan)?;
     let (mut done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
     let final_stick = quantity_index("final_stick_time");

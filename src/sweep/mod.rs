@@ -21,6 +21,7 @@ mod lattice;
 mod limit;
 #[cfg(feature = "mpi")]
 pub mod mpi;
+mod point_file;
 mod quantities;
 mod reading;
 mod record;
@@ -44,8 +45,8 @@ pub(crate) use file::sweep_variables;
 pub use journal::{Existing, Journal, JournalError, journal_path};
 pub use quantities::{EventRow, Outcome, QUANTITIES, Quantity, Values, quantity_index};
 pub(crate) use reading::{Reader, whole_number};
-pub use report::{SweepOptions, SweepProgress, SweepReport};
-pub use run::{sweep, sweep_with};
+pub use report::{SweepProgress, SweepReport};
+pub use run::Sweep;
 pub use runner::{Integrate, IntegrateError, Stopped, run_point, run_points, without_a_file};
 pub use shard::{Shard, ShardError};
 pub use source::{STUDIES, StudySource};

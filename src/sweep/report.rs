@@ -1,31 +1,7 @@
-//! How a sweep is run, and what it came to.
+//! How far a sweep is, and what it came to.
 
 use super::curves::Boundaries;
-use super::runner::Integrate;
-use super::shard::Shard;
-use crate::results::{Overwrite, SweepHeader};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
-
-/// How a sweep is run.
-pub struct SweepOptions<'a> {
-    /// The sweep file.
-    pub path: &'a Path,
-    /// What may be replaced.
-    pub overwrite: Overwrite,
-    /// Go on with what an interrupted sweep of the same study has left.
-    pub resume: bool,
-    /// Only this part of the points, into the file of a shard.
-    pub shard: Option<Shard>,
-    /// Threads.
-    pub workers: usize,
-    /// Where the file says it comes from.
-    pub header: SweepHeader,
-    /// Makes one run.
-    pub integrate: &'a Integrate<'a>,
-    /// Set from outside to end the sweep in good order.
-    pub stop: &'a AtomicBool,
-}
+use std::path::PathBuf;
 
 /// How far a sweep is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

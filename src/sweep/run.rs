@@ -5,44 +5,169 @@ use super::earlier::{already_there, gather, ranks_left};
 use super::error::{SweepEnd, SweepError};
 use super::file::{Written, write};
 use super::journal::{Existing, Journal, journal_path};
-use super::report::{SweepOptions, SweepProgress, SweepReport};
+use super::point_file::{folder_of_runs, into_a_file};
+use super::report::{SweepProgress, SweepReport};
+use super::runner::{Integrate, without_a_file};
 use super::running::{Points, Running};
-use super::shard::Part;
+use super::shard::{Part, Shard};
 use super::study::{Design, Study};
-use super::worker_pool::{Threads, WorkerPool};
+use super::worker_pool::{Threads, Work, WorkerPool};
+use crate::case::Case;
 use crate::results::{Overwrite, ResultError, check_target};
+use crate::simulation::Progress;
+use crate::workers::processors;
 use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
-/// Runs a study into its file.
+/// A sweep that is being prepared; [`Sweep::start`] runs the study into its file.
 ///
 /// Every outcome goes to the journal beside the file first; the file is made from it when all points are done, or when
 /// the sweep is interrupted, and the journal goes when the file is whole. The same study gives the same bytes, however
 /// many threads ran it and however often it was interrupted, on one machine and with one version of the program.
 ///
-/// # Errors
-/// A file or a journal that is not to be touched, and failures of the disk. Runs that fail are part of the result.
-pub fn sweep(
-    study: &Study,
-    options: &SweepOptions,
-    progress: &mut dyn FnMut(SweepProgress),
-) -> Result<SweepReport, SweepError> {
-    sweep_with(study, options, &mut Threads, progress)
+/// ```
+/// use stickslip::Sweep;
+/// use stickslip::sweep::{Study, StudySource};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("damping.h5");
+/// let text = "case = 'paper-si'\n[[axis]]\nkey = 'torsion.damping'\nvalues = ['20 N m s/rad', '25 N m s/rad']\n";
+/// let study = Study::parse(StudySource::text("damping", text), &[])?;
+/// let report = Sweep::new(&study, &path).start()?;
+/// assert_eq!((report.points, report.failed), (2, 0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use = "nothing is computed before `start`"]
+pub struct Sweep<'a> {
+    pub(super) study: &'a Study,
+    pub(super) path: &'a Path,
+    pub(super) overwrite: Overwrite,
+    resume: bool,
+    shard: Option<Shard>,
+    workers: usize,
+    stop: &'a AtomicBool,
+    worker_pool: Option<&'a mut dyn WorkerPool>,
+    progress: Option<Box<dyn FnMut(SweepProgress) + 'a>>,
 }
 
-/// The same with the points run by `worker_pool`.
-///
-/// # Errors
-/// Those of [`sweep`], and workers that were lost.
-pub fn sweep_with(
-    study: &Study,
-    options: &SweepOptions,
+/// Of a sweep that nobody ends.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+impl<'a> Sweep<'a> {
+    /// A study into a file that replaces no other but a result of this program, on all processors.
+    pub fn new(study: &'a Study, path: &'a Path) -> Self {
+        Sweep {
+            study,
+            path,
+            overwrite: Overwrite::OwnResults,
+            resume: false,
+            shard: None,
+            workers: processors(),
+            stop: &NEVER,
+            worker_pool: None,
+            progress: None,
+        }
+    }
+
+    /// What may be replaced.
+    pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Go on with what an interrupted sweep of the same study has left.
+    pub fn resume(mut self, resume: bool) -> Self {
+        self.resume = resume;
+        self
+    }
+
+    /// Only this part of the points, into the file of a shard.
+    pub fn shard(mut self, shard: Option<Shard>) -> Self {
+        self.shard = shard;
+        self
+    }
+
+    /// Number of threads.
+    pub fn workers(mut self, workers: usize) -> Self {
+        self.workers = workers;
+        self
+    }
+
+    /// Set from outside to end the sweep in good order.
+    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// Who runs the points, instead of threads of this process.
+    pub fn worker_pool(mut self, worker_pool: &'a mut dyn WorkerPool) -> Self {
+        self.worker_pool = Some(worker_pool);
+        self
+    }
+
+    /// Told now and then how far the sweep is.
+    pub fn progress(mut self, progress: impl FnMut(SweepProgress) + 'a) -> Self {
+        self.progress = Some(Box::new(progress));
+        self
+    }
+
+    /// Hands over what is to be done by whoever runs the points.
+    pub(crate) fn with_work<T>(&self, work: impl FnOnce(&Work) -> T) -> T {
+        let folder = folder_of_runs(self.path);
+        let into_files = |number: u64, case: &Case, control: &mut dyn FnMut(Progress) -> ControlFlow<()>| {
+            into_a_file(&folder, self.study, number, case, control)
+        };
+        let integrate: &Integrate = match self.study.keep.trajectory {
+            true => &into_files,
+            false => &without_a_file,
+        };
+        work(&Work {
+            study: self.study,
+            workers: self.workers,
+            integrate,
+            stop: self.stop,
+        })
+    }
+
+    /// Runs the points into the file.
+    ///
+    /// # Errors
+    /// A file or a journal that is not to be touched, failures of the disk, and workers that were lost. Runs that fail are
+    /// part of the result.
+    pub fn start(mut self) -> Result<SweepReport, SweepError> {
+        let folder = folder_of_runs(self.path);
+        if self.study.keep.trajectory && folder == self.path {
+            let what = "the results of its runs";
+            let path = self.path.to_owned();
+            return Err(ResultError::Reserved { path, what }.into());
+        }
+        if self.study.keep.trajectory && folder.exists() && !folder.is_dir() {
+            return Err(SweepError::NoFolder { path: folder });
+        }
+        let mut threads = Threads;
+        let worker_pool = self.worker_pool.take();
+        let mut silent = |_: SweepProgress| {};
+        let mut progress = self.progress.take();
+        let progress: &mut dyn FnMut(SweepProgress) = match &mut progress {
+            Some(progress) => progress,
+            None => &mut silent,
+        };
+        self.with_work(|work| run(&self, work, worker_pool.unwrap_or(&mut threads), progress))
+    }
+}
+
+fn run(
+    sweep: &Sweep,
+    work: &Work,
     worker_pool: &mut dyn WorkerPool,
     progress: &mut dyn FnMut(SweepProgress),
 ) -> Result<SweepReport, SweepError> {
-    let path = options.path;
+    let Sweep { study, path, .. } = *sweep;
     let digest = study.digest();
-    let part = options.shard.map(|shard| Part::of(study, shard)).transpose()?;
-    check_target(path, options.overwrite, &study.files)?;
+    let part = sweep.shard.map(|shard| Part::of(study, shard)).transpose()?;
+    check_target(path, sweep.overwrite, &study.files)?;
     let journal_file = journal_path(path);
     if journal_file == path {
         let what = "the outcomes of its points";
@@ -56,10 +181,10 @@ pub fn sweep_with(
         return Err(ResultError::IsInput { path: journal_file }.into());
     }
     let nothing_left = || Ok::<_, SweepError>(!journal_file.exists() && ranks_left(path)?.is_empty());
-    if options.resume && path.exists() && nothing_left()? {
-        return already_there(path, &digest, options.shard);
+    if sweep.resume && path.exists() && nothing_left()? {
+        return already_there(path, &digest, sweep.shard);
     }
-    let existing = match (options.resume, options.overwrite) {
+    let existing = match (sweep.resume, sweep.overwrite) {
         (true, _) => Existing::Resume,
         (false, Overwrite::Force) => Existing::Discard,
         (false, _) => Existing::Refuse,
@@ -69,8 +194,7 @@ pub fn sweep_with(
     let before = journal.points();
     worker_pool.begin();
     let mut state = Running {
-        study,
-        options,
+        work,
         journal,
         worker_pool,
         progress,
@@ -98,7 +222,7 @@ pub fn sweep_with(
     let run_now = journal.points() - before;
     let written = write(
         study,
-        options,
+        (path, sweep.overwrite),
         &mut journal,
         &points,
         part.as_ref(),

@@ -3,7 +3,7 @@
 use super::error::SweepEnd;
 use super::journal::Journal;
 use super::quantities::Outcome;
-use super::report::{SweepOptions, SweepProgress};
+use super::report::SweepProgress;
 use super::shard::Part;
 use super::study::{Design, Point, Study};
 use super::worker_pool::{Delivery, Work, WorkerPool};
@@ -43,8 +43,7 @@ impl<'a> Points<'a> {
 
 /// A sweep under way.
 pub(super) struct Running<'a> {
-    pub(super) study: &'a Study,
-    pub(super) options: &'a SweepOptions<'a>,
+    pub(super) work: &'a Work<'a>,
     pub(super) journal: Journal,
     pub(super) worker_pool: &'a mut dyn WorkerPool,
     pub(super) progress: &'a mut dyn FnMut(SweepProgress),
@@ -57,7 +56,7 @@ pub(super) struct Running<'a> {
 impl Running<'_> {
     /// Runs the points below `count`, of a shard if there is one, that the journal does not hold.
     pub(super) fn run_numbers(&mut self, count: u64, part: Option<&Part>) -> Result<(), SweepEnd> {
-        let study = self.study;
+        let study = self.work.study;
         // Asked before the journal is lent to the writer of outcomes; a bit for each point.
         let wanted = |number: u64| part.is_none_or(|part| part.holds(number));
         let left: Vec<bool> = (0..count)
@@ -98,8 +97,7 @@ impl Running<'_> {
 
     fn run(&mut self, mut points: impl Iterator<Item = Point> + Send, total: u64, open: bool) -> Result<(), SweepEnd> {
         let Running {
-            study,
-            options,
+            work,
             journal,
             worker_pool,
             progress,
@@ -116,12 +114,6 @@ impl Running<'_> {
             });
         };
         show(journal.points() + *stored, *failed);
-        let work = Work {
-            study,
-            workers: options.workers,
-            integrate: options.integrate,
-            stop: options.stop,
-        };
         let mut deliver = |delivery: Delivery| {
             let (Delivery::Unstored(group) | Delivery::Stored(group)) = &delivery;
             let failures = group.iter().filter(|outcome| outcome.result.is_err()).count() as u64;
@@ -138,8 +130,6 @@ impl Running<'_> {
             show(journal.points() + *stored, *failed);
             Ok(())
         };
-        worker_pool
-            .run(&work, &mut points, &mut deliver)
-            .map_err(SweepEnd::from)
+        worker_pool.run(work, &mut points, &mut deliver).map_err(SweepEnd::from)
     }
 }

@@ -115,7 +115,7 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
     for (column, name) in table.headers().map_err(bad)?.iter().enumerate() {
         let name = name.trim_start_matches('\u{feff}').replace('[', ".").replace(']', "");
         let Some(key) = key_of(&name) else {
-            // What is neither a slip of the pen nor a word is not quoted: the file may be no table of points, and what it
+            // What is neither a misspelt number nor a word is not quoted: the file may be no table of points, and what it
             // says none of our business.
             let known = crate::case::schema::keys().iter().map(|key| key.path);
             let what = match crate::case::suggest(&name, known) {

@@ -12,7 +12,7 @@ pub struct Shard {
     count: usize,
 }
 
-/// More shards than this are a slip of the pen: Slurm's arrays end at 4,000,001.
+/// More shards than this are taken for a mistake: Slurm's arrays end at 4,000,001.
 const MOST_SHARDS: usize = 10_000_000;
 
 impl Shard {

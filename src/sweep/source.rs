@@ -38,6 +38,15 @@ impl StudySource {
         })
     }
 
+    /// A study that is at hand.
+    pub fn text(name: &str, text: &str) -> StudySource {
+        StudySource {
+            text: text.to_owned(),
+            path: None,
+            name: name.to_owned(),
+        }
+    }
+
     /// A built-in study.
     ///
     /// # Errors
@@ -48,12 +57,7 @@ impl StudySource {
 
     /// The built-in study of a name among those of one kind.
     pub(crate) fn among(studies: &[BuiltIn], name: &str) -> Result<StudySource, CaseError> {
-        let study = builtin::find("study", studies, name)?;
-        Ok(StudySource {
-            text: study.text.to_owned(),
-            path: None,
-            name: name.to_owned(),
-        })
+        builtin::find("study", studies, name).map(|study| StudySource::text(name, study.text))
     }
 
     /// How messages refer to it.

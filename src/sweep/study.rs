@@ -71,7 +71,7 @@ pub struct Point {
     pub coordinates: Vec<Setting>,
 }
 
-/// More points than this are a slip of the pen: years of computing.
+/// More points than this are taken for a mistake: years of computing.
 const MOST_POINTS: u64 = 1_000_000_000;
 
 /// And so are more values on all axes together: of two axes, no grid has as many points.

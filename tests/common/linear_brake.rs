@@ -74,7 +74,7 @@ impl Flow {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub struct Happening {
+pub struct Switch {
     pub time: f64,
     pub kind: EventKind,
     pub mode_after: Mode,
@@ -92,7 +92,7 @@ pub struct LinearBrake {
     /// By the number of the mode.
     flows: [Flow; 4],
     pieces: Vec<Piece>,
-    pub events: Vec<Happening>,
+    pub events: Vec<Switch>,
 }
 
 /// What a sample is held against.
@@ -247,7 +247,7 @@ impl LinearBrake {
     }
 
     fn happened(&mut self, time: f64, kind: EventKind, mode_after: Mode) {
-        self.events.push(Happening { time, kind, mode_after });
+        self.events.push(Switch { time, kind, mode_after });
     }
 
     /// Time of the first change of a guard's sign within `span`, with the states just before and after it.

@@ -59,7 +59,7 @@ mod imp {
 
     /// A reading process.
     pub(in super::super) struct Guard {
-        /// Whether HDF5 has had no trouble in it, which it may not have got over.
+        /// Whether HDF5 has reported no error in it, from which it may not have recovered.
         pub(in super::super) trusted: bool,
         child: Child,
         stream: UnixStream,

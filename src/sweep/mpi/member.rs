@@ -5,22 +5,22 @@ use super::{PAUSE, Session};
 use crate::sweep::journal::{Existing, Journal, JournalError, rank_journal_path};
 use crate::sweep::quantities::Outcome;
 use crate::sweep::record::to_message;
+use crate::sweep::run::Sweep;
 use crate::sweep::runner::{Stopped, run_points};
 use crate::sweep::study::Point;
 use crate::sweep::worker_pool::Work;
 use mpi::Tag;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, Destination};
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// On every rank but 0: runs the points that rank 0 hands out, until it is told to leave. `path` is the sweep file, whose
-/// neighbour the journal of this rank is.
+/// On every rank but 0: runs the points that rank 0 hands out, until it is told to leave. The journal of this rank is beside
+/// the sweep file.
 ///
 /// Errors are rank 0's to tell.
-pub fn serve(session: &Session, work: &Work, path: &Path) {
+pub fn serve(session: &Session, sweep: &Sweep) {
     let world = session.universe.world();
     let leader = world.process_at_rank(0);
     let tell = |tag: Tag, bytes: &[u8]| leader.send_with_tag(bytes, tag);
@@ -32,9 +32,9 @@ pub fn serve(session: &Session, work: &Work, path: &Path) {
             None => std::thread::sleep(PAUSE),
         }
     }
-    let file = rank_journal_path(path, session.rank());
-    match Journal::open(&file, &work.study.digest(), Existing::Discard) {
-        Ok(journal) => attend(&world, work, journal, &tell),
+    let file = rank_journal_path(sweep.path, session.rank());
+    match Journal::open(&file, &sweep.study.digest(), Existing::Discard) {
+        Ok(journal) => sweep.with_work(|work| attend(&world, work, journal, &tell)),
         Err(error) => {
             tell(FAILED, error.to_string().as_bytes());
             loop {

@@ -1,9 +1,13 @@
-//! Which program on which machine.
+//! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
 use crate::case::Case;
 use crate::model::state::Components;
-use crate::results::MetaValue;
+use crate::results::{Header, MetaValue};
 use crate::simulation::{Method, chosen_solvers, procedure};
+
+/// Root attribute `references`.
+pub(crate) const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
+                          Vibration, 2016, article 9275147";
 
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
@@ -12,7 +16,8 @@ fn hdf5_version() -> String {
 }
 
 /// For `--version`: the program's version, and those of the libraries below it.
-pub(super) fn versions() -> String {
+#[cfg(feature = "cli")]
+pub(crate) fn versions() -> String {
     format!(
         "{} ({})\nSUNDIALS {}\nHDF5 {}",
         env!("CARGO_PKG_VERSION"),
@@ -23,7 +28,7 @@ pub(super) fn versions() -> String {
 }
 
 /// Root attribute `source`.
-pub(super) fn source() -> String {
+pub(crate) fn source() -> String {
     format!(
         "stickslip {} with SUNDIALS {}",
         env!("CARGO_PKG_VERSION"),
@@ -32,7 +37,7 @@ pub(super) fn source() -> String {
 }
 
 /// The command line as it was given, quoted where a shell would need it.
-pub(super) fn command_line() -> String {
+pub(crate) fn command_line() -> String {
     let quoted = |argument: String| {
         if !argument.is_empty() && argument.chars().all(|c| c.is_alphanumeric() || "-_./=:,+@".contains(c)) {
             argument
@@ -55,7 +60,7 @@ pub(super) fn command_line() -> String {
 }
 
 /// The instant as ISO 8601 in UTC, to the second.
-pub(super) fn now() -> String {
+pub(crate) fn now() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
@@ -69,7 +74,7 @@ fn event_location(case: &Case) -> &'static str {
 }
 
 /// Attributes of /events.
-pub(super) fn events(case: &Case) -> Vec<(String, MetaValue)> {
+fn events(case: &Case) -> Vec<(String, MetaValue)> {
     let comment = if case.solver.method.locates_events() {
         "times are zeros of the guards, located to the accuracy of the method"
     } else {
@@ -83,7 +88,7 @@ pub(super) fn events(case: &Case) -> Vec<(String, MetaValue)> {
 
 /// Attributes of /meta that say which program on which machine: all that a sweep file has, because they are the same in
 /// every sweep of a study.
-pub(super) fn build() -> Vec<(String, MetaValue)> {
+pub(crate) fn build() -> Vec<(String, MetaValue)> {
     let texts = [
         ("program_version", env!("CARGO_PKG_VERSION").to_owned()),
         ("program_commit", env!("STICKSLIP_COMMIT").to_owned()),
@@ -102,7 +107,7 @@ pub(super) fn build() -> Vec<(String, MetaValue)> {
 }
 
 /// The same, with what was called for and when.
-pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
+pub(crate) fn program(started: &str) -> Vec<(String, MetaValue)> {
     let mut meta = build();
     for (name, text) in [("command_line", command_line()), ("started", started.to_owned())] {
         meta.push((name.to_owned(), MetaValue::Text(text)));
@@ -111,7 +116,7 @@ pub(super) fn program(started: &str) -> Vec<(String, MetaValue)> {
 }
 
 /// Attributes of /meta of a run.
-pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
+fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
     let solver = &case.solver;
     let mut meta = program(started);
     for (name, text) in [
@@ -147,4 +152,21 @@ pub(super) fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
         }
     }
     meta
+}
+
+impl Header {
+    /// Of a run of `case`, which starts now; `text` is the case as it was given.
+    pub fn new(case: &Case, text: String) -> Self {
+        let started = now();
+        Header {
+            title: case.title.clone(),
+            source: source(),
+            references: REFERENCES.to_owned(),
+            history: format!("{started} {}", command_line()),
+            case_text: text,
+            resolved: case.resolved(),
+            meta: meta(case, &started),
+            events: events(case),
+        }
+    }
 }

@@ -1,0 +1,192 @@
+//! A run of a case into its result file.
+
+use super::warning::warnings;
+use super::witness::{Remembering, witness};
+use super::{Summary, Warning, Witness};
+use crate::case::Case;
+use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
+use crate::run::Run;
+use crate::simulation::{Progress, RunFailure, RunReport};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A run into a result file that is being prepared; [`SavedRun::start`] computes it.
+///
+/// ```
+/// use stickslip::SavedRun;
+/// use stickslip::case::{Case, CaseSource};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("paper-si.h5");
+/// let case = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
+/// let saved = SavedRun::new(&case, &path).start()?;
+/// println!("{} sticks, in {}", saved.summary.sticks, saved.file.display());
+/// # assert_eq!(stickslip::results::ResultFile::open(&path)?.event_count()?, saved.summary.events);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use = "nothing is computed before `start`"]
+pub struct SavedRun<'a> {
+    case: &'a Case,
+    path: &'a Path,
+    header: Header,
+    overwrite: Overwrite,
+    inputs: &'a [PathBuf],
+    keeps_events: bool,
+    witness: bool,
+    stop: Option<&'a AtomicBool>,
+    control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+}
+
+/// What a run into a file came to.
+#[derive(Debug)]
+pub struct SavedReport {
+    /// The result, or the partial file of a run that is not complete.
+    pub file: PathBuf,
+    /// As the run ended; that of the file, unless there is something [`Self::unsaved`].
+    pub status: Status,
+    /// Of what was computed, be it saved or not.
+    pub report: RunReport,
+    /// The same in numbers.
+    pub summary: Summary,
+    /// What a reader of the numbers has to know.
+    pub warnings: Vec<Warning>,
+    /// What another method makes of the case, if that was asked for; none beside a run that is not complete.
+    pub witness: Option<Witness>,
+    /// Why the run failed; its report is [`Self::report`].
+    pub failure: Option<Box<RunFailure>>,
+    /// Why the file could not be written to its end: then it is marked interrupted.
+    pub unsaved: Option<ResultError>,
+    /// Rows that the file had for certain before its end was written.
+    pub saved: SavedRows,
+    /// Of the run, s.
+    pub wall_time: f64,
+}
+
+impl<'a> SavedRun<'a> {
+    /// The run that a case describes, into a file that replaces no other but a result of this program.
+    pub fn new(case: &'a Case, path: &'a Path) -> Self {
+        SavedRun {
+            case,
+            path,
+            header: Header::new(case, case.resolved()),
+            overwrite: Overwrite::OwnResults,
+            inputs: &[],
+            keeps_events: false,
+            witness: false,
+            stop: None,
+            control: None,
+        }
+    }
+
+    /// The case as it was given, for the file; else it holds the resolved one twice.
+    pub fn text(mut self, text: &str) -> Self {
+        text.clone_into(&mut self.header.case_text);
+        self
+    }
+
+    /// Another title than the case's.
+    pub fn title(mut self, title: String) -> Self {
+        self.header.title = title;
+        self
+    }
+
+    /// What may be replaced.
+    pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Files that the case was read from: they are never replaced.
+    pub fn inputs(mut self, inputs: &'a [PathBuf]) -> Self {
+        self.inputs = inputs;
+        self
+    }
+
+    /// Keep the events in the report, too.
+    pub fn keep_events(mut self) -> Self {
+        self.keeps_events = true;
+        self
+    }
+
+    /// Ask another method, after the run; see [`witness`](mod@super::witness).
+    pub fn witness(mut self, wanted: bool) -> Self {
+        self.witness = wanted;
+        self
+    }
+
+    /// Set from outside to end the run, and its witness, in good order.
+    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.stop = Some(stop);
+        self
+    }
+
+    /// What is asked now and then while the run goes on; `Break` ends it in good order.
+    pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
+        self.control = Some(Box::new(control));
+        self
+    }
+
+    /// Computes the run, to its end or as far as it comes; what was computed is in the file.
+    ///
+    /// # Errors
+    /// If the file cannot be created, or another is there that may not be replaced. A run that fails, and a file that
+    /// cannot be written to its end, are part of the report.
+    pub fn start(self) -> Result<SavedReport, ResultError> {
+        let SavedRun { case, stop, .. } = self;
+        let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &self.header)?;
+        let partial = writer.partial().to_owned();
+        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let mut control = self.control;
+        let mut recorder = Remembering::new(&mut writer, self.keeps_events);
+        let result = Run::new(case)
+            .record(&mut recorder)
+            .control(|progress| {
+                if let Some(control) = &mut control {
+                    control(progress)?;
+                }
+                match stopped() {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                }
+            })
+            .start();
+        let sequence = recorder.into_sequence();
+        let (report, failure) = match result {
+            Ok(report) => (report, None),
+            Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
+        };
+        let summary = Summary::of_run(&case.parameters, &report);
+        let status = match &failure {
+            Some(error) => Status::Failed(error.to_string()),
+            None if report.interrupted => Status::Interrupted,
+            None => Status::Complete,
+        };
+        let saved = writer.saved();
+        let wall_time = writer.elapsed();
+        // Beside a complete run only, and never a reason for it to fail.
+        let witness = (status == Status::Complete && self.witness)
+            .then(|| witness(case, &sequence, summary.noise_determined, &stopped))
+            .flatten();
+        let said = witness
+            .as_ref()
+            .map_or(Ok(()), |witness| writer.witness(&witness.attributes()));
+        let finished = said.and_then(|()| writer.finish(status.clone(), &summary.table(), wall_time));
+        let (file, unsaved) = match finished {
+            Ok(file) => (file, None),
+            Err(error) => (partial, Some(error)),
+        };
+        Ok(SavedReport {
+            file,
+            status,
+            warnings: warnings(case, &summary, report.initial_energy),
+            report,
+            summary,
+            witness,
+            failure,
+            unsaved,
+            saved,
+            wall_time,
+        })
+    }
+}

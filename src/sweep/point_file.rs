@@ -1,0 +1,47 @@
+//! A result file for each point.
+
+use super::runner::IntegrateError;
+use super::study::Study;
+use crate::analysis::SavedRun;
+use crate::case::Case;
+use crate::hybrid::RunError;
+use crate::simulation::{Progress, RunReport};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+/// `map.h5` has the results of its runs in `map.runs`, next to it.
+pub(super) fn folder_of_runs(path: &Path) -> PathBuf {
+    path.with_extension("runs")
+}
+
+/// Integrates a point into a result file of its own, `FOLDER/NUMBER.h5`.
+pub(super) fn into_a_file(
+    folder: &Path,
+    study: &Study,
+    number: u64,
+    case: &Case,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, IntegrateError> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        IntegrateError::Storage(format!(
+            "{}: cannot be created: {error}; check its folder",
+            folder.display()
+        ))
+    })?;
+    let path = folder.join(format!("{number:06}.h5"));
+    let saved = SavedRun::new(case, &path)
+        .title(format!("{}, point {number}", study.title))
+        .inputs(&study.files)
+        .keep_events()
+        .control(control)
+        .start()
+        .map_err(|error| IntegrateError::Storage(error.to_string()))?;
+    match (saved.unsaved, saved.failure) {
+        (Some(error), _) => Err(IntegrateError::Storage(error.to_string())),
+        (None, Some(failure)) => match &failure.error {
+            RunError::Observer(error) => Err(IntegrateError::Storage(error.to_string())),
+            _ => Err(IntegrateError::Run(failure)),
+        },
+        (None, None) => Ok(saved.report),
+    }
+}
