@@ -45,11 +45,11 @@ fn model() -> TorsionModel {
 /// Equation (6) and (7) for D = 0.13, d = 0.08: r = 0.0525 and 0.0532539682...
 #[test]
 fn analytic_effective_radii() {
-    assert!((uniform_wear_radius(0.13, 0.08) - 0.0525).abs() < 1e-17);
+    assert!((uniform_wear_radius(0.13_f64, 0.08) - 0.0525).abs() < 1e-17);
     let direct = (0.13f64.powi(3) - 0.08f64.powi(3)) / (3.0 * (0.13f64.powi(2) - 0.08f64.powi(2)));
     assert!((uniform_pressure_radius(0.13, 0.08) - direct).abs() < 1e-15);
     // a ring without width
-    assert!((uniform_pressure_radius(0.1, 0.1) - 0.05).abs() < 1e-17);
+    assert!((uniform_pressure_radius(0.1_f64, 0.1) - 0.05).abs() < 1e-17);
 }
 
 fn tables() -> impl Strategy<Value = Signal> {

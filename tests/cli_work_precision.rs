@@ -211,7 +211,7 @@ fn cli_a_reference_that_cannot_be_reached_is_an_error() {
 fn cli_the_built_in_study_is_found_by_name() {
     let folder = Folder::new();
     let said = refusal(&mut folder.stickslip(&["work-precision", "work"]));
-    assert!(said.contains("there are work-precision"), "{said}");
+    assert!(said.contains("there is work-precision"), "{said}");
     let text = stickslip::analysis::work_precision::STUDIES[0].text;
     let study = stickslip::analysis::work_precision::Study::find("work-precision").unwrap();
     assert_eq!((study.text.as_str(), study.name.as_str()), (text, "work-precision"));

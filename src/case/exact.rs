@@ -6,11 +6,11 @@ use super::quantity::{self, Dimension};
 use super::schema::{self, Key};
 use super::{Case, CaseSource, key_of};
 use crate::friction::FrictionLaw;
+use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use crate::model::{Axial, KickTime};
 use crate::model::{ExactKick, ExactLaw, ExactParameters};
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::Pow;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactParameters, CaseError> {
     let (case, root) = parsed(source, overrides)?;
@@ -161,16 +161,14 @@ impl Reader<'_> {
         }
         let outer = self.number("contact.outer_diameter", Dimension::Length)?;
         let inner = self.number("contact.inner_diameter", Dimension::Length)?;
-        let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
         let pressure = matches!(
             self.root.at("contact.wear").map(|node| &node.value),
             Some(Value::Text(wear)) if wear == schema::UNIFORM_PRESSURE
         );
         Ok(if pressure {
-            let difference = |power: i32| Pow::pow(outer.clone(), power) - Pow::pow(inner.clone(), power);
-            difference(3) / (integer(3) * difference(2))
+            uniform_pressure_radius(outer, inner)
         } else {
-            (outer + inner) / integer(4)
+            uniform_wear_radius(outer, inner)
         })
     }
 }

@@ -6,9 +6,10 @@ use super::error::{CaseError, Problem};
 use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
 use super::value::{choice, number};
-use super::{Case, CaseSource, suggest};
+use super::{Case, CaseSource, Setting, read_setting, suggest};
 use crate::friction::FrictionLaw;
 use crate::model::KickTime;
+use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use crate::quote::shown;
 use crate::signal::Signal;
 
@@ -325,7 +326,10 @@ impl Reader {
                         format!("must be smaller than outer_diameter: {inner_diameter:?} m is not below {outer_diameter:?} m"),
                     );
                 }
-                let radius = effective_radius(outer_diameter, inner_diameter, wear);
+                let radius = match wear {
+                    schema::UNIFORM_PRESSURE => uniform_pressure_radius(outer_diameter, inner_diameter),
+                    _ => uniform_wear_radius(outer_diameter, inner_diameter),
+                };
                 if let Some(complaint) = Domain::Positive.complaint(radius) {
                     self.report(outer, format!("gives a radius that {complaint}, but is {radius:?} m"));
                 }
@@ -373,16 +377,6 @@ fn length(key: &Key, value: &Value) -> Result<f64, String> {
     }
 }
 
-/// Equations (6), uniform wear, and (7), uniform pressure; D, d and the result in m.
-fn effective_radius(outer_diameter: f64, inner_diameter: f64, wear: &str) -> f64 {
-    let (big_d, d) = (outer_diameter, inner_diameter);
-    match wear {
-        // (D^3 - d^3) / (3 (D^2 - d^2)) with the common factor D - d taken out, so that nothing cancels.
-        schema::UNIFORM_PRESSURE => (big_d + d * (d / (big_d + d))) / 3.0,
-        _ => (big_d + d) / 4.0,
-    }
-}
-
 /// What is wrong with a value, each with the path of the element from the key on (`""` for the value itself).
 type Complaints = Vec<(String, String)>;
 
@@ -390,32 +384,9 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
     let value = &node.value;
     let whole = |message: String| vec![(String::new(), message)];
     match &key.kind {
-        Kind::Text(access) => match value {
-            Value::Text(text) => (access.set)(case, index, text.clone()),
-            other => return Err(whole(format!("expected text in quotes, but got {}", other.describe()))),
-        },
-        Kind::Flag(access) => match value {
-            Value::Flag(flag) => (access.set)(case, index, *flag),
-            other => return Err(whole(format!("expected true or false, but got {}", other.describe()))),
-        },
-        Kind::Count(access) => match value {
-            Value::Integer(count) if *count >= 1 => {
-                (access.set)(case, index, usize::try_from(*count).unwrap_or(usize::MAX));
-            }
-            other => {
-                return Err(whole(format!(
-                    "expected a whole number of at least 1, but got {}",
-                    other.describe()
-                )));
-            }
-        },
         Kind::Choice(names, access) => {
             let name = choice(value, &names()).map_err(whole)?;
             (access.set)(case, index, name);
-        }
-        Kind::Number(dimension, domain, access) => {
-            let number = number(value, *dimension, *domain).map_err(whole)?;
-            (access.set)(case, index, number);
         }
         Kind::Moment(access) => {
             let time = match value {
@@ -453,6 +424,13 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
         }
         // Read by `Reader::contact`.
         Kind::Source(..) | Kind::SourceChoice(_) => {}
+        kind => match (kind, read_setting(key, value).map_err(whole)?) {
+            (Kind::Text(access), Setting::Text(text)) => (access.set)(case, index, text),
+            (Kind::Flag(access), Setting::Flag(flag)) => (access.set)(case, index, flag),
+            (Kind::Count(access), Setting::Count(count)) => (access.set)(case, index, count),
+            (Kind::Number(.., access), Setting::Number(number)) => (access.set)(case, index, number),
+            (kind, setting) => unreachable!("{kind:?} has no {setting:?}"),
+        },
     }
     Ok(())
 }

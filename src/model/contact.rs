@@ -1,14 +1,18 @@
-//! The effective radius of the contact, equations (6) and (7).
+//! The effective radius of the contact, equations (6) and (7), in doubles or without rounding.
+
+use num_traits::Num;
 
 /// r = (D + d)/4, uniform wear, equation (6); diameters and radius in m.
-pub fn uniform_wear_radius(outer_diameter: f64, inner_diameter: f64) -> f64 {
-    (outer_diameter + inner_diameter) / 4.0
+pub fn uniform_wear_radius<T: Num + Clone>(outer_diameter: T, inner_diameter: T) -> T {
+    let two = T::one() + T::one();
+    (outer_diameter + inner_diameter) / (two.clone() * two)
 }
 
 /// r = (D^3 - d^3) / (3 (D^2 - d^2)), uniform pressure, equation (7); diameters and radius in m.
 ///
-/// Evaluated as (D^2 + D d + d^2) / (3 (D + d)), which does not lose digits for narrow rings.
-pub fn uniform_pressure_radius(outer_diameter: f64, inner_diameter: f64) -> f64 {
+/// Evaluated with the common factor D - d taken out, so that nothing cancels for narrow rings.
+pub fn uniform_pressure_radius<T: Num + Clone>(outer_diameter: T, inner_diameter: T) -> T {
     let (outer, inner) = (outer_diameter, inner_diameter);
-    (outer * outer + outer * inner + inner * inner) / (3.0 * (outer + inner))
+    let share = inner.clone() / (outer.clone() + inner.clone());
+    (outer + inner * share) / (T::one() + T::one() + T::one())
 }

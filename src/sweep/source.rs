@@ -57,8 +57,7 @@ impl StudySource {
 
     /// The built-in study of a name among those of one kind.
     pub(crate) fn among(studies: &[BuiltIn], name: &str) -> Result<StudySource, CaseError> {
-        let study = builtin::find("study", studies, name)?;
-        Ok(StudySource::text(name, study.text))
+        builtin::find("study", studies, name).map(|study| StudySource::text(name, study.text))
     }
 
     /// How messages refer to it.
