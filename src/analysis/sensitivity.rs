@@ -196,7 +196,7 @@ pub fn of_final_stick(
 }
 
 /// [`of_final_stick`] of a certified result, if its final stick is converged.
-pub fn of_certificate(
+pub(crate) fn of_certificate(
     case: &Case,
     half_last_digits: &[(String, f64)],
     certificate: &Certificate,

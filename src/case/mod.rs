@@ -30,8 +30,9 @@ mod value;
 
 pub use document::Override;
 pub use error::{CaseError, Problem};
+pub use setting::Setting;
+pub(crate) use setting::key_of;
 pub(crate) use setting::read_setting;
-pub use setting::{Setting, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
 pub(crate) use value::number_of;

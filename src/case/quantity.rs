@@ -284,7 +284,7 @@ pub fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
 }
 
 /// "a torsional stiffness, N m/rad".
-pub fn expectation(dimension: Dimension) -> String {
+pub(crate) fn expectation(dimension: Dimension) -> String {
     match dimension {
         Dimension::Number => dimension.name().to_owned(),
         _ => format!("{}, {}", dimension.name(), dimension.unit()),

@@ -42,7 +42,7 @@ pub enum Presence {
 
 /// The limits of a number. Every number must be finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Domain {
+pub(crate) enum Domain {
     /// Every finite number.
     Any,
     /// Above 0.
@@ -135,7 +135,7 @@ pub fn keys() -> &'static [Key] {
 }
 
 /// The word for a kick at the loss of stability.
-pub const INSTABILITY: &str = "instability";
+pub(crate) const INSTABILITY: &str = "instability";
 /// A convention of the model, and no number of the brake: it has no digits that could be uncertain.
 pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
 /// The first speed of a friction table, which is 0.

@@ -54,7 +54,7 @@ impl Override {
 
 /// The key at a concrete path: `perturbation.0.time` is `perturbation[].time`, and `actuation.force.3` is an element of
 /// `actuation.force` of a table.
-pub fn key_of(path: &str) -> Option<&'static Key> {
+pub(crate) fn key_of(path: &str) -> Option<&'static Key> {
     let element_of = |key: &Key| {
         matches!(key.kind, Kind::Series(..))
             && path

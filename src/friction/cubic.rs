@@ -74,7 +74,7 @@ impl Cubic {
     }
 
     /// The largest |mu''| at speeds from `from` to `to`, both finite: at an end.
-    pub fn largest_curvature(&self, from: f64, to: f64) -> f64 {
+    pub(crate) fn largest_curvature(&self, from: f64, to: f64) -> f64 {
         self.curvature(from).abs().max(self.curvature(to).abs())
     }
 }

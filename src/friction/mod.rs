@@ -101,7 +101,7 @@ macro_rules! laws {
             pub const NAMES: &'static [&'static str] = &[$(<$law as Parameters>::NAME),+];
 
             /// The keys of `[friction]` that the law of this name takes its parameters from; none if there is no such law.
-            pub fn keys_of(name: &str) -> &'static [&'static str] {
+            pub(crate) fn keys_of(name: &str) -> &'static [&'static str] {
                 match name {
                     $(<$law as Parameters>::NAME => <$law as Parameters>::KEYS,)+
                     _ => &[],
@@ -109,7 +109,7 @@ macro_rules! laws {
             }
 
             /// The law of this name, with NaN for each parameter that has no default.
-            pub fn unset(name: &str) -> Option<FrictionLaw> {
+            pub(crate) fn unset(name: &str) -> Option<FrictionLaw> {
                 match name {
                     $(<$law as Parameters>::NAME => Some(<$law as Parameters>::unset().into()),)+
                     _ => None,
@@ -124,7 +124,7 @@ macro_rules! laws {
             }
 
             /// The key of the coefficient at vanishing speed.
-            pub fn key_at_vanishing_speed(&self) -> &'static str {
+            pub(crate) fn key_at_vanishing_speed(&self) -> &'static str {
                 match self {
                     $(FrictionLaw::$law(_) => <$law as Parameters>::AT_VANISHING_SPEED,)+
                 }
@@ -165,7 +165,7 @@ impl FrictionLaw {
     }
 
     /// Sets such a parameter; does nothing if the law has none of that name.
-    pub fn set_list(&mut self, key: &str, values: Vec<f64>) {
+    pub(crate) fn set_list(&mut self, key: &str, values: Vec<f64>) {
         of_law!(self, law => law.set_list(key, values));
     }
 
@@ -175,7 +175,7 @@ impl FrictionLaw {
     }
 
     /// Sets such a parameter; does nothing if the law has none of that name, or that not such a word.
-    pub fn set_word(&mut self, key: &str, word: &str) {
+    pub(crate) fn set_word(&mut self, key: &str, word: &str) {
         of_law!(self, law => law.set_word(key, word));
     }
 

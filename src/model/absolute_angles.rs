@@ -14,37 +14,37 @@ use crate::signal::Pieces;
 pub const DIMENSION: usize = 11;
 
 /// Number of leading components that are unknowns; the others are quadratures, on which nothing depends.
-pub const UNKNOWNS: usize = 8;
+pub(crate) const UNKNOWNS: usize = 8;
 
 /// theta, rad.
-pub const THETA: usize = 0;
+pub(crate) const THETA: usize = 0;
 /// theta', rad/s.
 pub const THETA_DOT: usize = 1;
 /// phi_1, rad.
-pub const PHI1: usize = 2;
+pub(crate) const PHI1: usize = 2;
 /// phi_1', rad/s.
-pub const PHI1_DOT: usize = 3;
+pub(crate) const PHI1_DOT: usize = 3;
 /// phi_2, rad.
-pub const PHI2: usize = 4;
+pub(crate) const PHI2: usize = 4;
 /// phi_2', rad/s.
-pub const PHI2_DOT: usize = 5;
+pub(crate) const PHI2_DOT: usize = 5;
 /// z, m.
 pub const Z: usize = 6;
 /// z', m/s.
 pub const Z_DOT: usize = 7;
 /// Energy dissipated by friction, J.
-pub const FRICTION_LOSS: usize = 8;
+pub(crate) const FRICTION_LOSS: usize = 8;
 /// Energy dissipated by c_t of both disks and by c_a, J.
-pub const DAMPING_LOSS: usize = 9;
+pub(crate) const DAMPING_LOSS: usize = 9;
 /// Work of F, J.
-pub const WORK: usize = 10;
+pub(crate) const WORK: usize = 10;
 
 /// The state: the constants of this module name its components.
-pub type AbsoluteState = [f64; DIMENSION];
+pub(crate) type AbsoluteState = [f64; DIMENSION];
 
 /// The equations, shared by all steps.
 #[derive(Debug)]
-pub struct AbsoluteModel {
+pub(crate) struct AbsoluteModel {
     /// Parameters of the torsional system and its friction.
     pub torsion: TorsionModel,
     axial: Axial,

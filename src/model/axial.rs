@@ -13,7 +13,7 @@ use crate::signal::{self, Pieces, Signal};
 /// Two happenings closer than this (s) count as one instant: far below the spacing of the doubles that hold their times,
 /// far above what the multiprecision runs err by. It decides an order only, that of a contact and of a kick at the corner
 /// where F begins to press again after a rest.
-pub const SAME_INSTANT: f64 = 1e-18;
+pub(crate) const SAME_INSTANT: f64 = 1e-18;
 
 /// The axial state and what the rest of the model needs of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -235,7 +235,7 @@ impl AxialMotion {
 
     /// The Taylor coefficients of the pressing force (N) about `t`, by powers of time over `unit` (s), as many as `out`
     /// holds (at least two), and the degree beyond which they are zero. They hold until the next corner of F.
-    pub fn pressing_series(&self, t: f64, unit: f64, out: &mut [f64]) -> usize {
+    pub(crate) fn pressing_series(&self, t: f64, unit: f64, out: &mut [f64]) -> usize {
         let piece = self.piece_at(t);
         let tau = t - piece.force.start;
         let degree = if tau >= piece.silent_after {
@@ -252,7 +252,7 @@ impl AxialMotion {
     }
 
     /// A bound on |d^2/dt^2| of the pressing force from `t` to the next corner, N/s^2.
-    pub fn curvature_bound(&self, t: f64) -> f64 {
+    pub(crate) fn curvature_bound(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         let tau = t - piece.force.start;
         if tau >= piece.silent_after {
@@ -277,7 +277,7 @@ impl AxialMotion {
 
     /// How far rounding can move a zero of the pressing force at `t`, s: that of the case's numbers is not in it. Infinite
     /// where the force turns so close to zero that it may not reach it at all.
-    pub fn rounding_of_zero(&self, t: f64) -> f64 {
+    pub(crate) fn rounding_of_zero(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         let tau = t - piece.force.start;
         let (_, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
@@ -298,13 +298,13 @@ impl AxialMotion {
     }
 
     /// A lower bound of the pressing force from `t` on, for ever, N.
-    pub fn lowest_pressing_force_after(&self, t: f64) -> f64 {
+    pub(crate) fn lowest_pressing_force_after(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.lowest_later.min(self.bounds_in_piece(piece, t).0)
     }
 
     /// An upper bound of the pressing force from `t` on, for ever, N.
-    pub fn highest_pressing_force_after(&self, t: f64) -> f64 {
+    pub(crate) fn highest_pressing_force_after(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.highest_later.max(self.bounds_in_piece(piece, t).1)
     }
@@ -332,14 +332,14 @@ impl AxialMotion {
     }
 
     /// From when on nothing rings any more in the linear stretch of F that holds `t`, s; infinite if it rings to the end.
-    pub fn silent_from(&self, t: f64) -> f64 {
+    pub(crate) fn silent_from(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
         piece.force.start + piece.silent_after
     }
 
     /// When the ringing that the last corner before `t` has set going has died by so many e-folds, s; infinite if it never
     /// does.
-    pub fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
+    pub(crate) fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
         self.piece_at(t).force.start + e_folds / self.oscillator.slowest_decay()
     }
 
@@ -349,7 +349,7 @@ impl AxialMotion {
     }
 
     /// The pressing force (N) and its rate (N/s) at `t` by the motion on a stretch, continued beyond its ends.
-    pub fn pressing_on(&self, stretch: usize, t: f64) -> (f64, f64) {
+    pub(crate) fn pressing_on(&self, stretch: usize, t: f64) -> (f64, f64) {
         let piece = &self.pieces[(self.pieces.len() - 1).saturating_sub(stretch)];
         self.pressing(piece, t - piece.force.start)
     }

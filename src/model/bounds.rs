@@ -4,7 +4,7 @@
 /// the positive zero of g + rate x - curvature x^2 / 2; infinite if there is none.
 ///
 /// Repeated, it converges to the first root from the left and passes over none; near a simple root it is Newton's step.
-pub fn positive_for(g: f64, rate: f64, curvature: f64) -> f64 {
+pub(crate) fn positive_for(g: f64, rate: f64, curvature: f64) -> f64 {
     let root = (rate * rate + 2.0 * curvature * g).sqrt();
     if rate < 0.0 {
         // the form that does not cancel

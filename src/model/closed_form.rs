@@ -19,12 +19,20 @@ const MOST_ROUNDS: u64 = 100_000;
 /// When a stick breaks away.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Breakaway {
-    /// A time `after` (s) from the start, into slip with this sense.
-    After { after: f64, sense: f64 },
+    /// Into slip.
+    After {
+        /// From the start, s.
+        after: f64,
+        /// Of the slip, +1 or -1.
+        sense: f64,
+    },
     /// Not within the stretch asked for.
     NotYet,
-    /// Not within `until` (s); the search has taken its steps without getting farther.
-    NotBefore { until: f64 },
+    /// Not before this; the search has taken its steps without getting farther.
+    NotBefore {
+        /// From the start, s.
+        until: f64,
+    },
     /// Not for as long as F(t) is defined, by the energy bound.
     Never,
 }
@@ -41,6 +49,7 @@ pub struct ClosedForm {
 }
 
 impl ClosedForm {
+    /// Of a brake.
     pub fn new(model: &TorsionModel) -> Self {
         let omega = 2f64.powi(model.natural_angular_frequency().log2().round() as i32);
         let (k, c_t) = (model.torsion.stiffness / omega, model.torsion.damping);

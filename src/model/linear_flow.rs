@@ -15,7 +15,7 @@ const ORDER: u32 = 11;
 /// the 1 a component that changes slowly is rounded by its change, not by its size, in each of the products. The energy
 /// bounds every linear function of x for all later times, which makes root isolation and "never again" provable.
 #[derive(Debug, Clone)]
-pub struct LinearFlow {
+pub(crate) struct LinearFlow {
     a: Matrix4<f64>,
     energy: Matrix4<f64>,
     energy_inverse: Matrix4<f64>,
@@ -26,7 +26,7 @@ pub struct LinearFlow {
 
 /// A linear function c x of the state, with what bounds it and its second derivative by the energy.
 #[derive(Debug, Clone, Copy)]
-pub struct Functional {
+pub(crate) struct Functional {
     row: RowVector4<f64>,
     rate_row: RowVector4<f64>,
     /// |c x| <= value_bound sqrt(x^T P x)
@@ -67,7 +67,7 @@ impl LinearFlow {
         }
     }
 
-    pub fn functional(&self, row: RowVector4<f64>) -> Functional {
+    pub(crate) fn functional(&self, row: RowVector4<f64>) -> Functional {
         let bound = |r: &RowVector4<f64>| (r * self.energy_inverse * r.transpose())[0].max(0.0).sqrt();
         let second = row * self.a * self.a;
         Functional {
@@ -115,7 +115,7 @@ impl LinearFlow {
     }
 
     /// sqrt(x^T P x).
-    pub fn energy_norm(&self, x: &Vector4<f64>) -> f64 {
+    pub(crate) fn energy_norm(&self, x: &Vector4<f64>) -> f64 {
         (x.transpose() * self.energy * x)[0].max(0.0).sqrt()
     }
 }
@@ -130,12 +130,12 @@ impl Functional {
     }
 
     /// The largest |c x| from here on, given the energy norm here.
-    pub fn largest_later(&self, energy_norm: f64) -> f64 {
+    pub(crate) fn largest_later(&self, energy_norm: f64) -> f64 {
         self.value_bound * energy_norm
     }
 
     /// The largest |(c x)''| from here on, given the energy norm here.
-    pub fn largest_curvature_later(&self, energy_norm: f64) -> f64 {
+    pub(crate) fn largest_curvature_later(&self, energy_norm: f64) -> f64 {
         self.curvature_bound * energy_norm
     }
 }

@@ -64,7 +64,7 @@ impl Torsion {
 
     /// J/(I + J): the share of the rotor twist's rate that the rotor's speed follows where their momentum is kept.
     #[inline]
-    pub fn surface_share(&self) -> f64 {
+    pub(crate) fn surface_share(&self) -> f64 {
         self.surface_inertia / self.rigid_inertia()
     }
 
@@ -90,7 +90,7 @@ impl Torsion {
 
     /// (phi_2'', phi_1'') of surfaces under T_r and T_s (N m), as one or with the torque `t_i` between them, rad/s^2.
     #[inline]
-    pub fn surface_accelerations(&self, joined: bool, (t_r, t_s): (f64, f64), t_i: f64) -> (f64, f64) {
+    pub(crate) fn surface_accelerations(&self, joined: bool, (t_r, t_s): (f64, f64), t_i: f64) -> (f64, f64) {
         let j = self.surface_inertia;
         if joined {
             let phi_ddot = (t_r - t_s) / (2.0 * j);
@@ -232,7 +232,7 @@ pub fn speeds<T: Copy + std::ops::Sub<Output = T>>(y: &[T]) -> [T; 3] {
 }
 
 /// The same of a stick, of the twist rates alone: theta' = u' + v'.
-pub fn joined_speeds<T: Copy + std::ops::Add<Output = T>>(y: &[T]) -> [T; 3] {
+pub(crate) fn joined_speeds<T: Copy + std::ops::Add<Output = T>>(y: &[T]) -> [T; 3] {
     let surfaces = y[STATOR_TWIST_RATE];
     [y[ROTOR_TWIST_RATE] + surfaces, surfaces, surfaces]
 }

@@ -4,7 +4,7 @@ use crate::numerics::taylor;
 
 /// q'' + 2 sigma q' + omega0^2 q = 0, with sigma >= 0 (1/s) and omega0 > 0 (rad/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DampedOscillator {
+pub(crate) struct DampedOscillator {
     sigma: f64,
     omega0_squared: f64,
 }
@@ -50,7 +50,7 @@ impl DampedOscillator {
     }
 
     /// The slowest rate of decay, 1/s.
-    pub fn slowest_decay(&self) -> f64 {
+    pub(crate) fn slowest_decay(&self) -> f64 {
         let discriminant = self.omega0_squared - self.sigma * self.sigma;
         if discriminant >= 0.0 {
             self.sigma

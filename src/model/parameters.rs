@@ -6,12 +6,17 @@ use crate::signal::Signal;
 /// Everything that defines the physical problem, in SI units and radians.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
+    /// How the disks are pressed together.
     pub axial: Axial,
     /// The actuating force F(t), N, positive when it presses the disks together.
     pub actuation: Signal,
+    /// Inertias, stiffness and damping.
     pub torsion: Torsion,
+    /// Radius and breakaway test.
     pub contact: Contact,
+    /// At rest and in slip.
     pub friction: Friction,
+    /// At t = 0.
     pub initial: Initial,
     /// In the order given; times need not be sorted.
     pub perturbations: Vec<Kick>,
@@ -76,6 +81,7 @@ pub struct Torsion {
 pub struct Contact {
     /// r, effective friction radius, m.
     pub radius: f64,
+    /// What decides between stick and slip.
     pub breakaway_test: BreakawayTest,
 }
 
@@ -91,6 +97,7 @@ pub enum BreakawayTest {
     Rotor,
 }
 
+/// The state at t = 0, without twist.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Initial {
     /// omega_0, rad/s, of the rotor and of its surface.
@@ -100,11 +107,13 @@ pub struct Initial {
 /// A jump of the relative velocity, half on each surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kick {
+    /// When.
     pub time: KickTime,
     /// delta, rad/s: phi2_dot += delta/2, phi1_dot -= delta/2.
     pub relative_velocity: f64,
 }
 
+/// When a kick is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KickTime {
     /// At a time, s.
@@ -116,13 +125,18 @@ pub enum KickTime {
 /// What the contact does. The numbers are those of the result file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mode {
+    /// No contact.
     Separated = 0,
+    /// omega_r stays 0.
     Stick = 1,
+    /// omega_r > 0.
     SlipForward = 2,
+    /// omega_r < 0.
     SlipBackward = 3,
 }
 
 impl Mode {
+    /// All of them, in the order of their codes.
     pub const ALL: [Mode; 4] = [Mode::Separated, Mode::Stick, Mode::SlipForward, Mode::SlipBackward];
 
     /// The code in result files.

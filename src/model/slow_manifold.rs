@@ -145,14 +145,14 @@ fn least_change(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum
 
 /// The state on the slow manifold that has this [momentum](Torsion::slow_momentum), with quadratures of zero: for a
 /// path along it, which asks for thousands, to 1e-8 of the twists where the friction changes over 12 ms.
-pub fn of_momentum(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> TorsionState {
+pub(crate) fn of_momentum(model: &TorsionModel, sense: f64, pressing: (f64, f64), momentum: f64) -> TorsionState {
     SlowSeries::<PATH_ORDER>::of_rounds(model, sense, pressing, momentum, PATH_ROUNDS).start()
 }
 
 /// The motion along the slow manifold: N Taylor coefficients by powers of time in s, of which the last two are not to be
 /// trusted.
 #[derive(Debug, Clone)]
-pub struct SlowSeries<const N: usize> {
+pub(crate) struct SlowSeries<const N: usize> {
     rotor_twist: [f64; N],
     stator_twist: [f64; N],
     rotor_speed: [f64; N],

@@ -24,6 +24,7 @@ pub struct SlowStick {
 }
 
 impl SlowStick {
+    /// Of a brake.
     pub fn new(model: &TorsionModel) -> Self {
         let Torsion {
             rotor_inertia: i,

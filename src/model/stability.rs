@@ -17,7 +17,7 @@ const MOST_STEPS: usize = 100_000;
 /// It leaves out the twists (relative error about J/I and omega_r / omega_n), which is enough to decide ahead of time
 /// where an integrator has to resolve the fast mode; it never enters a result.
 #[derive(Debug, Clone)]
-pub struct Forecast {
+pub(crate) struct Forecast {
     /// (t (s), damping in e-folds of the relative mode since the start).
     path: Vec<(f64, f64)>,
     /// (t (s), |omega_r| (rad/s)) at the same times.
@@ -81,7 +81,7 @@ impl Forecast {
     }
 
     /// The latest time before which `e_folds` of damping still lie ahead of the instability; `None` without one.
-    pub fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
+    pub(crate) fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
         self.instability?;
         let last = self.path.last()?.1 - e_folds;
         let quiet = self.path.windows(2).rev().find(|pair| pair[0].1 <= last);
@@ -89,12 +89,12 @@ impl Forecast {
     }
 
     /// The first time at which the relative velocity is no more than `speed` (rad/s), if it comes to that.
-    pub fn time_of_speed(&self, speed: f64) -> Option<f64> {
+    pub(crate) fn time_of_speed(&self, speed: f64) -> Option<f64> {
         self.speeds.iter().find(|(_, x)| *x <= speed).map(|(t, _)| *t)
     }
 
     /// The time by which `e_folds` of damping have passed since the start, if that comes before any instability.
-    pub fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
+    pub(crate) fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
         let passed = self.path.windows(2).find(|pair| pair[1].1 >= e_folds);
         passed.map(|pair| between(pair, e_folds))
     }
@@ -114,7 +114,7 @@ fn between(pair: &[(f64, f64)], damping: f64) -> f64 {
 ///
 /// They rest on rigid sliding like [`Forecast`], with the friction torque between its bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct QuietStretch {
+pub(crate) struct QuietStretch {
     /// Until then the margin of stability is at least c_t/2, s.
     pub until: f64,
     /// The relative mode's damping until then, 1/s, at least.

@@ -3,7 +3,7 @@
 
 /// What a component of the state is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Measure {
+pub(crate) enum Measure {
     /// rad.
     Twist,
     /// rad/s.
@@ -31,7 +31,7 @@ macro_rules! components {
         }
 
         /// What each component is, by its [`index`].
-        pub const MEASURES: &[Measure] = &[$(Measure::$measure),+];
+        pub(crate) const MEASURES: &[Measure] = &[$(Measure::$measure),+];
 
         /// A state, its rates, or what else there is one of for each component, by name.
         #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -84,6 +84,6 @@ pub const DYNAMIC: usize = index::SLIP;
 pub type TorsionState = [f64; DIMENSION];
 
 /// The state that a solver's slice holds.
-pub fn state_of(y: &[f64]) -> TorsionState {
+pub(crate) fn state_of(y: &[f64]) -> TorsionState {
     std::array::from_fn(|k| y[k])
 }

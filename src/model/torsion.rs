@@ -53,13 +53,13 @@ impl TorsionModel {
 
     /// s mu(s omega_r) r F_n: the interface torque of slip with sense `s`, N m.
     #[inline]
-    pub fn sliding_torque(&self, sense: f64, y: &[f64], normal_force: f64) -> f64 {
+    pub(crate) fn sliding_torque(&self, sense: f64, y: &[f64], normal_force: f64) -> f64 {
         let mu = self.friction.law.coefficient(sense * self.relative_velocity(y));
         sense * mu * self.contact.radius * normal_force
     }
 
     /// The rate of [`Self::sliding_torque`], N m/s, for the state's rates `dydt` and `pressing`, F_n (N) with its rate (N/s).
-    pub fn sliding_torque_rate(&self, sense: f64, y: &[f64], dydt: &[f64], pressing: (f64, f64)) -> f64 {
+    pub(crate) fn sliding_torque_rate(&self, sense: f64, y: &[f64], dydt: &[f64], pressing: (f64, f64)) -> f64 {
         let (mu, slope) = self
             .friction
             .law
@@ -116,7 +116,7 @@ impl TorsionModel {
     }
 
     /// The part of the Jacobian that the equations depend on.
-    pub fn dynamic_jacobian(
+    pub(crate) fn dynamic_jacobian(
         &self,
         mode: Mode,
         normal_force: impl FnOnce() -> f64,
@@ -129,7 +129,7 @@ impl TorsionModel {
     }
 
     /// The same of slip with sense `s` at |omega_r| = `x` (rad/s) under F_n (N): of the state it depends on nothing else.
-    pub fn sliding_jacobian(&self, sense: f64, normal_force: f64, x: f64) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+    pub(crate) fn sliding_jacobian(&self, sense: f64, normal_force: f64, x: f64) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
         self.dynamic_jacobian(Mode::sliding(sense), || normal_force, &spinning(sense * x))
     }
 
@@ -167,7 +167,7 @@ impl TorsionModel {
     }
 
     /// |theta'| + |u'| + |v'|, rad/s: what the rounding of omega_r is relative to.
-    pub fn relative_velocity_terms(&self, y: &[f64]) -> f64 {
+    pub(crate) fn relative_velocity_terms(&self, y: &[f64]) -> f64 {
         y[ROTOR_SPEED].abs() + y[ROTOR_TWIST_RATE].abs() + y[STATOR_TWIST_RATE].abs()
     }
 
@@ -189,7 +189,7 @@ impl TorsionModel {
 
     /// 2 r F_n, N m: what mu' is multiplied by in the stability margin.
     #[inline]
-    pub fn slope_weight(&self, normal_force: f64) -> f64 {
+    pub(crate) fn slope_weight(&self, normal_force: f64) -> f64 {
         2.0 * self.contact.radius * normal_force
     }
 
@@ -210,7 +210,7 @@ impl TorsionModel {
     }
 
     /// What a component of the state is multiplied by to compare with a rate: omega_n for a twist, 1/s, else 1.
-    pub fn rate_weight(&self, component: usize) -> f64 {
+    pub(crate) fn rate_weight(&self, component: usize) -> f64 {
         if MEASURES[component] == Measure::Twist {
             self.natural_angular_frequency()
         } else {
@@ -225,7 +225,7 @@ impl TorsionModel {
 }
 
 /// The state without twists whose rotor, with its surface, turns at `speed` (rad/s); the stator rests.
-pub fn spinning(speed: f64) -> TorsionState {
+pub(crate) fn spinning(speed: f64) -> TorsionState {
     Components {
         rotor_speed: speed,
         ..Components::default()

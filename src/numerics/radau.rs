@@ -11,7 +11,7 @@ use nalgebra::{Complex, SMatrix, SVector};
 use std::sync::Arc;
 
 /// y' = f(t, y) of M components, of which f needs only the first N; the others are quadratures.
-pub trait StiffProblem<const N: usize, const M: usize> {
+pub(crate) trait StiffProblem<const N: usize, const M: usize> {
     /// f(t, y).
     fn rhs(&self, t: f64, y: &[f64; M]) -> [f64; M];
 
@@ -44,7 +44,7 @@ impl<const M: usize, const S: usize> Step<M, S> {
     }
 
     /// The same at a share of the length, 0 to 1.
-    pub fn at_share(&self, share: f64) -> [f64; M] {
+    pub(crate) fn at_share(&self, share: f64) -> [f64; M] {
         let change = self.coefficients * legendre_integrals::<S>(share);
         std::array::from_fn(|i| self.y[i] + change[i])
     }
@@ -52,7 +52,7 @@ impl<const M: usize, const S: usize> Step<M, S> {
 
 /// What an attempted step came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Attempt {
+pub(crate) enum Attempt {
     /// The stages are found.
     Solved {
         /// The estimated error over what is tolerated.
@@ -135,11 +135,11 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
     }
 
     /// Order of the error estimate in the length of a step.
-    pub const ESTIMATE_ORDER: i32 = S as i32 + 1;
+    pub(crate) const ESTIMATE_ORDER: i32 = S as i32 + 1;
 
     /// Tries a step of `length` from `y` at `t`. `weights` is what is tolerated as error of each component. With
     /// `predict` the last step's polynomial goes on; else the stages are looked for from `y`.
-    pub fn attempt(
+    pub(crate) fn attempt(
         &mut self,
         problem: &impl StiffProblem<N, M>,
         t: f64,

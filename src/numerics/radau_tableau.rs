@@ -36,7 +36,7 @@ pub struct Eigenvalue<F, const S: usize> {
 }
 
 /// The orthonormal Legendre polynomials P_0 to P_(N-1) on [0, 1] at `x`.
-pub fn legendre<const N: usize>(x: f64) -> SVector<f64, N> {
+pub(crate) fn legendre<const N: usize>(x: f64) -> SVector<f64, N> {
     let mut p = SVector::zeros();
     let z = 2.0 * x - 1.0;
     let (mut last, mut this) = (0.0, 1.0);
@@ -49,7 +49,7 @@ pub fn legendre<const N: usize>(x: f64) -> SVector<f64, N> {
 }
 
 /// The integrals from 0 to `x` of P_0 to P_(N-1).
-pub fn legendre_integrals<const N: usize>(x: f64) -> SVector<f64, N> {
+pub(crate) fn legendre_integrals<const N: usize>(x: f64) -> SVector<f64, N> {
     let p: SVector<f64, N> = legendre(x);
     // P_N, for the last one.
     let z = 2.0 * x - 1.0;
@@ -64,7 +64,7 @@ pub fn legendre_integrals<const N: usize>(x: f64) -> SVector<f64, N> {
 }
 
 /// xi_k = 1 / (2 sqrt(4 k^2 - 1)), of the integrals of the orthonormal polynomials.
-pub fn xi(k: usize) -> f64 {
+pub(crate) fn xi(k: usize) -> f64 {
     0.5 / ((4 * k * k - 1) as f64).sqrt()
 }
 

@@ -78,7 +78,7 @@ pub fn product<T: Number, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
 
 /// Fills `c` with the coefficients of the solution of q'' + 2 sigma q' + omega0_squared q = 0 from its value and its
 /// derivative; all of them in the unit of x. At least two coefficients.
-pub fn damped_oscillation<T: Number>(sigma: &T, omega0_squared: &T, value: T, rate: T, c: &mut [T]) {
+pub(crate) fn damped_oscillation<T: Number>(sigma: &T, omega0_squared: &T, value: T, rate: T, c: &mut [T]) {
     c[0] = value;
     c[1] = rate;
     for n in 0..c.len() - 2 {
@@ -100,7 +100,7 @@ pub fn value<T: Number>(c: &[T], x: &T) -> T {
 
 /// Value and derivative at `x`.
 #[inline]
-pub fn value_and_rate<T: Number>(c: &[T], x: &T) -> (T, T) {
+pub(crate) fn value_and_rate<T: Number>(c: &[T], x: &T) -> (T, T) {
     let (mut sum, mut rate) = (T::of(0.0), T::of(0.0));
     for term in c.iter().rev() {
         rate = rate * x.clone() + sum.clone();

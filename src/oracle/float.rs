@@ -503,7 +503,7 @@ impl<const N: usize> Float<N> {
     }
 
     /// ln 2 = 2 (1/3 + 1/(3 3^3) + 1/(5 3^5) + ...).
-    pub fn ln_2() -> Self {
+    pub(crate) fn ln_2() -> Self {
         let unit = BigUint::one() << (Self::BITS + WORD_BITS);
         let (mut sum, mut power, mut k) = (BigUint::zero(), &unit / 3u32 * 2u32, 1u32);
         while !power.is_zero() {

@@ -26,7 +26,7 @@ pub(super) mod component {
     /// theta', rad/s.
     pub const ROTOR_SPEED: usize = 6;
     /// theta, rad: a quadrature, on which nothing else depends.
-    pub const ROTOR_ANGLE: usize = 7;
+    pub(crate) const ROTOR_ANGLE: usize = 7;
     /// How many there are.
     pub const COUNT: usize = 8;
 }
@@ -99,12 +99,12 @@ impl<const N: usize> Model<N> {
     }
 
     /// z'' under the pressing force `normal` and F, m/s^2; with the rates of both, its derivative.
-    pub fn axial_acceleration(&self, normal: &Float<N>, force: &Float<N>) -> Float<N> {
+    pub(crate) fn axial_acceleration(&self, normal: &Float<N>, force: &Float<N>) -> Float<N> {
         &(normal - force) * &self.axial[2]
     }
 
     /// The free part of z and z': what is left of them beside the straight line that they follow where F is linear.
-    pub fn free_part(&self, [z, z_dot]: [&Float<N>; 2], [force, slope]: [&Float<N>; 2]) -> [Float<N>; 2] {
+    pub(crate) fn free_part(&self, [z, z_dot]: [&Float<N>; 2], [force, slope]: [&Float<N>; 2]) -> [Float<N>; 2] {
         let [damping, stiffness, _] = &self.axial;
         let drift = slope.over(stiffness);
         let straight = (force - &(damping * &drift)).over(stiffness);
@@ -264,7 +264,7 @@ impl<const N: usize> Expansion<N> {
     }
 
     /// mu_0 r F_n - s T_f: what is left before the contact breaks away in the sense s, N m.
-    pub fn reserve(&self, model: &Model<N>, sense: i8) -> Vec<Float<N>> {
+    pub(crate) fn reserve(&self, model: &Model<N>, sense: i8) -> Vec<Float<N>> {
         let torques = self.rotor_torque.iter().zip(&self.stator_torque);
         self.normal
             .iter()

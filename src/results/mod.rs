@@ -34,9 +34,8 @@ pub use foreign::{ForeignColumn, ForeignFile};
 pub use reader::ResultFile;
 pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
-pub use sweep::{
-    Column, ColumnData, MergeError, MergeOptions, MergeReport, SweepFile, SweepHeader, SweepLayout, merge,
-};
+pub(crate) use sweep::SweepHeader;
+pub use sweep::{Column, ColumnData, MergeError, MergeOptions, MergeReport, SweepFile, SweepLayout, merge};
 pub(crate) use sweep::{Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter};
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};

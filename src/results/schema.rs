@@ -29,7 +29,7 @@ pub mod root {
     pub(crate) const SOURCE: &str = "source";
     pub(crate) const HISTORY: &str = "history";
     /// Sources of the equations.
-    pub const REFERENCES: &str = "references";
+    pub(crate) const REFERENCES: &str = "references";
     /// Name of the format.
     pub const FORMAT: &str = "format";
     /// Version of the format.

@@ -111,7 +111,7 @@ impl<T> Signal<T> {
     }
 
     /// Its numbers if it is a ramp: for data that know no other profile.
-    pub fn as_ramp(&self) -> Option<&Ramp<T>> {
+    pub(crate) fn as_ramp(&self) -> Option<&Ramp<T>> {
         match self {
             Signal::Ramp(ramp) => Some(ramp),
             Signal::Table(_) => None,

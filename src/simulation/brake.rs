@@ -24,9 +24,11 @@ pub enum Watch {
 /// The discrete state of the brake.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Location {
+    /// What the contact does.
     pub mode: Mode,
     /// Whether steps have to resolve the fast torsional mode, because it is excited or unstable.
     pub resolved: bool,
+    /// Which zeros of the stability margin are events.
     pub watch: Watch,
     /// In slip, between which knots of the friction law the speed is: above so many of them.
     pub piece: usize,
@@ -35,10 +37,13 @@ pub struct Location {
 /// The brake's equations, shared by all solvers of a run.
 #[derive(Debug)]
 pub struct Brake {
+    /// Torsion and friction.
     pub torsion: TorsionModel,
     /// The same with the friction law of each piece between its knots, smooth beyond them; empty for a law without any.
     pieces: Vec<TorsionModel>,
+    /// The axial motion, which is known beforehand.
     pub axial: AxialMotion,
+    /// Stick and separation.
     pub closed_form: closed_form::ClosedForm,
     /// Where there is one, sticks that are not [`Location::resolved`] move by their slower mode alone.
     pub slow_stick: Option<SlowStick>,
@@ -80,13 +85,14 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
 const LARGEST_DIP: f64 = 7.5e-5;
 
 /// Index of the guards of slip.
-pub const GUARD_STOPPING: usize = 0;
+pub(crate) const GUARD_STOPPING: usize = 0;
 /// Index of the guard of the stability margin in slip.
-pub const GUARD_STABILITY: usize = 1;
+pub(crate) const GUARD_STABILITY: usize = 1;
 /// Index of the guard of a stick that breaks away forward; backward is the other.
-pub const GUARD_FORWARD: usize = 0;
+pub(crate) const GUARD_FORWARD: usize = 0;
 
 impl Brake {
+    /// Of a case.
     pub fn new(parameters: &Parameters) -> Self {
         let torsion = TorsionModel::new(parameters);
         let law = &torsion.friction.law;
@@ -123,7 +129,7 @@ impl Brake {
 
     /// The torsional equations of a location, smooth beyond its piece of the friction law.
     #[inline]
-    pub fn torsion_in(&self, location: &Location) -> &TorsionModel {
+    pub(crate) fn torsion_in(&self, location: &Location) -> &TorsionModel {
         self.pieces.get(location.piece).unwrap_or(&self.torsion)
     }
 
@@ -134,7 +140,7 @@ impl Brake {
     }
 
     /// The piece of the friction law that a state slides on. At a knot it is the one below, to which sliding slows down.
-    pub fn piece_of(&self, y: &[f64]) -> usize {
+    pub(crate) fn piece_of(&self, y: &[f64]) -> usize {
         if self.pieces.is_empty() {
             return 0;
         }
@@ -143,21 +149,21 @@ impl Brake {
     }
 
     /// Whether the friction law is smooth wherever it is given.
-    pub fn is_smooth(&self) -> bool {
+    pub(crate) fn is_smooth(&self) -> bool {
         let law = &self.torsion.friction.law;
         law.knots().iter().all(|knot| *knot >= law.ends_at())
     }
 
     /// The index of the guard at the lower end of a location's piece, in slip, which that at the upper end follows; `None` for
     /// a law without knots.
-    pub fn guard_below(&self, location: &Location) -> Option<usize> {
+    pub(crate) fn guard_below(&self, location: &Location) -> Option<usize> {
         let others = if location.watch == Watch::Off { 1 } else { 2 };
         (!self.pieces.is_empty()).then_some(others)
     }
 
     /// (sign, knot): the guard at an end of a location's piece is sign times (|omega_r| - knot), zero at the knot and positive
     /// inside; `None` where the piece has no such end.
-    pub fn end_of_piece(&self, location: &Location, above: bool) -> Option<(f64, f64)> {
+    pub(crate) fn end_of_piece(&self, location: &Location, above: bool) -> Option<(f64, f64)> {
         let knots = self.torsion.friction.law.knots();
         if above {
             knots.get(location.piece).map(|knot| (-1.0, *knot))
@@ -168,7 +174,7 @@ impl Brake {
     }
 
     /// What [`Self::end_of_piece`] describes, at a state; 1 where there is no such end.
-    pub fn inside_piece(&self, location: &Location, above: bool, y: &[f64]) -> f64 {
+    pub(crate) fn inside_piece(&self, location: &Location, above: bool, y: &[f64]) -> f64 {
         let speed = f64::from(location.mode.sense()) * self.torsion.relative_velocity(y);
         self.end_of_piece(location, above)
             .map_or(1.0, |(sign, knot)| sign * (speed - knot))

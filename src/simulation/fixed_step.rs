@@ -17,7 +17,7 @@ const RESOLUTION: usize = 4000;
 /// The longest step (s) with which the method follows the torsional oscillations of both disks without making them grow:
 /// |R(h lambda)| <= 1 for the eigenvalues lambda of J x'' + c_t x' + k_t x = 0, and of the same with the rotor's inertia.
 /// Friction is left out: where it makes the oscillation grow, a method has to follow that.
-pub fn longest_stable_step(table: ErkTable, torsion: &Torsion) -> f64 {
+pub(crate) fn longest_stable_step(table: ErkTable, torsion: &Torsion) -> f64 {
     let coefficients = table.coefficients();
     let stator = 1.0 / torsion.surface_inertia;
     [stator, stator + 1.0 / torsion.rotor_inertia]

@@ -15,7 +15,9 @@ mod readings;
 mod report;
 mod runge_kutta;
 
-pub use options::{FORESEEN_STEPS, Method, OutputOptions, OutputWindow, SolverOptions};
+pub(crate) use options::FORESEEN_STEPS;
+
+pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use report::{Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, ChosenSolver, Limits, Start};

@@ -28,7 +28,7 @@ fn joined(state: &State, channels: &Channels) -> [f64; COLUMNS] {
 
 /// The equations of a case near its recorded samples.
 #[derive(Debug)]
-pub struct Nearby {
+pub(crate) struct Nearby {
     brake: Brake,
     axial: Axial,
 }

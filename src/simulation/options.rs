@@ -68,7 +68,7 @@ impl Method {
     ];
 
     /// The pair of `auto` and `erk`: of order 8, chosen by measurement (docs/methods.md).
-    pub const BEST_PAIR: ErkTable = ErkTable::Fehlberg13s78;
+    pub(crate) const BEST_PAIR: ErkTable = ErkTable::Fehlberg13s78;
 
     /// Every method: [`Method::KINDS`], the paper's procedure, and every embedded explicit pair.
     pub fn all() -> impl Iterator<Item = Method> {
@@ -109,7 +109,7 @@ impl Method {
     }
 
     /// The explicit pair by which the torsional oscillation is followed, if it is: `auto` has the one of `erk` there.
-    pub fn resolving_table(self) -> Option<ErkTable> {
+    pub(crate) fn resolving_table(self) -> Option<ErkTable> {
         match self {
             Method::Auto => Some(Method::BEST_PAIR),
             other => other.explicit_table(),
@@ -125,6 +125,7 @@ impl Method {
 /// Solver settings; `None` means the default that the simulation derives from the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolverOptions {
+    /// Which solvers.
     pub method: Method,
     /// Relative tolerance; smaller is more accurate in every phase.
     pub rtol: f64,
@@ -149,7 +150,7 @@ pub struct SolverOptions {
 
 /// A segment that would take more steps than this at its pace makes no progress: at two to ten microseconds each it would take minutes, where
 /// the steps of an ordinary run are counted in thousands.
-pub const FORESEEN_STEPS: f64 = 3e7;
+pub(crate) const FORESEEN_STEPS: f64 = 3e7;
 
 impl Default for SolverOptions {
     fn default() -> Self {
@@ -175,6 +176,7 @@ pub struct OutputOptions {
     pub end_time: f64,
     /// Sampling interval outside every window, s.
     pub interval: f64,
+    /// Stretches with an interval of their own.
     pub windows: Vec<OutputWindow>,
     /// Also record a sample at every step of the integrator.
     pub steps: bool,

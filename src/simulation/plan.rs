@@ -62,7 +62,7 @@ const CVODE_ADAMS: CvodeOptions = CvodeOptions {
 
 /// The solver settings of one run.
 #[derive(Debug, Clone)]
-pub struct Plan {
+pub(crate) struct Plan {
     method: Method,
     rtol: f64,
     /// Absolute tolerances at relative tolerance 1 of twist, rate and speed.
@@ -103,18 +103,18 @@ impl Plan {
     }
 
     /// Whether the method stays on smooth sliding even where that is unstable.
-    pub fn follows_smooth_sliding(&self) -> bool {
+    pub(crate) fn follows_smooth_sliding(&self) -> bool {
         self.method == Method::Series
     }
 
     /// Whether a stick whose fast oscillation has died is followed by its slower mode alone.
-    pub fn follows_slow_stick(&self) -> bool {
+    pub(crate) fn follows_slow_stick(&self) -> bool {
         self.method == Method::Cvode
     }
 
     /// Whether steps resolve whatever rings, from the start on: BDF of order above 2 strides over a dead oscillation, not
     /// over a live one.
-    pub fn resolves_all_ringing(&self) -> bool {
+    pub(crate) fn resolves_all_ringing(&self) -> bool {
         self.method == Method::Cvode
     }
 
@@ -135,7 +135,7 @@ impl Plan {
     /// The friction law puts a part into the twists by whose fifth derivative BDF of order 4 errs: that of mu times the
     /// fifth power of omega_r'; where a step of STRIDE would err by more than the tolerance, the shorter steps of Adams'
     /// method cost less.
-    pub fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
+    pub(crate) fn bent_sliding(&self, model: &TorsionModel, largest_force: f64) -> f64 {
         const ORDER: i32 = 5;
         let law = &model.friction.law;
         let inertia = model.torsion.rigid_inertia();

@@ -25,7 +25,7 @@ use crate::sundials::{Counters, ErkTable};
 use std::ops::ControlFlow;
 
 /// The pair of order 5.
-pub const PAIR: ErkTable = ErkTable::DormandPrince7s45;
+pub(crate) const PAIR: ErkTable = ErkTable::DormandPrince7s45;
 
 /// epsilon of equation (9), rad/s.
 pub const EPSILON: f64 = 1e-5;
@@ -46,7 +46,7 @@ const CHANGE: (f64, f64) = (0.2, 5.0);
 const STEPS_BETWEEN_QUESTIONS: u64 = 256;
 
 /// The name in result files.
-pub const SOLVER: &str = "paper";
+pub(crate) const SOLVER: &str = "paper";
 
 /// What a run by the procedure is stepped with.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -25,7 +25,7 @@ const CALM_E_FOLDS: f64 = 60.0;
 
 /// [`QuietStretch::time_scale_ratio`] up to which sliding is followed along its slow manifold. At this the series of the
 /// manifold still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
-pub const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
+pub(crate) const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
 
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
 const NOISE_OF_KICK: f64 = 1e-3;
@@ -51,7 +51,7 @@ enum Regime {
 }
 
 /// The brake's rules, with their memory.
-pub struct BrakeRules {
+pub(crate) struct BrakeRules {
     brake: Arc<Brake>,
     plan: Plan,
     end_time: f64,
@@ -112,7 +112,7 @@ impl BrakeRules {
     }
 
     /// Location at t = 0 for a state.
-    pub fn initial_location(&self, y: &[f64]) -> Location {
+    pub(crate) fn initial_location(&self, y: &[f64]) -> Location {
         let mode = if self.brake.axial.force.starts_positive() {
             self.mode_in_contact(0.0, y)
         } else {

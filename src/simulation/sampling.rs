@@ -5,7 +5,7 @@ use super::options::OutputOptions;
 /// The sample times of a run in order, each once: multiples of the interval outside the windows, from + k interval
 /// inside them, and the end.
 #[derive(Debug, Clone)]
-pub struct SampleTimes {
+pub(crate) struct SampleTimes {
     end_time: f64,
     /// Disjoint stretches in order: (from, to, interval, origin); samples at origin + k interval in [from, to).
     stretches: Vec<(f64, f64, f64, f64)>,

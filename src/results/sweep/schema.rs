@@ -21,7 +21,7 @@ pub(super) const DIGEST: &str = "study_digest";
 
 /// What a sweep file says about its study.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepHeader {
+pub(crate) struct SweepHeader {
     /// Root attribute `title`.
     pub title: String,
     /// The program that computed it, with its version; root attribute `source`.
