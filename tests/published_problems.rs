@@ -1,4 +1,5 @@
-//! Dry friction problems of the literature through the same automaton and the same solvers as the brake.
+//! Dry friction problems of the literature through the same automaton, the same solvers and the same friction laws as the
+//! brake.
 //!
 //! | problem | source | held against |
 //! |---|---|---|
@@ -12,6 +13,7 @@
 use nalgebra::DMatrixViewMut;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use stickslip::friction::{Coulomb, Hyperbolic, Law};
 use stickslip::hybrid::{
     ChosenSolver, ClosedEnd, ClosedForm, ClosedFormEngine, Direction, Dynamics, Engine, Finish, Fired, Guard, Limits,
     Observer, ObserverError, Rules, SegmentReport, SolverKind, Start, Transition, run,
@@ -364,8 +366,12 @@ impl Problem for Belt {
         (-1.0, 0.0)
     }
     fn friction(&self, speed: f64) -> (f64, f64) {
-        let coefficient = 1.0 / (1.0 + 3.0 * speed);
-        (coefficient, -3.0 * coefficient * coefficient)
+        let law = Hyperbolic {
+            low_speed: 1.0,
+            high_speed: 0.0,
+            scale: 1.0 / 3.0,
+        };
+        law.coefficient_and_slope(speed)
     }
     fn surface_speed(&self) -> f64 {
         0.2
@@ -434,8 +440,8 @@ impl Problem for HairerNorsettWanner {
     fn force_slopes(&self) -> (f64, f64) {
         (-1.0, -0.2)
     }
-    fn friction(&self, _speed: f64) -> (f64, f64) {
-        (4.0, 0.0)
+    fn friction(&self, speed: f64) -> (f64, f64) {
+        Coulomb { kinetic: 4.0 }.coefficient_and_slope(speed)
     }
     fn surface_speed(&self) -> f64 {
         0.0
@@ -482,8 +488,8 @@ impl Problem for DenHartog {
     fn force_slopes(&self) -> (f64, f64) {
         (-1.0, 0.0)
     }
-    fn friction(&self, _speed: f64) -> (f64, f64) {
-        (self.q, 0.0)
+    fn friction(&self, speed: f64) -> (f64, f64) {
+        Coulomb { kinetic: self.q }.coefficient_and_slope(speed)
     }
     fn surface_speed(&self) -> f64 {
         0.0

@@ -1,12 +1,13 @@
 //! The dynamic part of a state, its equations, and the guards, at a value of the parameters.
 
-use crate::friction::Law;
+use crate::friction::{Friction, Law};
 use crate::model::axial::AxialMotion;
 use crate::model::state::{DIMENSION, DYNAMIC};
 use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::EventKind;
 use nalgebra::{SMatrix, SVector};
+use std::borrow::Cow;
 
 /// The dynamic part of a state.
 pub(super) type Dynamic = SVector<f64, DYNAMIC>;
@@ -14,28 +15,13 @@ pub(super) type Dynamic = SVector<f64, DYNAMIC>;
 /// The equations at a value of the parameters.
 pub(super) struct Equations {
     pub(super) torsion: TorsionModel,
-    /// The same with each piece of a friction law that has knots, gone on with smoothly beyond them; empty for one without.
-    pieces: Vec<TorsionModel>,
     pub(super) axial: AxialMotion,
 }
 
 impl Equations {
     pub(super) fn new(parameters: &Parameters) -> Equations {
-        let torsion = TorsionModel::new(parameters);
-        let law = &torsion.friction.law;
-        let count = if law.knots().is_empty() {
-            0
-        } else {
-            law.knots().len() + 1
-        };
-        let with = |piece: usize| {
-            let mut model = torsion.clone();
-            model.friction.law = law.continued(piece);
-            model
-        };
         Equations {
-            pieces: (0..count).map(with).collect(),
-            torsion,
+            torsion: TorsionModel::new(parameters),
             axial: parameters.axial_motion(),
         }
     }
@@ -47,16 +33,27 @@ impl Equations {
 
     /// The piece of the friction law that a state slides on; at a knot the one below.
     pub(super) fn piece(&self, y: &Dynamic) -> usize {
-        if self.pieces.is_empty() {
+        let knots = self.torsion.friction.law.knots();
+        if knots.is_empty() {
             return 0;
         }
         let speed = self.torsion.relative_velocity(&extended(y)).abs();
-        let knots = self.torsion.friction.law.knots();
         knots.partition_point(|knot| *knot < speed)
     }
 
-    fn on_piece(&self, piece: usize) -> &TorsionModel {
-        self.pieces.get(piece).unwrap_or(&self.torsion)
+    /// With a piece of a friction law that has knots, gone on with smoothly beyond them.
+    fn on_piece(&self, piece: usize) -> Cow<'_, TorsionModel> {
+        let law = &self.torsion.friction.law;
+        if law.knots().is_empty() {
+            return Cow::Borrowed(&self.torsion);
+        }
+        let breakaway = self.torsion.friction.breakaway;
+        let law = law.continued(piece);
+        Cow::Owned(TorsionModel {
+            torsion: self.torsion.torsion,
+            contact: self.torsion.contact,
+            friction: Friction { breakaway, law },
+        })
     }
 
     /// [`Self::rates`] with a piece of the friction law.

@@ -35,7 +35,7 @@ pub fn as_written<'a>(
 }
 
 /// Certifies a result as [`certify`] does, solves the case by the oracle with `digits` true digits of every event time (or
-/// [`ORACLE_DIGITS`], if that is more), and gives the oracle the last word. `exact` are the case's own parameters without
+/// `ORACLE_DIGITS`, if that is more), and gives the oracle the last word. `exact` are the case's own parameters without
 /// rounding, as by [`Case::exact_parameters`].
 ///
 /// `stop` and `progress` are asked now and then.

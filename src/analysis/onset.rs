@@ -39,7 +39,7 @@ pub struct Onset {
 }
 
 /// The first stick of the case by every method at every tolerance, without a kick and with those of the case, or with
-/// one of [`KICK`] at the instability where it has none. The runs go over all processors and end at the first stick.
+/// one of `KICK` at the instability where it has none. The runs go over all processors and end at the first stick.
 /// `stop` is asked now and then; `None` if it said so.
 pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset>> {
     let mut without = case.parameters.clone();

@@ -117,7 +117,7 @@ impl Sensitivity {
         Some(self.slope? * self.half_last_digit?)
     }
 
-    /// Whether slope and rerun differ on either side by more than [`NONLINEAR_SHARE`], or a rerun has other events; `None`
+    /// Whether slope and rerun differ on either side by more than `NONLINEAR_SHARE`, or a rerun has other events; `None`
     /// if there is nothing to hold against the slope.
     pub fn nonlinear(&self) -> Option<bool> {
         let predicted = self.predicted();

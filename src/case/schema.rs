@@ -28,7 +28,7 @@ pub enum Presence {
     Required,
     /// Required with, and only allowed with, this `actuation.profile`.
     Profile(&'static str),
-    /// A parameter of friction laws: allowed with, and only with, those that have it ([`FrictionLaw::keys_of`]), and required
+    /// A parameter of friction laws: allowed with, and only with, those that have it (`FrictionLaw::keys_of`), and required
     /// there unless it has a default, in words.
     Law {
         /// What happens if it is left out.

@@ -1,6 +1,6 @@
 //! How far a run of any solver agrees with a reference: the event sequence, the times of the events, then the states.
 //!
-//! A [`Candidate`] is a result file, any HDF5, NPZ or CSV file with a time column and channels, or a table of events; a
+//! A `Candidate` is a result file, any HDF5, NPZ or CSV file with a time column and channels, or a table of events; a
 //! [`Mapping`] says what its columns are. Events that it does not state are found in its relative velocity ([`detect`]).
 //! The event sequences are aligned first ([`crate::record::sequence`]); what matches gives event errors and the stretches ([`windows`]) in which
 //! both runs are in the same segment; there the channels are compared sample by sample ([`states`]) with the reference

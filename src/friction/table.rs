@@ -281,9 +281,10 @@ impl Law for Table {
 
     fn continued(&self, piece: usize) -> Table {
         let last = self.pieces.len() - 1;
+        // Without its points: a table of thousands would hold them for each of them.
         Table {
-            speed: self.speed.clone(),
-            coefficient: self.coefficient.clone(),
+            speed: Vec::new(),
+            coefficient: Vec::new(),
             interpolation: self.interpolation,
             knots: Vec::new(),
             pieces: vec![self.pieces[piece.min(last)]],

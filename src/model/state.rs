@@ -1,5 +1,5 @@
 //! The torsional state: which components it has, stated once. Their places are known to this folder, and independently to
-//! the oracle; all else asks for them by name ([`Components`]) or by what they are ([`MEASURES`]).
+//! the oracle; all else asks for them by name ([`Components`]) or by what they are (`MEASURES`).
 
 /// What a component of the state is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -79,7 +79,7 @@ pub(crate) fn over_time(
 /// Channels over time: those with a common unit in common axes.
 ///
 /// # Errors
-/// As [`over_time`].
+/// As `over_time`.
 pub fn channels(runs: &[Run], title: &str, channels: &[&str], window: (f64, f64)) -> Result<Figure, PlotError> {
     let mut panels: Vec<(String, Vec<&str>)> = Vec::new();
     for &channel in channels {
@@ -102,7 +102,7 @@ fn style_of(run: usize) -> CurveStyle {
 /// One channel against another, in a window of time, coloured by mode, with its start; of several runs, by run.
 ///
 /// # Errors
-/// As [`over_time`].
+/// As `over_time`.
 pub fn phase(
     runs: &[Run],
     name: &str,

@@ -210,7 +210,7 @@ impl Run {
     /// Curves of channels over time in a window, thinned without losing an extreme. One pass over the file for all.
     ///
     /// # Errors
-    /// As [`Self::each_sample`].
+    /// As `each_sample`.
     pub fn curves(&self, channels: &[&str], window: (f64, f64)) -> Result<Vec<Points>, PlotError> {
         let key = |channel: &str| (channel.to_owned(), window.0.to_bits(), window.1.to_bits());
         let new: Vec<&str> = channels
@@ -244,7 +244,7 @@ impl Run {
     /// One channel against another in a window of time, thinned: the lines of each mode that occurs.
     ///
     /// # Errors
-    /// As [`Self::each_sample`].
+    /// As `each_sample`.
     pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<Points>)>, PlotError> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut x_range, mut y_range) = (empty, empty);
@@ -281,7 +281,7 @@ impl Run {
     /// A channel against another at the first sample of a window.
     ///
     /// # Errors
-    /// As [`Self::each_sample`].
+    /// As `each_sample`.
     pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
         let row = self.rows_in(window)?.start;
         let value = |channel: &str| -> Result<f64, PlotError> {

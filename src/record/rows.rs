@@ -15,7 +15,7 @@ macro_rules! channels {
                 &[$((stringify!($field), $unit, $long_name),)+];
             /// Number of channels.
             pub const COUNT: usize = Self::DESCRIPTIONS.len();
-            /// The values in the order of [`Self::DESCRIPTIONS`].
+            /// The values in the order of `DESCRIPTIONS`.
             pub fn values(&self) -> [f64; Self::COUNT] {
                 [$(self.$field,)+]
             }

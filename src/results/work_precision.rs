@@ -74,7 +74,7 @@ pub struct WorkPrecisionFile {
     pub reference: String,
     /// In order of time.
     pub events: Vec<ReferenceRow>,
-    /// Of onset, final stick and all events, s; in the order of [`schema::WORK_PRECISION_UNCERTAINTIES`].
+    /// Of onset, final stick and all events, s; in the order of `schema::WORK_PRECISION_UNCERTAINTIES`.
     pub uncertainties: [f64; 3],
 }
 

@@ -1,6 +1,6 @@
 //! The brake as a hybrid system: its locations, guards and smooth equations.
 
-use crate::friction::Law;
+use crate::friction::{Friction, Law};
 use crate::hybrid::{ClosedEnd, ClosedForm, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{self, Breakaway};
@@ -101,10 +101,13 @@ impl Brake {
         } else {
             law.knots().len() + 1
         };
-        let with = |piece: usize| {
-            let mut model = torsion.clone();
-            model.friction.law = law.continued(piece);
-            model
+        let with = |piece: usize| TorsionModel {
+            torsion: torsion.torsion,
+            contact: torsion.contact,
+            friction: Friction {
+                breakaway: torsion.friction.breakaway,
+                law: law.continued(piece),
+            },
         };
         Brake {
             pieces: (0..count).map(with).collect(),

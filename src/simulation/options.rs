@@ -13,7 +13,7 @@ pub enum Method {
     CvodeBdf,
     /// CVODE Adams for everything.
     CvodeAdams,
-    /// ARKODE's explicit Runge-Kutta method for everything, with the pair that is best here: [`Method::BEST_PAIR`].
+    /// ARKODE's explicit Runge-Kutta method for everything, with the pair that is best here: `Method::BEST_PAIR`.
     Erk,
     /// ARKODE's singly diagonally implicit Runge-Kutta method for everything.
     Esdirk,
@@ -142,7 +142,7 @@ pub struct SolverOptions {
     /// Most transitions of a run before it is ended with an error.
     pub max_events: usize,
     /// Most steps of a run before it is ended with an error. Without it, and without a length of the steps, a run is ended
-    /// that foresees more than [`FORESEEN_STEPS`] in a segment.
+    /// that foresees more than `FORESEEN_STEPS` in a segment.
     pub max_steps: Option<usize>,
     /// Wall time after which a run is ended with an error, s.
     pub max_wall_time: Option<f64>,

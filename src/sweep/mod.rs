@@ -3,7 +3,7 @@
 //! A [`Study`] is read from a TOML file: a base case, [`Axis`]es over its keys, and which points they make: a grid, a
 //! sample, a table, or the points that tracing a boundary asks for. Points are numbered; what a point comes to depends on
 //! the study alone. A [`WorkerPool`] computes them: a pool of threads ([`run_points`]), or the ranks of an MPI job (feature
-//! `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file ([`crate::results::SweepWriter`]) is made from the
+//! `mpi`). [`Journal`] keeps every outcome as it comes, and the sweep file (`results::SweepWriter`) is made from the
 //! journal in the order of the numbers; a [`Shard`] is a part of the points with a file of its own.
 
 mod axis;

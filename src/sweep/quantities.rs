@@ -12,7 +12,7 @@ pub struct Quantity {
     pub unit: &'static str,
     /// In words, with the paper's symbol.
     pub description: &'static str,
-    /// Whether it is a whole number, stored as int64 with [`NO_COUNT`] for nothing; else float64 with NaN.
+    /// Whether it is a whole number, stored as int64 with `NO_COUNT` for nothing; else float64 with NaN.
     pub count: bool,
     get: fn(&Summary) -> Option<f64>,
 }

@@ -42,7 +42,7 @@ pub trait Table: std::fmt::Debug {
 
 /// A pass over some columns of a table.
 pub trait Pass {
-    /// Replaces `columns` by the next rows, up to [`BLOCK`] of them, as many of each; none at the end.
+    /// Replaces `columns` by the next rows, up to `BLOCK` of them, as many of each; none at the end.
     ///
     /// # Errors
     /// Of the file, with the place.
