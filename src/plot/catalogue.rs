@@ -251,11 +251,11 @@ fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> 
     let largest = friction.breakaway.max(sliding.most);
     let y = Axis::new("friction coefficient", "1")
         .with_symbol("μ")
-        .from_to(0.0, 1.1 * largest.max(1e-3));
+        .ranging(0.0, 1.1 * largest.max(1e-3));
     let panel = Panel::new(
         Axis::new("relative velocity", "rad s-1")
             .with_symbol("|ωᵣ|")
-            .from_to(0.0, end),
+            .ranging(0.0, end),
         y,
         curves,
     );
@@ -417,8 +417,8 @@ fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     let longest = curves.iter().flat_map(Curve::points).map(|p| p.1).fold(0.0, f64::max);
     let count = curves.iter().flat_map(Curve::points).map(|p| p.0).fold(0.0, f64::max);
     let panel = Panel::new(
-        Axis::new("index of the cycle", "1").from_to(-0.03 * count - 0.5, 1.03 * count + 0.5),
-        Axis::new("duration", "s").from_to(0.0, 1.08 * longest),
+        Axis::new("index of the cycle", "1").ranging(-0.03 * count - 0.5, 1.03 * count + 0.5),
+        Axis::new("duration", "s").ranging(0.0, 1.08 * longest),
         curves,
     );
     Ok(Ok(Figure {

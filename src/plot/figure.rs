@@ -142,7 +142,7 @@ impl Axis {
     }
 
     /// With a fixed range.
-    pub(crate) fn from_to(self, low: f64, high: f64) -> Axis {
+    pub(crate) fn ranging(self, low: f64, high: f64) -> Axis {
         Axis {
             range: Some((low, high)),
             ..self

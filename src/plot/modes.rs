@@ -32,7 +32,7 @@ pub fn figure(title: &str, modes: &Modes) -> Figure {
     let x = || {
         Axis::new("relative velocity", "rad s-1")
             .with_symbol("|ωᵣ|")
-            .from_to(0.0, end)
+            .ranging(0.0, end)
     };
     Figure {
         name: "modes".to_owned(),

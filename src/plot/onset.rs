@@ -43,7 +43,7 @@ pub fn figure(title: &str, onsets: &[Onset]) -> Figure {
     let first_stick = |name: &str| {
         let axis = Axis::new(name, "s");
         if low <= high {
-            axis.from_to(low - margin, high + margin)
+            axis.ranging(low - margin, high + margin)
         } else {
             axis
         }

@@ -22,7 +22,7 @@ pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, 
 
 /// The axis of time over a window.
 pub(crate) fn time_axis(window: (f64, f64)) -> Axis {
-    Axis::new("time", "s").from_to(window.0, window.1)
+    Axis::new("time", "s").ranging(window.0, window.1)
 }
 
 /// Channels over time, those of a panel in common axes, of all runs; modes and events are those of the first run.

@@ -56,7 +56,7 @@ pub fn figure(title: &str, result: &StudyResult) -> Figure {
     // One axis for both panels: the first also has runs whose sequence of events is another.
     let counts = result.measurements.iter().filter(|m| m.failure.is_none()).map(calls);
     let (fewest, most) = counts.fold((f64::INFINITY, 1.0f64), |(low, high), x| (low.min(x), high.max(x)));
-    let by_calls = || Axis::new("calls of the right-hand side", "1").from_to(0.8 * fewest.min(most), 1.25 * most);
+    let by_calls = || Axis::new("calls of the right-hand side", "1").ranging(0.8 * fewest.min(most), 1.25 * most);
     Figure {
         name: NAME.to_owned(),
         title: title.to_owned(),
