@@ -43,7 +43,12 @@ pub struct Table {
     knots: Vec<f64>,
     /// From each point to the next, and from the last on; one, if there are no knots.
     pieces: Vec<Cubic>,
+    /// The largest |mu''| over the largest |mu'|, s/rad.
+    steepness: f64,
 }
+
+/// A method that follows the law takes no more steps than this to its last point, however many there are.
+const MOST_FOLLOWED: f64 = 500.0;
 
 impl Table {
     /// Through these points. What is wrong with them [`Parameters::complaints`] says; where they make no curve, the law is NaN.
@@ -54,12 +59,14 @@ impl Table {
             interpolation,
             knots: Vec::new(),
             pieces: vec![constant(0.0, f64::NAN)],
+            steepness: 0.0,
         };
         let (x, y) = (&table.speed, &table.coefficient);
         let increasing = x.windows(2).all(|pair| pair[0] < pair[1]);
         if x.len() > 1 && x.len() == y.len() && x[0] == 0.0 && increasing {
             table.knots = table.speed[1..].to_vec();
             table.pieces = table.cubics();
+            table.steepness = table.largest_steepness();
         }
         table
     }
@@ -109,9 +116,24 @@ impl Table {
         })
     }
 
-    fn largest_slope(&self) -> f64 {
+    fn largest_steepness(&self) -> f64 {
         let all = self.slope_bounds(0.0, f64::INFINITY);
-        all.most.abs().max(all.least.abs())
+        let slope = all.most.abs().max(all.least.abs());
+        let curvature = self
+            .pieces_within(0.0, f64::INFINITY)
+            .map(|(piece, a, b)| piece.largest_curvature(a, b))
+            .fold(0.0, f64::max);
+        if slope > 0.0 { curvature / slope } else { 0.0 }
+    }
+
+    /// The width of the piece at a speed; above the last point the speed itself, rad/s.
+    fn width_at(&self, x: f64) -> f64 {
+        let index = self.knots.partition_point(|knot| *knot < x);
+        let below = if index == 0 { 0.0 } else { self.knots[index - 1] };
+        match self.knots.get(index) {
+            Some(above) => above - below,
+            None => x.max(below),
+        }
     }
 }
 
@@ -288,6 +310,7 @@ impl Law for Table {
             interpolation: self.interpolation,
             knots: Vec::new(),
             pieces: vec![self.pieces[piece.min(last)]],
+            steepness: self.steepness,
         }
     }
 
@@ -320,20 +343,13 @@ impl Law for Table {
 
     /// The largest |mu''| over the largest |mu'|, and no less than one over the width of the piece.
     fn steepness_rate(&self, x: f64) -> f64 {
-        let curvature = self
-            .pieces_within(0.0, f64::INFINITY)
-            .map(|(piece, a, b)| piece.largest_curvature(a, b))
-            .fold(0.0, f64::max);
-        let slope = self.largest_slope();
-        let of_curve = if slope > 0.0 { curvature / slope } else { 0.0 };
-        let index = self.knots.partition_point(|knot| *knot < x);
-        let below = if index == 0 { 0.0 } else { self.knots[index - 1] };
-        let above = self.knots.get(index).copied().unwrap_or(x.max(below));
-        of_curve.max(1.0 / (above - below).max(f64::MIN_POSITIVE.sqrt()))
+        self.steepness.max(1.0 / self.width_at(x).max(f64::MIN_POSITIVE.sqrt()))
     }
 
-    fn followed_fall(&self, x: f64, share: f64) -> f64 {
-        share / self.steepness_rate(x)
+    /// A piece, of which there may be very many.
+    fn followed_fall(&self, x: f64, _: f64) -> f64 {
+        let last = self.knots.last().copied().unwrap_or(x);
+        self.width_at(x).max(last / MOST_FOLLOWED)
     }
 
     /// Its series has no end of its own.
