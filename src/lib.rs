@@ -1,6 +1,6 @@
 //! stickslip: high-accuracy reference runs of friction-induced vibration.
 //!
-//! A rotor is braked by a stator. Their contact has a torsional mode of about 4 kHz and a friction
+//! A rotor is braked by a stator. Their contact has a torsional mode, of about 4 kHz in the paper's case, and a friction
 //! that falls with speed; near the stop it sticks and slips dozens of times within milliseconds.
 //! The crate integrates that brake with SUNDIALS, locates every switch, and stores the run in HDF5.
 //!
@@ -25,7 +25,7 @@
 //! | [`run`](Run) | one run of a case: the front door |
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
-//! | [`compare`] | the result of any solver held against a reference |
+//! | [`compare`] | the result of any solver compared with a reference |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`calibrate`] | parameters that reproduce measured numbers |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run (feature `plot`) |

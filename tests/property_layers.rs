@@ -203,14 +203,28 @@ fn property_no_files_know_each_other_in_a_circle() {
     );
 }
 
-/// What one room alone knows, and the rooms that may name it: the places of the state's components, and which profile a
-/// signal is.
+/// What one room alone knows, and the rooms that may name it: the places of the state's components, which friction
+/// law it is, and which profile a signal is.
 #[test]
 fn property_what_stays_in_a_room_is_named_nowhere_else() {
-    let rooms: [(&str, &[&str]); 3] = [
+    let (laws, profiles): (&[&str], &[&str]) = (&["friction", "case", "oracle"], &["signal", "case", "oracle"]);
+    let rooms: [(&str, &[&str]); 16] = [
         ("state::index", &["model"]),
-        ("Signal::Ramp", &["signal", "case", "oracle"]),
-        ("Signal::Table", &["signal", "case", "oracle"]),
+        ("FrictionLaw::Coulomb", laws),
+        ("FrictionLaw::Exponential", laws),
+        ("FrictionLaw::Hyperbolic", laws),
+        ("FrictionLaw::Polynomial", laws),
+        ("FrictionLaw::Stribeck", laws),
+        ("FrictionLaw::Table", laws),
+        ("friction::Coulomb", laws),
+        ("friction::Hyperbolic", laws),
+        ("friction::Polynomial", laws),
+        ("friction::Stribeck", laws),
+        ("friction::Table", laws),
+        ("Signal::Ramp", profiles),
+        ("Signal::Table", profiles),
+        ("signal::Ramp", profiles),
+        ("signal::Table", profiles),
     ];
     let mut wrong = Vec::new();
     for (module, file) in modules() {

@@ -67,7 +67,7 @@ pub(super) enum Command {
     Run(RunOptions),
     /// Say how many digits of a result are true.
     Certify(CertifyOptions),
-    /// Hold results of any solver against a reference.
+    /// Compare results of any solver with a reference.
     Compare(CompareOptions),
     /// Show what a result file holds.
     Inspect(InspectOptions),
@@ -119,7 +119,7 @@ pub(super) struct RunOptions {
 
 #[derive(Debug, Args)]
 pub(super) struct CompareOptions {
-    /// The result file that is taken for true.
+    /// The reference: a result file.
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
     /// Results to compare with it: result files, other HDF5, CSV or NPZ files, tables of events.
@@ -140,7 +140,7 @@ pub(super) struct CompareOptions {
     /// A stick ends where the relative velocity exceeds this many tolerances [default: 2].
     #[arg(long, value_name = "N")]
     pub hysteresis: Option<f64>,
-    /// What has to be reached, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
+    /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
     #[arg(long, value_name = "METRIC<BOUND")]
     pub require: Vec<String>,
     /// Write a report, .html or .md.
@@ -162,7 +162,7 @@ pub(super) struct CertifyOptions {
     /// Digits that the time of every event has to have; exit status 1 if one has less.
     #[arg(long, value_name = "N")]
     pub digits: Option<u32>,
-    /// Solve the case by the multiprecision oracle too, and hold the result against it.
+    /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
     #[arg(long)]
     pub oracle: bool,
     /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG).

@@ -82,7 +82,7 @@ pub trait Dynamics: Send + Sync + 'static {
 /// One step of what happens at an instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transition<K, L> {
-    /// What to record; `None` for a change that is none of the user's business.
+    /// What to record; `None` for an internal transition, which is not recorded.
     pub kind: Option<K>,
     /// Where the run goes on.
     pub location: L,

@@ -1,4 +1,4 @@
-//! The linear part of the torsional system, in one place: all that inertias, stiffness and damping come to.
+//! The linear part of the torsional system, in one place: rates, Jacobian, flows and energies from inertias, stiffness and damping.
 //!
 //! With q = (theta, phi_2, phi_1) it is M q'' + C q' + K q = -b T, where omega_r = b . q' and T is the torque through the
 //! interface ([`Matrices`]). The state has twists instead of angles, so that the rates, their Jacobian and the flows of stick

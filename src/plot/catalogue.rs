@@ -16,7 +16,7 @@ const CRITICAL_CURVE: u32 = 25;
 /// The first and the last figure of the paper that are of one run.
 const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
-/// Every figure, in the order in which the paper tells the subject.
+/// Every figure, in the order of the paper.
 pub const ENTRIES: &[Entry] = &[
     entry("friction-law", "Friction law", Some(4), friction_law),
     entry("axial-displacement", "Axial displacement", Some(5), axial_displacement),

@@ -30,7 +30,7 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     }
     merge_by_label(&mut curves);
     for limit in lines(file, "linear_limit", "line", &x, &y)? {
-        curves.push(Curve::line("stable at standstill", BLACK, limit.points).styled(CurveStyle::Dashed));
+        curves.push(Curve::line("stable at every speed", BLACK, limit.points).styled(CurveStyle::Dashed));
     }
     merge_by_label(&mut curves);
     // One colour for each plane, named by the axes outside the plane.

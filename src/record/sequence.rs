@@ -3,7 +3,7 @@
 use super::rows::EventKind;
 use serde::Serialize;
 
-/// One event of a event sequence.
+/// One event of an event sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SequenceEvent {
     /// s.

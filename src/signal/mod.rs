@@ -1,4 +1,4 @@
-//! What is applied from outside, as a function of time: the normal force F(t).
+//! What is applied from outside, as a function of time: the actuating force F(t).
 //!
 //! [`Signal`] alone knows which profile it is. The rest of the program asks for its [`Pieces`]: values and slopes, the
 //! corners where an integrator restarts, the integral, and the stretches on each of which it is linear, with the coefficients
@@ -114,7 +114,7 @@ impl<T> Signal<T> {
     pub(crate) fn as_ramp(&self) -> Option<&Ramp<T>> {
         match self {
             Signal::Ramp(ramp) => Some(ramp),
-            Signal::Table(_) => None,
+            _ => None,
         }
     }
 }

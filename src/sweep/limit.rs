@@ -15,11 +15,11 @@ const LIMIT_POINTS: usize = 61;
 /// Halvings of the range of x: to the rounding of a double.
 const LIMIT_HALVINGS: usize = 50;
 
-/// Where the margin of steady sliding at standstill under the largest force is zero, for even values of y.
+/// Where the least margin of steady sliding under the largest force is zero, for even values of y.
 pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
     let margin = |x: f64, y: f64| {
         let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
-        Some(standstill_margin(&case))
+        Some(least_margin(&case))
     };
     let mut points = Vec::new();
     for k in 0..LIMIT_POINTS {
@@ -46,7 +46,7 @@ pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2
 
 /// c_t + 2 r F mu', N m s/rad, F the largest force, at the speed where that is least: at standstill, unless the friction law
 /// falls fastest at another speed.
-fn standstill_margin(case: &Case) -> f64 {
+fn least_margin(case: &Case) -> f64 {
     let parameters = &case.parameters;
     let force = parameters.largest_force();
     let torsion = TorsionModel::new(parameters);

@@ -316,7 +316,7 @@ impl Study {
     }
 }
 
-/// Keys whose meaning hangs on others that a resolved case no longer has, or that others hang on.
+/// Keys whose meaning depends on others that a resolved case no longer has, or that others hang on.
 const ENTANGLED: [&str; 3] = ["contact.", "actuation.profile", "output."];
 
 fn resolve(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
