@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// let case = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
 /// let saved = SavedRun::new(&case, &path).start()?;
 /// println!("{} sticks, in {}", saved.summary.sticks, saved.file.display());
-/// # assert_eq!(stickslip::results::ResultFile::open(&path)?.event_count()?, saved.summary.events);
+/// # assert_eq!(stickslip::results::ResultFile::open(&path)?.events()?.len(), saved.summary.events);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use = "nothing is computed before `start`"]
