@@ -4,6 +4,7 @@ mod common;
 use common::rigid_growth::rigid_growth;
 use common::{output, run, truth};
 use stickslip::analysis::{Growth, Summary};
+use stickslip::friction::{self, FrictionLaw, Interpolation, Law};
 use stickslip::model::{Kick, KickTime, Parameters};
 use stickslip::record::EventKind;
 use stickslip::signal::{Ramp, Signal, Table};
@@ -49,6 +50,38 @@ fn analytic_growth_is_the_quasi_static_integral() {
             growth.exponent
         );
     }
+}
+
+/// The growth with a table is that of its curve, wherever its points lie. The tolerances are those of the steps on a piece, and
+/// of the curve's slopes, which are good to the square of 1 % of the law's scale times a few.
+#[test]
+fn analytic_growth_with_a_table_is_that_of_its_curve() {
+    let exponential = truth("paper").parameters;
+    let with = |law: FrictionLaw| {
+        let mut parameters = kicked(&exponential, 6.968);
+        parameters.friction.law = law;
+        growth(&parameters, 7.1).0
+    };
+    let line = |speeds: &[f64]| {
+        let coefficients = speeds.iter().map(|x| 0.6 - 0.3 * x).collect();
+        with(friction::Table::new(speeds.to_vec(), coefficients, Interpolation::Linear).into())
+    };
+    let (one, more) = (line(&[0.0, 1.0]), line(&[0.0, 0.25, 0.5, 0.75, 1.0]));
+    assert!((more.exponent / one.exponent - 1.0).abs() < 1e-4, "{one:?} {more:?}");
+    assert!((more.smooth_end - one.smooth_end).abs() < 1e-5, "{one:?} {more:?}");
+
+    let law = &exponential.friction.law;
+    let speeds: Vec<f64> = (0..=300).map(|k| 0.01 * f64::from(k)).collect();
+    let coefficients = speeds.iter().map(|x| law.coefficient(*x)).collect();
+    let (curve, own) = (
+        with(friction::Table::new(speeds, coefficients, Interpolation::MonotoneCubic).into()),
+        with(law.clone()),
+    );
+    assert!((curve.exponent / own.exponent - 1.0).abs() < 2e-3, "{own:?} {curve:?}");
+    assert!((curve.smooth_end - own.smooth_end).abs() < 1e-4, "{own:?} {curve:?}");
+    // From the kick, which came before the loss of stability: the way back.
+    let to_loss = |growth: &Growth| growth.to_first_stick - growth.from_kick.unwrap();
+    assert!((to_loss(&curve) - to_loss(&own)).abs() < 0.01, "{own:?} {curve:?}");
 }
 
 /// A kick from before the force is up dies out at 1000 1/s of c_t/2J, and changes neither G nor that rounding decides.

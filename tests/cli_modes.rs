@@ -106,3 +106,29 @@ fn cli_modes_of_a_window_that_nothing_can_swing_up_in() {
     let (table, _) = output(&mut folder.stickslip(&["modes"]), 0);
     assert!(!table.contains("shorter than one oscillation"), "{table}");
 }
+
+/// The points of a table start a stick-slip of their own.
+#[test]
+fn cli_modes_names_the_points_of_a_friction_table() {
+    let folder = Folder::new();
+    let table = "friction={law=\"table\", breakaway=0.6, speed=[0, 1], coefficient=[0.6, 0.3]}";
+    let kick = "perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-9}]";
+    for (settings, words) in [
+        (
+            &["--set", table, "--set", "perturbation=[]"][..],
+            "the points of the friction table",
+        ),
+        (
+            &["--set", table, "--set", kick],
+            "the perturbation or the points of the friction table",
+        ),
+    ] {
+        let (said, _) = output(&mut folder.stickslip(&[&["modes", "paper"], settings].concat()), 0);
+        assert!(said.contains(words), "{said}");
+        let (document, _) = output(
+            &mut folder.stickslip(&[&["modes", "paper", "--json"], settings].concat()),
+            0,
+        );
+        assert_eq!(json(&document)["instability"]["onset_decided_by"], "friction-points");
+    }
+}

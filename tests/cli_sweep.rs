@@ -325,6 +325,32 @@ fn cli_a_table_of_points_is_read_with_units_and_refused_by_line() {
     }
 }
 
+/// Another friction law has other keys: a table with a law takes the place of the case's; without one its keys are set.
+#[test]
+fn cli_a_study_may_choose_another_friction_law() {
+    let folder = Folder::new();
+    let study = |settings: &str, key: &str| {
+        format!(
+            "case = \"paper\"\n[set]\noutput.end_time = 0.01\n{settings}\n[[axis]]\nkey = \"{key}\"\nvalues = [0.2, 0.25]\n"
+        )
+    };
+    let law = "{law=\"hyperbolic\", breakaway=0.6, low_speed=0.6, high_speed=0.3, scale=0.2}";
+    folder.write("inline.toml", study(&format!("friction = {law}"), "friction.scale"));
+    folder.write(
+        "table.toml",
+        study(
+            "[set.friction]\nlaw = \"hyperbolic\"\nbreakaway = 0.6\nlow_speed = 0.6\nhigh_speed = 0.3\nscale = 1",
+            "friction.scale",
+        ),
+    );
+    folder.write("keys.toml", study("[set.friction]\ndecay = 4", "friction.high_speed"));
+    for name in ["inline", "table", "keys"] {
+        output(&mut folder.stickslip(&["sweep", &format!("{name}.toml"), "-q"]), 0);
+        let file = SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap();
+        assert_eq!(file.numbers("status").unwrap(), [0.0, 0.0], "{name}");
+    }
+}
+
 #[test]
 fn cli_a_kept_trajectory_is_a_result_file_of_each_point() {
     let folder = Folder::new();

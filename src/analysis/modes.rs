@@ -103,6 +103,9 @@ pub enum OnsetDecision {
     Rounding,
     /// Neither grows to matter: the smooth sliding itself comes to its stick.
     SmoothSliding,
+    /// The points of a friction table: each that sliding passes excites the fast mode, as a perturbation of the case does,
+    /// and a run without that tells which of them it is.
+    FrictionPoints,
 }
 
 /// The loss of stability along the case's own sliding.
@@ -407,7 +410,10 @@ fn instability(
     let state: State = report.digest.instability.as_ref()?.before;
     let sense = state.relative_velocity.signum();
     let x = state.relative_velocity.abs();
-    let decided = if summary.noise_determined {
+    let passed = |knot: &f64| *knot < parameters.initial.speed.abs();
+    let decided = if torsion.friction.law.knots().iter().any(passed) {
+        OnsetDecision::FrictionPoints
+    } else if summary.noise_determined {
         OnsetDecision::Rounding
     } else if summary.kick_above_noise.is_some_and(|above| above > THOUSANDFOLD) {
         OnsetDecision::Perturbation

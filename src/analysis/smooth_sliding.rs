@@ -45,6 +45,22 @@ const MOST_SERIES: usize = 200;
 /// five in G.
 const LARGEST_TIME_SCALE_RATIO: f64 = 0.04;
 
+/// Steps on each piece of a friction law with knots.
+const PIECE_STEPS: f64 = 64.0;
+
+/// A speed this close to a knot, as a share of it, is the knot's: an event there is located no better.
+const AT_KNOT: f64 = 1e-9;
+
+/// Where a path on one piece of the friction law ends.
+enum PieceEnd {
+    /// At the end of the piece.
+    Left(Point),
+    /// At this time (s) and speed (rad/s), where steady sliding changes too fast for its slow manifold.
+    TooFast(f64, f64),
+    /// As far as it was asked for.
+    Over,
+}
+
 /// Smooth sliding with one sense.
 #[derive(Debug, Clone, Copy)]
 pub struct SmoothSliding<'a> {
@@ -119,9 +135,9 @@ impl SmoothSliding<'_> {
         (t + step, momentum + step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0)
     }
 
-    /// (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), excluded, to the time `until`; the
-    /// latest first.
-    pub(crate) fn rates_before(&self, start: Point, speed: f64, until: f64) -> Vec<(f64, f64)> {
+    /// (t, Re lambda) on the way back from `start`, where |omega_r| is `start_speed` (rad/s), excluded, to the time
+    /// `until`; the latest first.
+    pub(crate) fn rates_before(&self, start: Point, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
         let corners: Vec<f64> = self
             .axial
             .force
@@ -131,12 +147,21 @@ impl SmoothSliding<'_> {
         let inertia = self.torsion.torsion.rigid_inertia();
         let mut corners = corners.into_iter().rev().peekable();
         let (mut point, mut rates) = (start, Vec::new());
-        if self.time_scale_ratio(start.0, speed) > LARGEST_TIME_SCALE_RATIO {
-            let (time, speed) = self.rigid_back(&mut rates, start.0, speed, until);
+        if self.time_scale_ratio(start.0, start_speed) > LARGEST_TIME_SCALE_RATIO {
+            let (time, speed) = self.rigid_back(&mut rates, start.0, start_speed, until);
             if time <= until {
                 return rates;
             }
             point = self.point_of_speed(time, speed);
+        }
+        if !self.torsion.friction.law.knots().is_empty() {
+            let speed = if rates.is_empty() {
+                start_speed
+            } else {
+                self.speed(point)
+            };
+            self.pieces_before(&mut rates, point, speed, until);
+            return rates;
         }
         while point.0 > until {
             while corners.next_if(|&c| c >= point.0).is_some() {}
@@ -188,6 +213,10 @@ impl SmoothSliding<'_> {
         let mut rates = vec![(start.0, self.rate(start.0, speed))];
         // A kick may turn the slip, for a moment, against the rotor that drives it: that is no sliding that goes on.
         if self.sense * start.1 <= 0.0 {
+            return rates;
+        }
+        if !self.torsion.friction.law.knots().is_empty() {
+            self.pieces_to_stop(&mut rates, start, speed, end);
             return rates;
         }
         let mut at = Some((start, speed));
@@ -275,7 +304,7 @@ impl SmoothSliding<'_> {
         for _ in 0..MOST_SERIES {
             let series = SlowSeries::<TERMS>::new(self.torsion, self.sense, self.pressing(point.0), point.1);
             let reach = series.reach(error);
-            let length = self.within_piece(&series, speed, reach.min(end - point.0));
+            let length = reach.min(end - point.0);
             // Written so that what is not a number ends it, too; `min` would hide such a reach.
             if !(self.time_scale_ratio(point.0, speed) < LARGEST_TIME_SCALE_RATIO && length > f64::EPSILON * point.0)
                 || reach.is_nan()
@@ -307,25 +336,131 @@ impl SmoothSliding<'_> {
         Some((point, speed))
     }
 
-    /// How much of `length` (s) the series of a slip at `speed` (rad/s) may be followed for: to the next knot of the friction
-    /// law, and a little beyond, where another piece begins.
-    fn within_piece(&self, series: &SlowSeries<TERMS>, speed: f64, length: f64) -> f64 {
-        const BEYOND: f64 = 1e-9;
+    /// The model with one piece of a friction law that has knots, gone on with smoothly beyond them. On the law itself the
+    /// speed of a momentum near a knot would be that of the one piece or of the other.
+    fn on_piece(&self, piece: usize) -> TorsionModel {
+        let mut model = self.torsion.clone();
+        model.friction.law = self.torsion.friction.law.continued(piece);
+        model
+    }
+
+    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop or `end`, piece by piece.
+    fn pieces_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) {
         let knots = self.torsion.friction.law.knots();
-        let knot = knots.iter().rev().find(|knot| **knot < speed);
-        let Some(&knot) = knot.filter(|knot| series.speed_at(length).0 < **knot) else {
-            return length;
-        };
-        let (mut low, mut high) = (0.0, length);
-        for _ in 0..60 {
-            let middle = f64::midpoint(low, high);
-            if series.speed_at(middle).0 > knot {
-                low = middle;
-            } else {
-                high = middle;
+        // At a knot the piece below it, as sliding slows down.
+        let mut piece = knots.partition_point(|knot| *knot < speed * (1.0 - AT_KNOT));
+        let mut point = start;
+        loop {
+            let model = self.on_piece(piece);
+            let path = SmoothSliding {
+                torsion: &model,
+                ..*self
+            };
+            let floor = if piece == 0 { 0.0 } else { knots[piece - 1] };
+            match path.steps_down(rates, point, floor, end) {
+                PieceEnd::Left(next) if piece > 0 => (point, piece) = (next, piece - 1),
+                PieceEnd::TooFast(time, speed) => return self.rigid_to_stop(rates, time, speed, end),
+                _ => return,
             }
         }
-        (high + BEYOND * length).min(length)
+    }
+
+    /// Adds (t, Re lambda) from `start` on, to where the speed comes to `floor` (rad/s) or to `end`.
+    fn steps_down(&self, rates: &mut Vec<(f64, f64)>, start: Point, floor: f64, end: f64) -> PieceEnd {
+        let mut corners = self.axial.force.corners().filter(|c| *c < end).peekable();
+        let (mut point, mut x) = (start, self.speed(start));
+        let fall = (x - floor) / PIECE_STEPS;
+        rates.push((point.0, self.rate(point.0, x)));
+        while point.0 < end && x > floor {
+            if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
+                return PieceEnd::TooFast(point.0, x);
+            }
+            while corners.next_if(|&c| c <= point.0).is_some() {}
+            let target = corners.peek().copied().unwrap_or(end);
+            let next = self.piece_step(rates.len(), point, target, fall, x);
+            if next.0 <= point.0 {
+                return PieceEnd::Over;
+            }
+            let speed = self.speed(next);
+            if speed < floor {
+                let last = self.advanced(point, (x - floor) / (x - speed) * (next.0 - point.0));
+                rates.push((last.0, self.rate(last.0, floor)));
+                return PieceEnd::Left(last);
+            }
+            (point, x) = (next, speed);
+            rates.push((point.0, self.rate(point.0, x)));
+        }
+        if x > floor {
+            PieceEnd::Over
+        } else {
+            PieceEnd::Left(point)
+        }
+    }
+
+    /// Adds (t, Re lambda) on the way back from `start`, where |omega_r| is `speed` (rad/s), to the time `until`, piece by
+    /// piece; the latest first.
+    fn pieces_before(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, until: f64) {
+        let knots = self.torsion.friction.law.knots();
+        // At a knot the piece above it, from which sliding came.
+        let mut piece = knots.partition_point(|knot| *knot <= speed * (1.0 + AT_KNOT));
+        let mut point = start;
+        while point.0 > until {
+            let model = self.on_piece(piece);
+            let path = SmoothSliding {
+                torsion: &model,
+                ..*self
+            };
+            let ceiling = knots.get(piece).copied().unwrap_or(f64::INFINITY);
+            let PieceEnd::Left(next) = path.steps_up(rates, point, ceiling, until) else {
+                return;
+            };
+            (point, piece) = (next, piece + 1);
+        }
+    }
+
+    /// Adds (t, Re lambda) on the way back from `start`, to where the speed comes to `ceiling` (rad/s) or to `until`.
+    fn steps_up(&self, rates: &mut Vec<(f64, f64)>, start: Point, ceiling: f64, until: f64) -> PieceEnd {
+        let corners: Vec<f64> = self
+            .axial
+            .force
+            .corners()
+            .filter(|c| (until..start.0).contains(c))
+            .collect();
+        let mut corners = corners.into_iter().rev().peekable();
+        let (mut point, mut x) = (start, self.speed(start));
+        rates.push((point.0, self.rate(point.0, x)));
+        while point.0 > until && x < ceiling {
+            while corners.next_if(|&c| c >= point.0).is_some() {}
+            let target = corners.peek().copied().unwrap_or(until).max(until);
+            let fall = (BACK_SHARE.0 * x).min((ceiling - x).max(x) / PIECE_STEPS);
+            let next = self.piece_step(rates.len(), point, target, fall, x);
+            if next.0 >= point.0 {
+                return PieceEnd::Over;
+            }
+            let speed = self.speed(next);
+            if speed > ceiling {
+                let last = self.advanced(point, (ceiling - x) / (speed - x) * (next.0 - point.0));
+                rates.push((last.0, self.rate(last.0, ceiling)));
+                return PieceEnd::Left(last);
+            }
+            (point, x) = (next, speed);
+            rates.push((point.0, self.rate(point.0, x)));
+        }
+        if x < ceiling {
+            PieceEnd::Over
+        } else {
+            PieceEnd::Left(point)
+        }
+    }
+
+    /// A step from a point at the speed `x` (rad/s) toward the time `target`, over which the speed changes by about `fall` (rad/s),
+    /// and the force by its share.
+    fn piece_step(&self, taken: usize, point: Point, target: f64, fall: f64, x: f64) -> Point {
+        let by_force = self.longest_step(point.0, f64::INFINITY);
+        let least = least_step(taken, (target - point.0).abs());
+        let slowing = self.rigid_slowing(point.0, x);
+        // Not a number without friction, and no bound then.
+        self.toward(point, target, (fall / slowing).min(by_force).max(least))
     }
 
     /// A step of at most `size` that ends at `target` at the latest, and at `target` itself if it comes so far.

@@ -50,8 +50,8 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             ),
         );
     }
-    let (speed, end) = (case.parameters.initial.speed, friction.law.ends_at());
-    if speed.abs() >= end {
+    let (speed, end) = (case.parameters.initial.speed.abs(), friction.law.ends_at());
+    if speed >= end {
         complain(
             "initial.speed",
             &["friction.valid_below"],

@@ -238,6 +238,10 @@ fn loss(lost: &Instability, modes: &Modes) -> String {
     let decided = match lost.onset_decided_by {
         OnsetDecision::Perturbation => "the perturbation",
         OnsetDecision::Rounding => "rounding and solver error: this onset does not converge",
+        OnsetDecision::FrictionPoints if lost.kick_above_noise.is_none() => "the points of the friction table",
+        OnsetDecision::FrictionPoints => {
+            "the perturbation or the points of the friction table: a run without a perturbation tells"
+        }
         OnsetDecision::SmoothSliding => "neither perturbation nor rounding: smooth sliding stops by itself",
     };
     for (name, value) in [

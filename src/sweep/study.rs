@@ -400,6 +400,10 @@ pub(crate) fn read_base(
 /// The leaves of `[set]`, whether written as tables, as dotted keys or as quoted paths.
 pub(crate) fn read_settings(reader: &mut Reader, node: &Node, path: &str, settings: &mut Vec<Override>) {
     match &node.value {
+        // Another law has other keys: such a table takes the place of the case's, as with --set.
+        Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
+            settings.push(Override::of_node(path, node, &reader.label));
+        }
         Value::Table(entries) => {
             for (name, child) in entries {
                 let inner = join(path, &name.replace('[', ".").replace(']', ""));
