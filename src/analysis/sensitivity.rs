@@ -269,7 +269,7 @@ impl Baseline {
         };
         let report = run(&case, 1, stop).map_err(|error| match error {
             NoReport::Failed(text) => format!("series does not run this case: {text}"),
-            NoReport::TooLong => "a run by series takes too long".to_owned(),
+            NoReport::TooLong => "a run by series takes more steps than reruns may".to_owned(),
             NoReport::Interrupted => "interrupted".to_owned(),
         })?;
         let own = in_event_sequence(report.events.iter().map(|event| event.kind));

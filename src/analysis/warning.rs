@@ -216,7 +216,7 @@ impl fmt::Display for Warning {
                 perturbed,
             } => {
                 let why = if *perturbed {
-                    "no perturbation is given before rounding errors have grown past it"
+                    "no perturbation stands far enough above rounding when its growth begins"
                 } else {
                     "no perturbation is set"
                 };
