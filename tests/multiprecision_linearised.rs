@@ -177,16 +177,21 @@ fn multiprecision_sensitivities_of_the_paper_by_every_parameter() {
     check("paper", "7", |_| true);
 }
 
-/// Every parameter of a friction law, on the paper's brake from a low speed; and how many there are.
-fn check_law(friction: &str, parameters: usize) {
-    let friction = format!("friction={friction}");
-    let set = [
+/// What makes a short run of the paper's brake, from a low speed, with this setting of friction.
+fn from_low_speed(friction: &str) -> [&str; 5] {
+    [
         "initial.speed=3",
         "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
         "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
         "output={end_time=0.4, interval=0.01}",
-        &friction,
-    ];
+        friction,
+    ]
+}
+
+/// Every parameter of a friction law, on the paper's brake from a low speed; and how many there are.
+fn check_law(friction: &str, parameters: usize) {
+    let friction = format!("friction={friction}");
+    let set = from_low_speed(&friction);
     let (_, _, linearised) = setup("paper-si", &set);
     let of_law = |path: &str| path.starts_with("friction.") && path != "friction.breakaway";
     let found = linearised.parameters.iter().filter(|p| of_law(&p.path)).count();
@@ -216,13 +221,7 @@ fn multiprecision_sensitivities_by_the_parameters_of_smooth_laws() {
 fn multiprecision_sensitivities_by_the_parameters_of_stribeck() {
     let friction = "{law=\"stribeck\", breakaway=0.62, low_speed=0.6, high_speed=0.3, scale=0.5, viscous=0.01}";
     let friction = format!("friction={friction}");
-    let set = [
-        "initial.speed=3",
-        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
-        "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
-        "output={end_time=0.4, interval=0.01}",
-        &friction,
-    ];
+    let set = from_low_speed(&friction);
     let of_law = |path: &str| path.starts_with("friction.") && path != "friction.breakaway";
     let (_, _, linearised) = setup("paper-si", &set);
     let power = linearised

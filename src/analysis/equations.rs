@@ -1,6 +1,6 @@
 //! The dynamic part of a state, its equations, and the guards, at a value of the parameters.
 
-use crate::friction::{Friction, Law};
+use crate::friction::Law;
 use crate::model::axial::AxialMotion;
 use crate::model::state::{DIMENSION, DYNAMIC};
 use crate::model::torsion::TorsionModel;
@@ -41,19 +41,11 @@ impl Equations {
         knots.partition_point(|knot| *knot < speed)
     }
 
-    /// With a piece of a friction law that has knots, gone on with smoothly beyond them.
     fn on_piece(&self, piece: usize) -> Cow<'_, TorsionModel> {
-        let law = &self.torsion.friction.law;
-        if law.knots().is_empty() {
-            return Cow::Borrowed(&self.torsion);
+        match self.torsion.friction.law.knots() {
+            [] => Cow::Borrowed(&self.torsion),
+            _ => Cow::Owned(self.torsion.on_piece(piece)),
         }
-        let breakaway = self.torsion.friction.breakaway;
-        let law = law.continued(piece);
-        Cow::Owned(TorsionModel {
-            torsion: self.torsion.torsion,
-            contact: self.torsion.contact,
-            friction: Friction { breakaway, law },
-        })
     }
 
     /// [`Self::rates`] with a piece of the friction law.

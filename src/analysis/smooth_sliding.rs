@@ -138,14 +138,8 @@ impl SmoothSliding<'_> {
     /// (t, Re lambda) on the way back from `start`, where |omega_r| is `start_speed` (rad/s), excluded, to the time
     /// `until`; the latest first.
     pub(crate) fn rates_before(&self, start: Point, start_speed: f64, until: f64) -> Vec<(f64, f64)> {
-        let corners: Vec<f64> = self
-            .axial
-            .force
-            .corners()
-            .filter(|c| (until..start.0).contains(c))
-            .collect();
         let inertia = self.torsion.torsion.rigid_inertia();
-        let mut corners = corners.into_iter().rev().peekable();
+        let mut corners = self.corners_between(start.0, until).into_iter().peekable();
         let (mut point, mut rates) = (start, Vec::new());
         if self.time_scale_ratio(start.0, start_speed) > LARGEST_TIME_SCALE_RATIO {
             let (time, speed) = self.rigid_back(&mut rates, start.0, start_speed, until);
@@ -336,64 +330,25 @@ impl SmoothSliding<'_> {
         Some((point, speed))
     }
 
-    /// The model with one piece of a friction law that has knots, gone on with smoothly beyond them. On the law itself the
-    /// speed of a momentum near a knot would be that of the one piece or of the other.
-    fn on_piece(&self, piece: usize) -> TorsionModel {
-        let mut model = self.torsion.clone();
-        model.friction.law = self.torsion.friction.law.continued(piece);
-        model
-    }
-
-    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop or `end`, piece by piece.
+    /// Adds (t, Re lambda) from `start`, where |omega_r| is `speed` (rad/s), to the stop or `end`, piece by piece: on the law
+    /// itself the speed of a momentum near a knot would be that of the one piece or of the other.
     fn pieces_to_stop(&self, rates: &mut Vec<(f64, f64)>, start: Point, speed: f64, end: f64) {
         let knots = self.torsion.friction.law.knots();
         // At a knot the piece below it, as sliding slows down.
         let mut piece = knots.partition_point(|knot| *knot < speed * (1.0 - AT_KNOT));
         let mut point = start;
         loop {
-            let model = self.on_piece(piece);
+            let model = self.torsion.on_piece(piece);
             let path = SmoothSliding {
                 torsion: &model,
                 ..*self
             };
             let floor = if piece == 0 { 0.0 } else { knots[piece - 1] };
-            match path.steps_down(rates, point, floor, end) {
+            match path.steps_on_piece(rates, point, floor, end) {
                 PieceEnd::Left(next) if piece > 0 => (point, piece) = (next, piece - 1),
                 PieceEnd::TooFast(time, speed) => return self.rigid_to_stop(rates, time, speed, end),
                 _ => return,
             }
-        }
-    }
-
-    /// Adds (t, Re lambda) from `start` on, to where the speed comes to `floor` (rad/s) or to `end`.
-    fn steps_down(&self, rates: &mut Vec<(f64, f64)>, start: Point, floor: f64, end: f64) -> PieceEnd {
-        let mut corners = self.axial.force.corners().filter(|c| *c < end).peekable();
-        let (mut point, mut x) = (start, self.speed(start));
-        let fall = (x - floor) / PIECE_STEPS;
-        rates.push((point.0, self.rate(point.0, x)));
-        while point.0 < end && x > floor {
-            if self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
-                return PieceEnd::TooFast(point.0, x);
-            }
-            while corners.next_if(|&c| c <= point.0).is_some() {}
-            let target = corners.peek().copied().unwrap_or(end);
-            let next = self.piece_step(rates.len(), point, target, fall, x);
-            if next.0 <= point.0 {
-                return PieceEnd::Over;
-            }
-            let speed = self.speed(next);
-            if speed < floor {
-                let last = self.advanced(point, (x - floor) / (x - speed) * (next.0 - point.0));
-                rates.push((last.0, self.rate(last.0, floor)));
-                return PieceEnd::Left(last);
-            }
-            (point, x) = (next, speed);
-            rates.push((point.0, self.rate(point.0, x)));
-        }
-        if x > floor {
-            PieceEnd::Over
-        } else {
-            PieceEnd::Left(point)
         }
     }
 
@@ -405,52 +360,66 @@ impl SmoothSliding<'_> {
         let mut piece = knots.partition_point(|knot| *knot <= speed * (1.0 + AT_KNOT));
         let mut point = start;
         while point.0 > until {
-            let model = self.on_piece(piece);
+            let model = self.torsion.on_piece(piece);
             let path = SmoothSliding {
                 torsion: &model,
                 ..*self
             };
             let ceiling = knots.get(piece).copied().unwrap_or(f64::INFINITY);
-            let PieceEnd::Left(next) = path.steps_up(rates, point, ceiling, until) else {
-                return;
-            };
-            (point, piece) = (next, piece + 1);
+            match path.steps_on_piece(rates, point, ceiling, until) {
+                // The last piece has no end; a speed that is none counts as beyond it.
+                PieceEnd::Left(next) if piece < knots.len() => (point, piece) = (next, piece + 1),
+                _ => return,
+            }
         }
     }
 
-    /// Adds (t, Re lambda) on the way back from `start`, to where the speed comes to `ceiling` (rad/s) or to `until`.
-    fn steps_up(&self, rates: &mut Vec<(f64, f64)>, start: Point, ceiling: f64, until: f64) -> PieceEnd {
-        let corners: Vec<f64> = self
-            .axial
-            .force
-            .corners()
-            .filter(|c| (until..start.0).contains(c))
-            .collect();
-        let mut corners = corners.into_iter().rev().peekable();
+    /// Adds (t, Re lambda) from `start` to where the speed comes to `edge` (rad/s) or to the time `until`: on, the speed falling,
+    /// or back, the speed rising.
+    fn steps_on_piece(&self, rates: &mut Vec<(f64, f64)>, start: Point, edge: f64, until: f64) -> PieceEnd {
+        let back = until < start.0;
+        let inside = |x: f64| if back { x < edge } else { x > edge };
         let (mut point, mut x) = (start, self.speed(start));
+        let part_of_piece = (x - edge) / PIECE_STEPS;
+        let mut corners = self.corners_between(start.0, until).into_iter().peekable();
         rates.push((point.0, self.rate(point.0, x)));
-        while point.0 > until && x < ceiling {
-            while corners.next_if(|&c| c >= point.0).is_some() {}
-            let target = corners.peek().copied().unwrap_or(until).max(until);
-            let fall = (BACK_SHARE.0 * x).min((ceiling - x).max(x) / PIECE_STEPS);
+        while point.0 != until && inside(x) {
+            if !back && self.time_scale_ratio(point.0, x) > LARGEST_TIME_SCALE_RATIO {
+                return PieceEnd::TooFast(point.0, x);
+            }
+            while corners.next_if_eq(&point.0).is_some() {}
+            let target = corners.peek().copied().unwrap_or(until);
+            let fall = match back {
+                true => (BACK_SHARE.0 * x).min((edge - x).max(x) / PIECE_STEPS),
+                false => part_of_piece,
+            };
             let next = self.piece_step(rates.len(), point, target, fall, x);
-            if next.0 >= point.0 {
+            if next.0 == point.0 {
                 return PieceEnd::Over;
             }
             let speed = self.speed(next);
-            if speed > ceiling {
-                let last = self.advanced(point, (ceiling - x) / (speed - x) * (next.0 - point.0));
-                rates.push((last.0, self.rate(last.0, ceiling)));
+            if !inside(speed) {
+                let last = self.advanced(point, (x - edge) / (x - speed) * (next.0 - point.0));
+                rates.push((last.0, self.rate(last.0, edge)));
                 return PieceEnd::Left(last);
             }
             (point, x) = (next, speed);
             rates.push((point.0, self.rate(point.0, x)));
         }
-        if x < ceiling {
-            PieceEnd::Over
-        } else {
-            PieceEnd::Left(point)
+        match inside(x) {
+            true => PieceEnd::Over,
+            false => PieceEnd::Left(point),
         }
+    }
+
+    /// The corners of the force from the time `from` to `until` (s), in the order in which a path that way comes to them.
+    fn corners_between(&self, from: f64, until: f64) -> Vec<f64> {
+        let within = from.min(until)..from.max(until);
+        let mut corners: Vec<f64> = self.axial.force.corners().filter(|c| within.contains(c)).collect();
+        if until < from {
+            corners.reverse();
+        }
+        corners
     }
 
     /// A step from a point at the speed `x` (rad/s) toward the time `target`, over which the speed changes by about `fall` (rad/s),

@@ -17,7 +17,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
     let reader = Reader { root: &root };
     let actuation = case.parameters.actuation.try_map(|field, index, _| {
         let path = schema::actuation_path(field);
-        let dimension = key_of(&path).and_then(Key::dimension).unwrap_or(Dimension::Number);
+        let dimension = dimension_of(&path);
         let element = index.map_or(String::new(), |index| format!(".{index}"));
         reader.number(&format!("{path}{element}"), dimension)
     })?;
@@ -53,6 +53,11 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
         speed: reader.number("initial.speed", Dimension::AngularVelocity)?,
         kicks: kicks.collect::<Result<_, CaseError>>()?,
     })
+}
+
+/// Of a key that is a number or a list of them.
+fn dimension_of(path: &str) -> Dimension {
+    key_of(path).and_then(Key::dimension).unwrap_or(Dimension::Number)
 }
 
 /// The case, whose reader finds and reports whatever is wrong with it, and the tree of its values.
@@ -137,8 +142,7 @@ impl Reader<'_> {
         };
         for &key in FrictionLaw::keys_of(law.name()) {
             let path = format!("friction.{key}");
-            let known = schema::keys().iter().find(|known| known.path == path);
-            let dimension = known.and_then(|known| known.dimension()).unwrap_or(Dimension::Number);
+            let dimension = dimension_of(&path);
             if let Some(values) = law.list(key) {
                 exact.lists.push((key, self.series(&path, values.len(), dimension)?));
             } else if let Some(word) = law.word(key) {

@@ -32,6 +32,19 @@ impl TorsionModel {
         }
     }
 
+    /// The same with one piece of a friction law that has knots, gone on with smoothly beyond them.
+    pub(crate) fn on_piece(&self, piece: usize) -> Self {
+        let Friction { breakaway, law } = &self.friction;
+        TorsionModel {
+            torsion: self.torsion,
+            contact: self.contact,
+            friction: Friction {
+                breakaway: *breakaway,
+                law: law.continued(piece),
+            },
+        }
+    }
+
     /// T_f = (T_r + T_s)/2, N m: in stick the exact torque of the constraint.
     pub fn transmitted_torque(&self, y: &[f64]) -> f64 {
         (self.torsion.rotor_torque(y) + self.torsion.stator_torque(y)) / 2.0

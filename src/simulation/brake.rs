@@ -1,6 +1,6 @@
 //! The brake as a hybrid system: its locations, guards and smooth equations.
 
-use crate::friction::{Friction, Law};
+use crate::friction::Law;
 use crate::hybrid::{ClosedEnd, ClosedForm, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
 use crate::model::closed_form::{self, Breakaway};
@@ -95,22 +95,12 @@ impl Brake {
     /// Of a case.
     pub fn new(parameters: &Parameters) -> Self {
         let torsion = TorsionModel::new(parameters);
-        let law = &torsion.friction.law;
-        let count = if law.knots().is_empty() {
-            0
-        } else {
-            law.knots().len() + 1
-        };
-        let with = |piece: usize| TorsionModel {
-            torsion: torsion.torsion,
-            contact: torsion.contact,
-            friction: Friction {
-                breakaway: torsion.friction.breakaway,
-                law: law.continued(piece),
-            },
+        let count = match torsion.friction.law.knots().len() {
+            0 => 0,
+            knots => knots + 1,
         };
         Brake {
-            pieces: (0..count).map(with).collect(),
+            pieces: (0..count).map(|piece| torsion.on_piece(piece)).collect(),
             closed_form: closed_form::ClosedForm::new(&torsion),
             torsion,
             axial: parameters.axial_motion(),
