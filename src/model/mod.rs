@@ -19,6 +19,7 @@ pub mod slow_stick;
 pub mod stability;
 pub mod state;
 pub mod torsion;
+pub mod trains;
 
 pub use exact::{ExactKick, ExactLaw, ExactParameters, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

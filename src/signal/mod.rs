@@ -7,16 +7,19 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | `drive` | a signal of a train: a value, a profile, a wave, or a sum |
 //! | `pieces` | a signal as the rest of the program sees it |
 //! | `ramp` | a linear rise to a value, which then holds |
 //! | `table` | linear between points |
 //!
 //! A further profile is a file beside these that implements [`Profile`] and has a `try_map`, and its name in `profiles!` below.
 
+mod drive;
 mod pieces;
 mod ramp;
 mod table;
 
+pub use drive::{Drive, Frequency, Shape, Wave};
 pub use pieces::{Piece, Pieces};
 pub use ramp::Ramp;
 pub use table::Table;

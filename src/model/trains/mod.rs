@@ -1,0 +1,16 @@
+//! Two trains that touch at one contact: the family that the brake belongs to.
+//!
+//! A train is an open chain of inertias and shafts, seen from the contact outwards: inertia 0 is the surface. Its far end is
+//! free, fixed to the ground, or driven at a known speed. The paper's brake is a rotor of two inertias with a free end, and a
+//! stator of one inertia with a fixed one; a mass on a belt is a stator of one inertia and a rotor of none, whose surface is
+//! itself the driven end.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `parameters` | what defines the problem |
+
+pub mod parameters;
+
+pub use parameters::{
+    Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
+};
