@@ -133,11 +133,19 @@ pub enum Mode {
     SlipForward = 2,
     /// omega_r < 0.
     SlipBackward = 3,
+    /// Friction without a jump at rest, regularised or by bristles: one mode at every omega_r, and no stick.
+    Engaged = 4,
 }
 
 impl Mode {
     /// All of them, in the order of their codes.
-    pub const ALL: [Mode; 4] = [Mode::Separated, Mode::Stick, Mode::SlipForward, Mode::SlipBackward];
+    pub const ALL: [Mode; 5] = [
+        Mode::Separated,
+        Mode::Stick,
+        Mode::SlipForward,
+        Mode::SlipBackward,
+        Mode::Engaged,
+    ];
 
     /// The code in result files.
     pub fn code(self) -> i8 {
@@ -151,6 +159,7 @@ impl Mode {
             Mode::Stick => "stick",
             Mode::SlipForward => "slip-forward",
             Mode::SlipBackward => "slip-backward",
+            Mode::Engaged => "engaged",
         }
     }
 
@@ -168,7 +177,7 @@ impl Mode {
         match self {
             Mode::SlipForward => 1,
             Mode::SlipBackward => -1,
-            Mode::Separated | Mode::Stick => 0,
+            Mode::Separated | Mode::Stick | Mode::Engaged => 0,
         }
     }
 }

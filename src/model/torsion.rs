@@ -88,7 +88,8 @@ impl TorsionModel {
             Mode::SlipForward => self.slip_rates(1.0, normal_force(), y, dydt),
             Mode::SlipBackward => self.slip_rates(-1.0, normal_force(), y, dydt),
             Mode::Stick => self.torsion.joined_rates(y, dydt),
-            Mode::Separated => self.torsion.free_rates(0.0, y, dydt),
+            // A brake sticks: it is never engaged.
+            Mode::Separated | Mode::Engaged => self.torsion.free_rates(0.0, y, dydt),
         }
     }
 

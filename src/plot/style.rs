@@ -49,7 +49,7 @@ pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
 /// Colour and opacity of the ground behind a mode.
 pub fn ground(mode: Mode) -> (RGBColor, f64) {
     match mode {
-        Mode::SlipForward => (SKY, 0.16),
+        Mode::SlipForward | Mode::Engaged => (SKY, 0.16),
         Mode::SlipBackward => (PURPLE, 0.22),
         Mode::Stick => (ORANGE, 0.32),
         Mode::Separated => (GREY, 0.28),
@@ -59,7 +59,7 @@ pub fn ground(mode: Mode) -> (RGBColor, f64) {
 /// Colour of a curve in a mode, where one curve passes through several.
 pub fn of_mode(mode: Mode) -> RGBColor {
     match mode {
-        Mode::SlipForward => BLUE,
+        Mode::SlipForward | Mode::Engaged => BLUE,
         Mode::SlipBackward => PURPLE,
         Mode::Stick => VERMILLION,
         Mode::Separated => GREY,

@@ -213,7 +213,7 @@ impl Dynamics for Brake {
 
     fn guard_values(&self, location: &Location, t: f64, y: &[f64], values: &mut [f64]) {
         match location.mode {
-            Mode::Separated => {}
+            Mode::Separated | Mode::Engaged => {}
             Mode::Stick => {
                 let limit = self.torsion.breakaway_torque(self.contact_force(t));
                 let torque = self.torsion.tested_torque(y);
@@ -269,7 +269,7 @@ impl ClosedForm for Brake {
         out.copy_from_slice(&match location.mode {
             Mode::Stick => self.closed_form.stick(&y, tau),
             Mode::Separated => self.closed_form.separated(&y, tau),
-            Mode::SlipForward | Mode::SlipBackward => unreachable!("slip is left to a solver"),
+            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => unreachable!("slip is left to a solver"),
         });
     }
 

@@ -27,7 +27,7 @@ pub(super) trait Readings {
 
 fn friction_torque(torsion: &TorsionModel, mode: Mode, twists: &[f64], normal_force: f64) -> f64 {
     match mode {
-        Mode::Separated => 0.0,
+        Mode::Separated | Mode::Engaged => 0.0,
         Mode::Stick => torsion.transmitted_torque(twists),
         Mode::SlipForward | Mode::SlipBackward => torsion.sliding_torque(f64::from(mode.sense()), twists, normal_force),
     }

@@ -162,7 +162,7 @@ impl BrakeRules {
                     (false, Regime::Keep)
                 }
             }
-            Mode::Separated => (false, Regime::Keep),
+            Mode::Separated | Mode::Engaged => (false, Regime::Keep),
             // Decays at c_t / 2J at least as fast as the slip's relative mode at full margin.
             Mode::Stick => {
                 let rate = self.brake.torsion.torsion.damping / (2.0 * self.brake.torsion.torsion.surface_inertia);

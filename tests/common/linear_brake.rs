@@ -90,7 +90,7 @@ struct Piece {
 pub struct LinearBrake {
     parameters: Parameters,
     /// By the number of the mode.
-    flows: [Flow; 4],
+    flows: [Flow; 5],
     pieces: Vec<Piece>,
     pub events: Vec<Switch>,
 }
@@ -152,6 +152,7 @@ impl LinearBrake {
             Mode::Stick => n < 0.0 || self.transmitted(x).abs() > self.breakaway(x),
             Mode::SlipForward => n < 0.0 || relative_velocity(x) < 0.0,
             Mode::SlipBackward => n < 0.0 || relative_velocity(x) > 0.0,
+            Mode::Engaged => unreachable!("a brake sticks"),
         }
     }
 
@@ -353,7 +354,7 @@ fn system(p: &Parameters, mode: Mode) -> Matrix {
     let stator_torque = row(V, t.stiffness / TORSIONAL) + row(V_DOT, t.damping);
     let pressing = -row(Z, a.stiffness / AXIAL) - row(Z_DOT, a.damping);
     let interface = match mode {
-        Mode::Separated => row(0, 0.0),
+        Mode::Separated | Mode::Engaged => row(0, 0.0),
         Mode::Stick => (rotor_torque + stator_torque) / 2.0,
         Mode::SlipForward | Mode::SlipBackward => {
             // constant: mu_s where alpha = 0, or mu_s = mu_d

@@ -81,7 +81,7 @@ fn derivatives(physics: &Physics, time: f64, mode: Mode, x: &[f64; BASES]) -> ([
             let bend = model.torsion.damping * (first.rotor_twist_rate + first.stator_twist_rate);
             (bend + model.torsion.stiffness * (x[U_DOT] + x[V_DOT])) / 2.0
         }
-        Mode::Separated => 0.0,
+        Mode::Separated | Mode::Engaged => 0.0,
     };
     // The equations are linear but for the torque.
     let mut ddy = [0.0; DIMENSION];

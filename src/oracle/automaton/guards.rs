@@ -34,7 +34,7 @@ impl<const N: usize> Run<N> {
         let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
         let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(3);
         match self.mode {
-            Mode::Separated => {
+            Mode::Separated | Mode::Engaged => {
                 if !self.stays_open {
                     guards.push((Guard::Contact, negated(expansion.normal())));
                 }

@@ -351,7 +351,7 @@ impl<const N: usize> Run<N> {
     /// One step: to the next guard, time event or the end of the series' reach.
     fn step(&mut self) -> Result<(), OracleError> {
         let law = match self.mode {
-            Mode::Separated => Law::Separated,
+            Mode::Separated | Mode::Engaged => Law::Separated,
             Mode::Stick => Law::Stick,
             Mode::SlipForward | Mode::SlipBackward => {
                 if self.ends && self.piece == self.knots.len() {
