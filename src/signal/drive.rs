@@ -3,7 +3,10 @@
 //! Between its corners ([`Drive::corners`]) a drive is a polynomial of degree 1 and a sum of harmonics: it has Taylor series
 //! and an antiderivative in closed form.
 
-use super::Signal;
+use std::convert::Infallible;
+use std::f64::consts::TAU;
+
+use super::{Pieces, Signal};
 
 /// A signal of a train. `T` is the type of its numbers: doubles, or exact ones.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,4 +57,340 @@ pub enum Frequency<T = f64> {
     Cycles(T),
     /// omega, rad/s.
     Angular(T),
+}
+
+impl<T> Drive<T> {
+    /// The same with each number replaced by `number` of its path and itself. The path is that of its key from the signal's
+    /// own on: empty for a value, `amplitude`, `time.3`, `signals.0.value`.
+    ///
+    /// # Errors
+    /// The first of `number`.
+    pub fn try_map<U, E>(&self, mut number: impl FnMut(&str, &T) -> Result<U, E>) -> Result<Drive<U>, E> {
+        self.mapped("", &mut number)
+    }
+
+    fn mapped<U, E>(&self, prefix: &str, number: &mut dyn FnMut(&str, &T) -> Result<U, E>) -> Result<Drive<U>, E> {
+        Ok(match self {
+            Drive::Value(value) => Drive::Value(number(prefix.strip_suffix('.').unwrap_or(prefix), value)?),
+            Drive::Linear(signal) => Drive::Linear(signal.try_map(|field, index, value| {
+                let element = index.map_or(String::new(), |index| format!(".{index}"));
+                number(&format!("{prefix}{field}{element}"), value)
+            })?),
+            Drive::Wave(wave) => Drive::Wave(wave.mapped(prefix, number)?),
+            Drive::Sum(signals) => {
+                let terms = signals.iter().enumerate();
+                let terms = terms.map(|(index, term)| term.mapped(&format!("{prefix}{SIGNALS}.{index}."), number));
+                Drive::Sum(terms.collect::<Result<_, E>>()?)
+            }
+        })
+    }
+
+    /// The same with each number replaced.
+    pub fn map<U>(&self, number: impl Fn(&T) -> U) -> Drive<U> {
+        match self.try_map(|_, value| Ok::<U, Infallible>(number(value))) {
+            Ok(drive) => drive,
+        }
+    }
+}
+
+/// The key of the terms of a sum.
+pub(crate) const SIGNALS: &str = "signals";
+
+impl<T> Wave<T> {
+    fn mapped<U, E>(&self, prefix: &str, number: &mut dyn FnMut(&str, &T) -> Result<U, E>) -> Result<Wave<U>, E> {
+        let mut at = |key: &str, value: &T| number(&format!("{prefix}{key}"), value);
+        Ok(Wave {
+            shape: self.shape,
+            mean: at("mean", &self.mean)?,
+            amplitude: at("amplitude", &self.amplitude)?,
+            frequency: match &self.frequency {
+                Frequency::Cycles(frequency) => Frequency::Cycles(at("frequency", frequency)?),
+                Frequency::Angular(frequency) => Frequency::Angular(at("angular_frequency", frequency)?),
+            },
+            phase: at("phase", &self.phase)?,
+            from: self.from.as_ref().map(|time| at("from", time)).transpose()?,
+            to: self.to.as_ref().map(|time| at("to", time)).transpose()?,
+        })
+    }
+}
+
+impl Drive {
+    /// A bound of its magnitude at all times t >= 0, in its own unit.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Drive::Value(value) => value.abs(),
+            Drive::Linear(signal) => signal.pieces().largest(),
+            Drive::Wave(wave) => wave.mean.abs() + wave.amplitude.abs(),
+            Drive::Sum(signals) => signals.iter().map(Drive::largest).sum(),
+        }
+    }
+
+    /// Its value at t = 0.
+    pub fn at_start(&self) -> f64 {
+        Timeline::new(&[self]).value(0, 0, 0.0)
+    }
+
+    /// Several drives over common stretches of time: the entrance to values, slopes and series. As [`Timeline::new`].
+    pub fn stretches(drives: &[&Drive]) -> Timeline {
+        Timeline::new(drives)
+    }
+}
+
+impl Wave {
+    /// omega, rad/s.
+    pub fn angular_frequency(&self) -> f64 {
+        match self.frequency {
+            Frequency::Cycles(frequency) => TAU * frequency,
+            Frequency::Angular(frequency) => frequency,
+        }
+    }
+
+    /// From when until when the harmonic part acts, s, of the time t >= 0.
+    pub fn acts(&self) -> (f64, f64) {
+        (self.from.unwrap_or(0.0).max(0.0), self.to.unwrap_or(f64::INFINITY))
+    }
+
+    /// The sine or cosine at `t` (s), and its derivative by its argument. The product of frequency and time is not rounded.
+    fn shape_and_slope(&self, t: f64) -> (f64, f64) {
+        let (sine, cosine) = match self.frequency {
+            Frequency::Cycles(frequency) => {
+                let turns = frequency * t;
+                let rest = frequency.mul_add(t, -turns);
+                (TAU * ((turns - turns.round()) + rest) + self.phase).sin_cos()
+            }
+            Frequency::Angular(frequency) => {
+                let angle = frequency * t;
+                let rest = frequency.mul_add(t, -angle);
+                let (sine, cosine) = angle.sin_cos();
+                let (phase_sine, phase_cosine) = (self.phase + rest).sin_cos();
+                (
+                    sine * phase_cosine + cosine * phase_sine,
+                    cosine * phase_cosine - sine * phase_sine,
+                )
+            }
+        };
+        match self.shape {
+            Shape::Sine => (sine, cosine),
+            Shape::Cosine => (cosine, -sine),
+        }
+    }
+
+    /// The integral of the harmonic part from `from` to `to` (s), as if it acted all the time.
+    fn integral(&self, from: f64, to: f64) -> f64 {
+        let half = (to - from) / 2.0;
+        let angle = self.angular_frequency() * half;
+        let mean = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
+        self.amplitude * (to - from) * mean * self.shape_and_slope(from + half).0
+    }
+}
+
+/// Several drives as functions of the time t >= 0, over common stretches on each of which all of them are smooth. A drive goes
+/// by its place in the list that the timeline was made of.
+///
+/// A value on a stretch goes on smoothly beyond both ends: a solver may evaluate a little outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline {
+    corners: Vec<f64>,
+    tracks: Vec<Track>,
+}
+
+/// One drive.
+#[derive(Debug, Clone, PartialEq)]
+struct Track {
+    /// The part that is linear, on each stretch.
+    lines: Vec<Line>,
+    waves: Vec<Wave>,
+}
+
+/// A linear function on a stretch of time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Line {
+    /// Where the stretch starts, s.
+    start: f64,
+    /// There.
+    value: f64,
+    /// Per second.
+    slope: f64,
+    /// The integral from t = 0 to there.
+    before: f64,
+}
+
+impl Line {
+    #[inline]
+    fn at(&self, t: f64) -> f64 {
+        self.value + self.slope * (t - self.start)
+    }
+
+    fn integral(&self, t: f64) -> f64 {
+        let tau = t - self.start;
+        self.before + (self.value + self.slope * tau / 2.0) * tau
+    }
+}
+
+/// The linear parts and the harmonics that a drive is the sum of.
+fn parts(drive: &Drive, linear: &mut Vec<Pieces>, waves: &mut Vec<Wave>) {
+    let constant = |value: f64| Pieces::new(vec![(0.0, value, 0.0)]);
+    match drive {
+        Drive::Value(value) => linear.push(constant(*value)),
+        Drive::Linear(signal) => linear.push(signal.pieces()),
+        Drive::Wave(wave) => {
+            linear.push(constant(wave.mean));
+            waves.push(wave.clone());
+        }
+        Drive::Sum(signals) => {
+            for signal in signals {
+                parts(signal, linear, waves);
+            }
+        }
+    }
+}
+
+impl Timeline {
+    /// Of these drives, each of which is valid: times that increase, as many values.
+    pub fn new(drives: &[&Drive]) -> Timeline {
+        let mut split = Vec::with_capacity(drives.len());
+        let mut corners = Vec::new();
+        for drive in drives {
+            let (mut linear, mut waves) = (Vec::new(), Vec::new());
+            parts(drive, &mut linear, &mut waves);
+            corners.extend(linear.iter().flat_map(Pieces::corners));
+            corners.extend(waves.iter().flat_map(|wave| {
+                let (from, to) = wave.acts();
+                [from, to].into_iter().filter(|time| *time > 0.0 && time.is_finite())
+            }));
+            split.push((linear, waves));
+        }
+        corners.sort_by(f64::total_cmp);
+        corners.dedup();
+        let tracks = split.into_iter().map(|(linear, waves)| Track {
+            lines: lines(&linear, &corners),
+            waves,
+        });
+        Timeline {
+            tracks: tracks.collect(),
+            corners,
+        }
+    }
+
+    /// The times t > 0 (s, increasing) at which any of the drives has a corner or jumps: a ramp's end, a table's points, the
+    /// beginning and the end of a harmonic.
+    pub fn corners(&self) -> &[f64] {
+        &self.corners
+    }
+
+    /// The stretch that holds `t` (s): the number of corners up to and including `t`.
+    #[inline]
+    pub fn stretch(&self, t: f64) -> usize {
+        self.corners.partition_point(|&corner| corner <= t)
+    }
+
+    /// Where a stretch starts, s.
+    pub fn start(&self, stretch: usize) -> f64 {
+        stretch.checked_sub(1).map_or(0.0, |before| self.corners[before])
+    }
+
+    /// Where a stretch ends, s; infinite for the last.
+    pub fn end(&self, stretch: usize) -> f64 {
+        self.corners.get(stretch).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// The harmonics of a drive that act in a stretch.
+    fn waves(&self, drive: usize, stretch: usize) -> impl Iterator<Item = &Wave> {
+        let start = self.start(stretch);
+        self.tracks[drive].waves.iter().filter(move |wave| {
+            let (from, to) = wave.acts();
+            from <= start && start < to
+        })
+    }
+
+    /// The value of a drive at `t` (s).
+    pub fn value(&self, drive: usize, stretch: usize, t: f64) -> f64 {
+        let waves = self.waves(drive, stretch);
+        let harmonics: f64 = waves.map(|wave| wave.amplitude * wave.shape_and_slope(t).0).sum();
+        self.tracks[drive].lines[stretch].at(t) + harmonics
+    }
+
+    /// Its slope at `t` (s), per second.
+    pub fn slope(&self, drive: usize, stretch: usize, t: f64) -> f64 {
+        let waves = self.waves(drive, stretch);
+        let harmonics: f64 = waves
+            .map(|wave| wave.amplitude * wave.angular_frequency() * wave.shape_and_slope(t).1)
+            .sum();
+        self.tracks[drive].lines[stretch].slope + harmonics
+    }
+
+    /// Its integral from 0 to `t` (s), by the antiderivatives.
+    pub fn integral(&self, drive: usize, t: f64) -> f64 {
+        let track = &self.tracks[drive];
+        let harmonics = track.waves.iter().map(|wave| {
+            let (from, to) = wave.acts();
+            if to.min(t) > from {
+                wave.integral(from, to.min(t))
+            } else {
+                0.0
+            }
+        });
+        track.lines[self.stretch(t)].integral(t) + harmonics.sum::<f64>()
+    }
+
+    /// Fills `out` with the Taylor coefficients of its value about `t` (s) by powers of tau/`unit` (s).
+    pub fn series(&self, drive: usize, stretch: usize, t: f64, unit: f64, out: &mut [f64]) {
+        let line = &self.tracks[drive].lines[stretch];
+        for (n, coefficient) in out.iter_mut().enumerate() {
+            *coefficient = match n {
+                0 => line.at(t),
+                1 => line.slope * unit,
+                _ => 0.0,
+            };
+        }
+        for wave in self.waves(drive, stretch) {
+            let (shape, slope) = wave.shape_and_slope(t);
+            // The derivatives by the argument repeat with a period of four.
+            let turning = [shape, slope, -shape, -slope];
+            let rate = wave.angular_frequency() * unit;
+            let mut size = wave.amplitude;
+            for (n, coefficient) in out.iter_mut().enumerate() {
+                *coefficient += size * turning[n % 4];
+                size *= rate / (n + 1) as f64;
+            }
+        }
+    }
+
+    /// By how much a drive jumps where a stretch starts: a harmonic that begins or ends there. 0 for the first stretch.
+    pub fn jump(&self, drive: usize, stretch: usize) -> f64 {
+        let Some(before) = stretch.checked_sub(1) else {
+            return 0.0;
+        };
+        let start = self.start(stretch);
+        let sum = |stretch: usize| -> f64 {
+            let waves = self.waves(drive, stretch);
+            waves.map(|wave| wave.amplitude * wave.shape_and_slope(start).0).sum()
+        };
+        sum(stretch) - sum(before)
+    }
+
+    /// The largest angular frequency (rad/s) of a harmonic of any of the drives that acts in a stretch; 0 without one.
+    pub fn fastest(&self, stretch: usize) -> f64 {
+        let acting = (0..self.tracks.len()).flat_map(|drive| self.waves(drive, stretch));
+        let frequencies = acting.filter(|wave| wave.amplitude != 0.0);
+        let frequencies = frequencies.map(|wave| wave.angular_frequency().abs());
+        frequencies.fold(0.0, f64::max)
+    }
+}
+
+/// The sum of linear signals on each of the stretches between these corners, which are all of theirs and maybe more.
+fn lines(linear: &[Pieces], corners: &[f64]) -> Vec<Line> {
+    let mut found: Vec<Line> = Vec::with_capacity(corners.len() + 1);
+    for start in std::iter::once(0.0).chain(corners.iter().copied()) {
+        let value = linear.iter().map(|pieces| pieces.value(start)).sum();
+        let slope = linear.iter().map(|pieces| pieces.slope(start)).sum();
+        let before = found.last().map_or(0.0, |line| line.integral(start));
+        found.push(Line {
+            start,
+            value,
+            slope,
+            before,
+        });
+    }
+    found
 }

@@ -19,7 +19,8 @@ mod pieces;
 mod ramp;
 mod table;
 
-pub use drive::{Drive, Frequency, Shape, Wave};
+pub(crate) use drive::SIGNALS;
+pub use drive::{Drive, Frequency, Shape, Timeline, Wave};
 pub use pieces::{Piece, Pieces};
 pub use ramp::Ramp;
 pub use table::Table;
