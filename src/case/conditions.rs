@@ -5,16 +5,19 @@ use crate::friction::Law;
 use crate::signal::{Ramp, Signal, Table};
 use crate::simulation::Method;
 use crate::simulation::fixed_step::longest_stable_step;
+use crate::sundials::ErkTable;
 
 /// More samples than this are a slip of the pen: a terabyte.
 const MOST_SAMPLES: f64 = 1e9;
 
 /// Shorter runs (s) are a slip of the pen, and leave an integrator no room for a step.
-const SHORTEST_RUN: f64 = 1e-12;
+pub(super) const SHORTEST_RUN: f64 = 1e-12;
 
 /// Doubles at the end of the run must be closer to each other than this part of the natural period, or
 /// what happens in one cannot be told apart.
-const COARSEST_CLOCK: f64 = 1e-4;
+pub(super) const COARSEST_CLOCK: f64 = 1e-4;
+
+const FIXED_STEP: &str = "solver.fixed_step";
 
 /// A condition between values that a case does not meet.
 pub(super) struct Violation {
@@ -25,32 +28,46 @@ pub(super) struct Violation {
     pub(super) message: String,
 }
 
-/// Every condition that the case does not meet.
-pub(super) fn violated(case: &Case) -> Vec<Violation> {
-    let mut found = Vec::new();
-    let mut complain = |path: &str, with: &[&str], message: String| {
-        found.push(Violation {
+impl Violation {
+    pub(super) fn new(path: &str, with: &[&str], message: String) -> Violation {
+        Violation {
             path: path.to_owned(),
             with: with.iter().map(|&other| other.to_owned()).collect(),
             message,
-        });
-    };
-
-    let friction = &case.parameters.friction;
-    let sliding = friction.law.at_vanishing_speed();
-    if friction.breakaway < sliding {
-        let key = friction.law.key_at_vanishing_speed();
-        complain(
-            "friction.breakaway",
-            &[&format!("friction.{key}")],
-            format!(
-                "must be at least friction.{key}: {:?} is below {:?}, and between the two torques neither stick nor \
-                 slip is consistent; raise breakaway or lower {key}",
-                friction.breakaway, sliding
-            ),
-        );
+        }
     }
-    let (speed, end) = (case.parameters.initial.speed.abs(), friction.law.ends_at());
+}
+
+/// The conditions of what trains share with the brake: friction, the actuation where the axial mode presses, the solver, and
+/// the samples.
+pub(super) fn violated_in_common(case: &Case, axial: bool) -> Vec<Violation> {
+    let mut found = Vec::new();
+    let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
+    friction(case, &mut complain);
+    if axial {
+        actuation(case, &mut complain);
+    }
+    fixed_step_method(case, &mut complain);
+    output_windows(case, &mut complain);
+    let end_time = case.output.end_time;
+    if end_time < SHORTEST_RUN {
+        complain("output.end_time", &[], too_short(end_time));
+    }
+    found
+}
+
+fn too_short(end_time: f64) -> String {
+    format!("must be at least {SHORTEST_RUN:?} s, but is {end_time:?} s")
+}
+
+/// Every condition that the case does not meet.
+pub(super) fn violated(case: &Case) -> Vec<Violation> {
+    let mut found = Vec::new();
+    let mut complain = |path: &str, with: &[&str], message: String| found.push(Violation::new(path, with, message));
+
+    friction(case, &mut complain);
+    let law = &case.parameters.friction.law;
+    let (speed, end) = (case.parameters.initial.speed.abs(), law.ends_at());
     if speed >= end {
         complain(
             "initial.speed",
@@ -61,10 +78,6 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             ),
         );
     }
-    for (key, message) in friction.law.complaints() {
-        complain(&format!("friction.{key}"), &["friction"], message);
-    }
-
     actuation(case, &mut complain);
     fixed_step(case, &mut complain);
     paper_tolerances(case, &mut complain);
@@ -74,11 +87,7 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
     let axial = &case.parameters.axial;
     let clock = f64::EPSILON * output.end_time;
     if output.end_time < SHORTEST_RUN {
-        complain(
-            "output.end_time",
-            &[],
-            format!("must be at least {SHORTEST_RUN:?} s, but is {:?} s", output.end_time),
-        );
+        complain("output.end_time", &[], too_short(output.end_time));
     } else {
         let periods = [
             (
@@ -105,6 +114,34 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             );
         }
     }
+    output_windows(case, &mut complain);
+    found
+}
+
+/// What friction needs at rest, and the parameters of its law together.
+fn friction(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let friction = &case.parameters.friction;
+    let sliding = friction.law.at_vanishing_speed();
+    if friction.breakaway < sliding {
+        let key = friction.law.key_at_vanishing_speed();
+        complain(
+            "friction.breakaway",
+            &[&format!("friction.{key}")],
+            format!(
+                "must be at least friction.{key}: {:?} is below {:?}, and between the two torques neither stick nor \
+                 slip is consistent; raise breakaway or lower {key}",
+                friction.breakaway, sliding
+            ),
+        );
+    }
+    for (key, message) in friction.law.complaints() {
+        complain(&format!("friction.{key}"), &["friction"], message);
+    }
+}
+
+/// Windows that have a length, and samples that can be counted.
+fn output_windows(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let output = &case.output;
     for (index, window) in output.windows.iter().enumerate() {
         if window.from >= window.to {
             complain(
@@ -131,7 +168,6 @@ pub(super) fn violated(case: &Case) -> Vec<Violation> {
             format!("asks for {total:.1e} samples, more than {MOST_SAMPLES:.0e}: raise the interval or end earlier"),
         );
     }
-    found
 }
 
 /// What the numbers of a profile need.
@@ -144,33 +180,46 @@ fn actuation(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
             }
         }
         Signal::Table(Table { time, value }) => {
-            let (times, forces) = (time.len(), value.len());
-            if times == 0 {
-                complain("actuation.time", &[], "must hold at least one time".to_owned());
-            }
-            if times != forces {
-                let message = format!("must be as long as actuation.time: {forces} forces for {times} times");
-                complain("actuation.force", &["actuation.time"], message);
-            }
-            if let Some(index) = (1..times).find(|&index| time[index] <= time[index - 1]) {
-                let [before, here] = [index - 1, index].map(|index| format!("actuation.time.{index}"));
-                let message = format!(
-                    "times must increase: {:?} s follows {:?} s",
-                    time[index],
-                    time[index - 1]
-                );
-                complain(&here, &[&before], message);
-            }
+            points(
+                "actuation.time",
+                time,
+                ("actuation.force", "forces", value.len()),
+                complain,
+            );
         }
     }
 }
 
-/// What a fixed step needs: a method that takes it, no other bound, and stability.
-fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
-    const PATH: &str = "solver.fixed_step";
-    let Some(step) = case.solver.fixed_step else {
-        return;
-    };
+/// What a table of points in time needs: the path of its times, these, and the path of the values, what they are, and how many.
+pub(super) fn points(
+    path: &str,
+    time: &[f64],
+    (value, values, count): (&str, &str, usize),
+    complain: &mut impl FnMut(&str, &[&str], String),
+) {
+    let times = time.len();
+    if times == 0 {
+        complain(path, &[], "must hold at least one time".to_owned());
+    }
+    if times != count {
+        let message = format!("must be as long as {path}: {count} {values} for {times} times");
+        complain(value, &[path], message);
+    }
+    if let Some(index) = (1..times).find(|&index| time[index] <= time[index - 1]) {
+        let [before, here] = [index - 1, index].map(|index| format!("{path}.{index}"));
+        let message = format!(
+            "times must increase: {:?} s follows {:?} s",
+            time[index],
+            time[index - 1]
+        );
+        complain(&here, &[&before], message);
+    }
+}
+
+/// A fixed step that the solver can take, and the method's table: one of a method that takes it, without another bound.
+fn fixed_step_method(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) -> Option<(f64, ErkTable)> {
+    const PATH: &str = FIXED_STEP;
+    let step = case.solver.fixed_step?;
     let method = case.solver.method;
     let Some(table) = method.explicit_table() else {
         let message = format!(
@@ -178,16 +227,29 @@ fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
              \"erk\" or one of \"erk-NAME\"",
             method.name()
         );
-        return complain(PATH, &["solver.method"], message);
+        complain(PATH, &["solver.method"], message);
+        return None;
     };
     if case.solver.max_step.is_some() {
         let message = "every step has this length, so that solver.max_step has no meaning: remove one of them";
-        return complain(PATH, &["solver.max_step"], message.to_owned());
+        complain(PATH, &["solver.max_step"], message.to_owned());
+        return None;
     }
     if step < SHORTEST_RUN {
         let message = format!("must be at least {SHORTEST_RUN:?} s, but is {step:?} s");
-        return complain(PATH, &[], message);
+        complain(PATH, &[], message);
+        return None;
     }
+    Some((step, table))
+}
+
+/// What a fixed step needs besides: stability.
+fn fixed_step(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
+    const PATH: &str = FIXED_STEP;
+    let Some((step, table)) = fixed_step_method(case, complain) else {
+        return;
+    };
+    let method = case.solver.method;
     let torsion = &case.parameters.torsion;
     let longest = longest_stable_step(table, torsion);
     // Of a case that is wrong elsewhere nothing is known.

@@ -4,7 +4,7 @@ use super::document::{self, Node, Override, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::{self, Dimension};
 use super::schema::{self, Key};
-use super::{Case, CaseSource, key_of};
+use super::{Case, CaseSource, Motion, key_of};
 use crate::friction::FrictionLaw;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use crate::model::{Axial, KickTime};
@@ -14,7 +14,10 @@ use num_rational::BigRational;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactParameters, CaseError> {
     let (case, root) = parsed(source, overrides)?;
-    let reader = Reader { root: &root };
+    let reader = Reader {
+        root: &root,
+        motion: Motion::Rotation,
+    };
     let actuation = case.parameters.actuation.try_map(|field, index, _| {
         let path = schema::actuation_path(field);
         let dimension = dimension_of(&path);
@@ -56,7 +59,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
 }
 
 /// Of a key that is a number or a list of them.
-fn dimension_of(path: &str) -> Dimension {
+pub(super) fn dimension_of(path: &str) -> Dimension {
     key_of(path).and_then(Key::dimension).unwrap_or(Dimension::Number)
 }
 
@@ -97,7 +100,7 @@ pub(super) fn half_last_digits(source: &CaseSource, overrides: &[Override]) -> R
 }
 
 /// The shortest decimal of a double.
-fn decimal(path: &str, number: f64) -> Result<BigRational, CaseError> {
+pub(super) fn decimal(path: &str, number: f64) -> Result<BigRational, CaseError> {
     quantity::decimal(&format!("{number:e}")).map_err(|message| problem(path, message))
 }
 
@@ -111,12 +114,15 @@ fn problem(path: &str, message: String) -> CaseError {
     }
 }
 
-struct Reader<'a> {
-    root: &'a Node,
+/// Reads numbers of a valid case from the tree of its values.
+pub(super) struct Reader<'a> {
+    pub(super) root: &'a Node,
+    /// What the numbers measure.
+    pub(super) motion: Motion,
 }
 
 impl Reader<'_> {
-    fn number(&self, path: &str, dimension: Dimension) -> Result<BigRational, CaseError> {
+    pub(super) fn number(&self, path: &str, dimension: Dimension) -> Result<BigRational, CaseError> {
         let value = match self.root.at(path).map(|node| &node.value) {
             Some(Value::Integer(number)) => Ok(BigRational::from_integer(BigInt::from(*number))),
             Some(Value::Float(number)) => return decimal(path, *number),
@@ -133,7 +139,7 @@ impl Reader<'_> {
     }
 
     /// The parameters of the friction law; those that are left out by their defaults.
-    fn law(&self, law: &FrictionLaw) -> Result<ExactLaw, CaseError> {
+    pub(super) fn law(&self, law: &FrictionLaw) -> Result<ExactLaw, CaseError> {
         let mut exact = ExactLaw {
             name: law.name(),
             numbers: Vec::new(),
@@ -142,7 +148,7 @@ impl Reader<'_> {
         };
         for &key in FrictionLaw::keys_of(law.name()) {
             let path = format!("friction.{key}");
-            let dimension = dimension_of(&path);
+            let dimension = self.motion.dimension(dimension_of(&path));
             if let Some(values) = law.list(key) {
                 exact.lists.push((key, self.series(&path, values.len(), dimension)?));
             } else if let Some(word) = law.word(key) {
@@ -159,7 +165,7 @@ impl Reader<'_> {
     }
 
     /// r, given or from the diameters by equation (6) or (7).
-    fn radius(&self) -> Result<BigRational, CaseError> {
+    pub(super) fn radius(&self) -> Result<BigRational, CaseError> {
         if self.root.at("contact.radius").is_some() {
             return self.number("contact.radius", Dimension::Length);
         }

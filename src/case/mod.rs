@@ -26,6 +26,7 @@ mod reader;
 mod resolved;
 mod setting;
 mod source;
+mod trains;
 mod value;
 
 pub use document::Override;
@@ -35,6 +36,7 @@ pub(crate) use setting::key_of;
 pub(crate) use setting::read_setting;
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
+pub use trains::{COMMANDS_OF_TRAINS, Motion, TrainCase, TrainKey, TrainKind, train_keys};
 pub(crate) use value::number_of;
 
 use crate::friction::{Exponential, Friction, Parameters as _};

@@ -49,11 +49,23 @@ pub enum Dimension {
     Velocity,
     /// Unit N m.
     Torque,
+    /// Unit Hz, cycles in a second.
+    Frequency,
+    /// Unit 1/rad.
+    InverseAngle,
+    /// Unit 1/m.
+    InverseLength,
+    /// Unit s/m: [`Dimension::FrictionDecay`] of a problem of translation.
+    SlidingDecay,
+    /// Unit s^2/m^2.
+    SlidingCurvature,
+    /// Unit s^3/m^3.
+    SlidingThird,
 }
 
 impl Dimension {
     /// Every dimension.
-    pub const ALL: [Dimension; 17] = [
+    pub const ALL: [Dimension; 23] = [
         Dimension::Number,
         Dimension::Mass,
         Dimension::Stiffness,
@@ -71,6 +83,12 @@ impl Dimension {
         Dimension::FrictionThird,
         Dimension::Velocity,
         Dimension::Torque,
+        Dimension::Frequency,
+        Dimension::InverseAngle,
+        Dimension::InverseLength,
+        Dimension::SlidingDecay,
+        Dimension::SlidingCurvature,
+        Dimension::SlidingThird,
     ];
 
     /// The SI unit, in the notation of this module; `1` for a plain number.
@@ -107,6 +125,12 @@ impl Dimension {
             Dimension::FrictionThird => ("s^3/rad^3", "a coefficient of the cube of a speed", "0.1 s^3/rad^3"),
             Dimension::Velocity => ("m/s", "a velocity", "1 mm/s"),
             Dimension::Torque => ("N m", "a torque", "600 lbf in"),
+            Dimension::Frequency => ("Hz", "a frequency", "50 Hz"),
+            Dimension::InverseAngle => ("1/rad", "a stiffness of bristles", "1e5 1/rad"),
+            Dimension::InverseLength => ("1/m", "a stiffness of bristles", "1e5 1/m"),
+            Dimension::SlidingDecay => ("s/m", "a friction decay rate", "5 s/m"),
+            Dimension::SlidingCurvature => ("s^2/m^2", "a coefficient of the square of a speed", "0.1 s^2/m^2"),
+            Dimension::SlidingThird => ("s^3/m^3", "a coefficient of the cube of a speed", "0.1 s^3/m^3"),
         }
     }
 }
@@ -164,6 +188,8 @@ pub const UNITS: &[Unit] = &[
     unit("deg", "0.01745329251994329576923690768488612713443 rad"),
     unit("rev", "6.283185307179586476925286766559005768394 rad"),
     unit("rpm", "1 rev/min"),
+    unit("Hz", "1 1/s"),
+    unit("kHz", "1000 Hz"),
 ];
 
 /// An exact value and the exponents of kg, m, s and rad.
@@ -231,6 +257,21 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
     }
     let number = decimal(number)?;
     let unit = expand(expression)?;
+    // A cycle is no radian: where the radian may be left out, a unit of cycles would be taken for 2 pi times too little.
+    let cycles = |symbol: &&str| ["Hz", "kHz"].contains(symbol);
+    let symbols = expression.split(|c: char| !c.is_alphabetic());
+    if let Some(symbol) = symbols.into_iter().find(cycles)
+        && dimension != Dimension::Frequency
+    {
+        return Err(format!(
+            "unknown unit \"{symbol}\" of {}: {}",
+            expectation(dimension),
+            match dimension {
+                Dimension::AngularVelocity => "write rad/s, rev/s or rpm".to_owned(),
+                _ => format!("write {}", dimension.unit()),
+            }
+        ));
+    }
     let expected = expand(dimension.unit())?;
     let mut without_angle = expected.exponents;
     without_angle[3] = 0;
@@ -489,7 +530,6 @@ fn unknown_unit(symbol: &str) -> String {
     let known = UNITS.iter().map(|unit| unit.symbol);
     let hint = match symbol {
         "lb" | "lbs" => "write lbm for mass or lbf for force".to_owned(),
-        "Hz" => "write rad/s, rev/s or rpm".to_owned(),
         _ => match super::suggest(symbol, known.clone()) {
             Some(close) => format!("did you mean \"{close}\"?"),
             None => format!("the units are {}", known.collect::<Vec<_>>().join(" ")),

@@ -5,6 +5,7 @@ use super::document::{self, Node, Override, Place, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
+use super::trains::{self, Motion};
 use super::value::{choice, number};
 use super::{Case, CaseSource, Setting, read_setting, suggest};
 use crate::friction::FrictionLaw;
@@ -22,9 +23,13 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
             problems.push((usize::MAX, problem));
         }
     }
-    let mut reader = Reader { root, label, problems };
-    let root = reader.root.clone();
-    reader.check_names(&root, "", "");
+    if let Some(train) = trains::table_of(&root) {
+        let place = root.at(train).map_or(&root.place, |node| &node.place);
+        return Err(CaseError::one(place.show(&label), train, trains::not_here()));
+    }
+    let known = schema::keys().iter().map(|key| key.path).collect();
+    let mut reader = Reader::new(root, label, problems, known, Motion::Rotation);
+    reader.check_all_names();
     let mut case = Case::blank(source.name());
     reader.fill(&mut case);
     reader.contact(&mut case);
@@ -35,19 +40,11 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
             reader.report_violation(violation);
         }
     }
-    if reader.problems.is_empty() {
-        Ok(case)
-    } else {
-        let mut problems = reader.problems;
-        problems.sort_by_key(|&(rank, _)| rank);
-        Err(CaseError {
-            problems: problems.into_iter().map(|(_, problem)| problem).collect(),
-        })
-    }
+    reader.finish(case)
 }
 
 /// The sampling intervals that follow from others, where they were left out.
-fn fill_intervals(case: &mut Case) {
+pub(super) fn fill_intervals(case: &mut Case) {
     const SAMPLES: f64 = 1000.0;
     if case.output.interval.is_nan() {
         case.output.interval = case.output.end_time / SAMPLES;
@@ -59,22 +56,65 @@ fn fill_intervals(case: &mut Case) {
     }
 }
 
-struct Reader {
-    root: Node,
+/// Reads the keys of a case from the tree of its values, and gathers what is wrong.
+pub(super) struct Reader {
+    /// What is read.
+    pub(super) root: Node,
+    /// The whole tree, where each value has its place.
+    pub(super) all: Node,
     label: String,
     /// Each with the rank of its place.
-    problems: Vec<(usize, Problem)>,
+    pub(super) problems: Vec<(usize, Problem)>,
+    /// The paths of all keys that there are, with `[]` for indices.
+    known: Vec<&'static str>,
+    /// What the numbers measure.
+    motion: Motion,
 }
 
 impl Reader {
+    pub(super) fn new(
+        root: Node,
+        label: String,
+        problems: Vec<(usize, Problem)>,
+        known: Vec<&'static str>,
+        motion: Motion,
+    ) -> Reader {
+        Reader {
+            all: root.clone(),
+            root,
+            label,
+            problems,
+            known,
+            motion,
+        }
+    }
+
+    /// `case`, or the problems in the order of the file.
+    pub(super) fn finish<C>(self, case: C) -> Result<C, CaseError> {
+        if self.problems.is_empty() {
+            return Ok(case);
+        }
+        let mut problems = self.problems;
+        problems.sort_by_key(|&(rank, _)| rank);
+        Err(CaseError {
+            problems: problems.into_iter().map(|(_, problem)| problem).collect(),
+        })
+    }
+
+    /// Finds unknown keys in the whole tree.
+    pub(super) fn check_all_names(&mut self) {
+        let root = self.root.clone();
+        self.check_names(&root, "", "");
+    }
+
     /// Reports a problem at the value of `path`, or at what would contain it.
-    fn report(&mut self, path: &str, message: impl Into<String>) {
+    pub(super) fn report(&mut self, path: &str, message: impl Into<String>) {
         let place = self.place(path);
         self.push(place, path, message.into());
     }
 
     /// Reports a condition at the override that broke it, or at the value that it is about.
-    fn report_violation(&mut self, violation: Violation) {
+    pub(super) fn report_violation(&mut self, violation: Violation) {
         let Violation { path, with, message } = violation;
         let broken_by = with
             .iter()
@@ -85,8 +125,8 @@ impl Reader {
 
     /// The place of the value at `path`, or of what would contain it; `None` if that is the whole file.
     fn place(&self, path: &str) -> Option<Place> {
-        let node = self.root.closest(path);
-        (!std::ptr::eq(node, &self.root)).then(|| node.place.clone())
+        let node = self.all.closest(path);
+        (!std::ptr::eq(node, &self.all)).then(|| node.place.clone())
     }
 
     fn push(&mut self, place: Option<Place>, key: &str, message: String) {
@@ -105,7 +145,7 @@ impl Reader {
 
     /// Whether the value at `path` comes from an override.
     fn is_overridden(&self, path: &str) -> bool {
-        matches!(self.root.closest(path).place, Place::Override(_))
+        matches!(self.all.closest(path).place, Place::Override(_))
     }
 
     /// Finds unknown keys, and tables and arrays where they do not belong. `path` is where `node` is; `pattern`
@@ -133,22 +173,28 @@ impl Reader {
                         format!("expected an array of tables: write [[{path}]], or {path} = []"),
                     ),
                 }
-            } else if schema::keys().iter().any(|key| key.path.starts_with(&inside)) {
+            } else if self.known.iter().any(|key| key.starts_with(&inside)) {
                 self.check_names(child, &path, &pattern_here);
-            } else if !schema::keys().iter().any(|key| key.path == pattern_here) {
-                self.push(Some(child.place.clone()), &path, unknown_key(name, parent, pattern));
+            } else if !self.known.contains(&pattern_here.as_str()) {
+                let message = unknown_key(name, parent, pattern, &self.known);
+                self.push(Some(child.place.clone()), &path, message);
             }
         }
     }
 
     /// Reads every key of the schema into the case.
     fn fill(&mut self, case: &mut Case) {
+        self.fill_keys(case, |_| true);
+    }
+
+    /// Reads those keys that `wanted` says yes to, by their paths.
+    pub(super) fn fill_keys(&mut self, case: &mut Case, wanted: impl Fn(&str) -> bool) {
         for array in ARRAYS {
             if let Some(Value::Array(elements)) = self.root.at(array.path).map(|node| &node.value) {
                 (array.resize)(case, elements.len());
             }
         }
-        for key in schema::keys() {
+        for key in schema::keys().iter().filter(|key| wanted(key.path)) {
             let count = schema::array_of(key).map_or(1, |(array, _)| (array.length)(case));
             for index in 0..count {
                 self.fill_key(case, key, index);
@@ -190,11 +236,11 @@ impl Reader {
                 Presence::Required | Presence::Profile(_) | Presence::Law { default: None }
             );
             if in_table && required {
-                self.report(&path, missing(key));
+                self.report(&path, missing(key, self.motion));
             }
             return;
         };
-        if let Err(complaints) = store(case, key, index, &node) {
+        if let Err(complaints) = store(case, key, index, &node, self.motion) {
             for (inner, message) in complaints {
                 self.report(&format!("{path}{inner}"), message);
             }
@@ -298,7 +344,7 @@ impl Reader {
     }
 
     /// The friction radius, given or from the diameters of the contact.
-    fn contact(&mut self, case: &mut Case) {
+    pub(super) fn contact(&mut self, case: &mut Case) {
         let [outer, inner, wear] = ["contact.outer_diameter", "contact.inner_diameter", "contact.wear"];
         let given: Vec<&str> = [outer, inner, wear]
             .into_iter()
@@ -364,7 +410,7 @@ impl Reader {
         let key = schema::keys().iter().find(|key| key.path == path)?;
         let result = match self.root.at(path) {
             Some(node) => read(key, &node.value),
-            None => Err(missing(key)),
+            None => Err(missing(key, self.motion)),
         };
         result.map_err(|message| self.report(path, message)).ok()
     }
@@ -380,7 +426,7 @@ fn length(key: &Key, value: &Value) -> Result<f64, String> {
 /// What is wrong with a value, each with the path of the element from the key on (`""` for the value itself).
 type Complaints = Vec<(String, String)>;
 
-fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Complaints> {
+fn store(case: &mut Case, key: &Key, index: usize, node: &Node, motion: Motion) -> Result<(), Complaints> {
     let value = &node.value;
     let whole = |message: String| vec![(String::new(), message)];
     match &key.kind {
@@ -412,7 +458,7 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
             let mut numbers = Vec::with_capacity(elements.len());
             let mut complaints = Vec::new();
             for (index, element) in elements.iter().enumerate() {
-                match number(&element.value, *dimension, Domain::Any) {
+                match number(&element.value, motion.dimension(*dimension), Domain::Any) {
                     Ok(value) => numbers.push(value),
                     Err(message) => complaints.push((format!(".{index}"), message)),
                 }
@@ -422,28 +468,31 @@ fn store(case: &mut Case, key: &Key, index: usize, node: &Node) -> Result<(), Co
             }
             (access.set)(case, index, numbers);
         }
+        Kind::Number(dimension, domain, access) => {
+            let number = number(value, motion.dimension(*dimension), *domain).map_err(whole)?;
+            (access.set)(case, index, number);
+        }
         // Read by `Reader::contact`.
         Kind::Source(..) | Kind::SourceChoice(_) => {}
         kind => match (kind, read_setting(key, value).map_err(whole)?) {
             (Kind::Text(access), Setting::Text(text)) => (access.set)(case, index, text),
             (Kind::Flag(access), Setting::Flag(flag)) => (access.set)(case, index, flag),
             (Kind::Count(access), Setting::Count(count)) => (access.set)(case, index, count),
-            (Kind::Number(.., access), Setting::Number(number)) => (access.set)(case, index, number),
             (kind, setting) => unreachable!("{kind:?} has no {setting:?}"),
         },
     }
     Ok(())
 }
 
-fn missing(key: &Key) -> String {
-    format!("missing: {}{}", key.description, how_to_write(key))
+fn missing(key: &Key, motion: Motion) -> String {
+    format!("missing: {}{}", key.description, how_to_write(key, motion))
 }
 
 /// How the key is written, as the end of a message.
-fn how_to_write(key: &Key) -> String {
+fn how_to_write(key: &Key, motion: Motion) -> String {
     let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let choices = key.choices();
-    match key.dimension() {
+    match key.dimension().map(|dimension| motion.dimension(dimension)) {
         Some(Dimension::Number) if matches!(key.kind, Kind::Series(..)) => {
             format!("; write {name} = [...], plain numbers")
         }
@@ -462,26 +511,24 @@ fn how_to_write(key: &Key) -> String {
 }
 
 /// What to say about a key that does not exist in the table at `parent`, which is `pattern` in the schema.
-fn unknown_key(name: &str, parent: &str, pattern: &str) -> String {
+fn unknown_key(name: &str, parent: &str, pattern: &str, known: &[&'static str]) -> String {
     let start = if pattern.is_empty() {
         String::new()
     } else {
         format!("{pattern}.")
     };
-    let mut here: Vec<&str> = schema::keys()
+    let mut here: Vec<&str> = known
         .iter()
-        .filter_map(|key| key.path.strip_prefix(start.as_str()))
+        .filter_map(|key| key.strip_prefix(start.as_str()))
         .map(|rest| rest.split(['.', '[']).next().unwrap_or(rest))
         .collect();
     here.dedup();
     if let Some(close) = suggest(name, here.iter().copied()) {
         return format!("unknown key; did you mean {}?", join(parent, close));
     }
-    let elsewhere = schema::keys()
-        .iter()
-        .find(|key| key.path.rsplit('.').next() == Some(name));
+    let elsewhere = known.iter().find(|key| key.rsplit('.').next() == Some(name));
     if let Some(key) = elsewhere {
-        return format!("unknown key; did you mean {}?", key.path);
+        return format!("unknown key; did you mean {key}?");
     }
     match pattern {
         "" => format!("unknown key; there are {}", here.join(", ")),
@@ -489,7 +536,7 @@ fn unknown_key(name: &str, parent: &str, pattern: &str) -> String {
     }
 }
 
-fn join(path: &str, name: &str) -> String {
+pub(super) fn join(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {

@@ -4,28 +4,47 @@ use std::fmt::Write;
 
 use toml_edit::Value;
 
-use super::Case;
 use super::schema::{self, ARRAYS, Key, Kind};
+use super::{Case, Motion};
 use crate::model::KickTime;
 
 /// Every value of the case, in the order of the schema.
 pub(super) fn write(case: &Case) -> String {
+    let all = Only {
+        wanted: |_| true,
+        motion: Motion::Rotation,
+    };
+    keys(case, all)
+}
+
+/// Which keys are written, by their paths, and what their numbers measure.
+#[derive(Clone, Copy)]
+pub(super) struct Only {
+    pub(super) wanted: fn(&str) -> bool,
+    pub(super) motion: Motion,
+}
+
+/// The values of some keys of the case, in the order of the schema.
+pub(super) fn keys(case: &Case, only: Only) -> String {
     let mut text = String::new();
     let mut heading = String::new();
-    for key in schema::keys().iter().filter(|key| schema::array_of(key).is_none()) {
+    let wanted = || schema::keys().iter().filter(move |key| (only.wanted)(key.path));
+    for key in wanted().filter(|key| schema::array_of(key).is_none()) {
         let (table, name) = key.path.split_once('.').unwrap_or(("", key.path));
         if let Some(value) = value(case, key, 0) {
             if table != heading {
                 heading = table.to_owned();
                 text.push_str(&format!("\n[{table}]\n"));
             }
-            line(&mut text, key, name, &value);
+            line(&mut text, key, only.motion, name, &value);
         }
     }
-    for array in ARRAYS {
+    let array_wanted =
+        |path: &str| wanted().any(|key| schema::array_of(key).is_some_and(|(array, _)| array.path == path));
+    for array in ARRAYS.iter().filter(|array| array_wanted(array.path)) {
         for index in 0..(array.length)(case) {
             text.push_str(&format!("\n[[{}]]\n", array.path));
-            for key in schema::keys() {
+            for key in wanted() {
                 let Some((of, name)) = schema::array_of(key) else {
                     continue;
                 };
@@ -33,7 +52,7 @@ pub(super) fn write(case: &Case) -> String {
                     continue;
                 }
                 if let Some(value) = value(case, key, index) {
-                    line(&mut text, key, name, &value);
+                    line(&mut text, key, only.motion, name, &value);
                 }
             }
         }
@@ -42,9 +61,10 @@ pub(super) fn write(case: &Case) -> String {
 }
 
 /// A `String` takes whatever is written to it.
-fn line(text: &mut String, key: &Key, name: &str, value: &str) {
+fn line(text: &mut String, key: &Key, motion: Motion, name: &str, value: &str) {
     let unit = key
-        .unit()
+        .dimension()
+        .map(|dimension| motion.dimension(dimension).unit())
         .filter(|&unit| unit != "1")
         .map(|unit| format!(" [{unit}]"))
         .unwrap_or_default();

@@ -1,0 +1,757 @@
+//! From the tree of values to a valid case of trains, with every problem on the way.
+
+use super::keys::{self, ENDS, LUGRE, OF_BRISTLES, SIDES, SMOOTHINGS, TrainKind};
+use super::{Motion, TrainCase, conditions};
+use crate::case::document::{self, Node, Override, Value};
+use crate::case::quantity::{self, Dimension};
+use crate::case::reader::{Reader, fill_intervals};
+use crate::case::schema::{self, Domain};
+use crate::case::value::{choice, number};
+use crate::case::{Case, CaseError, CaseSource, suggest};
+use crate::friction::{FrictionLaw, Law as _};
+use crate::model::KickTime;
+use crate::model::trains::parameters::AxialOf;
+use crate::model::trains::{
+    Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
+};
+use crate::signal::Drive;
+
+/// A case, and its values as they were written.
+pub(super) struct Read {
+    pub(super) case: TrainCase,
+    /// With bristles, `friction` holds the law g alone.
+    pub(super) of_law: Node,
+    pub(super) written: Node,
+}
+
+pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, CaseError> {
+    let label = source.label();
+    let mut root = document::read(&source.text, &label)?;
+    let mut problems = Vec::new();
+    for change in overrides {
+        if let Err(problem) = document::apply(&mut root, change) {
+            problems.push((usize::MAX, problem));
+        }
+    }
+    let motion = match root.at("motion").map(|node| choice(&node.value, names_of_motion())) {
+        Some(Ok(name)) => Motion::ALL.into_iter().find(|motion| motion.name() == name),
+        _ => None,
+    };
+    let mut reader = Reader::new(root, label, problems, keys::known(), motion.unwrap_or_default());
+    let mut train = TrainReader {
+        motion: motion.unwrap_or_default(),
+        reader: &mut reader,
+    };
+    let case = train.case(source.name());
+    let (of_law, written) = (reader.root.clone(), reader.all.clone());
+    let Some(case) = case.filter(|_| reader.problems.is_empty()) else {
+        let error = reader.finish(()).err();
+        return Err(error.unwrap_or_else(|| CaseError::one(source.label(), "", "the case cannot be read")));
+    };
+    for violation in conditions::violated(&case) {
+        reader.report_violation(violation);
+    }
+    let read = Read { case, of_law, written };
+    reader.finish(read)
+}
+
+fn names_of_motion() -> &'static [&'static str] {
+    match keys::find("motion").kind {
+        TrainKind::Choice(words) => words,
+        _ => &[],
+    }
+}
+
+/// A value that may be left out.
+enum Given<T> {
+    Absent,
+    /// It has been reported.
+    Wrong,
+    Value(T),
+}
+
+impl<T> Given<T> {
+    /// The value; `default` for none, and for a wrong one.
+    fn or(self, default: T) -> T {
+        match self {
+            Given::Value(value) => value,
+            _ => default,
+        }
+    }
+
+    fn is_absent(&self) -> bool {
+        matches!(self, Given::Absent)
+    }
+}
+
+pub(super) struct TrainReader<'a> {
+    pub(super) reader: &'a mut Reader,
+    pub(super) motion: Motion,
+}
+
+impl TrainReader<'_> {
+    fn report(&mut self, path: &str, message: impl Into<String>) {
+        self.reader.report(path, message);
+    }
+
+    fn has(&self, path: &str) -> bool {
+        self.reader.root.at(path).is_some()
+    }
+
+    /// `None` if it is wrong in a way that has been reported.
+    fn case(&mut self, name: String) -> Option<TrainCase> {
+        if self.has("torsion") {
+            let message = "beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; \
+                           keep either [torsion], or [rotor] and [stator]";
+            self.report("torsion", message);
+            take(&mut self.reader.root, "torsion");
+        }
+        if let Some(node) = self.reader.root.at("motion").cloned()
+            && let Err(message) = choice(&node.value, names_of_motion())
+        {
+            self.report("motion", message);
+        }
+        self.reader.check_all_names();
+        let bristles = self.bristles();
+        let mut scratch = Case::blank(name);
+        let rotor = self.train("rotor");
+        let stator = self.train("stator");
+        let pressing = self.pressing(&mut scratch);
+        self.radius(&mut scratch);
+        let regularisation = self.regularisation(bristles.is_some());
+        let contact = match (bristles, regularisation) {
+            (Some(bristles), _) => ContactLaw::Bristles(bristles),
+            (None, Some(regularisation)) => ContactLaw::Regularised(regularisation),
+            (None, None) => ContactLaw::StickSlip,
+        };
+        self.friction(&mut scratch, &contact);
+        self.reader.fill_keys(&mut scratch, |path| {
+            path == "title"
+                || ["solver.", "output.", "perturbation"]
+                    .iter()
+                    .any(|table| path.starts_with(table))
+        });
+        fill_intervals(&mut scratch);
+        let threshold = self.threshold(&contact, &scratch);
+        let kicks = self.kicks(&scratch);
+        let (rotor, stator) = (rotor?, stator?);
+        let initial = self.initial(&rotor, &stator);
+        Some(TrainCase {
+            title: scratch.title,
+            motion: self.motion,
+            parameters: Trains {
+                rotor,
+                stator,
+                radius: scratch.parameters.contact.radius,
+                pressing: pressing?,
+                breakaway: scratch.parameters.friction.breakaway,
+                law: scratch.parameters.friction.law,
+                contact,
+                initial,
+                kicks,
+            },
+            solver: scratch.solver,
+            output: scratch.output,
+            threshold,
+        })
+    }
+
+    /// A number at a path of the tree.
+    fn number(&mut self, path: &str, dimension: Dimension, domain: Domain) -> Given<f64> {
+        let Some(node) = self.reader.root.at(path).cloned() else {
+            return Given::Absent;
+        };
+        match number(&node.value, self.motion.dimension(dimension), domain) {
+            Ok(number) => Given::Value(number),
+            Err(message) => {
+                self.report(path, message);
+                Given::Wrong
+            }
+        }
+    }
+
+    /// The numbers of an array; `None` if one is wrong.
+    pub(super) fn numbers(
+        &mut self,
+        path: &str,
+        elements: &[Node],
+        dimension: Dimension,
+        domain: Domain,
+    ) -> Option<Vec<f64>> {
+        let mut numbers = Vec::with_capacity(elements.len());
+        for (index, element) in elements.iter().enumerate() {
+            match number(&element.value, dimension, domain) {
+                Ok(number) => numbers.push(number),
+                Err(message) => self.report(&format!("{path}.{index}"), message),
+            }
+        }
+        (numbers.len() == elements.len()).then_some(numbers)
+    }
+
+    /// A list of numbers, or a number for a list of one.
+    fn list(&mut self, path: &str, domain: Domain) -> Given<Vec<f64>> {
+        let TrainKind::List(dimension) = keys::find(path).kind else {
+            unreachable!("{path} is a list");
+        };
+        let dimension = self.motion.dimension(dimension);
+        let numbers = match self.reader.root.at(path).map(|node| node.value.clone()) {
+            None => return Given::Absent,
+            Some(Value::Array(elements)) => self.numbers(path, &elements, dimension, domain),
+            Some(value @ (Value::Integer(_) | Value::Float(_) | Value::Text(_))) => {
+                match number(&value, dimension, domain) {
+                    Ok(number) => Some(vec![number]),
+                    Err(message) => {
+                        self.report(path, message);
+                        None
+                    }
+                }
+            }
+            Some(other) => {
+                let expected = quantity::expectation(dimension);
+                self.report(
+                    path,
+                    format!(
+                        "expected a list of numbers, each {expected}, but got {}",
+                        other.describe()
+                    ),
+                );
+                None
+            }
+        };
+        numbers.map_or(Given::Wrong, Given::Value)
+    }
+
+    /// A list that has to have `count` elements, because of `why`; `default` for each if it is left out.
+    fn counted(&mut self, path: &str, domain: Domain, count: usize, why: &str, default: f64) -> Vec<f64> {
+        match self.list(path, domain) {
+            Given::Value(values) if values.len() == count => return values,
+            Given::Value(values) => {
+                let remedy = if count == 0 { "; remove it" } else { "" };
+                let message = format!("{}, but {} expected: {why}{remedy}", have(values.len()), are(count));
+                self.report(path, message);
+            }
+            Given::Absent | Given::Wrong => {}
+        }
+        vec![default; count]
+    }
+
+    fn train(&mut self, side: &'static str) -> Option<Train> {
+        let path = |name: &str| format!("{side}.{name}");
+        match self.reader.root.at(side).map(|node| &node.value) {
+            None => {
+                let message = format!(
+                    "missing: the train of the {side}; write [{side}] with inertia, stiffness and end, or with end = \"fixed\" \
+                     alone for rigid ground"
+                );
+                self.report(side, message);
+                return None;
+            }
+            Some(Value::Table(_)) => {}
+            // Reported with the names.
+            Some(_) => return None,
+        }
+        let end_path = path("end");
+        let end = match self.reader.root.at(&end_path).cloned() {
+            None => {
+                let message = "missing: what holds the far end; write end = \"free\", \"fixed\" (to the ground) or \"driven\" (at \
+                               a speed)";
+                self.report(&end_path, message);
+                None
+            }
+            Some(node) => match choice(&node.value, ENDS) {
+                Ok(end) => Some(end),
+                Err(message) => {
+                    self.report(&end_path, message);
+                    None
+                }
+            },
+        };
+        let speed = self.optional_signal(&path("speed"));
+        let torque = self.optional_signal(&path("torque"));
+        let inertia = self.list(&path("inertia"), Domain::Positive);
+        // What follows from wrong values would only confuse.
+        let end = end?;
+        if matches!(inertia, Given::Wrong) {
+            return None;
+        }
+        let inertia = inertia.or(Vec::new());
+        let end = match (end, speed) {
+            ("driven", Given::Value(speed)) => End::Driven(speed),
+            ("driven", Given::Absent) => {
+                let unit = self.motion.dimension(Dimension::AngularVelocity);
+                let message = format!(
+                    "missing: the speed of the driven end; write speed = a number in {} or \"{}\", or a signal",
+                    unit.unit(),
+                    unit.example()
+                );
+                self.report(&path("speed"), message);
+                return None;
+            }
+            ("driven", Given::Wrong) => return None,
+            (other, speed) => {
+                if !speed.is_absent() {
+                    let message = format!(
+                        "belongs to a driven end, but end is \"{other}\": write end = \"driven\", or remove it; speeds at t = 0 are \
+                         in [initial]"
+                    );
+                    self.report(&path("speed"), message);
+                }
+                if other == "free" { End::Free } else { End::Fixed }
+            }
+        };
+        let count = inertia.len();
+        if count == 0 && matches!(end, End::Free) {
+            let message = "missing: a surface without inertia moves as its far end does, and nothing says how a free end moves; \
+                           write inertia = [...], or end = \"fixed\" or \"driven\"";
+            self.report(&path("inertia"), message);
+            return None;
+        }
+        let mut train = Train {
+            stiffness: Vec::new(),
+            damping: Vec::new(),
+            viscous: Vec::new(),
+            inertia,
+            end,
+            torque: None,
+        };
+        let shafts = train.shafts();
+        let why = shafts_of(&train);
+        if shafts > 0 && !self.has(&path("stiffness")) {
+            let unit = self.motion.dimension(Dimension::TorsionalStiffness).unit();
+            let message = format!(
+                "missing: {} expected: {why}; write stiffness = [...], numbers in {unit}{}",
+                are(shafts),
+                match train.end {
+                    End::Driven(_) => ", or leave inertia out if the surface is itself driven",
+                    End::Fixed => ", or write end = \"free\" if nothing holds it",
+                    End::Free => "",
+                }
+            );
+            self.report(&path("stiffness"), message);
+        }
+        train.stiffness = self.counted(&path("stiffness"), Domain::Positive, shafts, &why, f64::NAN);
+        train.damping = self.counted(&path("damping"), Domain::NotNegative, shafts, &why, 0.0);
+        let why = match count {
+            0 => "there is no inertia".to_owned(),
+            _ => format!("one for each inertia of the {side}"),
+        };
+        train.viscous = self.counted(&path("viscous"), Domain::NotNegative, count, &why, 0.0);
+        train.torque = self.torque(side, count, torque);
+        Some(train)
+    }
+
+    fn optional_signal(&mut self, path: &str) -> Given<Drive> {
+        let TrainKind::Signal(dimension) = keys::find(path).kind else {
+            unreachable!("{path} is a signal");
+        };
+        match self.has(path) {
+            false => Given::Absent,
+            true => self.signal(path, dimension).map_or(Given::Wrong, Given::Value),
+        }
+    }
+
+    fn torque(&mut self, side: &str, count: usize, torque: Given<Drive>) -> Option<Torque> {
+        let [torque_path, on_path] = ["torque", "torque_on"].map(|name| format!("{side}.{name}"));
+        if torque.is_absent() {
+            if self.has(&on_path) {
+                self.report(
+                    &on_path,
+                    format!("there is no {torque_path} that it is about: give one, or remove it"),
+                );
+            }
+            return None;
+        }
+        if count == 0 {
+            let message = format!(
+                "a torque acts on an inertia, and the {side} has none: its end holds against any torque; remove it, or give inertia"
+            );
+            self.report(&torque_path, message);
+            return None;
+        }
+        let on = match self.reader.root.at(&on_path).map(|node| node.value.clone()) {
+            None => count - 1,
+            Some(Value::Integer(on)) if (0..count as i64).contains(&on) => on as usize,
+            Some(other) => {
+                let written = match &other {
+                    Value::Integer(on) => on.to_string(),
+                    other => other.describe(),
+                };
+                let message = match count {
+                    1 => format!("must be 0, the only inertia of the {side}, but is {written}"),
+                    _ => format!(
+                        "must be from 0 (the surface) to {} (the outermost of {count} inertias), but is {written}",
+                        count - 1
+                    ),
+                };
+                self.report(&on_path, message);
+                return None;
+            }
+        };
+        match torque {
+            Given::Value(signal) => Some(Torque { signal, on }),
+            _ => None,
+        }
+    }
+
+    /// Where the normal force comes from.
+    fn pressing(&mut self, scratch: &mut Case) -> Option<Pressing> {
+        const FORCE: &str = "contact.normal_force";
+        let table = ["axial", "actuation"].into_iter().find(|table| self.has(table));
+        match (self.has(FORCE), table) {
+            (true, Some(table)) => {
+                let message = format!(
+                    "the normal force is given twice, with [{table}]: keep either normal_force, or [axial] and [actuation]"
+                );
+                self.report(FORCE, message);
+                None
+            }
+            (true, None) => match self.optional_signal(FORCE) {
+                Given::Value(force) => Some(Pressing::Force(force)),
+                _ => None,
+            },
+            (false, Some(_)) => {
+                let of_axial = |path: &str| path.starts_with("axial.") || path.starts_with("actuation.");
+                for table in ["axial", "actuation"] {
+                    if !self.has(table) {
+                        let message =
+                            format!("missing: the axial mode presses by [axial] and [actuation]; write [{table}]");
+                        self.report(table, message);
+                        return None;
+                    }
+                }
+                self.reader.fill_keys(scratch, of_axial);
+                let axial = &scratch.parameters.axial;
+                Some(Pressing::Axial {
+                    axial: AxialOf {
+                        mass: axial.mass,
+                        stiffness: axial.stiffness,
+                        damping: axial.damping,
+                        ringing_floor: axial.ringing_floor,
+                    },
+                    actuation: scratch.parameters.actuation.clone(),
+                })
+            }
+            (false, None) => {
+                let message = "missing: what presses the surfaces together; write normal_force = a number in N or \"500 lbf\" (or a \
+                               signal), or give [axial] and [actuation]";
+                self.report(FORCE, message);
+                None
+            }
+        }
+    }
+
+    fn radius(&mut self, scratch: &mut Case) {
+        if self.motion == Motion::Rotation {
+            self.reader.fill_keys(scratch, |path| path == "contact.radius");
+            return self.reader.contact(scratch);
+        }
+        for name in ["radius", "outer_diameter", "inner_diameter", "wear"] {
+            let path = format!("contact.{name}");
+            if self.has(&path) {
+                self.report(
+                    &path,
+                    "has no meaning in translation, where friction is mu F_n: remove it",
+                );
+            }
+        }
+        scratch.parameters.contact.radius = 1.0;
+    }
+
+    /// With law "lugre": its bristles. The tree is left with the law g in its place.
+    fn bristles(&mut self) -> Option<Bristles> {
+        let chosen = self.reader.root.at(schema::FRICTION_LAW).map(|node| node.value.clone());
+        let Some(Value::Text(chosen)) = chosen else { return None };
+        if chosen != LUGRE {
+            for (name, message) in [
+                ("bristle_stiffness", "belongs to law \"lugre\""),
+                ("bristle_damping", "belongs to law \"lugre\""),
+            ] {
+                let path = format!("friction.{name}");
+                if self.has(&path) {
+                    self.report(
+                        &path,
+                        format!("{message}, but the law is \"{chosen}\": remove it, or change friction.law"),
+                    );
+                }
+            }
+            // The reader of the law knows the memoryless ones only.
+            if !FrictionLaw::NAMES.contains(&chosen.as_str()) {
+                let laws = keys::laws();
+                let hint = suggest(&chosen, laws.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
+                let message = format!(
+                    "expected one of \"{}\", but got \"{}\"{}",
+                    laws.join("\", \""),
+                    crate::quote::shown(&chosen),
+                    hint.unwrap_or_default()
+                );
+                self.report(schema::FRICTION_LAW, message);
+                take(&mut self.reader.root, "friction");
+            }
+            return None;
+        }
+        let stiffness = self.number("friction.bristle_stiffness", Dimension::InverseAngle, Domain::Positive);
+        if stiffness.is_absent() {
+            let key = keys::find("friction.bristle_stiffness");
+            let message = format!(
+                "missing: {}{}",
+                key.description,
+                keys::written("bristle_stiffness", key.kind, self.motion)
+            );
+            self.report(key.path, message);
+        }
+        let bristles = Bristles {
+            stiffness: stiffness.or(f64::NAN),
+            damping: self
+                .number(
+                    "friction.bristle_damping",
+                    Dimension::FrictionDecay,
+                    Domain::NotNegative,
+                )
+                .or(0.0),
+            viscous: self
+                .number("friction.viscous", Dimension::FrictionDecay, Domain::NotNegative)
+                .or(0.0),
+        };
+        if self.has("friction.regularisation") {
+            let message = "a contact with bristles is smooth already: remove regularisation, or change friction.law";
+            self.report("friction.regularisation", message);
+            take(&mut self.reader.root, "friction.regularisation");
+        }
+        let given = match self.reader.root.at("friction").map(|node| &node.value) {
+            Some(Value::Table(entries)) => entries.iter().map(|(name, _)| name.clone()).collect(),
+            _ => Vec::new(),
+        };
+        for name in given {
+            let path = format!("friction.{name}");
+            let known = schema::keys().iter().any(|key| key.path == path);
+            if known && !OF_BRISTLES.iter().any(|&(own, _)| own == name) {
+                let own: Vec<&str> = OF_BRISTLES.iter().map(|&(own, _)| own).collect();
+                self.report(
+                    &path,
+                    format!("the law is \"{LUGRE}\", which has {}: remove it", own.join(", ")),
+                );
+                take(&mut self.reader.root, &path);
+            }
+        }
+        take(&mut self.reader.root, "friction.viscous");
+        if let Some(node) = node_mut(&mut self.reader.root, schema::FRICTION_LAW) {
+            node.value = Value::Text("stribeck".to_owned());
+        }
+        Some(bristles)
+    }
+
+    fn regularisation(&mut self, bristles: bool) -> Option<Regularisation> {
+        let path = "friction.regularisation";
+        if bristles || !matches!(self.reader.root.at(path).map(|node| &node.value), Some(Value::Table(_))) {
+            return None;
+        }
+        let [function_path, speed_path] = ["function", "speed"].map(|name| format!("{path}.{name}"));
+        let function = match self
+            .reader
+            .root
+            .at(&function_path)
+            .map(|node| choice(&node.value, SMOOTHINGS))
+        {
+            Some(Ok("tanh")) => Some(Smoothing::Tanh),
+            Some(Ok(_)) => Some(Smoothing::Arctan),
+            Some(Err(message)) => {
+                self.report(&function_path, message);
+                None
+            }
+            None => {
+                self.missing(&function_path);
+                None
+            }
+        };
+        let speed = self.number(&speed_path, Dimension::AngularVelocity, Domain::Positive);
+        if speed.is_absent() {
+            self.missing(&speed_path);
+        }
+        match speed {
+            Given::Value(speed) => function.map(|function| Regularisation { function, speed }),
+            _ => None,
+        }
+    }
+
+    fn missing(&mut self, path: &str) {
+        let key = keys::find(path);
+        let name = path.rsplit('.').next().unwrap_or(path);
+        let message = format!(
+            "missing: {}{}",
+            key.description,
+            keys::written(name, key.kind, self.motion)
+        );
+        self.report(path, message);
+    }
+
+    fn friction(&mut self, scratch: &mut Case, contact: &ContactLaw) {
+        const BREAKAWAY: &str = "friction.breakaway";
+        // A law of no such name has been reported, and what it would need is not known.
+        if !self.has("friction") && self.reader.all.at("friction").is_some() {
+            return;
+        }
+        let sticks = matches!(contact, ContactLaw::StickSlip) && !self.has("friction.regularisation");
+        let may_lack = !sticks && !self.has(BREAKAWAY);
+        self.reader.fill_keys(scratch, |path| {
+            path.starts_with("friction.") && !(may_lack && path == BREAKAWAY)
+        });
+        let friction = &mut scratch.parameters.friction;
+        if may_lack && self.reader.problems.is_empty() {
+            friction.breakaway = friction.law.at_vanishing_speed();
+        }
+    }
+
+    fn threshold(&mut self, contact: &ContactLaw, scratch: &Case) -> Option<f64> {
+        let path = "friction.threshold";
+        let default = match contact {
+            ContactLaw::StickSlip => {
+                if self.has(path) {
+                    let message = "belongs to a contact without stick, a regularised one or one with bristles: a stick of this \
+                                   one needs no threshold; remove it";
+                    self.report(path, message);
+                }
+                return None;
+            }
+            ContactLaw::Regularised(regularisation) => 10.0 * regularisation.speed,
+            ContactLaw::Bristles(_) => scratch.parameters.friction.law.number("scale").unwrap_or(f64::NAN) / 10.0,
+        };
+        Some(
+            self.number(path, Dimension::AngularVelocity, Domain::Positive)
+                .or(default),
+        )
+    }
+
+    fn kicks(&mut self, scratch: &Case) -> Vec<Kick> {
+        let mut kicks = Vec::new();
+        for (index, kick) in scratch.parameters.perturbations.iter().enumerate() {
+            let time = match kick.time {
+                KickTime::At(time) => time,
+                KickTime::Instability => {
+                    let message =
+                        "a case of trains has no loss of stability that a kick could wait for: give a time, in s";
+                    self.report(&format!("perturbation.{index}.time"), message);
+                    f64::NAN
+                }
+            };
+            let path = format!("perturbation.{index}.on");
+            let on = match self.reader.root.at(&path).map(|node| choice(&node.value, SIDES)) {
+                None | Some(Ok("both")) => KickSide::Both,
+                Some(Ok("rotor")) => KickSide::Rotor,
+                Some(Ok(_)) => KickSide::Stator,
+                Some(Err(message)) => {
+                    self.report(&path, message);
+                    KickSide::Both
+                }
+            };
+            kicks.push(Kick {
+                time,
+                relative_velocity: kick.relative_velocity,
+                on,
+            });
+        }
+        kicks
+    }
+
+    fn initial(&mut self, rotor: &Train, stator: &Train) -> Initial {
+        let mut speeds = |side: &'static str, train: &Train| {
+            let path = format!("initial.{side}_speed");
+            let turning = match &train.end {
+                End::Driven(speed) => speed.at_start(),
+                _ => 0.0,
+            };
+            let why = format!("one for each inertia of the {side}");
+            let twist = format!("initial.{side}_twist");
+            let shafts = format!("one for each shaft of the {side}");
+            (
+                self.counted(&twist, Domain::Any, train.stiffness.len(), &shafts, 0.0),
+                self.counted(&path, Domain::Any, train.inertia.len(), &why, turning),
+            )
+        };
+        let (rotor_twist, mut rotor_speed) = speeds("rotor", rotor);
+        let (stator_twist, stator_speed) = speeds("stator", stator);
+        let speed = self.number("initial.speed", Dimension::AngularVelocity, Domain::Any);
+        if !speed.is_absent() {
+            if !matches!(rotor.end, End::Free) {
+                let message = "is that of every inertia of a rotor with a free end, which this one has not: remove it, or give \
+                               rotor_speed";
+                self.report("initial.speed", message);
+            } else if self.has("initial.rotor_speed") {
+                let message = "the speeds of the rotor are given twice, with initial.rotor_speed: keep one of them";
+                self.report("initial.speed", message);
+            }
+        }
+        if let Given::Value(speed) = speed {
+            rotor_speed.fill(speed);
+        }
+        Initial {
+            rotor_twist,
+            rotor_speed,
+            stator_twist,
+            stator_speed,
+        }
+    }
+}
+
+/// "has 2 numbers".
+fn have(count: usize) -> String {
+    match count {
+        0 => "has no number".to_owned(),
+        1 => "has one number".to_owned(),
+        _ => format!("has {count} numbers"),
+    }
+}
+
+/// "2 are".
+fn are(count: usize) -> String {
+    match count {
+        0 => "none is".to_owned(),
+        1 => "one is".to_owned(),
+        _ => format!("{count} are"),
+    }
+}
+
+/// Why a train has as many shafts as it has.
+fn shafts_of(train: &Train) -> String {
+    let between = match train.inertia.len() {
+        0 => return "without inertia there is no shaft".to_owned(),
+        1 => None,
+        2 => Some("one shaft between the 2 inertias".to_owned()),
+        count => Some(format!("{} shafts between the {count} inertias", count - 1)),
+    };
+    let to_end = match train.end {
+        End::Free => None,
+        End::Fixed => Some("one from the outermost inertia to the ground"),
+        End::Driven(_) => Some("one from the outermost inertia to the driven end"),
+    };
+    match (between, to_end) {
+        (Some(between), Some(to_end)) => format!("{between}, and {to_end}"),
+        (Some(between), None) => between,
+        (None, Some(to_end)) => to_end.to_owned(),
+        (None, None) => "a single inertia with a free end has no shaft".to_owned(),
+    }
+}
+
+/// Takes the value at `path` out of the tree.
+fn take(root: &mut Node, path: &str) {
+    let (parent, name) = match path.rsplit_once('.') {
+        Some((parent, name)) => (node_mut(root, parent), name),
+        None => (Some(root), path),
+    };
+    if let Some(Node {
+        value: Value::Table(entries),
+        ..
+    }) = parent
+    {
+        entries.retain(|(key, _)| key != name);
+    }
+}
+
+/// The node at a path of keys.
+fn node_mut<'a>(root: &'a mut Node, path: &str) -> Option<&'a mut Node> {
+    path.split('.').try_fold(root, |node, segment| match &mut node.value {
+        Value::Table(entries) => (entries.iter_mut())
+            .find(|(key, _)| key == segment)
+            .map(|(_, node)| node),
+        _ => None,
+    })
+}

@@ -1,0 +1,259 @@
+//! The signals of trains against closed forms, and what is said of any of them against its own values.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use proptest::prelude::*;
+use stickslip::signal::{Drive, Frequency, Ramp, Shape, Signal, Table, Timeline, Wave};
+
+fn ramp(value: f64, rise_time: f64) -> Drive {
+    Drive::Linear(Signal::Ramp(Ramp { value, rise_time }))
+}
+
+fn table(time: &[f64], value: &[f64]) -> Drive {
+    Drive::Linear(Signal::Table(Table {
+        time: time.to_vec(),
+        value: value.to_vec(),
+    }))
+}
+
+fn wave(shape: Shape, amplitude: f64, frequency: Frequency, phase: f64) -> Wave {
+    Wave {
+        shape,
+        mean: 0.0,
+        amplitude,
+        frequency,
+        phase,
+        from: None,
+        to: None,
+    }
+}
+
+#[test]
+fn analytic_a_timeline_has_the_corners_of_all_its_drives_once() {
+    let mut gated = wave(Shape::Sine, 1.0, Frequency::Cycles(1.0), 0.0);
+    (gated.from, gated.to) = (Some(1.0), Some(3.0));
+    let drives = [
+        ramp(2.0, 1.0),
+        Drive::Sum(vec![Drive::Wave(gated), table(&[-1.0, 0.0, 2.0], &[0.0, 1.0, 5.0])]),
+        Drive::Value(7.0),
+    ];
+    let timeline = Timeline::new(&drives.iter().collect::<Vec<_>>());
+    assert_eq!(timeline.corners(), [1.0, 2.0, 3.0]);
+    assert_eq!(
+        [0.0, 0.5, 1.0, 2.5, 3.0, 9.0].map(|t| timeline.stretch(t)),
+        [0, 0, 1, 2, 3, 3]
+    );
+    assert_eq!(
+        (0..4).map(|k| timeline.fastest(k)).collect::<Vec<_>>(),
+        [0.0, TAU, TAU, 0.0]
+    );
+    assert_eq!(
+        (timeline.start(1), timeline.end(1), timeline.end(3)),
+        (1.0, 2.0, f64::INFINITY)
+    );
+    // Beyond the end of its stretch a ramp goes on.
+    assert_eq!((timeline.value(0, 0, 1.5), timeline.value(0, 1, 1.5)), (3.0, 2.0));
+    assert_eq!((timeline.slope(1, 0, 0.5), timeline.slope(1, 2, 2.0)), (2.0, TAU));
+}
+
+#[test]
+fn analytic_harmonics_are_sine_and_cosine() {
+    for (shape, of) in [(Shape::Sine, f64::sin as fn(f64) -> f64), (Shape::Cosine, f64::cos)] {
+        for phase in [0.0, 0.4, -FRAC_PI_2] {
+            let drive = Drive::Wave(Wave {
+                mean: 0.5,
+                ..wave(shape, 3.0, Frequency::Angular(7.0), phase)
+            });
+            let timeline = Timeline::new(&[&drive]);
+            for t in [0.0, 0.1, 1.0, 10.0] {
+                // 3 times some roundings of an argument of up to 70.
+                assert!((timeline.value(0, 0, t) - 0.5 - 3.0 * of(7.0 * t + phase)).abs() < 5e-14);
+            }
+        }
+    }
+}
+
+/// A frequency in cycles that is a whole number returns to its start at each whole second, however late.
+#[test]
+fn analytic_late_harmonics_keep_their_phase() {
+    let drive = Drive::Wave(wave(Shape::Sine, 1.0, Frequency::Cycles(50.0), 0.3));
+    let timeline = Timeline::new(&[&drive]);
+    for t in [0.0, 1.0, 1e3, 86_400.0, 1e5, 1e9] {
+        assert_eq!(timeline.value(0, 0, t), 0.3f64.sin());
+        assert_eq!(timeline.slope(0, 0, t), TAU * 50.0 * 0.3f64.cos());
+    }
+}
+
+#[test]
+fn analytic_integrals_are_the_antiderivatives() {
+    let sine = Drive::Wave(wave(Shape::Sine, 2.0, Frequency::Angular(3.0), 0.0));
+    let cosine = Drive::Wave(wave(Shape::Cosine, 2.0, Frequency::Cycles(0.5), 0.7));
+    let sum = Drive::Sum(vec![ramp(4.0, 2.0), Drive::Value(1.0)]);
+    let timeline = Timeline::new(&[&sine, &cosine, &sum]);
+    for t in [0.0, 0.01, 1.0, 2.0, 31.4] {
+        assert!((timeline.integral(0, t) - 2.0 / 3.0 * (1.0 - (3.0 * t).cos())).abs() < 1e-13);
+        assert!((timeline.integral(1, t) - 2.0 / PI * ((PI * t + 0.7).sin() - 0.7f64.sin())).abs() < 1e-13);
+        let rise = if t < 2.0 { t * t } else { 4.0 + 4.0 * (t - 2.0) };
+        assert!((timeline.integral(2, t) - rise - t).abs() < 1e-13);
+    }
+}
+
+/// A linear drive has no jump, whatever its roundings; a harmonic that begins or ends has that of its value.
+#[test]
+fn analytic_only_harmonics_jump() {
+    let mut gated = wave(Shape::Cosine, 2.0, Frequency::Cycles(1.0), 0.0);
+    (gated.from, gated.to) = (Some(1.0), Some(1.5));
+    let drives = [table(&[0.1, 0.3, 0.7], &[0.1, 0.7, 1.9]), Drive::Wave(gated)];
+    let timeline = Timeline::new(&drives.iter().collect::<Vec<_>>());
+    for stretch in 0..=timeline.corners().len() {
+        assert_eq!(timeline.jump(0, stretch), 0.0);
+        let expected = match timeline.start(stretch) {
+            1.0 | 1.5 => 2.0,
+            _ => 0.0,
+        };
+        assert_eq!(timeline.jump(1, stretch), expected);
+    }
+}
+
+#[test]
+fn analytic_a_number_goes_by_the_path_of_its_key() {
+    let drive = Drive::Sum(vec![
+        Drive::Value(1.0),
+        table(&[0.0, 1.0], &[2.0, 3.0]),
+        Drive::Sum(vec![Drive::Wave(wave(Shape::Sine, 1.0, Frequency::Cycles(2.0), 0.0))]),
+    ]);
+    let mut paths = Vec::new();
+    let same = drive.try_map(|path, value| {
+        paths.push(path.to_owned());
+        Ok::<f64, ()>(*value)
+    });
+    assert_eq!(same.unwrap(), drive);
+    let wave = ["mean", "amplitude", "frequency", "phase"].map(|key| format!("signals.2.signals.0.{key}"));
+    let others = [
+        "signals.0",
+        "signals.1.time.0",
+        "signals.1.time.1",
+        "signals.1.value.0",
+        "signals.1.value.1",
+    ];
+    assert_eq!(
+        paths,
+        others
+            .iter()
+            .map(|&path| path.to_owned())
+            .chain(wave)
+            .collect::<Vec<_>>()
+    );
+    Drive::Value(1.0)
+        .try_map(|path, _| {
+            assert_eq!(path, "");
+            Ok::<f64, ()>(0.0)
+        })
+        .unwrap();
+}
+
+fn any_wave() -> impl Strategy<Value = Drive> {
+    let frequency = (any::<bool>(), 0.1..5.0f64).prop_map(|(cycles, frequency)| match cycles {
+        true => Frequency::Cycles(frequency),
+        false => Frequency::Angular(frequency),
+    });
+    let window = (0.0..2.0f64, 0.1..3.0f64, any::<bool>(), any::<bool>());
+    (
+        any::<bool>(),
+        -1.0..1.0f64,
+        -2.0..2.0f64,
+        frequency,
+        -4.0..4.0f64,
+        window,
+    )
+        .prop_map(
+            |(sine, mean, amplitude, frequency, phase, (from, length, begins, ends))| {
+                Drive::Wave(Wave {
+                    shape: if sine { Shape::Sine } else { Shape::Cosine },
+                    mean,
+                    amplitude,
+                    frequency,
+                    phase,
+                    from: begins.then_some(from),
+                    to: ends.then_some(from + length),
+                })
+            },
+        )
+}
+
+fn any_drive() -> impl Strategy<Value = Drive> {
+    let points = proptest::collection::vec((0.05..1.0f64, -3.0..3.0f64), 1..5);
+    let one = prop_oneof![
+        (-3.0..3.0f64).prop_map(Drive::Value),
+        (-3.0..3.0f64, 0.0..2.0f64).prop_map(|(value, rise_time)| ramp(value, rise_time)),
+        (points, -1.0..1.0f64).prop_map(|(points, mut at)| {
+            let (mut time, mut value) = (Vec::new(), Vec::new());
+            for (after, here) in points {
+                at += after;
+                time.push(at);
+                value.push(here);
+            }
+            table(&time, &value)
+        }),
+        any_wave(),
+    ];
+    one.prop_recursive(2, 6, 3, |inner| {
+        proptest::collection::vec(inner, 1..4).prop_map(Drive::Sum)
+    })
+}
+
+/// The integral of a smooth function by Gauss's rule with five points on short intervals.
+fn quadrature(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
+    const RULE: [(f64, f64); 3] = [
+        (0.0, 128.0 / 225.0),
+        (0.538_469_310_105_683, 0.478_628_670_499_366_5),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    ];
+    let count = ((to - from) / 0.02).ceil().max(1.0);
+    let half = (to - from) / count / 2.0;
+    let panel = |k: usize| {
+        let middle = from + (2 * k + 1) as f64 * half;
+        let pair = |(x, w): (f64, f64)| w * (value(middle - half * x) + value(middle + half * x));
+        half * (RULE[0].1 * value(middle) + pair(RULE[1]) + pair(RULE[2]))
+    };
+    (0..count as usize).map(panel).sum()
+}
+
+proptest! {
+    #[test]
+    fn property_series_are_values_and_integrals_are_quadratures(first in any_drive(), second in any_drive(), t in 0.0..6.0f64) {
+        let timeline = Timeline::new(&[&first, &second]);
+        for (index, drive) in [&first, &second].into_iter().enumerate() {
+            let stretch = timeline.stretch(t);
+            let mut series = [0.0; 24];
+            timeline.series(index, stretch, t, 0.05, &mut series);
+            for tau in [-0.05, 0.02, 0.05f64] {
+                let sum: f64 = (0..24).map(|n| series[n] * (tau / 0.05).powi(n as i32)).sum();
+                // Frequencies are at most 31 rad/s, so that the first term left out is 1.6^24/24! of 18, 2e-18; what is left is
+                // rounding of values of at most some 30, and of arguments of at most 200.
+                prop_assert!((sum - timeline.value(index, stretch, t + tau)).abs() < 1e-12);
+            }
+            prop_assert!((series[1] / 0.05 - timeline.slope(index, stretch, t)).abs() < 1e-11);
+            prop_assert!(timeline.value(index, stretch, t).abs() <= drive.largest() * (1.0 + 1e-14));
+
+            let mut integral = 0.0;
+            for k in 0..=stretch {
+                let (from, to) = (timeline.start(k), timeline.end(k).min(t));
+                integral += quadrature(from, to, |t| timeline.value(index, k, t));
+            }
+            // The rule's error is below (31 * 0.02)^10 / 1e10 of the size of a panel.
+            prop_assert!((timeline.integral(index, t) - integral).abs() < 1e-11, "{} {}", timeline.integral(index, t), integral);
+        }
+    }
+
+    /// A piece of the linear part that begins where the one before ends.
+    #[test]
+    fn property_values_jump_by_the_jumps(drive in any_drive()) {
+        let timeline = Timeline::new(&[&drive]);
+        for stretch in 1..=timeline.corners().len() {
+            let start = timeline.start(stretch);
+            let jump = timeline.value(0, stretch, start) - timeline.value(0, stretch - 1, start);
+            prop_assert!((jump - timeline.jump(0, stretch)).abs() < 1e-12);
+        }
+    }
+}
