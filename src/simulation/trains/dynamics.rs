@@ -118,10 +118,6 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
     direction: Direction::Falling,
 };
 
-/// Index of the guard of slip that stops it; of an engaged contact, of the one that changes its side.
-pub(super) const GUARD_STOPPING: usize = 0;
-/// Index of the guard of an engaged contact's threshold.
-pub(super) const GUARD_THRESHOLD: usize = 1;
 /// Index of the guard of a stick that breaks away forward; backward is the next.
 pub(super) const GUARD_FORWARD: usize = 0;
 

@@ -8,16 +8,19 @@
 //! | `plan` | which solver integrates what, how accurately |
 //! | `series`, `expansion` | the trains' own solver, by Taylor series |
 //! | `readings` | what is recorded of a state |
+//! | `portrait` | one period of a motion, densely |
 
 mod dynamics;
 mod excitation;
 mod expansion;
 mod plan;
+mod portrait;
 mod readings;
 mod rules;
 mod series;
 
 pub use dynamics::{TrainDynamics, TrainLocation};
+pub(crate) use portrait::{PortraitPoint, Section, portrait};
 pub use readings::Further;
 
 use super::options::{OutputOptions, SolverOptions};
