@@ -1,0 +1,972 @@
+//! The oracle for two trains against closed forms, numbers of the literature, and the oracle of the brake.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+use std::f64::consts::{PI, TAU};
+use std::ops::ControlFlow;
+use std::time::Duration;
+use stickslip::case::{Case, CaseSource, Override};
+use stickslip::model::trains::parameters::AxialOf;
+use stickslip::model::trains::{
+    Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train,
+};
+use stickslip::model::{ExactLaw, ExactParameters, Mode, nearest_double};
+use stickslip::oracle::trains::{self, ExactTrains, TrainOracleReport, TrainOracleState};
+use stickslip::oracle::{self, Number, OracleEvent, OracleOptions, OracleRequest, rational};
+use stickslip::record::EventKind;
+use stickslip::signal::{Drive, Frequency, Ramp, Shape, Signal, Table, Wave};
+
+type Real = BigRational;
+type Event = OracleEvent<TrainOracleState>;
+
+fn r(text: &str) -> Real {
+    rational(text).expect("a decimal")
+}
+
+fn list(texts: &[&str]) -> Vec<Real> {
+    texts.iter().map(|text| r(text)).collect()
+}
+
+fn value(text: &str) -> Drive<Real> {
+    Drive::Value(r(text))
+}
+
+/// amplitude cos(omega t).
+fn cosine(amplitude: &str, frequency: Frequency<Real>) -> Wave<Real> {
+    Wave {
+        shape: Shape::Cosine,
+        mean: Real::zero(),
+        amplitude: r(amplitude),
+        frequency,
+        phase: Real::zero(),
+        from: None,
+        to: None,
+    }
+}
+
+fn table(time: &[&str], value: &[&str]) -> Drive<Real> {
+    Drive::Linear(Signal::Table(Table {
+        time: list(time),
+        value: list(value),
+    }))
+}
+
+fn law(name: &'static str, numbers: &[(&'static str, &str)]) -> ExactLaw {
+    ExactLaw {
+        name,
+        numbers: numbers.iter().map(|(key, value)| (*key, r(value))).collect(),
+        lists: Vec::new(),
+        words: Vec::new(),
+    }
+}
+
+fn coulomb(kinetic: &str) -> ExactLaw {
+    law("coulomb", &[("kinetic", kinetic)])
+}
+
+/// A train without viscous damping, and one dashpot for each spring.
+fn train(inertia: &[&str], stiffness: &[&str], damping: &[&str], end: End<Real>) -> Train<Real> {
+    Train {
+        inertia: list(inertia),
+        stiffness: list(stiffness),
+        damping: list(damping),
+        viscous: vec![Real::zero(); inertia.len()],
+        end,
+        torque: None,
+    }
+}
+
+/// A surface without inertia.
+fn rigid(end: End<Real>) -> Train<Real> {
+    train(&[], &[], &[], end)
+}
+
+fn problem(rotor: Train<Real>, stator: Train<Real>, force: Drive<Real>, breakaway: &str, law: ExactLaw) -> ExactTrains {
+    let zeros = |count: usize| vec![Real::zero(); count];
+    let initial = Initial {
+        rotor_twist: zeros(rotor.stiffness.len()),
+        rotor_speed: zeros(rotor.inertia.len()),
+        stator_twist: zeros(stator.stiffness.len()),
+        stator_speed: zeros(stator.inertia.len()),
+    };
+    ExactTrains {
+        rotor,
+        stator,
+        radius: r("1"),
+        pressing: Pressing::Force(force),
+        breakaway: r(breakaway),
+        law,
+        contact: ContactLaw::StickSlip,
+        initial,
+        kicks: Vec::new(),
+    }
+}
+
+fn sampled(parameters: &ExactTrains, digits: u32, end: &str, samples: &[Real]) -> TrainOracleReport {
+    let options = OracleOptions {
+        digits,
+        end_time: r(end),
+        sample_times: samples.to_vec(),
+        max_events: 1000,
+    };
+    let threshold = trains::threshold(parameters);
+    trains::run(parameters, &options, threshold.as_ref(), &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
+}
+
+fn run(parameters: &ExactTrains, digits: u32, end: &str) -> TrainOracleReport {
+    sampled(parameters, digits, end, &[])
+}
+
+fn kinds(report: &TrainOracleReport) -> Vec<EventKind> {
+    report.events.iter().map(|event| event.kind).collect()
+}
+
+fn exact(number: &Number) -> Real {
+    number.to_rational().expect("finite")
+}
+
+#[track_caller]
+fn near(found: &Number, expected: &str, tolerance: f64) {
+    near_exact(found, &r(expected), tolerance);
+}
+
+#[track_caller]
+fn near_exact(found: &Number, expected: &Real, tolerance: f64) {
+    let error = nearest_double(&(exact(found) - expected)).abs();
+    assert!(error <= tolerance, "{} is off by {error:.1e}", found.to_decimal(25));
+}
+
+#[track_caller]
+fn near_double(found: &Number, expected: f64, tolerance: f64) {
+    let error = (found.to_f64() - expected).abs();
+    assert!(error <= tolerance, "{} instead of {expected}", found.to_decimal(20));
+}
+
+fn print(report: &TrainOracleReport) {
+    for event in &report.events {
+        let state = &event.state;
+        let twists = state.rotor_twist.iter().chain(&state.stator_twist);
+        let twists: Vec<String> = twists.map(|twist| twist.to_decimal(22)).collect();
+        println!(
+            "{} {} {} {}",
+            event.time.to_decimal(25),
+            event.kind.name(),
+            event.mode_after.name(),
+            twists.join(" ")
+        );
+    }
+    println!("{} steps", report.steps);
+}
+
+const PI_DIGITS: &str = "3.14159265358979323846264338327950288419716939937510582097494";
+
+// The brake.
+
+/// The brake of a case as two trains.
+fn brake(exact: &ExactParameters) -> ExactTrains {
+    let c = &exact.torsional_damping;
+    let k = &exact.torsional_stiffness;
+    let (surface, rotor) = (&exact.surface_inertia, &exact.rotor_inertia);
+    let of = |inertia: Vec<Real>, end: End<Real>| Train {
+        viscous: vec![Real::zero(); inertia.len()],
+        inertia,
+        stiffness: vec![k.clone()],
+        damping: vec![c.clone()],
+        end,
+        torque: None,
+    };
+    ExactTrains {
+        rotor: of(vec![surface.clone(), rotor.clone()], End::Free),
+        stator: of(vec![surface.clone()], End::Fixed),
+        radius: exact.radius.clone(),
+        pressing: Pressing::Axial {
+            axial: AxialOf {
+                mass: exact.mass.clone(),
+                stiffness: exact.axial_stiffness.clone(),
+                damping: exact.axial_damping.clone(),
+                ringing_floor: exact.ringing_floor.clone(),
+            },
+            actuation: exact.actuation.clone(),
+        },
+        breakaway: exact.breakaway.clone(),
+        law: exact.law.clone(),
+        contact: ContactLaw::StickSlip,
+        initial: Initial {
+            rotor_twist: vec![Real::zero()],
+            rotor_speed: vec![exact.speed.clone(), exact.speed.clone()],
+            stator_twist: vec![Real::zero()],
+            stator_speed: vec![Real::zero()],
+        },
+        kicks: exact
+            .kicks
+            .iter()
+            .map(|kick| Kick {
+                time: kick.time.clone().expect("a time"),
+                relative_velocity: kick.relative_velocity.clone(),
+                on: KickSide::Both,
+            })
+            .collect(),
+    }
+}
+
+/// Both oracles on one brake: the same events and samples, within `tolerance` (s) of each other.
+fn same_brake(case: &str, overrides: &[&str], digits: u32, end: &str, tolerance: f64) -> usize {
+    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let parameters = Case::exact_parameters(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
+    let options = OracleOptions {
+        digits,
+        end_time: r(end),
+        sample_times: list(&["0.01", "0.2", "0.35"]),
+        max_events: 1000,
+    };
+    let mut on = |_| ControlFlow::Continue(());
+    let expected = oracle::run(&parameters, &options, &mut on).unwrap();
+    let found = trains::run(&brake(&parameters), &options, None, &mut on).unwrap();
+    // The margin of steady sliding is none of the trains'.
+    let margin = |kind: EventKind| matches!(kind, EventKind::Destabilised | EventKind::Restabilised);
+    let expected_events: Vec<_> = expected.events.iter().filter(|event| !margin(event.kind)).collect();
+    assert_eq!(found.events.len(), expected_events.len());
+    let mut worst: f64 = 0.0;
+    for (a, b) in found.events.iter().zip(&expected_events) {
+        assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));
+        worst = worst.max(a.time.minus(&b.time).abs());
+        // A time's error, 2 pi/T_n as much in a state.
+        let (u, v) = (&a.state.rotor_twist[0], &a.state.stator_twist[0]);
+        assert!(
+            u.minus(&b.state.rotor_twist)
+                .abs()
+                .max(v.minus(&b.state.stator_twist).abs())
+                < 1e-20
+        );
+        assert!(a.state.rotor_speed[1].minus(&b.state.theta_dot).abs() < 1e-20);
+        assert!(a.state.stator_speed[0].minus(&b.state.phi1_dot).abs() < 1e-18);
+    }
+    println!(
+        "{case}: {} events within {worst:.1e} s, {} steps",
+        found.events.len(),
+        found.steps
+    );
+    assert!(worst < tolerance);
+    assert_eq!(found.samples.len(), expected.samples.len());
+    for ((_, a), (_, b)) in found.samples.iter().zip(&expected.samples) {
+        assert!(a.rotor_speed[0].minus(&b.phi2_dot).abs() < 1e-20);
+        let [z, z_dot] = a.axial.as_ref().expect("an axial mode");
+        assert!(z.minus(&b.z).abs() < 1e-28 && z_dot.minus(&b.z_dot).abs() < 1e-24);
+    }
+    found.events.len()
+}
+
+/// From a low speed, so that it takes a second: 47 digits, of which the growth from the kick takes some ten.
+#[test]
+fn multiprecision_the_paper_brake_as_two_trains() {
+    let base = [
+        "initial.speed=3",
+        "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+        "perturbation=[{time=0.206, relative_velocity=1e-4}]",
+    ];
+    let events = same_brake("paper-si", &base, 47, "0.4", 1e-25);
+    assert!(events > 20, "{events}");
+}
+
+/// A force that lets go: separation, contact and ringing.
+#[test]
+fn multiprecision_a_released_brake_as_two_trains() {
+    let events = same_brake("release", &[], 47, "1.2", 1e-25);
+    assert!(events > 5, "{events}");
+}
+
+/// The paper's brake itself.
+#[test]
+#[ignore = "takes some seconds"]
+fn multiprecision_the_whole_paper_brake_as_two_trains() {
+    let events = same_brake("paper-si", &[], 60, "7", 1e-25);
+    assert!(events > 100, "{events}");
+}
+
+// A mass on a belt.
+
+/// The belt is the rotor, the mass the stator.
+fn belt(mass: &str, stiffness: &str, speed: &str, breakaway: &str, law: ExactLaw) -> ExactTrains {
+    problem(
+        rigid(End::Driven(value(speed))),
+        train(&[mass], &[stiffness], &["0"], End::Fixed),
+        value("1"),
+        breakaway,
+        law,
+    )
+}
+
+/// Slip (pi + 2 atan(v k/(w D)))/w, stick 2 D/(k v). With m = k = 1 and v = D the arc tangent is pi/4.
+#[test]
+fn analytic_a_belt_with_coulomb_friction() {
+    let mut belt = belt("1", "1", "0.25", "0.75", coulomb("0.5"));
+    belt.initial.stator_speed = list(&["0.25"]);
+    let report = run(&belt, 40, "40");
+    print(&report);
+    let times: Vec<Real> = report.events.iter().map(|event| exact(&event.time)).collect();
+    assert_eq!(
+        kinds(&report)[..4],
+        [EventKind::Slip, EventKind::Stick, EventKind::Slip, EventKind::Stick]
+    );
+    // From zero the spring comes to 0.75 in three seconds.
+    near_exact(&report.events[0].time, &r("3"), 1e-36);
+    let slip = r(PI_DIGITS) * r("1.5");
+    for pair in times.windows(2).step_by(2) {
+        assert!(nearest_double(&(&pair[1] - &pair[0] - &slip)).abs() < 1e-35);
+    }
+    for pair in times[1..].windows(2).step_by(2) {
+        assert!(nearest_double(&(&pair[1] - &pair[0] - r("2"))).abs() < 1e-35);
+    }
+}
+
+/// The same of other numbers, in doubles.
+#[test]
+fn analytic_belts_with_coulomb_friction_of_any_size() {
+    for [m, k, v, s, d] in [
+        ["2", "30", "0.1", "9", "5"],
+        ["1e-3", "4e3", "0.02", "0.6", "0.1"],
+        ["7e3", "1e7", "3", "4e5", "1e5"],
+    ] {
+        let mut belt = belt(m, k, v, s, coulomb(d));
+        belt.initial.stator_speed = list(&[v]);
+        let [m, k, v, drop] = [r(m), r(k), r(v), r(s) - r(d)].map(|x| nearest_double(&x));
+        let w = (k / m).sqrt();
+        let (slip, stick) = ((PI + 2.0 * (v * k / (w * drop)).atan()) / w, 2.0 * drop / (k * v));
+        let end = format!("{:.6e}", nearest_double(&r(s)) / (k * v) + 3.5 * (slip + stick));
+        let report = run(&belt, 40, &end);
+        let times: Vec<&Number> = report.events.iter().map(|event| &event.time).collect();
+        assert_eq!(times.len(), 7);
+        for (index, pair) in times.windows(2).enumerate() {
+            let expected = if index % 2 == 0 { slip } else { stick };
+            assert!((pair[1].minus(pair[0]) / expected - 1.0).abs() < 1e-14);
+        }
+    }
+}
+
+fn third() -> Real {
+    BigRational::new(BigInt::from(1), BigInt::from(3))
+}
+
+/// Leine, van Campen, de Kraker, van den Steen 1998.
+fn leine() -> ExactTrains {
+    let mut law = law("hyperbolic", &[("low_speed", "1"), ("high_speed", "0")]);
+    law.numbers.push(("scale", third()));
+    let mut belt = belt("1", "1", "0.2", "1", law);
+    belt.initial.stator_twist = list(&["1"]);
+    belt.initial.stator_speed = list(&["0.2"]);
+    belt
+}
+
+#[test]
+fn published_the_belt_of_leine() {
+    let report = run(&leine(), 40, "30");
+    print(&report);
+    // It stands at its limit, and leaves it at once.
+    assert_eq!(
+        kinds(&report),
+        [
+            EventKind::Slip,
+            EventKind::Stick,
+            EventKind::Slip,
+            EventKind::Stick,
+            EventKind::Slip
+        ]
+    );
+    let [first, restick, slip, _, next] = &report.events[..] else {
+        panic!("five events")
+    };
+    assert!(exact(&first.time).is_zero());
+    near(&restick.time, "4.295999525480154883", 1e-18);
+    near(&restick.state.stator_twist[0], "-0.5410063538700847527", 1e-19);
+    near(&slip.time, "12.00103129483057865", 1e-17);
+    near_exact(&next.time, &(exact(&slip.time) * r("2")), 1e-30);
+    // The largest x, where x' is zero: by the secant.
+    let speed = |t: &Real| {
+        let report = sampled(&leine(), 40, "3", std::slice::from_ref(t));
+        let state = report.samples[0].1.clone();
+        (exact(&state.stator_speed[0]), state.stator_twist[0].clone())
+    };
+    let (mut a, mut b) = (r("1"), r("1.5"));
+    let mut at_a = speed(&a).0;
+    let largest = loop {
+        let (at_b, x) = speed(&b);
+        let change = &at_b * (&b - &a) / (&at_b - &at_a);
+        if nearest_double(&change).abs() < 1e-14 {
+            break x;
+        }
+        let next = &b - change;
+        let short = Number::from_rational(&next, 128).to_rational().expect("finite");
+        (a, at_a, b) = (b, at_b, short);
+    };
+    near(&largest, "1.133944676441656840", 1e-18);
+}
+
+/// Explicit codes have no stick, but a steep slope: the period is too short.
+#[test]
+fn published_the_belt_of_leine_regularised() {
+    for (function, period) in [(Smoothing::Arctan, 11.29815066), (Smoothing::Tanh, 11.90059994)] {
+        let mut belt = leine();
+        belt.contact = ContactLaw::Regularised(Regularisation {
+            function,
+            speed: r("1e-3"),
+        });
+        let report = run(&belt, 25, "40");
+        print(&report);
+        assert!(report.events.iter().all(|event| event.mode_after == Mode::Engaged));
+        let slips: Vec<&Event> = report
+            .events
+            .iter()
+            .filter(|event| event.kind == EventKind::Slip)
+            .collect();
+        let [.., before, last] = &slips[..] else {
+            panic!("two slips")
+        };
+        // Half a unit of the last digit.
+        assert!((last.time.minus(&before.time) - period).abs() <= 5e-9);
+    }
+}
+
+// Blocks on the ground: the block is the rotor.
+
+fn block(stiffness: &[&str], damping: &[&str], friction: &str, force: Wave<Real>) -> ExactTrains {
+    let end = if stiffness.is_empty() { End::Free } else { End::Fixed };
+    let mut rotor = train(&["1"], stiffness, damping, end);
+    rotor.torque = Some(Torque {
+        signal: Drive::Wave(force),
+        on: 0,
+    });
+    problem(rotor, rigid(End::Fixed), value("1"), friction, coulomb(friction))
+}
+
+#[test]
+fn published_a_block_under_a_harmonic_force() {
+    let mut block = block(&[], &[], "0.8", cosine("8", Frequency::Angular(r("1"))));
+    block.pressing = Pressing::Force(value("9.81"));
+    let report = run(&block, 40, "7");
+    print(&report);
+    let expected = [
+        "0.3386081847198061736",
+        "2.946346791223862957",
+        "3.532834608886999449",
+        "6.087939444813656195",
+    ];
+    let kinds = kinds(&report);
+    assert_eq!(
+        kinds,
+        [EventKind::Stick, EventKind::Slip, EventKind::Stick, EventKind::Slip]
+    );
+    for (event, expected) in report.events.iter().zip(expected) {
+        near(&event.time, expected, 1e-18);
+    }
+}
+
+/// y'' + 0.2 y' + 4 sgn y' + y = 2 cos(pi t), Solving Ordinary Differential Equations I, II.6.
+#[test]
+fn published_the_block_of_hairer_norsett_wanner() {
+    let mut block = block(&["1"], &["0.2"], "4", cosine("2", Frequency::Cycles(r("0.5"))));
+    // A twist is outer less inner angle.
+    block.initial.rotor_twist = list(&["-3"]);
+    block.initial.rotor_speed = list(&["4"]);
+    let report = run(&block, 40, "10");
+    print(&report);
+    let expected = [
+        "0.5628053252453",
+        "2.0352004340435",
+        "2.6281267558097",
+        "3.7271965227420",
+        "4.6848821753725",
+        "5.6179464655653",
+        "6.7193536862180",
+        "7.5513518942033",
+        "8.7436750797238",
+        "9.5042427407817",
+    ];
+    assert_eq!(report.events.len(), expected.len());
+    for (event, expected) in report.events.iter().zip(expected) {
+        near(&event.time, expected, 5e-14);
+    }
+}
+
+/// x'' + x + q sgn x' = cos(beta t + phase), from the turning point of the periodic motion: without damping no other motion
+/// would come to it. V cos phase = X and sin phase = -q U/V.
+#[test]
+fn published_the_amplitudes_of_den_hartog() {
+    for (beta, q, published) in [
+        (2.0, 0.3, 0.297676184992),
+        (0.8, 0.4, 2.501787881002),
+        (1.5, 0.5, 0.553774924195),
+        (0.6, 0.3, 1.535601809281),
+    ] {
+        let v = 1.0 / (1.0 - beta * beta);
+        let u = (PI / beta).sin() / (beta * (1.0 + (PI / beta).cos()));
+        let amplitude = f64::sqrt(v * v - q * q * u * u);
+        let double = |x: f64| Real::from_float(x).expect("finite");
+        let text = |x: f64| format!("{x}");
+        let mut force = cosine("1", Frequency::Angular(r(&text(beta))));
+        force.phase = double(f64::atan2(-q * u / v, amplitude / v));
+        let mut block = block(&["1"], &["0"], &text(q), force);
+        block.initial.rotor_twist = vec![double(-amplitude)];
+        let report = run(&block, 40, &text((6.5 * PI / beta * 1e6).round() / 1e6));
+        assert_eq!(kinds(&report), [EventKind::Reversal; 6]);
+        for (index, event) in report.events.iter().enumerate() {
+            // The start is rounded to doubles.
+            near_double(&event.time, (index + 1) as f64 * PI / beta, 1e-13);
+            assert!((event.state.rotor_twist[0].to_f64().abs() - published).abs() < 1e-12);
+        }
+    }
+}
+
+// Clutches.
+
+/// Two flywheels that a constant force, or a growing one, brings to the speed that their momentum gives.
+#[test]
+fn analytic_a_clutch_locks_two_flywheels() {
+    let clutch = |force| {
+        let (rotor, stator) = (train(&["2"], &[], &[], End::Free), train(&["3"], &[], &[], End::Free));
+        let mut clutch = problem(rotor, stator, force, "0.4", coulomb("0.4"));
+        clutch.radius = r("0.5");
+        clutch.initial.rotor_speed = list(&["10"]);
+        clutch.initial.stator_speed = list(&["-5"]);
+        clutch
+    };
+    // omega_r' = -mu r F_n (1/2 + 1/3), here -1/6 F_n.
+    let ramp = Drive::Linear(Signal::Ramp(Ramp {
+        value: r("30"),
+        rise_time: r("10"),
+    }));
+    let time_by_ramp = r("180") / r("3");
+    for (force, lock) in [
+        (value("30"), "3"),
+        (
+            ramp,
+            "7.745966692414833770358530799564799221665843410583181653175147532",
+        ),
+    ] {
+        let report = run(&clutch(force), 40, "9");
+        assert_eq!(kinds(&report), [EventKind::Stick]);
+        let event = &report.events[0];
+        near(&event.time, lock, 1e-36);
+        for speed in [&event.state.rotor_speed[0], &event.state.stator_speed[0]] {
+            near(speed, "1", 1e-36);
+        }
+    }
+    assert_eq!(time_by_ramp, r("60"));
+}
+
+/// A rotor of two inertias against a flywheel: when they lock, the surfaces go on at the speed of their momentum, and total
+/// momentum is what it was.
+#[test]
+fn property_a_clutch_with_a_shaft_keeps_its_momentum() {
+    let rotor = train(&["0.2", "1.5"], &["800"], &["0.3"], End::Free);
+    let stator = train(&["0.3", "4"], &["500"], &["0.2"], End::Free);
+    let force = table(&["0", "0.1", "0.3", "0.35"], &["0", "200", "150", "400"]);
+    let mut clutch = problem(
+        rotor,
+        stator,
+        force,
+        "0.5",
+        law(
+            "exponential",
+            &[("low_speed", "0.45"), ("high_speed", "0.3"), ("decay", "2")],
+        ),
+    );
+    clutch.radius = r("0.1");
+    clutch.initial.rotor_speed = list(&["20", "20"]);
+    clutch.kicks = vec![Kick {
+        time: r("0.12"),
+        relative_velocity: r("0.7"),
+        on: KickSide::Both,
+    }];
+    let report = sampled(&clutch, 40, "8", &list(&["0.05", "0.2", "1", "7.5"]));
+    print(&report);
+    assert!(kinds(&report).contains(&EventKind::Stick));
+    let momentum = |state: &TrainOracleState| {
+        let inertias = clutch.rotor.inertia.iter().chain(&clutch.stator.inertia);
+        let speeds = state.rotor_speed.iter().chain(&state.stator_speed);
+        inertias.zip(speeds).map(|(j, w)| j * exact(w)).sum::<Real>()
+    };
+    let states = report
+        .samples
+        .iter()
+        .map(|sample| &sample.1)
+        .chain(report.events.iter().map(|event| &event.state));
+    for state in states {
+        assert!(nearest_double(&(momentum(state) - r("34"))).abs() < 1e-33);
+    }
+}
+
+// Signals.
+
+/// A free flywheel under each kind of signal: its speed is the integral.
+#[test]
+fn analytic_speeds_under_signals() {
+    let wave = Wave {
+        shape: Shape::Sine,
+        mean: r("0.5"),
+        amplitude: r("3"),
+        frequency: Frequency::Cycles(r("0.7")),
+        phase: r("0.4"),
+        from: Some(r("0.3")),
+        to: Some(r("2")),
+    };
+    let w = TAU * 0.7;
+    let of_wave = |t: f64| {
+        let integral = |t: f64| -3.0 / w * (w * t + 0.4).cos();
+        0.5 * t + integral(t.clamp(0.3, 2.0)) - integral(0.3)
+    };
+    let ramp = |t: f64| if t < 1.0 { t * t } else { 1.0 + 2.0 * (t - 1.0) };
+    let points = |t: f64| match t {
+        t if t < 1.0 => t,
+        t if t < 3.0 => t - (t - 1.0).powi(2) / 2.0,
+        t => 1.0 - (t - 3.0),
+    };
+    let steep = Drive::Linear(Signal::Ramp(Ramp {
+        value: r("2"),
+        rise_time: r("1"),
+    }));
+    let bent = table(&["-1", "1", "3"], &["1", "1", "-1"]);
+    type Case<'a> = (Drive<Real>, Box<dyn Fn(f64) -> f64 + 'a>, &'a [&'a str]);
+    let cases: Vec<Case> = vec![
+        (value("2"), Box::new(|t| 2.0 * t), &[]),
+        (steep.clone(), Box::new(ramp), &["1"]),
+        (bent.clone(), Box::new(points), &["1", "3"]),
+        (Drive::Wave(wave.clone()), Box::new(of_wave), &["0.3", "2"]),
+        (
+            Drive::Sum(vec![steep, Drive::Sum(vec![bent, Drive::Wave(wave)])]),
+            Box::new(move |t| ramp(t) + points(t) + of_wave(t)),
+            &["0.3", "1", "2", "3"],
+        ),
+    ];
+    for (signal, expected, corners) in cases {
+        let mut rotor = train(&["4"], &[], &[], End::Free);
+        rotor.torque = Some(Torque { signal, on: 0 });
+        let problem = problem(rotor, rigid(End::Fixed), value("0"), "1", coulomb("1"));
+        let times = list(&["0", "0.2", "0.7", "1.6", "2.5", "4"]);
+        let report = sampled(&problem, 30, "5", &times);
+        let found: Vec<Real> = report.events.iter().map(|event| exact(&event.time)).collect();
+        assert_eq!(kinds(&report), vec![EventKind::Corner; corners.len()]);
+        for (found, corner) in found.iter().zip(corners) {
+            assert!(nearest_double(&(found - r(corner))).abs() < 1e-28);
+        }
+        for ((_, state), t) in report.samples.iter().zip(&times) {
+            near_double(&state.rotor_speed[0], expected(nearest_double(t)) / 4.0, 2e-15);
+        }
+    }
+}
+
+/// A driven end and viscous damping: J w' + d w = c (V - w) with V = a t and no spring, from rest; the dashpot's twist rate is
+/// V - w.
+#[test]
+fn analytic_a_driven_dashpot() {
+    let drive = table(&["0", "10"], &["0", "30"]);
+    let mut rotor = train(&["2"], &["0"], &["1"], End::Driven(drive));
+    rotor.viscous = list(&["0.5"]);
+    let problem = problem(rotor, rigid(End::Fixed), value("0"), "1", coulomb("1"));
+    let times = list(&["0.1", "1", "5", "9"]);
+    let report = sampled(&problem, 40, "9.5", &times);
+    for ((_, state), t) in report.samples.iter().zip(&times) {
+        let t = nearest_double(t);
+        // w' + 0.75 w = 1.5 t.
+        let speed = 2.0 * t - 2.0 / 0.75 * (1.0 - (-0.75 * t).exp());
+        near_double(&state.rotor_speed[0], speed, 1e-14);
+        near_double(&state.rotor_twist_rate[0], 3.0 * t - speed, 1e-14);
+    }
+}
+
+/// A belt that starts, turns and stops at once: the mass on it slips, reverses, and rests again.
+#[test]
+fn analytic_a_belt_that_jumps() {
+    let wave = |from: &str, to: &str, amplitude: &str| {
+        Drive::Wave(Wave {
+            from: Some(r(from)),
+            to: Some(r(to)),
+            ..cosine(amplitude, Frequency::Angular(r("1e-30")))
+        })
+    };
+    // Speeds 0, 2, -1 and 0, as good as constant.
+    let speed = Drive::Sum(vec![wave("1", "2", "2"), wave("2", "3", "-1")]);
+    let belt = problem(
+        rigid(End::Driven(speed)),
+        train(&["1"], &[], &[], End::Free),
+        value("1"),
+        "1",
+        coulomb("1"),
+    );
+    let report = run(&belt, 40, "6");
+    print(&report);
+    use EventKind::{Corner, Reversal, Slip, Stick};
+    assert_eq!(
+        kinds(&report),
+        [Corner, Slip, Corner, Reversal, Corner, Reversal, Stick]
+    );
+    // 0 to 1 in the first second, then down from 1 to 0 in the next, on and down to -1? No: it has come to 0 at t = 3.
+    let speeds: Vec<f64> = report
+        .events
+        .iter()
+        .map(|event| event.state.stator_speed[0].to_f64())
+        .collect();
+    println!("{speeds:?}");
+}
+
+// Kicks.
+
+/// A kick on one surface in slip and in stick, where both take its momentum.
+#[test]
+fn analytic_kicks_on_one_side() {
+    let kick = |time: &str, on| Kick {
+        time: r(time),
+        relative_velocity: r("1"),
+        on,
+    };
+    let (rotor, stator) = (train(&["1"], &[], &[], End::Free), train(&["3"], &[], &[], End::Free));
+    let mut pair = problem(
+        rotor,
+        stator,
+        table(&["0", "4", "4.5"], &["0", "0", "12"]),
+        "1",
+        coulomb("1"),
+    );
+    pair.initial.rotor_speed = list(&["4"]);
+    pair.kicks = vec![
+        kick("1", KickSide::Rotor),
+        kick("2", KickSide::Stator),
+        kick("3", KickSide::Both),
+        kick("8", KickSide::Rotor),
+        kick("9", KickSide::Stator),
+        kick("10", KickSide::Both),
+    ];
+    let report = run(&pair, 40, "11");
+    let expected = [
+        (EventKind::Kick, "5", "0"),
+        (EventKind::Kick, "5", "-1"),
+        (EventKind::Kick, "5.75", "-1.25"),
+        (EventKind::Corner, "5.75", "-1.25"),
+        (EventKind::Contact, "5.75", "-1.25"),
+        (EventKind::Corner, "2.75", "-0.25"),
+        (EventKind::Stick, "0.5", "0.5"),
+        (EventKind::Kick, "0.75", "0.75"),
+        (EventKind::Kick, "0", "0"),
+        (EventKind::Kick, "0", "0"),
+    ];
+    assert_eq!(report.events.len(), expected.len());
+    for (event, (kind, rotor, stator)) in report.events.iter().zip(expected) {
+        assert_eq!(event.kind, kind);
+        near(&event.state.rotor_speed[0], rotor, 1e-36);
+        near(&event.state.stator_speed[0], stator, 1e-36);
+    }
+}
+
+// Pressing.
+
+/// A force that rises through zero and falls through it again, and one that touches it at a point of its table only.
+#[test]
+fn analytic_contact_and_separation_under_a_given_force() {
+    let pair = |force| {
+        let (rotor, stator) = (train(&["1"], &[], &[], End::Free), train(&["1"], &[], &[], End::Free));
+        let mut pair = problem(rotor, stator, force, "1", coulomb("1"));
+        pair.initial.rotor_speed = list(&["1000"]);
+        pair
+    };
+    use EventKind::{Contact, Corner, Separation};
+    for (time, value, expected) in [
+        (
+            vec!["0", "2", "4"],
+            vec!["-1", "1", "-1"],
+            vec![(Contact, "1"), (Corner, "2"), (Separation, "3"), (Corner, "4")],
+        ),
+        (
+            vec!["0", "0.1", "0.3", "0.7"],
+            vec!["1", "0", "0", "1"],
+            vec![
+                (Corner, "0.1"),
+                (Separation, "0.1"),
+                (Corner, "0.3"),
+                (Contact, "0.3"),
+                (Corner, "0.7"),
+            ],
+        ),
+        (
+            vec!["0", "0.1", "0.7"],
+            vec!["1", "0", "1"],
+            vec![(Corner, "0.1"), (Corner, "0.7")],
+        ),
+    ] {
+        let report = run(&pair(table(&time, &value)), 40, "5");
+        print(&report);
+        let kinds: Vec<_> = expected.iter().map(|(kind, _)| *kind).collect();
+        assert_eq!(self::kinds(&report), kinds);
+        for (event, (_, time)) in report.events.iter().zip(&expected) {
+            near(&event.time, time, 1e-35);
+        }
+    }
+    // sin(2 pi t) - 0.5: above zero from 1/12 to 5/12 s.
+    let wave = Wave {
+        shape: Shape::Sine,
+        mean: r("-0.5"),
+        ..cosine("1", Frequency::Cycles(r("1")))
+    };
+    let report = run(&pair(Drive::Wave(wave)), 40, "2");
+    assert_eq!(kinds(&report), [Contact, Separation, Contact, Separation]);
+    for (event, twelfths) in report.events.iter().zip([1, 5, 13, 17]) {
+        near_exact(
+            &event.time,
+            &BigRational::new(BigInt::from(twelfths), BigInt::from(12)),
+            1e-36,
+        );
+    }
+}
+
+// Bristles.
+
+/// LuGre's mass on a belt against Runge and Kutta's method in doubles, whose error is about 1e-10 here.
+#[test]
+fn analytic_bristles_by_runge_and_kutta() {
+    let mut law = law(
+        "stribeck",
+        &[
+            ("low_speed", "1.5"),
+            ("high_speed", "1"),
+            ("viscous", "0"),
+            ("exponent", "2"),
+        ],
+    );
+    law.numbers.push(("scale", r("0.1")));
+    let mut belt = belt("1", "2", "0.1", "1.5", law);
+    belt.contact = ContactLaw::Bristles(Bristles {
+        stiffness: r("100"),
+        damping: r("5"),
+        viscous: r("0.4"),
+    });
+    let times: Vec<Real> = (1..=12).map(|k| r(&format!("{k}"))).collect();
+    let options = OracleOptions {
+        digits: 30,
+        end_time: r("12.5"),
+        sample_times: times,
+        max_events: 100,
+    };
+    let threshold = r("0.01");
+    let report = trains::run(&belt, &options, Some(&threshold), &mut |_| ControlFlow::Continue(())).unwrap();
+    print(&report);
+    assert!(report.events.len() >= 2);
+    // x, v, z.
+    let rates = |[x, v, z]: [f64; 3]| {
+        let w = 0.1 - v;
+        let g = 1.0 + 0.5 * (-(w / 0.1) * (w / 0.1)).exp();
+        let z_dot = w - 100.0 * w.abs() * z / g;
+        [v, 100.0 * z + 5.0 * z_dot + 0.4 * w - 2.0 * x, z_dot]
+    };
+    let (mut y, h) = ([0.0, 0.0, 0.0], 1e-4);
+    for (_, state) in &report.samples {
+        for _ in 0..10_000 {
+            let moved = |k: [f64; 3], by: f64| std::array::from_fn(|i| y[i] + by * k[i]);
+            let a = rates(y);
+            let b = rates(moved(a, h / 2.0));
+            let c = rates(moved(b, h / 2.0));
+            let d = rates(moved(c, h));
+            y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+        }
+        let z = state.deflection.as_ref().expect("bristles");
+        near_double(&state.stator_twist[0], y[0], 1e-8);
+        near_double(&state.stator_speed[0], y[1], 1e-8);
+        near_double(z, y[2], 1e-8);
+    }
+}
+
+// What the runs claim.
+
+fn stiff_pair() -> ExactTrains {
+    let drive = Drive::Wave(Wave {
+        mean: r("1"),
+        ..cosine("0.4", Frequency::Cycles(r("0.3")))
+    });
+    let rotor = train(&["0.5", "2"], &["300", "40"], &["0.1", "0.5"], End::Driven(drive));
+    let mut stator = train(&["0.4", "1"], &["200", "900"], &["0.05", "0.1"], End::Fixed);
+    stator.viscous = list(&["0.01", "0.2"]);
+    let law = law(
+        "stribeck",
+        &[
+            ("low_speed", "0.5"),
+            ("high_speed", "0.3"),
+            ("scale", "0.3"),
+            ("exponent", "2"),
+            ("viscous", "0.01"),
+        ],
+    );
+    let mut pair = problem(rotor, stator, value("100"), "0.6", law);
+    pair.radius = r("0.3");
+    pair.initial.rotor_speed = list(&["1", "1"]);
+    pair
+}
+
+/// More digits leave every event where it is; what a solution claims is true of a run with more digits.
+#[test]
+fn multiprecision_more_digits_change_nothing() {
+    let mut engaged = stiff_pair();
+    engaged.contact = ContactLaw::Regularised(Regularisation {
+        function: Smoothing::Tanh,
+        speed: r("0.02"),
+    });
+    for parameters in [stiff_pair(), engaged] {
+        let request = OracleRequest {
+            digits: 25,
+            growth: 5.0,
+            end_time: r("6"),
+            max_events: 1000,
+            longest: Duration::from_secs(3600),
+        };
+        let threshold = trains::threshold(&parameters);
+        let solution = trains::solve(&parameters, &request, threshold.as_ref(), &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+        let finer = run(&parameters, solution.digits_computed + 20, "6");
+        println!(
+            "{} events, {} digits, {:.2} s",
+            finer.events.len(),
+            solution.digits,
+            solution.seconds
+        );
+        assert!(finer.events.len() > 4);
+        assert_eq!(kinds(&finer), kinds(&solution.report));
+        for (index, (found, exact)) in solution.report.events.iter().zip(&finer.events).enumerate() {
+            assert!(found.time.minus(&exact.time).abs() <= solution.errors[index]);
+            assert!(solution.digits_of_event(index) >= 25);
+        }
+    }
+}
+
+/// Twice the same train mirrored: rotor for stator, and every speed reversed.
+#[test]
+fn property_the_two_trains_are_mirror_images() {
+    let pair = stiff_pair();
+    let negated = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
+    let reversed = |train: &Train<Real>| {
+        let mut train = train.clone();
+        if let End::Driven(Drive::Wave(wave)) = &mut train.end {
+            wave.mean = -&wave.mean;
+            wave.amplitude = -&wave.amplitude;
+        }
+        train
+    };
+    let mut mirrored = pair.clone();
+    mirrored.rotor = reversed(&pair.stator);
+    mirrored.stator = reversed(&pair.rotor);
+    mirrored.initial = Initial {
+        rotor_twist: pair.initial.stator_twist.clone(),
+        rotor_speed: negated(&pair.initial.stator_speed),
+        stator_twist: pair.initial.rotor_twist.clone(),
+        stator_speed: negated(&pair.initial.rotor_speed),
+    };
+    let (a, b) = (run(&pair, 40, "6"), run(&mirrored, 40, "6"));
+    print(&a);
+    assert_eq!(kinds(&a), kinds(&b));
+    for (a, b) in a.events.iter().zip(&b.events) {
+        assert_eq!(a.mode_after, b.mode_after);
+        assert!(a.time.minus(&b.time).abs() < 1e-33);
+        assert!(exact(&a.state.rotor_twist[0]).abs() - exact(&b.state.stator_twist[0]).abs() < r("1e-30"));
+    }
+}
