@@ -1,5 +1,8 @@
 //! The oracle for two trains against closed forms, numbers of the literature, and the oracle of the brake.
 
+mod common;
+
+use common::random_brakes::Random;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -1316,34 +1319,184 @@ fn multiprecision_more_digits_change_nothing() {
     }
 }
 
-/// Twice the same train mirrored: rotor for stator, and every speed reversed.
-#[test]
-fn property_the_two_trains_are_mirror_images() {
-    let pair = stiff_pair();
-    let negated = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
-    let reversed = |train: &Train<Real>| {
-        let mut train = train.clone();
-        if let End::Driven(Drive::Wave(wave)) = &mut train.end {
-            wave.mean = -&wave.mean;
-            wave.amplitude = -&wave.amplitude;
+/// The same seen from the other side: rotor for stator, and every speed and torque reversed.
+fn mirrored(problem: &ExactTrains) -> ExactTrains {
+    fn reversed(drive: &Drive<Real>) -> Drive<Real> {
+        let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
+        match drive {
+            Drive::Value(value) => Drive::Value(-value),
+            Drive::Sum(drives) => Drive::Sum(drives.iter().map(reversed).collect()),
+            Drive::Wave(wave) => Drive::Wave(Wave {
+                mean: -&wave.mean,
+                amplitude: -&wave.amplitude,
+                ..wave.clone()
+            }),
+            Drive::Linear(Signal::Table(table)) => Drive::Linear(Signal::Table(Table {
+                time: table.time.clone(),
+                value: opposite(&table.value),
+            })),
+            Drive::Linear(Signal::Ramp(ramp)) => Drive::Linear(Signal::Ramp(Ramp {
+                value: -&ramp.value,
+                rise_time: ramp.rise_time.clone(),
+            })),
         }
-        train
-    };
-    let mut mirrored = pair.clone();
-    mirrored.rotor = reversed(&pair.stator);
-    mirrored.stator = reversed(&pair.rotor);
-    mirrored.initial = Initial {
-        rotor_twist: pair.initial.stator_twist.clone(),
-        rotor_speed: negated(&pair.initial.stator_speed),
-        stator_twist: pair.initial.rotor_twist.clone(),
-        stator_speed: negated(&pair.initial.rotor_speed),
-    };
-    let (a, b) = (run(&pair, 40, "6"), run(&mirrored, 40, "6"));
-    print(&a);
-    assert_eq!(kinds(&a), kinds(&b));
-    for (a, b) in a.events.iter().zip(&b.events) {
-        assert_eq!(a.mode_after, b.mode_after);
-        assert!(a.time.minus(&b.time).abs() < 1e-33);
-        assert!(exact(&a.state.rotor_twist[0]).abs() - exact(&b.state.stator_twist[0]).abs() < r("1e-30"));
     }
+    let of = |train: &Train<Real>| Train {
+        end: match &train.end {
+            End::Driven(drive) => End::Driven(reversed(drive)),
+            end => end.clone(),
+        },
+        torque: train.torque.as_ref().map(|torque| Torque {
+            signal: reversed(&torque.signal),
+            on: torque.on,
+        }),
+        ..train.clone()
+    };
+    let opposite = |values: &[Real]| values.iter().map(|x| -x).collect::<Vec<_>>();
+    let initial = &problem.initial;
+    ExactTrains {
+        rotor: of(&problem.stator),
+        stator: of(&problem.rotor),
+        initial: Initial {
+            rotor_twist: initial.stator_twist.clone(),
+            rotor_speed: opposite(&initial.stator_speed),
+            stator_twist: initial.rotor_twist.clone(),
+            stator_speed: opposite(&initial.rotor_speed),
+        },
+        kicks: problem
+            .kicks
+            .iter()
+            .map(|kick| Kick {
+                on: match kick.on {
+                    KickSide::Both => KickSide::Both,
+                    KickSide::Rotor => KickSide::Stator,
+                    KickSide::Stator => KickSide::Rotor,
+                },
+                ..kick.clone()
+            })
+            .collect(),
+        ..problem.clone()
+    }
+}
+
+/// Two trains of up to three inertias each, with any ends, signals, laws and kicks.
+fn random_trains(index: u64) -> ExactTrains {
+    let mut random = Random(index);
+    let number = |x: f64| r(&format!("{x:.6}"));
+    let mut within = |low: f64, high: f64| random.within(low, high);
+    let signal = |within: &mut dyn FnMut(f64, f64) -> f64, mean: f64, size: f64| {
+        let wave = |within: &mut dyn FnMut(f64, f64) -> f64| Wave {
+            shape: if within(0.0, 1.0) < 0.5 {
+                Shape::Sine
+            } else {
+                Shape::Cosine
+            },
+            mean: number(mean),
+            amplitude: number(size * within(0.2, 1.0)),
+            frequency: Frequency::Cycles(number(within(0.1, 3.0))),
+            phase: number(within(0.0, 6.0)),
+            from: None,
+            to: None,
+        };
+        match within(0.0, 5.0) as u8 {
+            0 => Drive::Value(number(mean)),
+            1 => Drive::Wave(wave(within)),
+            2 => Drive::Wave(Wave {
+                from: Some(number(within(0.1, 1.0))),
+                to: Some(number(within(1.0, 2.5))),
+                ..wave(within)
+            }),
+            3 => Drive::Linear(Signal::Table(Table {
+                time: [0.0, 0.7, 1.5, 2.0].map(number).to_vec(),
+                value: (0..4).map(|_| number(mean + size * within(-1.0, 1.0))).collect(),
+            })),
+            _ => Drive::Sum(vec![
+                Drive::Linear(Signal::Ramp(Ramp {
+                    value: number(size / 2.0),
+                    rise_time: number(within(0.2, 1.0)),
+                })),
+                Drive::Wave(wave(within)),
+            ]),
+        }
+    };
+    let train = |within: &mut dyn FnMut(f64, f64) -> f64, least: usize| {
+        let inertias = least.max(within(0.0, 4.0) as usize);
+        let end = match within(0.0, 3.0) as u8 {
+            0 if inertias > 0 => End::Free,
+            1 => End::Driven(signal(within, 0.5, 0.5)),
+            _ => End::Fixed,
+        };
+        let shafts = if end == End::Free { inertias - 1 } else { inertias };
+        let torque = (inertias > 0 && within(0.0, 1.0) < 0.5).then(|| Torque {
+            signal: signal(within, 3.0, 8.0),
+            on: within(0.0, inertias as f64) as usize,
+        });
+        let mut numbers = |count: usize, low: f64, high: f64| (0..count).map(|_| number(within(low, high))).collect();
+        Train {
+            inertia: numbers(inertias, 0.2, 2.0),
+            stiffness: numbers(shafts, 20.0, 400.0),
+            damping: numbers(shafts, 0.0, 1.0),
+            viscous: numbers(inertias, 0.0, 0.3),
+            end,
+            torque,
+        }
+    };
+    let rotor = train(&mut within, 0);
+    let stator = train(&mut within, usize::from(rotor.is_rigid()));
+    let force = signal(&mut within, 30.0, 35.0);
+    let law = match within(0.0, 3.0) as u8 {
+        0 => law(
+            "exponential",
+            &[("low_speed", "0.5"), ("high_speed", "0.3"), ("decay", "2")],
+        ),
+        1 => coulomb("0.5"),
+        _ => law(
+            "hyperbolic",
+            &[("low_speed", "0.5"), ("high_speed", "0.2"), ("scale", "0.5")],
+        ),
+    };
+    let breakaway = if within(0.0, 1.0) < 0.5 { "0.5" } else { "0.6" };
+    let mut problem = problem(rotor, stator, force, breakaway, law);
+    problem.radius = r("0.3");
+    for speed in problem
+        .initial
+        .rotor_speed
+        .iter_mut()
+        .chain(&mut problem.initial.stator_speed)
+    {
+        *speed = number(within(-1.0, 1.0));
+    }
+    problem.kicks = [KickSide::Both, KickSide::Rotor, KickSide::Stator]
+        .into_iter()
+        .map(|on| Kick {
+            time: number(within(0.0, 3.0)),
+            relative_velocity: number(within(-1.0, 1.0)),
+            on,
+        })
+        .collect();
+    problem
+}
+
+/// More digits, and the view from the other side, leave every event where it is.
+#[test]
+fn property_random_trains_by_more_digits_and_from_the_other_side() {
+    let mut count = [0; 9];
+    for index in 0..60 {
+        let problem = random_trains(index);
+        let (short, long) = (run(&problem, 30, "3"), run(&problem, 60, "3"));
+        let other = run(&mirrored(&problem), 60, "3");
+        assert_eq!(kinds(&short), kinds(&long), "{index}");
+        assert_eq!(kinds(&other), kinds(&long), "{index}");
+        let mut worst = 0.0_f64;
+        for ((a, b), c) in short.events.iter().zip(&long.events).zip(&other.events) {
+            assert!(a.mode_after == b.mode_after && b.mode_after == c.mode_after);
+            worst = worst.max(a.time.minus(&b.time).abs());
+            assert!(b.time.minus(&c.time).abs() < 1e-40, "{index}");
+            if let Some(counted) = count.get_mut(b.kind as usize) {
+                *counted += 1;
+            }
+        }
+        assert!(worst < 1e-20, "{index}: {worst:.1e}");
+    }
+    println!("{count:?}");
 }

@@ -6,6 +6,7 @@ use super::series::{ChainScales, ChainState, Expansion, Far, Model, ROTOR, Regim
 use super::{ExactTrains, TrainOracleReport};
 use crate::model::trains::{ContactLaw, KickSide, Pressing, Train};
 use crate::model::{Mode, nearest_double};
+use crate::oracle::automaton::GUARD_BITS;
 use crate::oracle::axial::{Actuation, INSTANT};
 use crate::oracle::float::Float;
 use crate::oracle::friction::{self, at_vanishing_speed};
@@ -285,6 +286,20 @@ impl<const N: usize> Run<N> {
         &rotor.1 - &stator.1
     }
 
+    /// Its sign; zero, if it is that but for the rounding of the speeds.
+    fn sign(&self) -> i8 {
+        let ends = self.ends();
+        let [rotor, stator] = speeds(&self.model, &self.state, &ends);
+        let relative = &rotor.1 - &stator.1;
+        let all = rotor.0.iter().chain(&stator.0).chain(&ends);
+        let size = all.map(Float::log2).fold(f64::NEG_INFINITY, f64::max);
+        if relative.log2() < size - resolved::<N>() {
+            0
+        } else {
+            relative.signum()
+        }
+    }
+
     /// |omega_r|.
     fn speed(&self) -> Float<N> {
         magnitude(&self.relative_velocity())
@@ -324,7 +339,8 @@ impl<const N: usize> Run<N> {
     fn settled(&self) -> Mode {
         let [transmitted, limit] = self.expansion(Regime::Stick, 0).stick_test(&self.model);
         let limit = if limit.signum() > 0 { limit } else { Float::zero() };
-        if magnitude(&transmitted) <= limit {
+        let excess = &magnitude(&transmitted) - &limit;
+        if excess.signum() <= 0 || excess.log2() < limit.log2() - resolved::<N>() {
             Mode::Stick
         } else {
             slip(transmitted.signum())
@@ -336,8 +352,11 @@ impl<const N: usize> Run<N> {
             self.find_sense();
             return Mode::Engaged;
         }
-        match self.relative_velocity().signum() {
-            0 => self.settled(),
+        match self.sign() {
+            0 => {
+                self.join();
+                self.settled()
+            }
             sign => slip(sign),
         }
     }
@@ -488,7 +507,7 @@ impl<const N: usize> Run<N> {
         self.find_piece();
         match self.mode {
             Mode::Separated => Ok(()),
-            Mode::Stick => match self.relative_velocity().signum() {
+            Mode::Stick => match self.sign() {
                 0 => Ok(()),
                 sign => {
                     self.mode = slip(sign);
@@ -517,7 +536,7 @@ impl<const N: usize> Run<N> {
             }
             return Ok(());
         }
-        let sign = self.relative_velocity().signum();
+        let sign = self.sign();
         if sign == 0 {
             self.stop()
         } else if sign != self.mode.sense() {
@@ -720,8 +739,14 @@ impl<const N: usize> Run<N> {
         }
         guards.push((Guard::Separation, expansion.normal.clone()));
         if self.mode == Mode::Stick {
+            let [_, limit] = expansion.stick_test(&self.model);
             for sense in [1, -1] {
-                guards.push((Guard::Breakaway(sense), expansion.reserve(&self.model, sense)));
+                let mut reserve = expansion.reserve(&self.model, sense);
+                // At the limit but for rounding: what follows decides.
+                if reserve[0].log2() < limit.log2() - resolved::<N>() {
+                    reserve[0] = Float::zero();
+                }
+                guards.push((Guard::Breakaway(sense), reserve));
             }
             return guards;
         }
@@ -912,6 +937,11 @@ fn scales<const N: usize>(exact: &ExactTrains, courses: &[Course<N>]) -> Scales 
 
 fn or_one(value: f64) -> f64 {
     if value > 0.0 { value } else { 1.0 }
+}
+
+/// Bits of a number that rounding leaves as they are.
+fn resolved<const N: usize>() -> f64 {
+    Float::<N>::BITS as f64 - GUARD_BITS
 }
 
 fn magnitude<const N: usize>(value: &Float<N>) -> Float<N> {
