@@ -96,5 +96,5 @@ fn the_release_case_lets_go_completely_and_grips_again() {
 #[test]
 fn an_unknown_built_in_name_is_answered_with_the_known_ones() {
     let error = CaseSource::built_in("papper").unwrap_err();
-    insta::assert_snapshot!(error, @r#"there is no built-in case "papper" (did you mean paper?); there are paper, paper-si, unperturbed, release, and any TOML file by its path"#);
+    insta::assert_snapshot!(error, @r#"there is no built-in case "papper" (did you mean paper?); there are paper, paper-si, unperturbed, release, belt-coulomb, belt-leine, belt-leine-arctan, belt-leine-tanh, belt-exponential, block, hairer, den-hartog, groan, drill-string, clutch, lugre-slider, and any TOML file by its path"#);
 }

@@ -183,7 +183,7 @@ fn a_quantity_that_cannot_be_read_says_how_it_is_written() {
     insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"\""), @r#"brake.toml:10: actuation.force: "" is not a quantity: expected a force, N, such as "500 lbf""#);
     insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 lb\""), @r#"brake.toml:10: actuation.force: unknown unit "lb": write lbm for mass or lbf for force"#);
     insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 Kip\""), @r#"brake.toml:10: actuation.force: unknown unit "Kip": did you mean "kip"?"#);
-    insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 parsec\""), @r#"brake.toml:10: actuation.force: unknown unit "parsec": the units are kg m s rad t g mg lbm slug km cm mm um µm nm in ft ms us µs ns min h N mN kN MN GN lbf kip kgf mrad urad µrad deg rev rpm"#);
+    insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 parsec\""), @r#"brake.toml:10: actuation.force: unknown unit "parsec": the units are kg m s rad t g mg lbm slug km cm mm um µm nm in ft ms us µs ns min h N mN kN MN GN lbf kip kgf mrad urad µrad deg rev rpm Hz kHz"#);
     insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 lbf/(in s)\""), @r#"brake.toml:10: actuation.force: the unit "lbf/(in s)" cannot be read: parentheses are not used; a "/" divides by the next unit only, so write N/m/s for N/(m s)"#);
     insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 lbf/\""), @r#"brake.toml:10: actuation.force: the unit "lbf/" cannot be read: a unit is missing at its end"#);
     insta::assert_snapshot!(with("force = \"500 lbf\"", "force = \"500 lbf + 1 N\""), @r#"brake.toml:10: actuation.force: the unit "lbf + 1 N" cannot be read: "+" is not expected"#);

@@ -53,6 +53,7 @@ fn the_factors_are_those_of_an_independent_unit_evaluator() {
             (Dimension::Force, "newton"),
             (Dimension::Angle, "radian"),
             (Dimension::AngularVelocity, "radian/second"),
+            (Dimension::Frequency, "hertz"),
         ]
         .into_iter()
         .find(|&(dimension, _)| parse(&format!("1 {}", unit.symbol), dimension).is_ok())
@@ -120,6 +121,19 @@ fn an_angle_may_be_left_out_but_not_misplaced() {
     assert!(parse("6 N m rad", Dimension::TorsionalStiffness).is_err());
     assert!(parse("6 N/rad", Dimension::Force).is_err());
     assert!(parse("6 rad s", Dimension::Time).is_err());
+}
+
+/// A cycle is 2 pi radians: a unit of cycles is none of a speed, where the radian may be left out.
+#[test]
+fn a_frequency_is_no_angular_velocity() {
+    assert_eq!(parse("50 Hz", Dimension::Frequency), Ok(50.0));
+    assert_eq!(parse("0.05 kHz", Dimension::Frequency), Ok(50.0));
+    assert_eq!(parse("50 1/s", Dimension::Frequency), Ok(50.0));
+    for text in ["50 Hz", "50 kHz", "50 rad Hz"] {
+        assert!(parse(text, Dimension::AngularVelocity).is_err(), "{text}");
+    }
+    assert!(parse("50 rad/s", Dimension::Frequency).is_err());
+    assert!(parse("50 N Hz", Dimension::Damping).is_err());
 }
 
 #[test]

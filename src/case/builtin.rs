@@ -15,7 +15,7 @@ pub struct BuiltIn {
 /// The case that is run if none is named.
 pub const DEFAULT: &str = "paper";
 
-/// Every built-in case; the default first.
+/// Every built-in case of the brake; the default first.
 pub const CASES: &[BuiltIn] = &[
     BuiltIn {
         name: DEFAULT,
@@ -34,6 +34,63 @@ pub const CASES: &[BuiltIn] = &[
         text: include_str!("../../data/cases/release.toml"),
     },
 ];
+
+/// Every built-in case of trains.
+pub const TRAINS: &[BuiltIn] = &[
+    BuiltIn {
+        name: "belt-coulomb",
+        text: include_str!("../../data/cases/belt-coulomb.toml"),
+    },
+    BuiltIn {
+        name: "belt-leine",
+        text: include_str!("../../data/cases/belt-leine.toml"),
+    },
+    BuiltIn {
+        name: "belt-leine-arctan",
+        text: include_str!("../../data/cases/belt-leine-arctan.toml"),
+    },
+    BuiltIn {
+        name: "belt-leine-tanh",
+        text: include_str!("../../data/cases/belt-leine-tanh.toml"),
+    },
+    BuiltIn {
+        name: "belt-exponential",
+        text: include_str!("../../data/cases/belt-exponential.toml"),
+    },
+    BuiltIn {
+        name: "block",
+        text: include_str!("../../data/cases/block.toml"),
+    },
+    BuiltIn {
+        name: "hairer",
+        text: include_str!("../../data/cases/hairer.toml"),
+    },
+    BuiltIn {
+        name: "den-hartog",
+        text: include_str!("../../data/cases/den-hartog.toml"),
+    },
+    BuiltIn {
+        name: "groan",
+        text: include_str!("../../data/cases/groan.toml"),
+    },
+    BuiltIn {
+        name: "drill-string",
+        text: include_str!("../../data/cases/drill-string.toml"),
+    },
+    BuiltIn {
+        name: "clutch",
+        text: include_str!("../../data/cases/clutch.toml"),
+    },
+    BuiltIn {
+        name: "lugre-slider",
+        text: include_str!("../../data/cases/lugre-slider.toml"),
+    },
+];
+
+/// Every built-in case of either kind: the brakes, then the trains.
+pub fn all() -> Vec<BuiltIn> {
+    [CASES, TRAINS].concat()
+}
 
 /// The one of that name among those of a kind: "case", "study".
 ///

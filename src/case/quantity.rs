@@ -264,7 +264,7 @@ pub fn exact(text: &str, dimension: Dimension) -> Result<BigRational, String> {
         && dimension != Dimension::Frequency
     {
         return Err(format!(
-            "unknown unit \"{symbol}\" of {}: {}",
+            "\"{symbol}\" counts cycles, and is no unit of {}: {}",
             expectation(dimension),
             match dimension {
                 Dimension::AngularVelocity => "write rad/s, rev/s or rpm".to_owned(),

@@ -25,7 +25,12 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
     }
     if let Some(train) = trains::table_of(&root) {
         let place = root.at(train).map_or(&root.place, |node| &node.place);
-        return Err(CaseError::one(place.show(&label), train, trains::not_here()));
+        // An override names its key itself.
+        let key = match place {
+            Place::Line(_) => train,
+            Place::Override(_) => "",
+        };
+        return Err(CaseError::one(place.show(&label), key, trains::not_here()));
     }
     let known = schema::keys().iter().map(|key| key.path).collect();
     let mut reader = Reader::new(root, label, problems, known, Motion::Rotation);

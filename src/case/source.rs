@@ -19,7 +19,7 @@ pub struct CaseSource {
 pub enum Origin {
     /// A TOML file.
     File(PathBuf),
-    /// One of [`builtin::CASES`].
+    /// One of [`builtin::all`].
     BuiltIn(String),
     /// The input kept in a result file.
     Result(PathBuf),
@@ -42,7 +42,7 @@ impl CaseSource {
     /// # Errors
     /// If there is none of that name; the text lists those there are.
     pub fn built_in(name: &str) -> Result<CaseSource, CaseError> {
-        let case = builtin::find("case", builtin::CASES, name)?;
+        let case = builtin::find("case", &builtin::all(), name)?;
         Ok(CaseSource {
             text: case.text.to_owned(),
             origin: Origin::BuiltIn(case.name.to_owned()),

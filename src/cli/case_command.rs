@@ -3,7 +3,7 @@
 use super::arguments::{CaseOptions, Common};
 use super::{CommandError, End, print, print_json, terminal};
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
-use crate::case::{Case, CaseError, CaseSource, Origin, builtin};
+use crate::case::{Case, CaseError, CaseSource, Origin, TrainCase, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
@@ -32,11 +32,16 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         return Ok(End::Done);
     }
     let mut listed = Vec::new();
-    for built_in in builtin::CASES {
+    for built_in in builtin::all() {
         let source = CaseSource::built_in(built_in.name).map_err(input)?;
+        let title = if TrainCase::is_one(&source, &[]) {
+            TrainCase::parse(&source, &[]).map_err(input)?.title
+        } else {
+            Case::parse(&source, &[]).map_err(input)?.title
+        };
         listed.push(Listed {
             name: built_in.name,
-            title: Case::parse(&source, &[]).map_err(input)?.title,
+            title,
         });
     }
     for study in STUDIES {

@@ -9,7 +9,7 @@ use crate::case::quantity::{self, Dimension};
 use crate::case::schema::Domain;
 use crate::case::suggest;
 use crate::case::value::{choice, number};
-use crate::signal::{Drive, Frequency, Ramp, SIGNALS, Shape, Signal, Table, Wave};
+use crate::signal::{Drive, Frequency, Ramp, SIGNALS, Shape, Signal, Table, Timeline, Wave};
 
 /// Sums of sums of sums: a slip of the pen.
 const DEEPEST: usize = 4;
@@ -53,7 +53,20 @@ impl TrainReader<'_> {
     /// The signal at `path`, which is there; `None` if it is wrong.
     pub(super) fn signal(&mut self, path: &str, dimension: Dimension) -> Option<Drive> {
         let node = self.reader.root.at(path)?.clone();
-        self.drive(path, &node, dimension, 0)
+        let drive = self.drive(path, &node, dimension, 0)?;
+        let timeline = Timeline::new(&[&drive]);
+        let finite = |stretch: usize| {
+            let start = timeline.start(stretch);
+            timeline.value(0, stretch, start).is_finite() && timeline.slope(0, stretch, start).is_finite()
+        };
+        if drive.largest().is_finite() && (0..=timeline.corners().len()).all(finite) {
+            Some(drive)
+        } else {
+            self.wrong(
+                path,
+                "its values or slopes are outside the range of double precision: make it smaller or slower",
+            )
+        }
     }
 
     fn drive(&mut self, path: &str, node: &Node, dimension: Dimension, depth: usize) -> Option<Drive> {
