@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Motion, TrainCase};
 use crate::model::state::Components;
-use crate::results::schema::Extension;
+use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
 use crate::simulation::{Method, chosen_solvers, procedure, trains};
 
@@ -180,7 +180,7 @@ impl Header {
         for (name, text) in [
             ("method", method.name()),
             ("event_location", event_location(method)),
-            ("motion", case.motion.name()),
+            (META_MOTION, case.motion.name()),
         ] {
             meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
         }

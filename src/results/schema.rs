@@ -70,6 +70,11 @@ pub(crate) const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta that the writer itself adds: seconds from creation to the end, NaN until then.
 pub(crate) const META_WALL_TIME: &str = "wall_time_s";
 
+/// Attribute of /meta of a run of two trains: what its coordinates are.
+pub(crate) const META_MOTION: &str = "motion";
+/// Its value where metres stand for radians.
+pub(crate) const TRANSLATION: &str = "translation";
+
 /// Names of the attributes of a variable.
 pub mod attribute {
     /// Unit, as UDUNITS writes it.

@@ -121,6 +121,9 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
 /// Index of the guard of a stick that breaks away forward; backward is the next.
 pub(super) const GUARD_FORWARD: usize = 0;
 
+/// Rounding of the relative velocity, as a share of the speeds that it is the difference of.
+const NOISE: f64 = 4.0 * f64::EPSILON;
+
 /// What a guard of the trains is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Watched {
@@ -270,6 +273,10 @@ impl Dynamics for TrainDynamics {
         let x = location.sign() * self.system.relative_velocity(&outside, y);
         for (value, watched) in values.iter_mut().zip(watched) {
             *value = match watched {
+                // What rounding leaves of a departure that is slower than any power of time is no return.
+                Watched::Stopping if location.mode != Mode::Engaged => {
+                    x + NOISE * self.system.relative_velocity_terms(&outside, y)
+                }
                 Watched::Stopping => x,
                 Watched::Threshold if location.slow => self.threshold - x,
                 Watched::Threshold => x - self.threshold,
