@@ -5,7 +5,7 @@ mod common;
 use common::random_brakes::Random;
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use num_traits::Zero;
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::time::Duration;
