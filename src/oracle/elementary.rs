@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn analytic_hyperbolic_tangents() {
         let table = Elementary::<4>::new(200);
-        for y in [0.0, 1e-10, 0.3, 2.0, 30.0, 700.0] {
+        for y in [0.0, 1e-10, 0.3, 2.0, 30.0, 300.0] {
             let [tangent, rest] = table.hyperbolic_tangent(&Real::from_f64(y));
             assert!((tangent.to_f64() - y.tanh()).abs() < 1e-15);
             let sum = &(&tangent * &tangent) + &rest;

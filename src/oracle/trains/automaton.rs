@@ -414,6 +414,12 @@ impl<const N: usize> Run<N> {
             .iter_mut()
             .map(|course| course.advance(corner, &self.model.table))
             .collect();
+        if jumps.iter().any(|jump| !jump.is_zero()) {
+            // A take-off at this instant is tangential no more.
+            for (_, count) in self.zeros.iter_mut().filter(|(guard, _)| *guard == Guard::Stop) {
+                *count = 1;
+            }
+        }
         let mut jumped = false;
         for (c, chain) in self.model.chains.iter().enumerate() {
             let Far::Driven(course) = chain.far else { continue };

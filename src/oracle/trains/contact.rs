@@ -74,6 +74,8 @@ pub(super) struct ContactSeries<const N: usize> {
     loading: Vec<Float<N>>,
     /// 1 over the first coefficient of what is divided by.
     per_first: Float<N>,
+    /// 2/pi, where it is wanted.
+    per_half_pi: Float<N>,
     /// z.
     pub deflection: Vec<Float<N>>,
 }
@@ -105,6 +107,7 @@ impl<const N: usize> ContactSeries<N> {
             factor: Vec::new(),
             loading: Vec::new(),
             per_first: Float::zero(),
+            per_half_pi: Float::zero(),
             deflection: vec![*deflection],
         }
     }
@@ -177,8 +180,7 @@ impl<const N: usize> ContactSeries<N> {
                 self.deflection.push(Float::zero());
                 let mut factor = Float::convolution(&self.coefficient, &self.smooth);
                 if *function == Smoothing::Arctan {
-                    let two = Float::from_f64(2.0);
-                    factor = (&factor * &two).over(&table.pi);
+                    factor = &factor * &self.per_half_pi;
                 }
                 self.factor.push(factor);
                 let torque = Float::convolution(&self.factor, normal);
@@ -229,6 +231,7 @@ impl<const N: usize> ContactSeries<N> {
         let one = Float::from_f64(1.0);
         let square = Float::convolution(&self.ratio, &self.ratio);
         if k == 0 {
+            self.per_half_pi = one.over(&table.pi.half());
             let first = &one + &square;
             self.auxiliary.push(first);
             self.per_first = one.over(&first);
