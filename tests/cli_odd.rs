@@ -201,6 +201,7 @@ fn judge(name: &str, folder: &Folder) {
             Mode::Stick => assert_eq!(w, 0.0, "{name}"),
             Mode::SlipForward => assert!(w >= -1e-12 * fastest, "{name} at {}: {w}", sample.time),
             Mode::SlipBackward => assert!(w <= 1e-12 * fastest, "{name} at {}: {w}", sample.time),
+            Mode::Engaged => panic!("{name}: a brake sticks"),
         }
     }
 
