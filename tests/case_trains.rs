@@ -506,6 +506,7 @@ fn case_trains_keys_are_in_the_docs() {
         let name = key.path.rsplit('.').next().unwrap();
         let ways = [
             format!("`{name}`"),
+            format!("`{name} = "),
             format!(".{name}`"),
             format!("{{ {name} = "),
             format!(", {name} = "),
