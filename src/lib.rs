@@ -56,7 +56,7 @@ pub mod sundials;
 pub mod sweep;
 mod workers;
 
-pub use analysis::{Certify, SavedRun};
+pub use analysis::{Certify, SavedRun, SavedTrainRun};
 pub use compare::Reference;
 pub use run::Run;
 pub use sweep::Sweep;

@@ -1,9 +1,10 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
-use crate::case::Case;
+use crate::case::{Case, Motion, TrainCase};
 use crate::model::state::Components;
+use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
-use crate::simulation::{Method, chosen_solvers, procedure};
+use crate::simulation::{Method, chosen_solvers, procedure, trains};
 
 /// Root attribute `references`.
 pub(crate) const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
@@ -65,8 +66,8 @@ pub(crate) fn now() -> String {
 }
 
 /// How the times of the events were found: `located`, or `end-of-step` where nothing looks inside a step.
-fn event_location(case: &Case) -> &'static str {
-    if case.solver.method.locates_events() {
+fn event_location(method: Method) -> &'static str {
+    if method.locates_events() {
         "located"
     } else {
         "end-of-step"
@@ -74,14 +75,14 @@ fn event_location(case: &Case) -> &'static str {
 }
 
 /// Attributes of /events.
-fn events(case: &Case) -> Vec<(String, MetaValue)> {
-    let comment = if case.solver.method.locates_events() {
+fn events(method: Method) -> Vec<(String, MetaValue)> {
+    let comment = if method.locates_events() {
         "times are zeros of the guards, located to the accuracy of the method"
     } else {
         "nothing was located: an event has the time of the end of the step at which it was seen, and happened, if it is no \
          artefact of the steps, within last_step of the segment that it ends"
     };
-    [("event_location", event_location(case)), ("comment", comment)]
+    [("event_location", event_location(method)), ("comment", comment)]
         .map(|(name, text)| (name.to_owned(), MetaValue::Text(text.to_owned())))
         .to_vec()
 }
@@ -121,7 +122,7 @@ fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
     let mut meta = program(started);
     for (name, text) in [
         ("method", solver.method.name()),
-        ("event_location", event_location(case)),
+        ("event_location", event_location(solver.method)),
     ] {
         meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
     }
@@ -166,7 +167,43 @@ impl Header {
             case_text: text,
             resolved: case.resolved(),
             meta: meta(case, &started),
-            events: events(case),
+            events: events(case.solver.method),
+            extension: Extension::default(),
+        }
+    }
+
+    /// The same of a run of two trains.
+    pub fn of_trains(case: &TrainCase, text: String) -> Self {
+        let started = now();
+        let mut meta = program(&started);
+        let method = case.solver.method;
+        for (name, text) in [
+            ("method", method.name()),
+            ("event_location", event_location(method)),
+            (META_MOTION, case.motion.name()),
+        ] {
+            meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
+        }
+        for (name, value) in [
+            ("rtol", case.solver.rtol),
+            ("max_events", case.solver.max_events as f64),
+        ] {
+            meta.push((name.to_owned(), MetaValue::Number(value)));
+        }
+        let further = trains::further(&case.parameters).into_iter();
+        Header {
+            title: case.title.clone(),
+            source: source(),
+            references: REFERENCES.to_owned(),
+            history: format!("{started} {}", command_line()),
+            case_text: text,
+            resolved: case.resolved(),
+            meta,
+            events: events(method),
+            extension: Extension {
+                further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
+                translation: case.motion == Motion::Translation,
+            },
         }
     }
 }

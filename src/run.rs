@@ -2,8 +2,9 @@
 
 use crate::case::Case;
 use crate::model::Parameters;
+use crate::model::trains::Trains;
 use crate::record::{NoRecorder, Recorder};
-use crate::simulation::{OutputOptions, Progress, RunFailure, RunReport, SolverOptions, simulate};
+use crate::simulation::{OutputOptions, Progress, RunFailure, RunReport, SolverOptions, simulate, trains};
 use std::ops::ControlFlow;
 
 /// A run that is being prepared; [`Run::start`] computes it.
@@ -21,11 +22,18 @@ use std::ops::ControlFlow;
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct Run<'a> {
-    parameters: &'a Parameters,
+    problem: Problem<'a>,
     solver: &'a SolverOptions,
     output: &'a OutputOptions,
     recorder: Option<&'a mut dyn Recorder>,
     control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+}
+
+/// What is run.
+enum Problem<'a> {
+    Brake(&'a Parameters),
+    /// With the speed (rad/s) below which a contact without stick counts as stuck.
+    Trains(&'a Trains, f64),
 }
 
 impl<'a> Run<'a> {
@@ -36,8 +44,18 @@ impl<'a> Run<'a> {
 
     /// The run of a brake that comes from no case. The parameters are taken as they are: only [`Case::parse`] validates.
     pub fn of(parameters: &'a Parameters, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+        Run::prepared(Problem::Brake(parameters), solver, output)
+    }
+
+    /// The run of two trains that come from no case. The numbers are taken as they are. `threshold` (rad/s) is the speed below
+    /// which a contact without stick counts as stuck; others do not use it.
+    pub fn of_trains(trains: &'a Trains, threshold: f64, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
+        Run::prepared(Problem::Trains(trains, threshold), solver, output)
+    }
+
+    fn prepared(problem: Problem<'a>, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
         Run {
-            parameters,
+            problem,
             solver,
             output,
             recorder: None,
@@ -84,6 +102,11 @@ impl<'a> Run<'a> {
         };
         let mut nobody = NoRecorder;
         let recorder = self.recorder.unwrap_or(&mut nobody);
-        simulate(self.parameters, self.solver, self.output, recorder, control)
+        match self.problem {
+            Problem::Brake(parameters) => simulate(parameters, self.solver, self.output, recorder, control),
+            Problem::Trains(trains, threshold) => {
+                trains::simulate(trains, threshold, self.solver, self.output, recorder, control)
+            }
+        }
     }
 }

@@ -197,7 +197,7 @@ impl Summary {
 }
 
 /// A further attribute of /stick_slip; NaN where there is no value.
-fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
+pub(super) fn extra(name: &str, unit: &str, description: &str, value: Option<f64>) -> Extra {
     Extra {
         name: name.to_owned(),
         unit: unit.to_owned(),

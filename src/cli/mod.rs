@@ -16,6 +16,7 @@ mod ranks;
 mod run;
 mod sweep;
 mod terminal;
+mod trains;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};

@@ -2,10 +2,10 @@
 
 use super::arguments::{Common, RunOptions};
 use super::progress::RunBar;
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::{CommandError, End, complain, print, print_json, terminal, trains};
 use crate::analysis::headline::is_paper_case;
 use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
-use crate::case::{Case, CaseError, CaseSource, Origin, Override};
+use crate::case::{Case, CaseError, CaseSource, Origin, Override, TrainCase};
 use crate::hybrid::RunError;
 use crate::results::{Overwrite, ResultError, ResultFile, SavedRows};
 use crate::simulation::{RunFailure, RunReport};
@@ -55,16 +55,18 @@ struct RunDocument<'a> {
 
 /// Integrates one case into a result file and reports it.
 pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandError> {
+    let given = Given::read(&options.case)?;
+    let set = options.budget.over(&options.set);
+    let changes = overrides(&set, options.method.as_deref()).map_err(bad_case)?;
+    if TrainCase::is_one(&given.source, &changes) {
+        return trains::run(&given, &changes, options, common);
+    }
     let Input {
         source,
         case,
         text,
         files,
-    } = read_input(
-        &options.case,
-        &options.budget.over(&options.set),
-        options.method.as_deref(),
-    )?;
+    } = given.case(&changes)?;
     let path = options.output.clone().unwrap_or_else(|| default_output(&source));
     let overwrite = if options.force {
         Overwrite::Force
@@ -143,7 +145,12 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     }
 }
 
-fn finish(failure: Option<&RunFailure>, report: &RunReport, file: &Path, quiet: bool) -> Result<End, CommandError> {
+pub(super) fn finish(
+    failure: Option<&RunFailure>,
+    report: &RunReport,
+    file: &Path,
+    quiet: bool,
+) -> Result<End, CommandError> {
     match failure {
         // An error of the result file names the file itself.
         Some(RunFailure {
@@ -181,30 +188,49 @@ pub(super) fn bad_file(error: ResultError) -> CommandError {
 
 /// The case from a file, a result file or the built-in ones, with its overrides.
 pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Result<Input, CommandError> {
-    let path = Path::new(case);
-    let mut files = Vec::new();
-    let mut text = None;
-    let source = if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
-        let file = ResultFile::open(path).map_err(bad_file)?;
-        text = Some(file.case_text().map_err(bad_file)?);
-        CaseSource::result(path, file.resolved().map_err(bad_file)?)
-    } else if path.exists() || looks_like_a_path(case) {
-        CaseSource::file(path).map_err(bad_case)?
-    } else {
-        CaseSource::built_in(case).map_err(bad_case)?
-    };
-    if path.exists() {
-        files.push(path.to_owned());
+    let given = Given::read(case)?;
+    given.case(&overrides(set, method).map_err(bad_case)?)
+}
+
+/// What a command was given as a case, not yet read.
+pub(super) struct Given {
+    pub source: CaseSource,
+    /// The case text for /input/case: that of the first run, if one is repeated.
+    pub text: String,
+    /// Files that must not be overwritten.
+    pub files: Vec<PathBuf>,
+}
+
+impl Given {
+    /// A file, a result whose case is repeated, or a built-in case.
+    pub fn read(case: &str) -> Result<Given, CommandError> {
+        let path = Path::new(case);
+        let mut text = None;
+        let source = if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
+            let file = ResultFile::open(path).map_err(bad_file)?;
+            text = Some(file.case_text().map_err(bad_file)?);
+            CaseSource::result(path, file.resolved().map_err(bad_file)?)
+        } else if path.exists() || looks_like_a_path(case) {
+            CaseSource::file(path).map_err(bad_case)?
+        } else {
+            CaseSource::built_in(case).map_err(bad_case)?
+        };
+        Ok(Given {
+            text: text.unwrap_or_else(|| source.text.clone()),
+            files: path.exists().then(|| path.to_owned()).into_iter().collect(),
+            source,
+        })
     }
-    let overrides = overrides(set, method).map_err(bad_case)?;
-    let case = Case::parse(&source, &overrides).map_err(bad_case)?;
-    let text = text.unwrap_or_else(|| source.text.clone());
-    Ok(Input {
-        source,
-        case,
-        text,
-        files,
-    })
+
+    /// As the case of a brake.
+    fn case(self, changes: &[Override]) -> Result<Input, CommandError> {
+        Ok(Input {
+            case: Case::parse(&self.source, changes).map_err(bad_case)?,
+            source: self.source,
+            text: self.text,
+            files: self.files,
+        })
+    }
 }
 
 /// The overrides of a command: each `--set`, then `--method`.
@@ -230,7 +256,7 @@ fn is_hdf5(path: &Path) -> bool {
         && head == *b"\x89HDF\r\n\x1a\n"
 }
 
-fn default_output(source: &CaseSource) -> PathBuf {
+pub(super) fn default_output(source: &CaseSource) -> PathBuf {
     let name = source.name();
     PathBuf::from(match source.origin {
         Origin::Result(_) => format!("{name}.repeat.h5"),

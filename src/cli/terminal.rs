@@ -1,7 +1,9 @@
 //! Tables for the terminal.
 
+use crate::analysis::summary::SolverWorkRow;
 use crate::analysis::{Headline, HeadlineRow, Summary};
 use crate::case::Case;
+use crate::simulation::{OutputOptions, SolverOptions};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A table in the program's style.
@@ -43,6 +45,27 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
             report.add_row([name, &value]);
         }
     }
+    with_work(
+        &case.title,
+        &case.solver,
+        &case.output,
+        summary.end,
+        wall_time,
+        &report,
+        &summary.work,
+    )
+}
+
+/// A report of a run, which came to `end` (s): its headline, and what its solvers did.
+pub(super) fn with_work(
+    title: &str,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    end: f64,
+    wall_time: f64,
+    headline: &Table,
+    rows: &[SolverWorkRow],
+) -> String {
     let mut work = table(&[
         "solver",
         "segments",
@@ -51,7 +74,7 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
         "right-hand sides",
         "Jacobians",
     ]);
-    for w in &summary.work {
+    for w in rows {
         work.add_row([
             w.solver.to_owned(),
             w.segments.to_string(),
@@ -63,18 +86,17 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
     }
     align_right(&mut work, 1..6);
     // As the case has it, unless the run was interrupted.
-    let end = if summary.end == case.output.end_time {
-        summary.end.to_string()
+    let end = if end == output.end_time {
+        end.to_string()
     } else {
-        format!("{:.9}", summary.end)
+        format!("{end:.9}")
     };
     format!(
-        "{}\nmethod {}, rtol {:e}, t = 0 to {end} s in {:.3} s of wall time\n\n{}\n{}",
-        case.title,
-        case.solver.method.name(),
-        case.solver.rtol,
+        "{title}\nmethod {}, rtol {:e}, t = 0 to {end} s in {:.3} s of wall time\n\n{}\n{}",
+        solver.method.name(),
+        solver.rtol,
         wall_time,
-        show(&report),
+        show(headline),
         show(&work),
     )
 }

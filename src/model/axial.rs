@@ -220,6 +220,15 @@ impl AxialMotion {
         self.evaluate(self.piece_at(t), t)
     }
 
+    /// (kinetic, elastic) energy at `t`, J.
+    pub(crate) fn energies(&self, t: f64) -> (f64, f64) {
+        let (state, axial) = (self.at(t), &self.axial);
+        (
+            0.5 * axial.mass * state.velocity * state.velocity,
+            0.5 * axial.stiffness * state.displacement * state.displacement,
+        )
+    }
+
     /// The pressing force -c_a z' - k_e z at `t`, N: all that the torsional equations need.
     #[inline]
     pub fn pressing_force(&self, t: f64) -> f64 {

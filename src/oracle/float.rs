@@ -273,7 +273,7 @@ impl<const N: usize> Float<N> {
     }
 
     /// A quotient of integers times 2^exponent.
-    fn quotient(numerator: &BigUint, denominator: &BigUint, exponent: i64, negative: bool) -> Self {
+    pub(super) fn quotient(numerator: &BigUint, denominator: &BigUint, exponent: i64, negative: bool) -> Self {
         let shift = (Self::BITS + 2) as i64 - (numerator.bits() as i64 - denominator.bits() as i64);
         let quotient = if shift >= 0 {
             (numerator << shift as u64) / denominator

@@ -5,7 +5,7 @@
 //! and R are is each law's own.
 
 use super::float::Float;
-use crate::model::{ExactLaw, ExactParameters, nearest_double};
+use crate::model::{ExactLaw, nearest_double};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
@@ -52,22 +52,22 @@ enum Kind<const N: usize> {
 }
 
 /// The pieces of a law between its knots, in the order of the speed; one, if it has none.
-pub(super) fn pieces<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
-    if exact.law.name == "table" {
-        table(exact)
+pub(super) fn pieces<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<Friction<N>> {
+    if law.name == "table" {
+        table(radius, law)
     } else {
-        vec![Friction::whole(exact)]
+        vec![Friction::whole(radius, law)]
     }
 }
 
 /// One for each interval of a table, and that above it.
-fn table<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
+fn table<const N: usize>(radius: &BigRational, law: &ExactLaw) -> Vec<Friction<N>> {
     let integer = |n: i64| BigRational::from_integer(BigInt::from(n));
-    let (x, y) = (exact.law.list("speed"), exact.law.list("coefficient"));
+    let (x, y) = (law.list("speed"), law.list("coefficient"));
     let last = x.len() - 1;
     let h: Vec<BigRational> = (0..last).map(|k| &x[k + 1] - &x[k]).collect();
     let d: Vec<BigRational> = (0..last).map(|k| (&y[k + 1] - &y[k]) / &h[k]).collect();
-    let linear = exact.law.word("interpolation") == "linear";
+    let linear = law.word("interpolation") == "linear";
     let mut all = Vec::new();
     for k in 0..last {
         let cubic = if linear {
@@ -79,10 +79,10 @@ fn table<const N: usize>(exact: &ExactParameters) -> Vec<Friction<N>> {
             let third = (&m + &n - integer(2) * &d[k]) / (&h[k] * &h[k]);
             [m, quadratic, third]
         };
-        all.push(Friction::cubic(exact, &x[k], [&y[k], &cubic[0], &cubic[1], &cubic[2]]));
+        all.push(Friction::cubic(radius, &x[k], [&y[k], &cubic[0], &cubic[1], &cubic[2]]));
     }
     let zero = BigRational::default();
-    all.push(Friction::cubic(exact, &x[last], [&y[last], &zero, &zero, &zero]));
+    all.push(Friction::cubic(radius, &x[last], [&y[last], &zero, &zero, &zero]));
     all
 }
 
@@ -127,8 +127,7 @@ pub(super) fn knots(law: &ExactLaw) -> (Vec<BigRational>, bool) {
 
 impl<const N: usize> Friction<N> {
     /// Of c_0 + c_1 d + c_2 d^2 + c_3 d^3, d = x - origin.
-    fn cubic(exact: &ExactParameters, origin: &BigRational, coefficients: [&BigRational; 4]) -> Self {
-        let radius = &exact.radius;
+    fn cubic(radius: &BigRational, origin: &BigRational, coefficients: [&BigRational; 4]) -> Self {
         Friction {
             constant: Float::zero(),
             falling: Float::from_rational(radius),
@@ -144,9 +143,8 @@ impl<const N: usize> Friction<N> {
     ///
     /// # Panics
     /// If the oracle does not know the law: it has all that there are.
-    fn whole(exact: &ExactParameters) -> Self {
+    fn whole(radius: &BigRational, law: &ExactLaw) -> Self {
         let number = Float::from_rational;
-        let (radius, law) = (&exact.radius, &exact.law);
         let two = BigRational::from_integer(BigInt::from(2));
         let of = |key: &str| law.number(key);
         let zero = BigRational::default();
@@ -177,7 +175,7 @@ impl<const N: usize> Friction<N> {
             }
             "polynomial" => {
                 let [a, b, c, d] = ["low_speed", "linear", "quadratic", "cubic"].map(of);
-                return Friction::cubic(exact, &zero, [&a, &b, &c, &d]);
+                return Friction::cubic(radius, &zero, [&a, &b, &c, &d]);
             }
             other => panic!("the oracle has no friction law \"{other}\""),
         };

@@ -6,6 +6,8 @@
 //!
 //! | file | what it is |
 //! |---|---|
+//! | `axial` | the axial motion and the force that drives it |
+//! | `elementary` | sine, cosine, arc tangent and hyperbolic tangent |
 //! | `float` | floating-point numbers of some machine words, in which everything is computed |
 //! | `friction` | the friction laws as recurrences |
 //! | `number` | what comes out, exact to and from rationals and decimals |
@@ -15,9 +17,12 @@
 //! | `steps` | order and length of a step from the precision |
 //! | `automaton` | modes, events, kicks and corners |
 //! | `report` | what a run gives |
+//! | `trains` | the same for two trains at one contact: equations, modes and events of their own |
 //! | `solve` | two runs or more, until as many digits as one wants are known to be true |
 
 mod automaton;
+mod axial;
+mod elementary;
 mod float;
 mod friction;
 mod number;
@@ -27,6 +32,7 @@ mod roots;
 mod series;
 mod solve;
 mod steps;
+pub mod trains;
 
 pub use automaton::run;
 pub use number::{Number, decimal, rational};

@@ -57,7 +57,7 @@ impl OracleState {
 
 /// An event, with the state after it.
 #[derive(Debug, Clone)]
-pub struct OracleEvent {
+pub struct OracleEvent<S = OracleState> {
     /// s.
     pub time: Number,
     /// What happened.
@@ -65,16 +65,16 @@ pub struct OracleEvent {
     /// Mode after the event.
     pub mode_after: Mode,
     /// The state after the event.
-    pub state: OracleState,
+    pub state: S,
 }
 
 /// What an oracle run found.
 #[derive(Debug, Clone)]
-pub struct OracleReport {
+pub struct OracleReport<S = OracleState> {
     /// All events, in order.
-    pub events: Vec<OracleEvent>,
+    pub events: Vec<OracleEvent<S>>,
     /// The state at each of the times that were asked for, as far as the run reaches.
-    pub samples: Vec<(Number, OracleState)>,
+    pub samples: Vec<(Number, S)>,
     /// How many steps it took.
     pub steps: u64,
     /// Bits of the mantissa of all numbers.

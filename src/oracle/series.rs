@@ -3,6 +3,7 @@
 //! With c_k for the k-th coefficient of c around the present time, y' = f becomes y_(k+1) = f_k/(k+1), a product becomes a
 //! convolution, and E = exp(g) the convolution k E_k = sum of j g_j E_(k-j) over j = 1..k.
 
+use super::axial::AxialMotion;
 use super::float::Float;
 use super::friction::{self, Friction, Shapes};
 use crate::model::ExactParameters;
@@ -54,8 +55,7 @@ pub(super) const fn largest_order(bits: usize) -> usize {
 /// The constants of the equations, to the precision of the run.
 #[derive(Debug)]
 pub(super) struct Model<const N: usize> {
-    /// c_a, k_e, 1/m.
-    axial: [Float<N>; 3],
+    pub axial: AxialMotion<N>,
     /// c_t, k_t.
     torsion: [Float<N>; 2],
     per_rotor_inertia: Float<N>,
@@ -76,39 +76,16 @@ impl<const N: usize> Model<N> {
         let orders = 0..=largest_order(Float::<N>::BITS) + 1;
         let integer = |k: usize| BigRational::from_integer(BigInt::from(k));
         Model {
-            axial: [
-                number(&exact.axial_damping),
-                number(&exact.axial_stiffness),
-                number(&exact.mass.recip()),
-            ],
+            axial: AxialMotion::new(&exact.mass, &exact.axial_stiffness, &exact.axial_damping),
             torsion: [number(&exact.torsional_damping), number(&exact.torsional_stiffness)],
             per_rotor_inertia: number(&exact.rotor_inertia.recip()),
             per_surface_inertia: number(&exact.surface_inertia.recip()),
-            friction: friction::pieces(exact),
+            friction: friction::pieces(&exact.radius, &exact.law),
             breakaway: number(&(&exact.radius * &exact.breakaway)),
             reciprocals: orders.clone().map(|k| number(&integer(k.max(1)).recip())).collect(),
             integers: orders.map(|k| number(&integer(k))).collect(),
             ln_2: Float::ln_2(),
         }
-    }
-
-    /// F_n without its clamp, -c_a z' - k_e z, N.
-    pub fn normal_force(&self, z: &Float<N>, z_dot: &Float<N>) -> Float<N> {
-        let [damping, stiffness, _] = &self.axial;
-        -&(&(damping * z_dot) + &(stiffness * z))
-    }
-
-    /// z'' under the pressing force `normal` and F, m/s^2; with the rates of both, its derivative.
-    pub(crate) fn axial_acceleration(&self, normal: &Float<N>, force: &Float<N>) -> Float<N> {
-        &(normal - force) * &self.axial[2]
-    }
-
-    /// The free part of z and z': what is left of them beside the straight line that they follow where F is linear.
-    pub(crate) fn free_part(&self, [z, z_dot]: [&Float<N>; 2], [force, slope]: [&Float<N>; 2]) -> [Float<N>; 2] {
-        let [damping, stiffness, _] = &self.axial;
-        let drift = slope.over(stiffness);
-        let straight = (force - &(damping * &drift)).over(stiffness);
-        [z + &straight, z_dot + &drift]
     }
 
     /// T_r or T_s: c_t times the rate plus k_t times the twist, N m.
@@ -159,14 +136,11 @@ impl<const N: usize> Expansion<N> {
     pub fn extend(&mut self, model: &Model<N>, order: usize) {
         for k in self.normal.len()..=order.min(largest_order(Float::<N>::BITS)) {
             let at = |c: usize| &self.state[c][k];
-            let normal = model.normal_force(at(Z), at(Z_DOT));
+            let normal = model.axial.normal_force(at(Z), at(Z_DOT));
             let rotor = model.torque(at(ROTOR_TWIST), at(ROTOR_TWIST_RATE));
             let stator = model.torque(at(STATOR_TWIST), at(STATOR_TWIST_RATE));
-            let mut axial = normal;
-            if let Some(force) = self.force.get(k) {
-                axial -= force;
-            }
-            let axial = &axial * &model.axial[2];
+            let force = self.force.get(k).copied().unwrap_or(Float::zero());
+            let axial = model.axial.acceleration(&normal, &force);
             self.normal.push(normal);
             let rotor_acceleration = -&(&rotor * &model.per_rotor_inertia);
             // phi_2'' and phi_1''.

@@ -8,7 +8,7 @@
 //! the second, and so on. Where rounding decides about the events, two runs that differ by a machine word or more have
 //! them at different places: what has grown from 2^-64 of the other comes e-folds, and with them milliseconds, later.
 
-use super::report::OracleReport;
+use super::report::{OracleReport, OracleState};
 use super::{DIGITS, OracleError, OracleOptions, automaton, digits_of, words, words_beyond};
 use crate::model::{ExactParameters, nearest_double};
 use num_rational::BigRational;
@@ -70,9 +70,9 @@ pub struct OracleProgress {
 
 /// The events of a case, and how well they are known.
 #[derive(Debug, Clone)]
-pub struct OracleSolution {
+pub struct OracleSolution<S = OracleState> {
     /// The run.
-    pub report: OracleReport,
+    pub report: OracleReport<S>,
     /// Of each event, how far its time can be from the exact one, s.
     pub errors: Vec<f64>,
     /// Digits that all event times have; at least those asked for.
@@ -83,7 +83,7 @@ pub struct OracleSolution {
     pub seconds: f64,
 }
 
-impl OracleSolution {
+impl<S> OracleSolution<S> {
     /// Significant decimal digits of the time of an event that are true.
     pub fn digits_of_event(&self, index: usize) -> u32 {
         let time = self.report.events[index].time.to_f64().abs();
@@ -108,6 +108,24 @@ pub fn solve(
     request: &OracleRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<OracleSolution, OracleError> {
+    let period =
+        std::f64::consts::TAU * nearest_double(&(&parameters.surface_inertia / &parameters.torsional_stiffness)).sqrt();
+    settle(request, period, control, &mut |options, control| {
+        automaton::run(parameters, options, control)
+    })
+}
+
+/// A run with the given options, which asks the control with its time.
+pub(super) type Runner<'a, S> =
+    dyn FnMut(&OracleOptions, &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<OracleReport<S>, OracleError> + 'a;
+
+/// The same of any model, with the period (s) in terms of which two runs are near to each other.
+pub(super) fn settle<S>(
+    request: &OracleRequest,
+    period: f64,
+    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
+    run: &mut Runner<'_, S>,
+) -> Result<OracleSolution<S>, OracleError> {
     let clock = Instant::now();
     let lost = request.growth.max(0.0) / std::f64::consts::LN_10;
     let too_many = |digits: f64| OracleError::Digits {
@@ -119,20 +137,20 @@ pub fn solve(
     if fine_words <= coarse_words {
         fine_words = words_beyond(coarse_words).ok_or(too_many(lost + f64::from(request.digits)))?;
     }
-    let mut coarse = attempt(parameters, request, coarse_words, control);
+    let mut coarse = attempt(request, coarse_words, control, run);
     loop {
         if let Err(error) = &coarse
             && !error.may_be_rounding()
         {
             return Err(error.clone());
         }
-        let fine = attempt(parameters, request, fine_words, control);
+        let fine = attempt(request, fine_words, control, run);
         let digits_computed = digits_of(fine_words);
         let next = match (&coarse, fine) {
             // What ends a run does so with more digits, too.
             (Err(_), Err(error)) => return Err(error),
             (_, Err(error)) if !error.may_be_rounding() => return Err(error),
-            (Ok(coarse), Ok(fine)) => match errors(parameters, coarse, &fine) {
+            (Ok(coarse), Ok(fine)) => match errors(period, coarse, &fine) {
                 Some(errors) => {
                     let times = fine.events.iter().map(|event| event.time.to_f64().abs());
                     let digits = times.zip(&errors).map(|(time, error)| digits_left(time, *error));
@@ -165,12 +183,12 @@ pub fn solve(
 }
 
 /// A run with mantissas of that many words, which says beforehand how long it will take.
-fn attempt(
-    parameters: &ExactParameters,
+fn attempt<S>(
     request: &OracleRequest,
     words: usize,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
-) -> Result<OracleReport, OracleError> {
+    run: &mut Runner<'_, S>,
+) -> Result<OracleReport<S>, OracleError> {
     let digits = digits_of(words);
     let end_time = nearest_double(&request.end_time);
     let options = OracleOptions {
@@ -183,7 +201,7 @@ fn attempt(
     // The pace changes: slips are slow, the last stick is fast. So it is measured anew, each time over as long as all before.
     let (mut asked, mut next, mut told) = ((0.0, 0.0), TRIAL.as_secs_f64(), false);
     let mut too_long: Option<f64> = None;
-    let outcome = automaton::run(parameters, &options, &mut |time| {
+    let outcome = run(&options, &mut |time| {
         let elapsed = clock.elapsed().as_secs_f64();
         if elapsed >= next && time > asked.1 {
             let pace = (elapsed - asked.0) / (time - asked.1);
@@ -219,9 +237,7 @@ fn attempt(
 }
 
 /// The errors of `fine`, s, by its distance from `coarse`; `None` where they have not the same events.
-fn errors(parameters: &ExactParameters, coarse: &OracleReport, fine: &OracleReport) -> Option<Vec<f64>> {
-    let period =
-        std::f64::consts::TAU * nearest_double(&(&parameters.surface_inertia / &parameters.torsional_stiffness)).sqrt();
+fn errors<S>(period: f64, coarse: &OracleReport<S>, fine: &OracleReport<S>) -> Option<Vec<f64>> {
     if coarse.events.len() != fine.events.len() {
         return None;
     }

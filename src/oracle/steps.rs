@@ -57,24 +57,30 @@ impl Scales {
     }
 }
 
-/// The longest step with that expansion, log2 of s: where its last two terms reach the tolerance.
+/// The longest step with those series, log2 of s: where the last two terms of each reach the tolerance, in terms of the size of
+/// the first, or of the least that it is worth, log2.
 ///
 /// So do those of the friction law's shape, such as the exponential, relative to itself, however small it is: the terms of exp(x) grow up to
 /// index x, and a step over which alpha omega_r changes by more than the order would pass over what they come to beyond it.
-fn log_step<const N: usize>(expansion: &Expansion<N>, scales: &Scales) -> f64 {
-    let of_series = |coefficients: &[Float<N>], least: f64| {
+pub(super) fn log_step<'a, const N: usize>(series: impl Iterator<Item = (&'a [Float<N>], f64)>) -> f64 {
+    let of_series = |(coefficients, least): (&[Float<N>], f64)| {
         let size = coefficients[0].log2().max(least);
         let tolerance = size - Float::<N>::BITS as f64 + MARGIN_BITS;
         let last = coefficients.len() - 1;
         let steps = [last - 1, last].map(|k| (tolerance - coefficients[k].log2()) / k as f64);
         steps[0].min(steps[1])
     };
-    let states = DECIDING.map(|c| of_series(expansion.component(c), scales.least[c]));
-    let law = match expansion.law() {
-        [] => f64::INFINITY,
-        shape => of_series(shape, f64::NEG_INFINITY),
-    };
-    states.into_iter().fold(law, f64::min)
+    series.map(of_series).fold(f64::INFINITY, f64::min)
+}
+
+/// All series of an expansion that decide.
+fn deciding<'a, const N: usize>(
+    expansion: &'a Expansion<N>,
+    scales: &Scales,
+) -> impl Iterator<Item = (&'a [Float<N>], f64)> {
+    let law = Some((expansion.law(), f64::NEG_INFINITY)).filter(|(shape, _)| !shape.is_empty());
+    let states = DECIDING.map(|c| (expansion.component(c), scales.least[c]));
+    law.into_iter().chain(states)
 }
 
 /// Extends the expansion to the order that costs least, and returns the length of the step, s; no longer than `limit`.
@@ -84,12 +90,19 @@ pub(super) fn choose<const N: usize>(
     scales: &Scales,
     limit: &Float<N>,
 ) -> Float<N> {
+    longest(limit, |order| {
+        expansion.extend(model, order);
+        log_step(deciding(expansion, scales))
+    })
+}
+
+/// The same of any expansion, by a function that extends it to an order and gives the longest step with it, log2 of s.
+pub(super) fn longest<const N: usize>(limit: &Float<N>, mut extended: impl FnMut(usize) -> f64) -> Float<N> {
     let log_limit = limit.log2();
     let mut best: Option<(f64, f64)> = None;
     let largest = largest_order(Float::<N>::BITS);
     for order in ORDERS.into_iter().filter(|order| *order <= largest) {
-        expansion.extend(model, order);
-        let log_step = log_step(expansion, scales) + SAFETY.log2();
+        let log_step = extended(order) + SAFETY.log2();
         let cost = (order as f64 * (order as f64 + FIXED_COST)).log2() - log_step.min(log_limit);
         // Coefficients of a higher order only make the same step more accurate.
         let length = best.map_or(log_step, |(_, best)| best.max(log_step));

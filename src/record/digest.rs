@@ -121,6 +121,16 @@ impl EventDigest {
         }
     }
 
+    /// Of a run that has no instability to tell of.
+    pub(crate) fn without_instability() -> Self {
+        EventDigest {
+            last_turn: f64::NEG_INFINITY,
+            stable_since: f64::NEG_INFINITY,
+            turned: (f64::NEG_INFINITY, f64::NEG_INFINITY),
+            ..EventDigest::default()
+        }
+    }
+
     /// Of events that are all at hand, in order.
     pub fn of_events(parameters: &Parameters, events: &[Event]) -> Self {
         let mut digest = EventDigest::new(parameters);

@@ -8,6 +8,11 @@ pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Takes the run as it is computed. Rows arrive in order of time.
 pub trait Recorder {
+    /// What the state of the row that comes next has beyond [`State`](super::State): of a sample once, of an event twice, before
+    /// and after it.
+    fn further(&mut self, _values: &[f64]) -> Result<(), RecorderError> {
+        Ok(())
+    }
     /// A row of the trajectory.
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError>;
     /// An event.

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::schema::{self, CHECKSUMS, Kind as Stored, Table, group, root};
+use super::schema::{self, CHECKSUMS, Extension, Kind as Stored, Table, group, root};
 use super::source::{Holds, Kind, Source};
-use super::{ResultError, ResultFile, Status, checksums};
+use super::{AttributeValue, ResultError, ResultFile, Status, checksums};
 use crate::model::Mode;
 use crate::record::{Event, EventKind, Segment};
 
@@ -201,7 +201,15 @@ impl Check {
     fn result(&mut self) -> Result<(), ResultError> {
         let file = ResultFile::open(&self.report.file)?;
         let complete = *file.status() == Status::Complete;
-        for table in schema::tables() {
+        let translation = AttributeValue::Text(schema::TRANSLATION.to_owned());
+        let extension = Extension {
+            translation: file
+                .meta()?
+                .iter()
+                .any(|(name, value)| name == schema::META_MOTION && *value == translation),
+            ..Extension::default()
+        };
+        for table in schema::extended_tables(&extension) {
             let structure = self.structure(&table, complete);
             self.note(&format!("/{}", table.group), structure);
         }

@@ -70,6 +70,11 @@ pub(crate) const CHECKSUMS: &str = "meta/checksums";
 /// Attribute of /meta that the writer itself adds: seconds from creation to the end, NaN until then.
 pub(crate) const META_WALL_TIME: &str = "wall_time_s";
 
+/// Attribute of /meta of a run of two trains: what its coordinates are.
+pub(crate) const META_MOTION: &str = "motion";
+/// Its value where metres stand for radians.
+pub(crate) const TRANSLATION: &str = "translation";
+
 /// Names of the attributes of a variable.
 pub mod attribute {
     /// Unit, as UDUNITS writes it.
@@ -362,6 +367,54 @@ pub(crate) const WORK_PRECISION_UNCERTAINTIES: [(&str, &str, &str); 3] = [
 /// Every table, in the order of the file.
 pub fn tables() -> [Table; 4] {
     [trajectory(), events(), segments(), stick_slip()]
+}
+
+/// What the files of some cases have beyond the tables that all have.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Extension {
+    /// Further columns of /trajectory, and twice (before, after) of /events: name, whether it is a speed, description.
+    pub further: Vec<(String, bool, String)>,
+    /// The case is one of translation: metres stand for radians, and forces for torques.
+    pub translation: bool,
+}
+
+/// Every table with an extension, in the order of the file.
+pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
+    let mut tables = tables();
+    let [trajectory, events, ..] = &mut tables;
+    let column = |name: String, is_rate: bool, long_name: String| {
+        let units = if is_rate { "rad s-1" } else { "rad" };
+        Variable::new(&name, Kind::Float64, units, &long_name)
+    };
+    for (name, is_rate, long_name) in &extension.further {
+        trajectory
+            .variables
+            .push(column(name.clone(), *is_rate, long_name.clone()));
+    }
+    for side in ["before", "after"] {
+        for (name, is_rate, long_name) in &extension.further {
+            let (name, long_name) = (format!("{name}_{side}"), format!("{long_name}, {side} the event"));
+            events.variables.push(column(name, *is_rate, long_name));
+        }
+    }
+    if extension.translation {
+        for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
+            variable.units = match variable.units {
+                "rad" => "m",
+                "rad s-1" => "m s-1",
+                "N m" => "N",
+                units => units,
+            };
+            for (angular, linear) in [
+                ("rotor angle", "rotor position"),
+                ("surface angle", "surface position"),
+                ("torque", "force"),
+            ] {
+                variable.long_name = variable.long_name.replace(angular, linear);
+            }
+        }
+    }
+    tables
 }
 
 /// (name, unit, description) of the float64 attributes of /stick_slip.

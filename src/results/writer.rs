@@ -46,6 +46,8 @@ pub struct Header {
     pub meta: Vec<(String, MetaValue)>,
     /// Attributes of /events: how its times were found.
     pub events: Vec<(String, MetaValue)>,
+    /// What the tables have beyond those of every file.
+    pub extension: schema::Extension,
 }
 
 /// How a run ended.
@@ -101,6 +103,8 @@ pub struct ResultWriter {
     overwrite: Overwrite,
     /// `None` after an error, and at the end.
     open: Option<Open>,
+    /// Of the row that comes next.
+    further: Vec<f64>,
     /// As of the last flush.
     saved: SavedRows,
     started: Instant,
@@ -144,6 +148,7 @@ impl ResultWriter {
             partial,
             overwrite,
             open: Some(open?),
+            further: Vec::new(),
             saved: SavedRows::default(),
             started: Instant::now(),
             lock,
@@ -288,6 +293,12 @@ const SEGMENTS: usize = 2;
 const STICK_SLIP: usize = 3;
 
 impl Recorder for ResultWriter {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.clear();
+        self.further.extend_from_slice(values);
+        Ok(())
+    }
+
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
         let head = [
             Cell::F64(sample.time),
@@ -300,7 +311,14 @@ impl Recorder for ResultWriter {
             .into_iter()
             .chain(sample.channels.values())
             .map(Cell::F64);
-        self.record(TRAJECTORY, head.into_iter().chain(rest))
+        let further = std::mem::take(&mut self.further);
+        let cells = head
+            .into_iter()
+            .chain(rest)
+            .chain(further.iter().copied().map(Cell::F64));
+        let recorded = self.record(TRAJECTORY, cells);
+        self.further = further;
+        recorded
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
@@ -321,10 +339,11 @@ impl Recorder for ResultWriter {
             .into_iter()
             .chain(event.after.values())
             .map(Cell::F64);
-        self.record(
-            EVENTS,
-            head.into_iter().chain(states).chain([Cell::F64(event.internal_force)]),
-        )
+        let further = std::mem::take(&mut self.further);
+        let rest = [event.internal_force].into_iter().chain(further.iter().copied());
+        let recorded = self.record(EVENTS, head.into_iter().chain(states).chain(rest.map(Cell::F64)));
+        self.further = further;
+        recorded
     }
 
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
@@ -413,7 +432,7 @@ impl Open {
             .create(schema::root::FORMAT_VERSION)?
             .write_scalar(&schema::FORMAT_VERSION)?;
         let [trajectory, events, segments, stick_slip] =
-            schema::tables().map(|table| TableWriter::create(&file, &table));
+            schema::extended_tables(&header.extension).map(|table| TableWriter::create(&file, &table));
         let tables = [trajectory?, events?, segments?, stick_slip?];
         let input = create_group(&file, schema::group::INPUT)?;
         for (name, text, long_name) in [

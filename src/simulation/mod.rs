@@ -9,6 +9,7 @@ pub mod procedure;
 pub mod rules;
 pub mod sampling;
 pub mod semi_analytic;
+pub mod trains;
 
 mod observer;
 mod readings;
@@ -24,11 +25,11 @@ use crate::hybrid::{self, ChosenSolver, Limits, Start};
 use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::spinning;
 use crate::model::{Mode, Parameters};
-use crate::record::Recorder;
+use crate::record::{EventDigest, Recorder};
 use brake::{Brake, Location, Watch};
 use observer::Recording;
 use plan::Plan;
-use readings::TwistReadings;
+use readings::{Readings as _, TwistReadings};
 use rules::BrakeRules;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -79,7 +80,9 @@ pub(crate) fn simulate(
         brake: &brake,
         axial: parameters.axial,
     };
-    let mut recording = Recording::new(readings, parameters, output, recorder, control, &state);
+    let digest = EventDigest::new(parameters);
+    let initial_energy = readings.kinetic_energy(0.0, &location, &state);
+    let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
     let start = Start {
         time: 0.0,

@@ -1,6 +1,6 @@
 //! What a recorded sample becomes a small time later or earlier in its own mode.
 
-use super::brake::Brake;
+use super::brake::{Brake, Location, Watch};
 use super::readings::{Readings, TwistReadings};
 use crate::model::state::{Components, DIMENSION, TorsionState};
 use crate::model::{Axial, Parameters};
@@ -71,7 +71,13 @@ impl Nearby {
             brake: &self.brake,
             axial: self.axial,
         };
-        let read = |t: f64, y: &TorsionState| joined(&readings.state(t, mode, y), &readings.channels(t, mode, y));
+        let place = Location {
+            mode,
+            resolved: true,
+            watch: Watch::Off,
+            piece: 0,
+        };
+        let read = |t: f64, y: &TorsionState| joined(&readings.state(t, &place, y), &readings.channels(t, &place, y));
         let (before, after) = (read(t, &y), read(t + dt, &later));
         std::array::from_fn(|k| after[k] - before[k])
     }

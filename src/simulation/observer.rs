@@ -1,12 +1,11 @@
 //! From the states of a run to the rows of the record.
 
-use super::brake::Location;
 use super::options::OutputOptions;
-use super::readings::Readings;
+use super::readings::{Place, Readings};
 use super::report::{Progress, RunReport, SolverWork};
 use super::sampling::SampleTimes;
 use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport};
-use crate::model::{Mode, Parameters};
+use crate::model::Mode;
 use crate::record::EventDigest;
 use crate::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
 use crate::sundials::Counters;
@@ -30,6 +29,8 @@ pub(super) struct Recording<'a, R> {
     wall_time: Option<f64>,
     started: Instant,
     out_of_time: bool,
+    /// Scratch.
+    further: Vec<f64>,
 }
 
 /// The first value that is not finite, with its name.
@@ -49,13 +50,12 @@ fn check_state(time: f64, state: &State) -> Result<(), Overflow> {
 impl<'a, R: Readings> Recording<'a, R> {
     pub(super) fn new(
         readings: R,
-        parameters: &Parameters,
+        digest: EventDigest,
         output: &OutputOptions,
         recorder: &'a mut dyn Recorder,
         control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
-        start: &[f64],
+        initial_energy: f64,
     ) -> Self {
-        let initial_energy = readings.kinetic_energy(start);
         Recording {
             readings,
             recorder,
@@ -67,13 +67,14 @@ impl<'a, R: Readings> Recording<'a, R> {
             counted: 0,
             work_perturbation: 0.0,
             report: RunReport {
-                digest: EventDigest::new(parameters),
+                digest,
                 initial_energy,
                 ..RunReport::default()
             },
             wall_time: None,
             started: Instant::now(),
             out_of_time: false,
+            further: Vec::new(),
         }
     }
 
@@ -86,12 +87,12 @@ impl<'a, R: Readings> Recording<'a, R> {
     ///
     /// # Errors
     /// It was ended because its wall time had run out.
-    pub(super) fn in_time(&self, time: f64, location: &Location) -> Result<(), RunError> {
+    pub(super) fn in_time(&self, time: f64, location: &R::Place) -> Result<(), RunError> {
         match self.wall_time.filter(|_| self.out_of_time) {
             Some(budget) => Err(RunError::OutOfTime {
                 time,
                 budget,
-                location: format!("mode {}", location.mode.name()),
+                location: format!("mode {}", location.mode().name()),
             }),
             None => Ok(()),
         }
@@ -101,8 +102,8 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.report
     }
 
-    fn channels(&mut self, t: f64, mode: Mode, y: &[f64]) -> Result<Channels, Overflow> {
-        let mut channels = self.readings.channels(t, mode, y);
+    fn channels(&mut self, t: f64, place: &R::Place, y: &[f64]) -> Result<Channels, Overflow> {
+        let mut channels = self.readings.channels(t, place, y);
         let c = &mut channels;
         c.work_perturbation = self.work_perturbation;
         c.energy_residual = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
@@ -114,7 +115,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         Ok(channels)
     }
 
-    fn record(&mut self, t: f64, location: &Location, y: &[f64]) -> Result<(), ObserverError> {
+    fn record(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
         if t <= self.last_sample {
             return Ok(());
         }
@@ -125,16 +126,19 @@ impl<'a, R: Readings> Recording<'a, R> {
         } else {
             self.segments
         };
-        let state = self.readings.state(t, location.mode, y);
+        let state = self.readings.state(t, location, y);
         check_state(t, &state)?;
-        let channels = self.channels(t, location.mode, y)?;
+        let channels = self.channels(t, location, y)?;
         let sample = Sample {
             time: t,
-            mode: location.mode,
+            mode: location.mode(),
             segment,
             state,
             channels,
         };
+        self.further.clear();
+        self.readings.further(t, location, y, &mut self.further);
+        self.recorder.further(&self.further)?;
         self.recorder.sample(&sample)
     }
 
@@ -142,7 +146,7 @@ impl<'a, R: Readings> Recording<'a, R> {
     pub(super) fn end_segment(
         &mut self,
         span: (f64, f64),
-        location: &Location,
+        location: &R::Place,
         solver: &'static str,
         c: &Counters,
     ) -> Result<(), ObserverError> {
@@ -170,9 +174,9 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.recorder.segment(&Segment {
             start,
             end,
-            mode: location.mode,
+            mode: location.mode(),
             solver,
-            resolved: Some(location.resolved),
+            resolved: Some(location.resolved()),
             steps: c.steps,
             rhs_evaluations: c.rhs_evaluations,
             jacobian_evaluations: c.jacobian_evaluations,
@@ -192,12 +196,12 @@ impl<'a, R: Readings> Recording<'a, R> {
     }
 }
 
-impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
+impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
     fn next_sample_time(&self) -> f64 {
         self.times.next()
     }
 
-    fn sample(&mut self, t: f64, location: &Location, y: &[f64]) -> Result<(), ObserverError> {
+    fn sample(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
         self.times.advance();
         self.record(t, location, y)
     }
@@ -206,7 +210,7 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
         self.steps
     }
 
-    fn step(&mut self, t: f64, location: &Location, y: &[f64]) -> Result<(), ObserverError> {
+    fn step(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
         self.record(t, location, y)
     }
 
@@ -214,30 +218,31 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
         &mut self,
         t: f64,
         kind: EventKind,
-        before: (&Location, &[f64]),
-        after: (&Location, &[f64]),
+        before: (&R::Place, &[f64]),
+        after: (&R::Place, &[f64]),
     ) -> Result<(), ObserverError> {
         if kind == EventKind::Kick {
-            self.work_perturbation += self.readings.kinetic_energy(after.1) - self.readings.kinetic_energy(before.1);
+            self.work_perturbation +=
+                self.readings.kinetic_energy(t, after.0, after.1) - self.readings.kinetic_energy(t, before.0, before.1);
         }
         self.counted += usize::from(kind.in_event_sequence());
-        let state_after = self.readings.state(t, after.0.mode, after.1);
+        let state_after = self.readings.state(t, after.0, after.1);
         // A kick may lead beyond the end of its mode, where friction is that of the mode which the reversal then begins.
-        let reversed = f64::from(after.0.mode.sense()) * state_after.relative_velocity < 0.0;
-        let mode = match after.0.mode {
-            Mode::SlipForward if kind == EventKind::Kick && reversed => Mode::SlipBackward,
-            Mode::SlipBackward if kind == EventKind::Kick && reversed => Mode::SlipForward,
-            mode => mode,
+        let reversed = f64::from(after.0.mode().sense()) * state_after.relative_velocity < 0.0;
+        let place = match after.0.mode() {
+            Mode::SlipForward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipBackward),
+            Mode::SlipBackward if kind == EventKind::Kick && reversed => after.0.in_mode(Mode::SlipForward),
+            _ => *after.0,
         };
-        self.channels(t, mode, after.1)?;
+        self.channels(t, &place, after.1)?;
         let event = Event {
             time: t,
             kind,
-            mode_after: after.0.mode,
+            mode_after: after.0.mode(),
             segment: self.segments.saturating_sub(1),
-            before: self.readings.state(t, before.0.mode, before.1),
+            before: self.readings.state(t, before.0, before.1),
             after: state_after,
-            internal_force: self.readings.internal_force(before.1),
+            internal_force: self.readings.internal_force(t, before.0, before.1),
         };
         check_state(t, &event.before)?;
         check_state(t, &event.after)?;
@@ -246,16 +251,20 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
             self.report.events.push(event);
         }
         let cycle = self.report.digest.push(&event);
+        self.further.clear();
+        self.readings.further(t, before.0, before.1, &mut self.further);
+        self.readings.further(t, after.0, after.1, &mut self.further);
+        self.recorder.further(&self.further)?;
         self.recorder.event(&event)?;
         cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
     }
 
-    fn segment(&mut self, report: &SegmentReport<Location>) -> Result<(), ObserverError> {
+    fn segment(&mut self, report: &SegmentReport<R::Place>) -> Result<(), ObserverError> {
         let span = (report.start, report.end);
         self.end_segment(span, &report.location, report.solver.name(), &report.counters)
     }
 
-    fn progress(&mut self, t: f64, location: &Location) -> ControlFlow<()> {
+    fn progress(&mut self, t: f64, location: &R::Place) -> ControlFlow<()> {
         if let Some(most) = self.wall_time
             && self.started.elapsed().as_secs_f64() > most
         {
@@ -264,7 +273,7 @@ impl<R: Readings> Observer<Location, EventKind> for Recording<'_, R> {
         }
         (self.control)(Progress {
             time: t,
-            mode: location.mode,
+            mode: location.mode(),
             events: self.counted,
         })
     }

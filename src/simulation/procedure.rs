@@ -13,14 +13,14 @@
 use super::brake::{Location, Watch};
 use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
-use super::readings::AbsoluteReadings;
+use super::readings::{AbsoluteReadings, Readings as _};
 use super::report::{Progress, RunFailure, RunReport};
 use super::rules::beyond_law;
 use super::runge_kutta::EmbeddedPair;
 use crate::hybrid::{Observer, ObserverError, RunError};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
 use crate::model::{Mode, Parameters};
-use crate::record::{EventKind, Recorder};
+use crate::record::{EventDigest, EventKind, Recorder};
 use crate::sundials::{Counters, ErkTable};
 use std::ops::ControlFlow;
 
@@ -87,10 +87,18 @@ pub(super) fn run(
         Mode::Separated
     };
     let readings = AbsoluteReadings { model: &model };
-    let mut recording = Recording::new(readings, parameters, output, recorder, control, &state);
-    recording.limit_wall_time(solver.max_wall_time);
     let (kicks, waiting_kicks) = parameters.kicks();
     let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
+    let start = Location {
+        mode,
+        resolved: true,
+        watch,
+        piece: 0,
+    };
+    let digest = EventDigest::new(parameters);
+    let initial_energy = readings.kinetic_energy(0.0, &start, &state);
+    let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
+    recording.limit_wall_time(solver.max_wall_time);
     let mut run = Run {
         model: &model,
         pair: EmbeddedPair::new(PAIR, UNKNOWNS),

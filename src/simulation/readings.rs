@@ -1,6 +1,6 @@
 //! What is read from a state vector, by the coordinates that it is in.
 
-use super::brake::Brake;
+use super::brake::{Brake, Location};
 use crate::model::absolute_angles::{
     AbsoluteModel, AbsoluteState, DAMPING_LOSS, DIMENSION, FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA,
     THETA_DOT, WORK, Z, Z_DOT,
@@ -10,19 +10,51 @@ use crate::model::torsion::TorsionModel;
 use crate::model::{Axial, Mode};
 use crate::record::{Channels, State};
 
+/// Where a run is, as far as what is recorded depends on it.
+pub(super) trait Place: Copy {
+    /// What the contact does.
+    fn mode(&self) -> Mode;
+
+    /// Whether steps resolve the fast mode.
+    fn resolved(&self) -> bool;
+
+    /// The same with another mode of slip.
+    fn in_mode(self, mode: Mode) -> Self;
+}
+
+impl Place for Location {
+    fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    fn resolved(&self) -> bool {
+        self.resolved
+    }
+
+    fn in_mode(self, mode: Mode) -> Location {
+        Location { mode, ..self }
+    }
+}
+
 /// The mechanical meaning of a run's state vector.
 pub(super) trait Readings {
+    /// Where the run is.
+    type Place: Place;
+
     /// All of the state at `t`.
-    fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State;
+    fn state(&self, t: f64, place: &Self::Place, y: &[f64]) -> State;
 
     /// Forces, torques and energies at `t`; the work of kicks and the residual, which need the history, are left 0.
-    fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels;
+    fn channels(&self, t: f64, place: &Self::Place, y: &[f64]) -> Channels;
 
     /// What a kick changes, J.
-    fn kinetic_energy(&self, y: &[f64]) -> f64;
+    fn kinetic_energy(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
 
     /// T_f / r, N.
-    fn internal_force(&self, y: &[f64]) -> f64;
+    fn internal_force(&self, t: f64, place: &Self::Place, y: &[f64]) -> f64;
+
+    /// Appends what the state has beyond [`State`]; as much at every time.
+    fn further(&self, _t: f64, _place: &Self::Place, _y: &[f64], _out: &mut Vec<f64>) {}
 }
 
 fn friction_torque(torsion: &TorsionModel, mode: Mode, twists: &[f64], normal_force: f64) -> f64 {
@@ -40,7 +72,10 @@ pub(super) struct TwistReadings<'a> {
 }
 
 impl Readings for TwistReadings<'_> {
-    fn state(&self, t: f64, mode: Mode, y: &[f64]) -> State {
+    type Place = Location;
+
+    fn state(&self, t: f64, place: &Location, y: &[f64]) -> State {
+        let mode = place.mode;
         let axial = self.brake.axial.at(t);
         let of = Components::of(y);
         let (u, v, v_dot, slip) = (of.rotor_twist, of.stator_twist, of.stator_twist_rate, of.slip);
@@ -66,7 +101,8 @@ impl Readings for TwistReadings<'_> {
         }
     }
 
-    fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels {
+    fn channels(&self, t: f64, place: &Location, y: &[f64]) -> Channels {
+        let mode = place.mode;
         let (of, axial, torsion) = (Components::of(y), self.brake.axial.at(t), &self.brake.torsion);
         let normal_force = if mode == Mode::Separated {
             0.0
@@ -89,11 +125,11 @@ impl Readings for TwistReadings<'_> {
         }
     }
 
-    fn kinetic_energy(&self, y: &[f64]) -> f64 {
+    fn kinetic_energy(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
         self.brake.torsion.torsion.kinetic_energy(y)
     }
 
-    fn internal_force(&self, y: &[f64]) -> f64 {
+    fn internal_force(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
         self.brake.torsion.transmitted_torque(y) / self.brake.torsion.contact.radius
     }
 }
@@ -110,7 +146,9 @@ fn absolute(y: &[f64]) -> AbsoluteState {
 }
 
 impl Readings for AbsoluteReadings<'_> {
-    fn state(&self, _t: f64, _mode: Mode, y: &[f64]) -> State {
+    type Place = Location;
+
+    fn state(&self, _t: f64, _place: &Location, y: &[f64]) -> State {
         State {
             z: y[Z],
             z_dot: y[Z_DOT],
@@ -127,7 +165,8 @@ impl Readings for AbsoluteReadings<'_> {
         }
     }
 
-    fn channels(&self, t: f64, mode: Mode, y: &[f64]) -> Channels {
+    fn channels(&self, t: f64, place: &Location, y: &[f64]) -> Channels {
+        let mode = place.mode;
         let y = absolute(y);
         let (torsion, twists) = (&self.model.torsion, self.model.twists(&y));
         let normal_force = if mode == Mode::Separated {
@@ -149,11 +188,11 @@ impl Readings for AbsoluteReadings<'_> {
         }
     }
 
-    fn kinetic_energy(&self, y: &[f64]) -> f64 {
+    fn kinetic_energy(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
         self.model.kinetic_energy(&absolute(y))
     }
 
-    fn internal_force(&self, y: &[f64]) -> f64 {
+    fn internal_force(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
         let torsion = &self.model.torsion;
         torsion.transmitted_torque(&self.model.twists(&absolute(y))) / torsion.contact.radius
     }

@@ -8,8 +8,10 @@
 //! | module | what it is |
 //! |---|---|
 //! | `parameters` | what defines the problem |
+//! | `system` | the equations in twist coordinates |
 
 pub mod parameters;
+pub mod system;
 
 pub use parameters::{
     Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,

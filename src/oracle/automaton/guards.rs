@@ -6,11 +6,6 @@ use crate::oracle::OracleError;
 use crate::oracle::float::Float;
 use crate::oracle::roots::{Crossing, first_zero};
 use crate::oracle::series::{Expansion, component::*, evaluate};
-use num_traits::Signed;
-use std::cmp::Ordering;
-
-/// Two happenings closer than this (s) are at one instant, by the statement of the model (docs/methods.md).
-const INSTANT: f64 = 1e-18;
 
 /// What can end a step before its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +75,8 @@ impl<const N: usize> Run<N> {
             };
             if guard == Guard::Contact {
                 let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), &time));
-                if self.rests([&z, &z_dot], &(&self.time + &time)) {
+                let at = &self.time + &time;
+                if self.actuation.rests(&self.model.axial, [&z, &z_dot], &at) {
                     self.stays_open = true;
                     continue;
                 }
@@ -107,44 +103,5 @@ impl<const N: usize> Run<N> {
             time: self.time.to_f64(),
             what,
         })
-    }
-
-    /// Whether an open contact with this axial state at `time` stays open whatever rings: F does not press, and what is left
-    /// of the oscillation is below its floor.
-    pub(super) fn rests(&self, axial: [&Float<N>; 2], time: &Float<N>) -> bool {
-        let (start, [force, slope]) = &self.force;
-        let presses_later = match self.later_force.front() {
-            Some(next) => next.force.is_positive(),
-            None => slope.signum() > 0,
-        };
-        if force.signum() > 0 || presses_later {
-            return false;
-        }
-        let force = force + &(slope * &(time - start));
-        let [z, z_dot] = self.model.free_part(axial, [&force, slope]).map(|part| part.to_f64());
-        (z * z + z_dot * z_dot * self.axial_time_squared).sqrt() < self.ringing_floor
-    }
-
-    /// To which side the pressing force leaves zero at a corner of F, and whether it stood beyond zero there already. What
-    /// it takes less than an instant for, it does at once.
-    pub(super) fn leaving(&self) -> (i8, bool) {
-        let [z, z_dot] = [&self.state[Z], &self.state[Z_DOT]];
-        let [force, slope] = &self.force.1;
-        let model = &self.model;
-        let normal = model.normal_force(z, z_dot);
-        let acceleration = model.axial_acceleration(&normal, force);
-        let rate = model.normal_force(z_dot, &acceleration);
-        let curvature = model.normal_force(&acceleration, &model.axial_acceleration(&rate, slope));
-        let [normal, rate, curvature] = [normal, rate, curvature].map(|value| value.to_f64());
-        if normal.abs() > (rate.abs() + curvature.abs() * INSTANT / 2.0) * INSTANT {
-            return (if normal > 0.0 { 1 } else { -1 }, true);
-        }
-        let ahead = normal + (rate + curvature * INSTANT / 2.0) * INSTANT;
-        match ahead.total_cmp(&0.0) {
-            // An undamped force leaves rest with its third derivative.
-            _ if ahead == 0.0 => (slope.signum(), false),
-            Ordering::Greater => (1, false),
-            _ => (-1, false),
-        }
     }
 }

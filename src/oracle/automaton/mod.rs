@@ -2,19 +2,17 @@
 
 mod guards;
 
+use super::axial::Actuation;
 use super::float::Float;
 use super::friction::{self, at_vanishing_speed};
 use super::number::Number;
-use super::pieces::{Piece, pieces};
 use super::report::{OracleEvent, OracleReport, OracleState};
 use super::series::{Expansion, Law, Model, State, component::*};
 use super::steps::{self, Scales};
 use super::{OracleError, OracleOptions};
-use crate::model::{BreakawayTest, ExactParameters, Mode, nearest_double};
+use crate::model::{BreakawayTest, ExactParameters, Mode};
 use crate::record::EventKind;
 use guards::Guard;
-use num_bigint::BigInt;
-use num_rational::BigRational;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
@@ -98,15 +96,9 @@ struct Run<const N: usize> {
     zeros: Vec<(Guard, usize)>,
     /// Of a take-off from stick: 2 where breakaway and low-speed friction are equal, since omega_r' starts at 0 too.
     take_off_zeros: usize,
-    /// The force now and its later pieces.
-    force: (Float<N>, [Float<N>; 2]),
-    later_force: VecDeque<Piece>,
+    actuation: Actuation<N>,
     /// The ringing of an open contact has fallen below its floor: open it stays, up to the next corner.
     stays_open: bool,
-    /// That floor, m.
-    ringing_floor: f64,
-    /// m / k_e, s^2.
-    axial_time_squared: f64,
     /// Timed kicks to come, in order, and those that wait for the instability.
     kicks: VecDeque<(Float<N>, Float<N>)>,
     waiting: Vec<Float<N>>,
@@ -121,14 +113,8 @@ struct Run<const N: usize> {
 impl<const N: usize> Run<N> {
     fn new(exact: &ExactParameters, options: &OracleOptions) -> Self {
         let number = Float::from_rational;
-        let mut pieces: VecDeque<Piece> = pieces(&exact.actuation).into();
-        let zero = || BigRational::from_integer(BigInt::from(0));
-        let first = pieces.pop_front().unwrap_or(Piece {
-            start: zero(),
-            force: zero(),
-            slope: zero(),
-        });
-        let pressed = first.force > zero() || (first.force == zero() && first.slope > zero());
+        let axial = [&exact.mass, &exact.axial_stiffness];
+        let (actuation, pressed) = Actuation::new(&exact.actuation, &exact.ringing_floor, axial);
         let mut kicks: Vec<_> = exact
             .kicks
             .iter()
@@ -155,11 +141,8 @@ impl<const N: usize> Run<N> {
             } else {
                 1
             },
-            force: (number(&first.start), [number(&first.force), number(&first.slope)]),
-            later_force: pieces,
+            actuation,
             stays_open: false,
-            ringing_floor: nearest_double(&exact.ringing_floor),
-            axial_time_squared: nearest_double(&(&exact.mass / &exact.axial_stiffness)),
             kicks: kicks.into_iter().map(|(time, delta)| (number(&time), delta)).collect(),
             waiting: exact
                 .kicks
@@ -206,7 +189,7 @@ impl<const N: usize> Run<N> {
     /// For surfaces of one speed: stick, or slip in the sense of the torque that the interface cannot carry.
     fn settled(&self) -> Mode {
         let y = &self.state;
-        let normal = self.model.normal_force(&y[Z], &y[Z_DOT]);
+        let normal = self.model.axial.normal_force(&y[Z], &y[Z_DOT]);
         let limit = if normal.signum() > 0 {
             self.model.breakaway_torque(&normal)
         } else {
@@ -253,14 +236,7 @@ impl<const N: usize> Run<N> {
 
     /// What is due at the present time: a corner of the force, then kicks.
     fn time_events(&mut self) -> Result<(), OracleError> {
-        while let Some(piece) = self.later_force.front() {
-            let start = Float::from_rational(&piece.start);
-            if start > self.time {
-                break;
-            }
-            let number = Float::from_rational;
-            self.force = (start, [number(&piece.force), number(&piece.slope)]);
-            self.later_force.pop_front();
+        while self.actuation.advance(&self.time) {
             self.record(EventKind::Corner)?;
             self.close_at_corner()?;
         }
@@ -276,10 +252,12 @@ impl<const N: usize> Run<N> {
     /// leaves it with F, or stands beyond it.
     fn close_at_corner(&mut self) -> Result<(), OracleError> {
         self.stays_open = false;
-        if self.mode != Mode::Separated || self.rests([&self.state[Z], &self.state[Z_DOT]], &self.time) {
+        let axial = [&self.state[Z], &self.state[Z_DOT]];
+        let (actuation, motion) = (&self.actuation, &self.model.axial);
+        if self.mode != Mode::Separated || actuation.rests(motion, axial, &self.time) {
             return Ok(());
         }
-        match self.leaving() {
+        match actuation.leaving(motion, axial) {
             (1, beyond) => {
                 self.close()?;
                 if !beyond {
@@ -361,8 +339,8 @@ impl<const N: usize> Run<N> {
             }
         };
         let mut until = self.end;
-        if let Some(piece) = self.later_force.front() {
-            until = least(until, Float::from_rational(&piece.start));
+        if let Some(corner) = self.actuation.next_corner() {
+            until = least(until, Float::from_rational(corner));
         }
         if let Some((time, _)) = self.kicks.front() {
             until = least(until, *time);
@@ -371,9 +349,7 @@ impl<const N: usize> Run<N> {
         if limit.signum() <= 0 {
             return Ok(());
         }
-        let [at_start, slope] = &self.force.1;
-        let force = at_start + &(slope * &(&self.time - &self.force.0));
-        let mut expansion = Expansion::new(law, &self.state, [force, *slope]);
+        let mut expansion = Expansion::new(law, &self.state, self.actuation.at(&self.time));
         let step = steps::choose(&mut expansion, &self.model, &self.scales, &limit);
         let resolved = step.log2() > self.time.log2() - Float::<N>::BITS as f64 + 8.0;
         if !resolved && step < limit {

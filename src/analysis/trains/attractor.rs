@@ -1,0 +1,272 @@
+//! Whether a motion repeats itself.
+//!
+//! Every breakaway and every reversal is a section of the motion. A period is the time between two sections of one kind, at
+//! most [`LONGEST`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
+//! whole turns.
+
+use crate::model::Mode;
+use crate::model::trains::Trains;
+use crate::record::{Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::signal::{Drive, Frequency};
+use crate::simulation::trains::{PortraitPoint, Section, portrait};
+use serde::Serialize;
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+/// Two successive cycles are the same if all twists, twist rates and speeds at their begin differ by less than this share of
+/// the largest that the sections have seen, and the two periods by this share.
+pub const RECURRENCE_TOLERANCE: f64 = 1e-6;
+
+/// The most sections in a period that are looked for.
+const LONGEST: usize = 64;
+
+/// Intervals at which the extremes of a period are looked for. Between them a cubic errs by (2 pi/4000)^4/384 of an amplitude,
+/// 2e-14.
+const INTERVALS: usize = 4000;
+
+/// What a motion repeats; times in s.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Attractor {
+    /// s.
+    pub period: f64,
+    /// Sticks that begin in a period.
+    pub sticks: u64,
+    /// Sections (breakaways and reversals) in a period.
+    pub sections: usize,
+    /// By how much the last two cycles differ, relative: of states and of periods the larger.
+    pub agreement: f64,
+    /// When the motion had come so near to itself, s.
+    pub since: f64,
+    /// Over the last period; `None` where it could not be gone through again.
+    pub extremes: Option<Extremes>,
+}
+
+/// The extremes over one period.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Extremes {
+    /// Of which surface the position is: "stator" or "rotor", beside the far end of its train; "slip": the slip displacement.
+    pub of: &'static str,
+    /// rad (m in translation).
+    pub position: (f64, f64),
+    /// Half of the difference.
+    pub amplitude: f64,
+    /// omega_r, rad/s.
+    pub relative_velocity: (f64, f64),
+}
+
+/// One section.
+#[derive(Debug, Clone)]
+struct Hit {
+    section: Section,
+    kind: EventKind,
+    /// Sticks before it.
+    sticks: u64,
+}
+
+/// Looks for the attractor in the events of a run, and passes the run on.
+pub(super) struct Recurrence<'a> {
+    inner: &'a mut dyn Recorder,
+    further: Vec<f64>,
+    hits: VecDeque<Hit>,
+    /// The largest magnitude of each component.
+    sizes: Vec<f64>,
+    sticks: u64,
+    /// Angular frequencies of what drives the trains, rad/s.
+    frequencies: Vec<f64>,
+    /// Sections in a period as known so far, and since when.
+    known: Option<(usize, f64)>,
+}
+
+fn frequencies<'d>(drives: impl IntoIterator<Item = &'d Drive>) -> Vec<f64> {
+    fn of(drive: &Drive, found: &mut Vec<f64>) {
+        match drive {
+            Drive::Wave(wave) if wave.to.is_none() => found.push(match wave.frequency {
+                Frequency::Cycles(f) => TAU * f,
+                Frequency::Angular(omega) => omega,
+            }),
+            Drive::Sum(parts) => parts.iter().for_each(|part| of(part, found)),
+            Drive::Wave(_) | Drive::Value(_) | Drive::Linear(_) => {}
+        }
+    }
+    let mut found = Vec::new();
+    drives.into_iter().for_each(|drive| of(drive, &mut found));
+    found
+}
+
+impl<'a> Recurrence<'a> {
+    pub fn new(trains: &Trains, inner: &'a mut dyn Recorder) -> Self {
+        Recurrence {
+            inner,
+            further: Vec::new(),
+            hits: VecDeque::new(),
+            sizes: Vec::new(),
+            sticks: 0,
+            frequencies: frequencies(trains.drives()),
+            known: None,
+        }
+    }
+
+    /// How far the sections `a` and `b` are from each other, relative.
+    fn distance(&self, a: &Section, b: &Section) -> f64 {
+        let pairs = a.further.iter().zip(&b.further).zip(&self.sizes);
+        let distances = pairs.map(|((a, b), size)| if *size > 0.0 { (a - b).abs() / size } else { 0.0 });
+        distances.fold(0.0, f64::max)
+    }
+
+    /// The period of `sections` sections that ends at the last, and how well it agrees with the one before.
+    fn repeats(&self, sections: usize) -> Option<(f64, f64)> {
+        let from_last = |back: usize| self.hits.len().checked_sub(1 + back).map(|index| &self.hits[index]);
+        let (last, one, two) = (from_last(0)?, from_last(sections)?, from_last(2 * sections)?);
+        let same = |a: &Hit| {
+            a.kind == last.kind && a.section.mode == last.section.mode && a.section.sense == last.section.sense
+        };
+        if !same(one) || !same(two) {
+            return None;
+        }
+        let period = last.section.time - one.section.time;
+        let before = one.section.time - two.section.time;
+        let turns = |omega: f64| (omega * period / TAU - (omega * period / TAU).round()).abs();
+        if period <= 0.0
+            || self
+                .frequencies
+                .iter()
+                .any(|&omega| turns(omega) > RECURRENCE_TOLERANCE)
+        {
+            return None;
+        }
+        let states = self
+            .distance(&last.section, &one.section)
+            .max(self.distance(&one.section, &two.section));
+        let agreement = states.max((period - before).abs() / period);
+        (agreement <= RECURRENCE_TOLERANCE).then_some((period, agreement))
+    }
+
+    fn hit(&mut self, event: &Event) {
+        let values = &self.further[self.further.len() / 2..];
+        self.sizes.resize(values.len(), 0.0);
+        for (size, value) in self.sizes.iter_mut().zip(values) {
+            *size = size.max(value.abs());
+        }
+        let sense = match event.mode_after {
+            Mode::Engaged if event.after.relative_velocity < 0.0 => -1,
+            Mode::Engaged => 1,
+            mode => mode.sense(),
+        };
+        self.hits.push_back(Hit {
+            section: Section {
+                time: event.time,
+                mode: event.mode_after,
+                sense,
+                further: values.to_vec(),
+            },
+            kind: event.kind,
+            sticks: self.sticks,
+        });
+        if self.hits.len() > 2 * LONGEST + 1 {
+            self.hits.pop_front();
+        }
+        self.known = match self.known {
+            Some((sections, since)) if self.repeats(sections).is_some() => Some((sections, since)),
+            _ => (1..=LONGEST)
+                .find(|&sections| self.repeats(sections).is_some())
+                .map(|sections| (sections, event.time)),
+        };
+    }
+
+    /// The attractor that the run has come to by its end, if it has.
+    pub fn attractor(&self, trains: &Trains, threshold: f64) -> Option<Attractor> {
+        let (sections, since) = self.known?;
+        let (period, agreement) = self.repeats(sections)?;
+        let last = self.hits.back()?;
+        let first = &self.hits[self.hits.len() - 1 - sections];
+        let around = portrait(trains, threshold, &first.section, period, INTERVALS).ok();
+        Some(Attractor {
+            period,
+            sticks: last.sticks - first.sticks,
+            sections,
+            agreement,
+            since,
+            extremes: around.map(|portrait| Extremes::new(portrait.of, &portrait.points)),
+        })
+    }
+}
+
+/// Least and largest value of a curve through points (time, value, rate), with those between them of cubics.
+fn extremes(points: impl Iterator<Item = (f64, f64, f64)> + Clone) -> (f64, f64) {
+    let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut take = |value: f64| bounds = (bounds.0.min(value), bounds.1.max(value));
+    for ((t0, x0, v0), (t1, x1, v1)) in points.clone().zip(points.skip(1)) {
+        take(x0);
+        take(x1);
+        let h = t1 - t0;
+        if h <= 0.0 || v0 * v1 >= 0.0 {
+            continue;
+        }
+        // The cubic x0 + h (v0 s + b s^2 + c s^3) and the zero of its rate that lies between.
+        let mean = (x1 - x0) / h;
+        let (b, c) = (3.0 * mean - 2.0 * v0 - v1, v0 + v1 - 2.0 * mean);
+        let discriminant = (b * b - 3.0 * c * v0).max(0.0).sqrt();
+        // Without cancellation: v0 + 2 b s + 3 c s^2 = 0.
+        let q = -(b + b.signum() * discriminant);
+        for s in [q / (3.0 * c), v0 / q] {
+            if (0.0..=1.0).contains(&s) {
+                take(x0 + h * s * (v0 + s * (b + s * c)));
+            }
+        }
+    }
+    bounds
+}
+
+impl Extremes {
+    fn new(of: &'static str, points: &[PortraitPoint]) -> Extremes {
+        let position = extremes(points.iter().map(|p| (p.time, p.position, p.velocity)));
+        let relative_velocity = extremes(
+            points
+                .iter()
+                .map(|p| (p.time, p.relative_velocity, p.relative_acceleration)),
+        );
+        Extremes {
+            of,
+            position,
+            amplitude: (position.1 - position.0) / 2.0,
+            relative_velocity,
+        }
+    }
+}
+
+impl Recorder for Recurrence<'_> {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.clear();
+        self.further.extend_from_slice(values);
+        self.inner.further(values)
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.inner.sample(sample)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        match event.kind {
+            EventKind::Slip | EventKind::Reversal => self.hit(event),
+            EventKind::Stick => self.sticks += 1,
+            EventKind::Kick | EventKind::Corner => {
+                self.hits.clear();
+                self.known = None;
+            }
+            _ => {}
+        }
+        self.inner.event(event)
+    }
+
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.inner.segment(segment)
+    }
+
+    fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
+        self.inner.cycle(cycle)
+    }
+
+    fn stores_events(&self) -> bool {
+        self.inner.stores_events()
+    }
+}

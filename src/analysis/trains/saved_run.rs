@@ -1,0 +1,146 @@
+//! A run of two trains into its result file.
+
+use super::TrainSummary;
+use super::attractor::Recurrence;
+use crate::case::TrainCase;
+use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
+use crate::run::Run;
+use crate::simulation::{Progress, RunFailure, RunReport};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A run of trains into a result file that is being prepared; [`SavedTrainRun::start`] computes it. The counterpart of
+/// [`SavedRun`](crate::SavedRun).
+#[must_use = "nothing is computed before `start`"]
+pub struct SavedTrainRun<'a> {
+    case: &'a TrainCase,
+    path: &'a Path,
+    header: Header,
+    overwrite: Overwrite,
+    inputs: &'a [PathBuf],
+    stop: Option<&'a AtomicBool>,
+    control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
+}
+
+/// What a run into a file came to.
+#[derive(Debug)]
+pub struct SavedTrainReport {
+    /// The result, or the partial file of a run that is not complete.
+    pub file: PathBuf,
+    /// As the run ended; that of the file, unless there is something [`Self::unsaved`].
+    pub status: Status,
+    /// Of what was computed, be it saved or not.
+    pub report: RunReport,
+    /// The same in numbers.
+    pub summary: TrainSummary,
+    /// Why the run failed; its report is [`Self::report`].
+    pub failure: Option<Box<RunFailure>>,
+    /// Why the file could not be written to its end: then it is marked interrupted.
+    pub unsaved: Option<ResultError>,
+    /// Rows that the file had for certain before its end was written.
+    pub saved: SavedRows,
+    /// Of the run, s.
+    pub wall_time: f64,
+}
+
+impl<'a> SavedTrainRun<'a> {
+    /// The run that a case describes, into a file that replaces no other but a result of this program.
+    pub fn new(case: &'a TrainCase, path: &'a Path) -> Self {
+        let mut header = Header::of_trains(case, String::new());
+        header.case_text.clone_from(&header.resolved);
+        SavedTrainRun {
+            case,
+            path,
+            header,
+            overwrite: Overwrite::OwnResults,
+            inputs: &[],
+            stop: None,
+            control: None,
+        }
+    }
+
+    /// The case as it was given, for the file; else it holds the resolved one twice.
+    pub fn text(mut self, text: &str) -> Self {
+        text.clone_into(&mut self.header.case_text);
+        self
+    }
+
+    /// What may be replaced.
+    pub fn overwrite(mut self, overwrite: Overwrite) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Files that the case was read from: they are never replaced.
+    pub fn inputs(mut self, inputs: &'a [PathBuf]) -> Self {
+        self.inputs = inputs;
+        self
+    }
+
+    /// Set from outside to end the run in good order.
+    pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
+        self.stop = Some(stop);
+        self
+    }
+
+    /// What is asked now and then while the run goes on; `Break` ends it in good order.
+    pub fn control(mut self, control: impl FnMut(Progress) -> ControlFlow<()> + 'a) -> Self {
+        self.control = Some(Box::new(control));
+        self
+    }
+
+    /// Computes the run, to its end or as far as it comes; what was computed is in the file.
+    ///
+    /// # Errors
+    /// If the file cannot be created, or another is there that may not be replaced. A run that fails, and a file that
+    /// cannot be written to its end, are part of the report.
+    pub fn start(self) -> Result<SavedTrainReport, ResultError> {
+        let SavedTrainRun { case, stop, .. } = self;
+        let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &self.header)?;
+        let partial = writer.partial().to_owned();
+        let mut control = self.control;
+        let threshold = case.threshold.unwrap_or(0.0);
+        let trains = &case.parameters;
+        let mut recurrence = Recurrence::new(trains, &mut writer);
+        let result = Run::of_trains(trains, threshold, &case.solver, &case.output)
+            .record(&mut recurrence)
+            .control(|progress| {
+                if let Some(control) = &mut control {
+                    control(progress)?;
+                }
+                match stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                }
+            })
+            .start();
+        let attractor = recurrence.attractor(trains, threshold);
+        let (report, failure) = match result {
+            Ok(report) => (report, None),
+            Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
+        };
+        let summary = TrainSummary::new(&report, attractor, case.threshold);
+        let status = match &failure {
+            Some(error) => Status::Failed(error.to_string()),
+            None if report.interrupted => Status::Interrupted,
+            None => Status::Complete,
+        };
+        let saved = writer.saved();
+        let wall_time = writer.elapsed();
+        let (file, unsaved) = match writer.finish(status.clone(), &summary.table(), wall_time) {
+            Ok(file) => (file, None),
+            Err(error) => (partial, Some(error)),
+        };
+        Ok(SavedTrainReport {
+            file,
+            status,
+            report,
+            summary,
+            failure,
+            unsaved,
+            saved,
+            wall_time,
+        })
+    }
+}

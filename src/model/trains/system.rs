@@ -1,0 +1,618 @@
+//! The equations of two trains, in twist coordinates.
+//!
+//! On the side `s` (+1 rotor, -1 stator) the twist of shaft i is q_i = s (outer angle - inner angle), its torque
+//! S_i = k_i q_i + c_i q_i', and inertia i obeys
+//!
+//! ```text
+//! J_i w_i' = s (S_i - S_(i-1)) - d_i w_i + M_i,    S_(-1) = T, the torque of the interface,
+//! q_i''    = s (w_(i+1)' - w_i').
+//! ```
+//!
+//! A train that nothing ties to a known motion has the speed of its outermost inertia as a state; the speed beyond the last
+//! shaft of a tied one is that of its drive, or zero. Every other speed is a sum of twist rates from there: no torque is a
+//! difference of large numbers.
+
+use super::parameters::{Bristles, ContactLaw, End, Regularisation, Smoothing, Train, Trains};
+use crate::friction::{FrictionLaw, Law};
+use crate::model::Mode;
+use nalgebra::{DMatrix, DVector};
+
+/// What the drives do at a time, on each side.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Driving {
+    /// Speed of the far end, rad/s; 0 of one that is fixed or free.
+    pub speed: f64,
+    /// Its rate, rad/s^2.
+    pub acceleration: f64,
+    /// External torque, N m.
+    pub torque: f64,
+}
+
+/// What acts on the trains from outside at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Outside {
+    /// On the rotor's side.
+    pub rotor: Driving,
+    /// On the stator's side.
+    pub stator: Driving,
+    /// F_n, N, smooth through zero.
+    pub normal_force: f64,
+}
+
+/// Where the quantities of one train are in the state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Side {
+    /// +1 for the rotor, -1 for the stator.
+    pub sign: f64,
+    /// kg m^2, from the surface outwards.
+    pub inertia: Vec<f64>,
+    /// N m/rad.
+    pub stiffness: Vec<f64>,
+    /// N m s/rad.
+    pub damping: Vec<f64>,
+    /// N m s/rad.
+    pub viscous: Vec<f64>,
+    /// The inertia that an external torque acts on.
+    pub torque_on: Option<usize>,
+    /// The state holds twist i at `twists + 2 i` and its rate behind it.
+    pub twists: usize,
+    /// Where the speed of the outermost inertia is; `None` for a tied train.
+    pub speed: Option<usize>,
+}
+
+/// What a surface is subject to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Surface {
+    /// Sum of all else than the interface's torque, in the direction that the interface opposes on the rotor, N m.
+    torque: f64,
+    /// rad/s.
+    speed: f64,
+}
+
+impl Side {
+    fn new<L>(train: &Train<f64>, _: &Trains<f64, L>, sign: f64, offset: usize) -> Side {
+        let shafts = train.shafts();
+        let free = matches!(train.end, End::Free);
+        Side {
+            sign,
+            inertia: train.inertia.clone(),
+            stiffness: train.stiffness.clone(),
+            damping: train.damping.clone(),
+            viscous: train.viscous.clone(),
+            torque_on: train.torque.as_ref().map(|torque| torque.on),
+            twists: offset,
+            speed: free.then_some(offset + 2 * shafts),
+        }
+    }
+
+    /// Shafts.
+    pub fn shafts(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    fn length(&self) -> usize {
+        2 * self.shafts() + usize::from(self.speed.is_some())
+    }
+
+    /// The effective inertia of the surface, kg m^2: infinite if it has none.
+    pub fn surface_inertia(&self) -> f64 {
+        self.inertia.first().copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Twist i, rad.
+    #[inline]
+    pub fn twist(&self, i: usize, y: &[f64]) -> f64 {
+        y[self.twists + 2 * i]
+    }
+
+    /// Twist rate i, rad/s.
+    #[inline]
+    pub fn twist_rate(&self, i: usize, y: &[f64]) -> f64 {
+        y[self.twists + 2 * i + 1]
+    }
+
+    /// The speed beyond the last shaft, or of the outermost inertia of a free train, rad/s.
+    #[inline]
+    fn base(&self, driving: &Driving, y: &[f64]) -> f64 {
+        self.speed.map_or(driving.speed, |index| y[index])
+    }
+
+    #[inline]
+    fn shaft_torque(&self, i: usize, y: &[f64]) -> f64 {
+        self.stiffness[i] * self.twist(i, y) + self.damping[i] * self.twist_rate(i, y)
+    }
+
+    /// Speeds of all inertias, the surface first, rad/s.
+    pub fn speeds(&self, driving: &Driving, y: &[f64]) -> Vec<f64> {
+        let mut speeds = vec![0.0; self.inertia.len()];
+        let mut outer = self.base(driving, y);
+        for i in (0..self.inertia.len()).rev() {
+            if i < self.shafts() {
+                outer -= self.sign * self.twist_rate(i, y);
+            }
+            speeds[i] = outer;
+        }
+        speeds
+    }
+
+    /// Speed of the surface, rad/s.
+    #[inline]
+    pub fn surface_speed(&self, driving: &Driving, y: &[f64]) -> f64 {
+        let rates: f64 = (0..self.shafts()).rev().map(|i| self.twist_rate(i, y)).sum();
+        self.base(driving, y) - self.sign * rates
+    }
+
+    #[inline]
+    fn own_torque(&self, i: usize, speed: f64, driving: &Driving) -> f64 {
+        let external = if self.torque_on == Some(i) { driving.torque } else { 0.0 };
+        external - self.viscous[i] * speed
+    }
+
+    fn surface(&self, driving: &Driving, y: &[f64]) -> Surface {
+        let speed = self.surface_speed(driving, y);
+        let mut torque = 0.0;
+        if !self.inertia.is_empty() {
+            torque = self.sign * self.own_torque(0, speed, driving);
+            if self.shafts() > 0 {
+                torque += self.shaft_torque(0, y);
+            }
+        }
+        Surface { torque, speed }
+    }
+
+    /// Writes the rates of this side's states under the interface's torque `interface` (N m), and returns the power (W) that
+    /// its drives put in and what its dampers take.
+    fn rates(&self, driving: &Driving, interface: f64, y: &[f64], dydt: &mut [f64]) -> (f64, f64) {
+        let (n, shafts) = (self.inertia.len(), self.shafts());
+        if n == 0 {
+            // The drive of a rigid surface meets the interface itself.
+            return (self.sign * interface * driving.speed, 0.0);
+        }
+        let mut outer_speed = self.base(driving, y);
+        let mut outer_acceleration = driving.acceleration;
+        let (mut work, mut loss) = (0.0, 0.0);
+        let mut outside = 0.0;
+        if shafts == n {
+            outside = self.shaft_torque(n - 1, y);
+            work += self.sign * outside * driving.speed;
+        }
+        for i in (0..n).rev() {
+            if i < shafts {
+                outer_speed -= self.sign * self.twist_rate(i, y);
+            }
+            let speed = outer_speed;
+            let inside = if i > 0 { self.shaft_torque(i - 1, y) } else { interface };
+            let acceleration = (self.sign * (outside - inside) + self.own_torque(i, speed, driving)) / self.inertia[i];
+            if i < shafts {
+                let rate = self.twist_rate(i, y);
+                dydt[self.twists + 2 * i] = rate;
+                dydt[self.twists + 2 * i + 1] = self.sign * (outer_acceleration - acceleration);
+                loss += self.damping[i] * rate * rate;
+            } else if let Some(index) = self.speed {
+                dydt[index] = acceleration;
+            }
+            if self.torque_on == Some(i) {
+                work += driving.torque * speed;
+            }
+            loss += self.viscous[i] * speed * speed;
+            (outside, outer_acceleration) = (inside, acceleration);
+        }
+        (work, loss)
+    }
+
+    /// Acceleration of the surface under the interface's torque, rad/s^2.
+    fn acceleration(&self, surface: &Surface, interface: f64, driving: &Driving) -> f64 {
+        if self.inertia.is_empty() {
+            driving.acceleration
+        } else {
+            self.sign * (surface.torque - interface) / self.inertia[0]
+        }
+    }
+
+    /// Changes the speed of the surface alone by `change` (rad/s).
+    fn push(&self, change: f64, y: &mut [f64]) {
+        if self.inertia.is_empty() {
+            return;
+        }
+        if self.shafts() > 0 {
+            y[self.twists + 1] -= self.sign * change;
+        } else if let Some(index) = self.speed {
+            y[index] += change;
+        }
+    }
+
+    /// Changes the speed of the drive alone: the inertias keep theirs.
+    pub fn jerk(&self, change: f64, y: &mut [f64]) {
+        if self.shafts() == self.inertia.len() && self.shafts() > 0 {
+            y[self.twists + 2 * (self.shafts() - 1) + 1] += self.sign * change;
+        }
+    }
+
+    fn kinetic_energy(&self, driving: &Driving, y: &[f64]) -> f64 {
+        let speeds = self.speeds(driving, y);
+        speeds.iter().zip(&self.inertia).map(|(w, j)| 0.5 * j * w * w).sum()
+    }
+
+    fn elastic_energy(&self, y: &[f64]) -> f64 {
+        (0..self.shafts())
+            .map(|i| 0.5 * self.stiffness[i] * self.twist(i, y).powi(2))
+            .sum()
+    }
+}
+
+/// What is not regular about a contact at rest, as numbers of the engines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Engagement {
+    /// Stick and slip.
+    StickSlip,
+    /// A smooth function of omega_r/eps instead of the sign.
+    Regularised(Smoothing, f64),
+    /// Bristles: sigma_0, sigma_1, sigma_2, and where the state has their deflection.
+    Bristles(f64, f64, f64, usize),
+}
+
+/// The equations, without time: what acts from outside is handed in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainSystem {
+    /// The rotor, side +1.
+    pub rotor: Side,
+    /// The stator, side -1.
+    pub stator: Side,
+    /// r, m.
+    pub radius: f64,
+    /// mu_0.
+    pub breakaway: f64,
+    /// mu(x), or g(x).
+    pub law: FrictionLaw,
+    /// The law of each piece between its knots, smooth beyond them; empty for a law without any.
+    pieces: Vec<FrictionLaw>,
+    /// Stick, or none.
+    pub engagement: Engagement,
+    /// Quadratures: slip displacement, friction loss, damping loss, work of the drives, and with two free trains the angle of the
+    /// stator's outermost inertia.
+    pub slip: usize,
+    /// Components of the state.
+    pub dimension: usize,
+    /// The linear part: rates of the states for T = 0, and per unit of T; and what omega_r and T_f are made of.
+    linear: LinearMaps,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct LinearMaps {
+    free: DMatrix<f64>,
+    interface: DVector<f64>,
+    relative_velocity: DVector<f64>,
+    transmitted: DVector<f64>,
+}
+
+/// Index of the quadratures behind [`TrainSystem::slip`].
+pub const FRICTION_LOSS: usize = 1;
+/// Index of the energy that shafts and bearings have dissipated.
+pub const DAMPING_LOSS: usize = 2;
+/// Index of the work of all drives.
+pub const WORK: usize = 3;
+/// Index of the angle of the stator's outermost inertia, where both trains are free.
+pub const ANGLE: usize = 4;
+
+impl TrainSystem {
+    /// Of a case.
+    pub fn new(trains: &Trains) -> TrainSystem {
+        let rotor = Side::new(&trains.rotor, trains, 1.0, 0);
+        let stator = Side::new(&trains.stator, trains, -1.0, rotor.length());
+        let mut next = stator.twists + stator.length();
+        let engagement = match &trains.contact {
+            ContactLaw::StickSlip => Engagement::StickSlip,
+            ContactLaw::Regularised(Regularisation { function, speed }) => Engagement::Regularised(*function, *speed),
+            ContactLaw::Bristles(Bristles {
+                stiffness,
+                damping,
+                viscous,
+            }) => {
+                next += 1;
+                Engagement::Bristles(*stiffness, *damping, *viscous, next - 1)
+            }
+        };
+        let slip = next;
+        let both_free = rotor.speed.is_some() && stator.speed.is_some();
+        let dimension = slip + 4 + usize::from(both_free);
+        let count = match trains.law.knots().len() {
+            0 => 0,
+            knots => knots + 1,
+        };
+        let mut system = TrainSystem {
+            pieces: (0..count).map(|piece| trains.law.continued(piece)).collect(),
+            rotor,
+            stator,
+            radius: trains.radius,
+            breakaway: trains.breakaway,
+            law: trains.law.clone(),
+            engagement,
+            slip,
+            dimension,
+            linear: LinearMaps {
+                free: DMatrix::zeros(dimension, dimension),
+                interface: DVector::zeros(dimension),
+                relative_velocity: DVector::zeros(dimension),
+                transmitted: DVector::zeros(dimension),
+            },
+        };
+        system.linear = system.linear_maps();
+        system
+    }
+
+    /// States that the motion depends on: all before the quadratures.
+    pub fn mechanical(&self) -> usize {
+        self.slip
+    }
+
+    /// The law between its knots `piece` - 1 and `piece`.
+    #[inline]
+    pub fn law_in(&self, piece: usize) -> &FrictionLaw {
+        self.pieces.get(piece).unwrap_or(&self.law)
+    }
+
+    /// Whether the law has knots.
+    pub fn has_pieces(&self) -> bool {
+        !self.pieces.is_empty()
+    }
+
+    /// The piece of the law for a sliding speed (rad/s): at a knot the one below.
+    pub fn piece_of(&self, speed: f64) -> usize {
+        self.law.knots().iter().filter(|&&knot| knot < speed.abs()).count()
+    }
+
+    /// omega_r = phi_2' - phi_1', rad/s.
+    #[inline]
+    pub fn relative_velocity(&self, outside: &Outside, y: &[f64]) -> f64 {
+        self.rotor.surface_speed(&outside.rotor, y) - self.stator.surface_speed(&outside.stator, y)
+    }
+
+    /// The sum of the magnitudes that [`Self::relative_velocity`] is made of, rad/s.
+    pub fn relative_velocity_terms(&self, outside: &Outside, y: &[f64]) -> f64 {
+        let of = |side: &Side, driving: &Driving| {
+            let rates: f64 = (0..side.shafts()).map(|i| side.twist_rate(i, y).abs()).sum();
+            side.base(driving, y).abs() + rates
+        };
+        of(&self.rotor, &outside.rotor) + of(&self.stator, &outside.stator)
+    }
+
+    /// T_f, N m: the torque that the interface must carry for equal surface accelerations.
+    pub fn transmitted_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
+        let (rotor, stator) = self.surfaces(outside, y);
+        self.transmitted(&rotor, &stator, outside)
+    }
+
+    fn surfaces(&self, outside: &Outside, y: &[f64]) -> (Surface, Surface) {
+        (
+            self.rotor.surface(&outside.rotor, y),
+            self.stator.surface(&outside.stator, y),
+        )
+    }
+
+    fn transmitted(&self, rotor: &Surface, stator: &Surface, outside: &Outside) -> f64 {
+        self.shared(
+            rotor.torque,
+            stator.torque,
+            outside.rotor.acceleration,
+            outside.stator.acceleration,
+        )
+    }
+
+    /// T_f from the torques on the two surfaces and the accelerations of those that are rigid: linear in all four.
+    #[inline]
+    pub fn shared(&self, rotor: f64, stator: f64, rotor_acceleration: f64, stator_acceleration: f64) -> f64 {
+        match (self.rotor.inertia.first(), self.stator.inertia.first()) {
+            (Some(j2), Some(j1)) => (j1 * rotor + j2 * stator) / (j1 + j2),
+            (None, Some(j1)) => stator + j1 * rotor_acceleration,
+            (Some(j2), None) => rotor - j2 * stator_acceleration,
+            (None, None) => 0.0,
+        }
+    }
+
+    /// mu_0 r F_n, N m.
+    pub fn breakaway_torque(&self, normal_force: f64) -> f64 {
+        self.breakaway * self.radius * normal_force
+    }
+
+    /// s mu(s omega_r) r F_n in slip with sense `sense`, N m.
+    fn sliding_torque(&self, law: &FrictionLaw, sense: f64, w: f64, normal_force: f64) -> f64 {
+        sense * law.coefficient(sense * w) * self.radius * normal_force
+    }
+
+    /// The torque of an engaged contact over r F_n, with the rate of the bristles' deflection.
+    fn engaged(&self, law: &FrictionLaw, sense: f64, w: f64, y: &[f64]) -> (f64, f64) {
+        let x = sense * w;
+        match self.engagement {
+            Engagement::StickSlip => (0.0, 0.0),
+            Engagement::Regularised(smoothing, speed) => {
+                let shape = match smoothing {
+                    Smoothing::Tanh => (w / speed).tanh(),
+                    Smoothing::Arctan => std::f64::consts::FRAC_2_PI * (w / speed).atan(),
+                };
+                (law.coefficient(x) * shape, 0.0)
+            }
+            Engagement::Bristles(stiffness, damping, viscous, at) => {
+                let z = y[at];
+                let rate = w - stiffness * x * z / law.coefficient(x);
+                (stiffness * z + damping * rate + viscous * w, rate)
+            }
+        }
+    }
+
+    /// The torque of the interface, N m. `sense` is that of slip, or the side of rest on which an engaged contact is.
+    pub fn interface_torque(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        match mode {
+            Mode::Separated => 0.0,
+            Mode::Stick => self.transmitted_torque(outside, y),
+            Mode::SlipForward | Mode::SlipBackward => {
+                let w = self.relative_velocity(outside, y);
+                self.sliding_torque(self.law_in(piece), sense, w, outside.normal_force)
+            }
+            Mode::Engaged => {
+                let w = self.relative_velocity(outside, y);
+                self.engaged(self.law_in(piece), sense, w, y).0 * self.radius * outside.normal_force
+            }
+        }
+    }
+
+    /// dy/dt in a mode.
+    pub fn rates(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64], dydt: &mut [f64]) {
+        let w = self.relative_velocity(outside, y);
+        let torque = self.interface_torque(mode, sense, piece, outside, y);
+        let (rotor_work, rotor_loss) = self.rotor.rates(&outside.rotor, torque, y, dydt);
+        let (stator_work, stator_loss) = self.stator.rates(&outside.stator, torque, y, dydt);
+        if let Engagement::Bristles(.., at) = self.engagement {
+            dydt[at] = match mode {
+                Mode::Engaged => self.engaged(self.law_in(piece), sense, w, y).1,
+                _ => 0.0,
+            };
+        }
+        let w = if mode == Mode::Stick { 0.0 } else { w };
+        let quadratures = &mut dydt[self.slip..];
+        quadratures[0] = w;
+        quadratures[FRICTION_LOSS] = torque * w;
+        quadratures[DAMPING_LOSS] = rotor_loss + stator_loss;
+        quadratures[WORK] = rotor_work + stator_work;
+        if let (Some(index), Some(angle)) = (self.stator.speed, quadratures.get_mut(ANGLE)) {
+            *angle = y[index];
+        }
+    }
+
+    /// Acceleration of omega_r, rad/s^2, in a mode.
+    pub fn relative_acceleration(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        let torque = self.interface_torque(mode, sense, piece, outside, y);
+        let (rotor, stator) = self.surfaces(outside, y);
+        self.rotor.acceleration(&rotor, torque, &outside.rotor)
+            - self.stator.acceleration(&stator, torque, &outside.stator)
+    }
+
+    fn linear_maps(&self) -> LinearMaps {
+        let n = self.dimension;
+        let nothing = Outside::default();
+        let mut maps = LinearMaps {
+            free: DMatrix::zeros(n, n),
+            interface: DVector::zeros(n),
+            relative_velocity: DVector::zeros(n),
+            transmitted: DVector::zeros(n),
+        };
+        let mut rates = vec![0.0; n];
+        let mut unit = vec![0.0; n];
+        for k in 0..self.mechanical() {
+            unit[k] = 1.0;
+            rates.fill(0.0);
+            self.rotor.rates(&nothing.rotor, 0.0, &unit, &mut rates);
+            self.stator.rates(&nothing.stator, 0.0, &unit, &mut rates);
+            maps.free.column_mut(k).copy_from_slice(&rates);
+            maps.relative_velocity[k] = self.relative_velocity(&nothing, &unit);
+            maps.transmitted[k] = self.transmitted_torque(&nothing, &unit);
+            unit[k] = 0.0;
+        }
+        rates.fill(0.0);
+        self.rotor.rates(&nothing.rotor, 1.0, &unit, &mut rates);
+        self.stator.rates(&nothing.stator, 1.0, &unit, &mut rates);
+        maps.interface.copy_from_slice(&rates);
+        maps
+    }
+
+    /// The Jacobian of [`Self::rates`], of what the motion depends on; the quadratures have none but that of the slip.
+    pub fn jacobian(
+        &self,
+        mode: Mode,
+        sense: f64,
+        piece: usize,
+        outside: &Outside,
+        y: &[f64],
+        jac: &mut nalgebra::DMatrixViewMut<'_, f64>,
+    ) {
+        jac.copy_from(&self.linear.free);
+        let g = &self.linear.relative_velocity;
+        match mode {
+            Mode::Separated => {}
+            Mode::Stick => jac.ger(1.0, &self.linear.interface, &self.linear.transmitted, 1.0),
+            Mode::SlipForward | Mode::SlipBackward => {
+                let w = self.relative_velocity(outside, y);
+                let slope = self.law_in(piece).coefficient_and_slope(sense * w).1;
+                jac.ger(
+                    slope * self.radius * outside.normal_force,
+                    &self.linear.interface,
+                    g,
+                    1.0,
+                );
+            }
+            Mode::Engaged => {
+                let w = self.relative_velocity(outside, y);
+                let (mu, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+                let pressed = self.radius * outside.normal_force;
+                match self.engagement {
+                    Engagement::StickSlip => {}
+                    Engagement::Regularised(smoothing, speed) => {
+                        let v = w / speed;
+                        let (shape, rate) = match smoothing {
+                            Smoothing::Tanh => (v.tanh(), 1.0 - v.tanh().powi(2)),
+                            Smoothing::Arctan => {
+                                let share = std::f64::consts::FRAC_2_PI;
+                                (share * v.atan(), share / (1.0 + v * v))
+                            }
+                        };
+                        let by_speed = sense * slope * shape + mu * rate / speed;
+                        jac.ger(by_speed * pressed, &self.linear.interface, g, 1.0);
+                    }
+                    Engagement::Bristles(stiffness, damping, viscous, at) => {
+                        let (x, z) = (sense * w, y[at]);
+                        // z' = w - sigma_0 x z/g
+                        let by_speed = 1.0 - stiffness * sense * z * (mu - x * slope) / (mu * mu);
+                        let by_deflection = -stiffness * x / mu;
+                        jac.ger((damping * by_speed + viscous) * pressed, &self.linear.interface, g, 1.0);
+                        let column = (stiffness + damping * by_deflection) * pressed;
+                        for row in 0..self.mechanical() {
+                            jac[(row, at)] += column * self.linear.interface[row];
+                        }
+                        for k in 0..self.mechanical() {
+                            jac[(at, k)] = by_speed * g[k];
+                        }
+                        jac[(at, at)] += by_deflection;
+                    }
+                }
+            }
+        }
+        if mode != Mode::Stick {
+            for k in 0..self.mechanical() {
+                jac[(self.slip, k)] = g[k];
+            }
+        }
+    }
+
+    /// Puts both surfaces at their momentum-weighted mean speed; one without inertia keeps its own.
+    pub fn join(&self, outside: &Outside, y: &mut [f64]) {
+        let w = self.relative_velocity(outside, y);
+        let (rotor, stator) = self.shares();
+        self.rotor.push(-w * rotor, y);
+        self.stator.push(w * stator, y);
+    }
+
+    /// Of a jump of omega_r that keeps the momentum, the shares that rotor and stator surface take.
+    pub fn shares(&self) -> (f64, f64) {
+        match (self.rotor.inertia.first(), self.stator.inertia.first()) {
+            (Some(j2), Some(j1)) => (j1 / (j1 + j2), j2 / (j1 + j2)),
+            (None, Some(_)) => (0.0, 1.0),
+            (Some(_), None) => (1.0, 0.0),
+            (None, None) => (0.0, 0.0),
+        }
+    }
+
+    /// Changes the surface speeds by these (rad/s); a surface without inertia keeps its own.
+    pub fn push(&self, rotor: f64, stator: f64, y: &mut [f64]) {
+        self.rotor.push(rotor, y);
+        self.stator.push(stator, y);
+    }
+
+    /// J.
+    pub fn kinetic_energy(&self, outside: &Outside, y: &[f64]) -> f64 {
+        self.rotor.kinetic_energy(&outside.rotor, y) + self.stator.kinetic_energy(&outside.stator, y)
+    }
+
+    /// J.
+    pub fn elastic_energy(&self, y: &[f64]) -> f64 {
+        self.rotor.elastic_energy(y) + self.stator.elastic_energy(y)
+    }
+}

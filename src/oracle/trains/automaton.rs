@@ -1,0 +1,961 @@
+//! Modes, events, kicks and corners of two trains.
+
+use super::courses::Course;
+use super::report::TrainOracleState;
+use super::series::{ChainScales, ChainState, Expansion, Far, Model, ROTOR, Regime, STATOR, Scales, State, speeds};
+use super::{ExactTrains, TrainOracleReport};
+use crate::model::trains::{ContactLaw, KickSide, Pressing, Train};
+use crate::model::{Mode, nearest_double};
+use crate::oracle::automaton::GUARD_BITS;
+use crate::oracle::axial::{Actuation, INSTANT};
+use crate::oracle::float::Float;
+use crate::oracle::friction::{self, at_vanishing_speed};
+use crate::oracle::number::Number;
+use crate::oracle::report::{OracleEvent, OracleReport};
+use crate::oracle::roots::{Crossing, first_zero};
+use crate::oracle::{OracleError, OracleOptions, steps};
+use crate::record::EventKind;
+use num_rational::BigRational;
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+
+/// Orders up to which the first coefficient that is not zero is looked for.
+const LEADING: usize = 8;
+
+/// What can end a step before its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Guard {
+    /// The end of a slip.
+    Stop,
+    /// omega_r passes zero in an engaged contact.
+    Sense,
+    Separation,
+    Contact,
+    Breakaway(i8),
+    /// An end of the piece of the friction law, the upper one with +1.
+    Knot(i8),
+    /// |omega_r| passes the speed that counts as stick in an engaged contact.
+    Threshold,
+}
+
+pub(super) fn run_with<const N: usize>(
+    exact: &ExactTrains,
+    options: &OracleOptions,
+    threshold: Option<&BigRational>,
+    control: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<TrainOracleReport, OracleError> {
+    let mut run = Run::<N>::new(exact, options, threshold)?;
+    while run.time < run.end {
+        // Steps with many words take long each.
+        if run.steps.is_multiple_of(if N > 4 { 1 } else { 64 }) && control(run.time.to_f64()).is_break() {
+            return Err(OracleError::Interrupted(run.time.to_f64()));
+        }
+        run.time_events()?;
+        run.step()?;
+    }
+    run.time_events()?;
+    Ok(OracleReport {
+        events: run.events,
+        samples: run.samples,
+        steps: run.steps,
+        bits: Float::<N>::BITS,
+    })
+}
+
+struct Kick<const N: usize> {
+    time: Float<N>,
+    delta: Float<N>,
+    on: KickSide,
+}
+
+struct Run<const N: usize> {
+    model: Model<N>,
+    scales: Scales,
+    courses: Vec<Course<N>>,
+    /// Of the axial mode.
+    actuation: Option<Actuation<N>>,
+    time: Float<N>,
+    end: Float<N>,
+    state: State<N>,
+    mode: Mode,
+    /// Of omega_r in an engaged contact.
+    sense: i8,
+    /// The speed that counts as stick in an engaged contact, and whether |omega_r| is above it.
+    threshold: Option<(Float<N>, bool)>,
+    /// The knots of the friction law, between which of them the slip is (above so many), and whether the last ends the law.
+    knots: Vec<Float<N>>,
+    piece: usize,
+    ends: bool,
+    /// Guards that are zero at the present time by what has just happened, with the number of their coefficients that are.
+    zeros: Vec<(Guard, usize)>,
+    /// Of a take-off from stick: 2 where breakaway and low-speed friction are equal, since omega_r' starts at 0 too.
+    take_off_zeros: usize,
+    /// The ringing of an open contact has fallen below its floor: open it stays, up to the next corner.
+    stays_open: bool,
+    /// Of all signals, in order.
+    corners: VecDeque<BigRational>,
+    kicks: VecDeque<Kick<N>>,
+    samples_due: VecDeque<Float<N>>,
+    events: Vec<OracleEvent<TrainOracleState>>,
+    samples: Vec<(Number, TrainOracleState)>,
+    max_events: usize,
+    counted: usize,
+    steps: u64,
+}
+
+impl<const N: usize> Run<N> {
+    fn new(exact: &ExactTrains, options: &OracleOptions, threshold: Option<&BigRational>) -> Result<Self, OracleError> {
+        let number = Float::from_rational;
+        if exact.rotor.is_rigid() && exact.stator.is_rigid() {
+            return Err(OracleError::Degenerate {
+                time: 0.0,
+                what: "neither surface has an inertia",
+            });
+        }
+        let model = Model::new(exact);
+        let courses: Vec<Course<N>> = exact
+            .drives()
+            .iter()
+            .map(|drive| Course::new(drive, &model.table))
+            .collect();
+        let mut corners: Vec<BigRational> = courses.iter().flat_map(Course::corners).cloned().collect();
+        let (mut actuation, mut presses) = (None, false);
+        if let Pressing::Axial {
+            axial,
+            actuation: signal,
+        } = &exact.pressing
+        {
+            let (force, pressed) = Actuation::new(signal, &axial.ringing_floor, [&axial.mass, &axial.stiffness]);
+            corners.extend(force.corners().cloned());
+            (actuation, presses) = (Some(force), pressed);
+        }
+        corners.sort();
+        corners.dedup();
+        let mut kicks: Vec<_> = exact.kicks.iter().collect();
+        kicks.sort_by(|a, b| a.time.cmp(&b.time));
+        let (knots, ends) = friction::knots(&exact.law);
+        let scales = scales(exact, &courses);
+        let mut run = Run {
+            state: State {
+                chains: [
+                    ChainState {
+                        twist: Vec::new(),
+                        rate: Vec::new(),
+                        free: None,
+                    },
+                    ChainState {
+                        twist: Vec::new(),
+                        rate: Vec::new(),
+                        free: None,
+                    },
+                ],
+                axial: actuation.is_some().then(|| [Float::zero(); 2]),
+                deflection: Float::zero(),
+            },
+            scales,
+            courses,
+            actuation,
+            time: Float::zero(),
+            end: number(&options.end_time),
+            mode: Mode::Separated,
+            sense: 1,
+            threshold: None,
+            knots: knots.iter().map(number).collect(),
+            piece: 0,
+            ends,
+            zeros: Vec::new(),
+            take_off_zeros: if exact.breakaway == at_vanishing_speed(&exact.law) {
+                2
+            } else {
+                1
+            },
+            stays_open: false,
+            corners: corners.into(),
+            kicks: kicks
+                .into_iter()
+                .map(|kick| Kick {
+                    time: number(&kick.time),
+                    delta: number(&kick.relative_velocity),
+                    on: kick.on,
+                })
+                .collect(),
+            samples_due: options.sample_times.iter().map(number).collect(),
+            events: Vec::new(),
+            samples: Vec::new(),
+            max_events: options.max_events,
+            counted: 0,
+            steps: 0,
+            model,
+        };
+        run.state.chains = [
+            run.initial(ROTOR, &exact.initial.rotor_twist, &exact.initial.rotor_speed),
+            run.initial(STATOR, &exact.initial.stator_twist, &exact.initial.stator_speed),
+        ];
+        let pressed = match exact.pressing {
+            Pressing::Axial { .. } => presses,
+            Pressing::Force(_) => run.leaving().0 > 0,
+        };
+        if pressed {
+            run.mode = run.mode_in_contact();
+        }
+        run.find_piece();
+        if !run.model.contact.sticks()
+            && let Some(threshold) = threshold
+        {
+            let threshold = number(threshold);
+            run.threshold = Some((threshold, run.speed() > threshold));
+        }
+        Ok(run)
+    }
+
+    /// The state of a train by its twists and speeds.
+    fn initial(&self, c: usize, twist: &[BigRational], speed: &[BigRational]) -> ChainState<N> {
+        let chain = &self.model.chains[c];
+        let number = |values: &[BigRational]| values.iter().map(Float::from_rational).collect::<Vec<_>>();
+        let (twist, speed) = (number(twist), number(speed));
+        let end = self.ends()[c];
+        let rate = |i: usize| {
+            let outer = speed.get(i + 1).unwrap_or(&end);
+            chain.signed(&(outer - &speed[i]))
+        };
+        ChainState {
+            rate: (0..twist.len()).map(rate).collect(),
+            twist,
+            free: if chain.far == Far::Free {
+                speed.last().copied()
+            } else {
+                None
+            },
+        }
+    }
+
+    /// The speeds of the driven ends now; zero of other ends.
+    fn ends(&self) -> [Float<N>; 2] {
+        [ROTOR, STATOR].map(|c| match self.model.chains[c].far {
+            Far::Driven(course) => {
+                let mut series = self.courses[course].series(&self.time, &self.model.table);
+                series.extend(0, &self.model.table.reciprocals);
+                series.coefficients[0]
+            }
+            Far::Free | Far::Fixed => Float::zero(),
+        })
+    }
+
+    fn regime(&self) -> Regime {
+        match self.mode {
+            Mode::Separated => Regime::Open,
+            Mode::Stick => Regime::Stick,
+            Mode::SlipForward | Mode::SlipBackward => Regime::Slip(self.mode.sense(), self.piece),
+            Mode::Engaged => Regime::Engaged(self.sense, self.piece),
+        }
+    }
+
+    /// Of the present state, up to `order`.
+    fn expansion(&self, regime: Regime, order: usize) -> Expansion<N> {
+        let force = self.actuation.as_ref().map(|actuation| actuation.at(&self.time));
+        let now = (&self.state, &self.time);
+        let mut expansion = Expansion::new(
+            &self.model,
+            regime,
+            now,
+            &self.courses,
+            force.unwrap_or([Float::zero(); 2]),
+        );
+        expansion.extend(&self.model, order);
+        expansion
+    }
+
+    /// The state with what follows from it.
+    fn reading(&self, state: &State<N>, expansion: Option<(&Expansion<N>, &Float<N>)>) -> TrainOracleState {
+        let ends = match expansion {
+            Some((expansion, after)) => expansion.ends(&self.model, after),
+            None => self.ends(),
+        };
+        TrainOracleState::new(state, &speeds(&self.model, state, &ends), !self.model.contact.sticks())
+    }
+
+    /// The piece of the friction law for the present speed; at a knot the one below.
+    fn find_piece(&mut self) {
+        let speed = self.speed();
+        self.piece = self.knots.iter().filter(|knot| **knot < speed).count();
+    }
+
+    /// omega_r.
+    fn relative_velocity(&self) -> Float<N> {
+        let [rotor, stator] = speeds(&self.model, &self.state, &self.ends());
+        &rotor.1 - &stator.1
+    }
+
+    /// Its sign; zero, if it is that but for the rounding of the speeds.
+    fn sign(&self) -> i8 {
+        let ends = self.ends();
+        let [rotor, stator] = speeds(&self.model, &self.state, &ends);
+        let relative = &rotor.1 - &stator.1;
+        let all = rotor.0.iter().chain(&stator.0).chain(&ends);
+        let size = all.map(Float::log2).fold(f64::NEG_INFINITY, f64::max);
+        if relative.log2() < size - resolved::<N>() {
+            0
+        } else {
+            relative.signum()
+        }
+    }
+
+    /// |omega_r|.
+    fn speed(&self) -> Float<N> {
+        magnitude(&self.relative_velocity())
+    }
+
+    /// Changes the speed of a surface, if it has an inertia.
+    fn push(&mut self, c: usize, change: &Float<N>) {
+        let chain = &self.model.chains[c];
+        if chain.is_rigid() {
+            return;
+        }
+        let state = &mut self.state.chains[c];
+        match state.rate.first_mut() {
+            Some(rate) => *rate -= &chain.signed(change),
+            None => {
+                if let Some(speed) = &mut state.free {
+                    *speed += change;
+                }
+            }
+        }
+    }
+
+    /// A jump of omega_r, shared so that momentum is kept.
+    fn jump(&mut self, delta: &Float<N>) {
+        let [rotor, stator] = self.model.shares;
+        self.push(ROTOR, &(delta * &rotor));
+        self.push(STATOR, &-&(delta * &stator));
+    }
+
+    /// Both surfaces at the speed that their momentum gives.
+    fn join(&mut self) {
+        let relative = self.relative_velocity();
+        self.jump(&-&relative);
+    }
+
+    /// For surfaces of one speed: stick, or slip in the sense of the torque that the interface cannot carry.
+    fn settled(&self) -> Mode {
+        let [transmitted, limit] = self.expansion(Regime::Stick, 0).stick_test(&self.model);
+        let limit = if limit.signum() > 0 { limit } else { Float::zero() };
+        let excess = &magnitude(&transmitted) - &limit;
+        if excess.signum() <= 0 || excess.log2() < limit.log2() - resolved::<N>() {
+            Mode::Stick
+        } else {
+            slip(transmitted.signum())
+        }
+    }
+
+    fn mode_in_contact(&mut self) -> Mode {
+        if !self.model.contact.sticks() {
+            self.find_sense();
+            return Mode::Engaged;
+        }
+        match self.sign() {
+            0 => {
+                self.join();
+                self.settled()
+            }
+            sign => slip(sign),
+        }
+    }
+
+    /// The sense of omega_r in an engaged contact; at zero that in which it leaves zero.
+    fn find_sense(&mut self) {
+        self.sense = match self.relative_velocity().signum() {
+            0 => {
+                let expansion = self.expansion(Regime::Engaged(1, 0), LEADING);
+                let leading = expansion.relative.iter().map(Float::signum).find(|sign| *sign != 0);
+                leading.unwrap_or(1)
+            }
+            sign => sign,
+        };
+    }
+
+    fn record(&mut self, kind: EventKind) -> Result<(), OracleError> {
+        self.counted += usize::from(kind.in_event_sequence());
+        if self.counted > self.max_events {
+            return Err(OracleError::TooManyEvents {
+                time: self.time.to_f64(),
+                budget: self.max_events,
+            });
+        }
+        self.events.push(OracleEvent {
+            time: (&self.time).into(),
+            kind,
+            mode_after: self.mode,
+            state: self.reading(&self.state, None),
+        });
+        Ok(())
+    }
+
+    /// What is due at the present time: corners, then kicks.
+    fn time_events(&mut self) -> Result<(), OracleError> {
+        while let Some(corner) = self.corners.front() {
+            if Float::from_rational(corner) > self.time {
+                break;
+            }
+            if let Some(corner) = self.corners.pop_front() {
+                self.corner(&corner)?;
+            }
+        }
+        while self.kicks.front().is_some_and(|kick| kick.time <= self.time) {
+            if let Some(kick) = self.kicks.pop_front() {
+                self.kick(&kick)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn corner(&mut self, corner: &BigRational) -> Result<(), OracleError> {
+        let jumps: Vec<Float<N>> = self
+            .courses
+            .iter_mut()
+            .map(|course| course.advance(corner, &self.model.table))
+            .collect();
+        let mut jumped = false;
+        for (c, chain) in self.model.chains.iter().enumerate() {
+            let Far::Driven(course) = chain.far else { continue };
+            let jump = &jumps[course];
+            if jump.is_zero() {
+                continue;
+            }
+            jumped = true;
+            // The inertias keep their speeds.
+            if let Some(rate) = self.state.chains[c].rate.last_mut() {
+                *rate += &chain.signed(jump);
+            }
+        }
+        let of_force = match &mut self.actuation {
+            Some(actuation) => actuation.advance(&self.time),
+            None => true,
+        };
+        self.record(EventKind::Corner)?;
+        if jumped && self.model.chains.iter().any(|chain| chain.is_rigid()) {
+            self.after_jump()?;
+        }
+        if of_force { self.pressing_at_corner() } else { Ok(()) }
+    }
+
+    /// At a corner where an open contact stops to stay open whatever rings: it closes at once if the force stands at zero and
+    /// leaves it with F, or stands beyond it. Where a force is given directly, a closed one opens likewise.
+    fn pressing_at_corner(&mut self) -> Result<(), OracleError> {
+        self.stays_open = false;
+        let open = self.mode == Mode::Separated;
+        match (&self.actuation, &self.model.axial, &self.state.axial) {
+            (Some(actuation), Some(motion), Some([z, z_dot])) => {
+                if !open || actuation.rests(motion, [z, z_dot], &self.time) {
+                    return Ok(());
+                }
+                let (side, beyond) = actuation.leaving(motion, [z, z_dot]);
+                if side > 0 {
+                    self.close()?;
+                    if !beyond {
+                        // Zero up to rounding, and rising up to the next corner.
+                        self.zeros.push((Guard::Separation, usize::MAX));
+                    }
+                }
+                Ok(())
+            }
+            _ => match self.leaving() {
+                (1, beyond) if open => {
+                    self.close()?;
+                    if !beyond {
+                        self.zeros.push((Guard::Separation, 1));
+                    }
+                    Ok(())
+                }
+                (1, _) => Ok(()),
+                (_, beyond) if !open => {
+                    self.open()?;
+                    if !beyond {
+                        self.zeros.push((Guard::Contact, 1));
+                    }
+                    Ok(())
+                }
+                _ => Ok(()),
+            },
+        }
+    }
+
+    /// The side to which a force that is given directly leaves zero, or on which it stands beyond zero already.
+    fn leaving(&self) -> (i8, bool) {
+        let Some(course) = self.model.force else {
+            return (0, false);
+        };
+        let course = &self.courses[course];
+        let mut series = course.series(&self.time, &self.model.table);
+        series.extend(LEADING, &self.model.table.reciprocals);
+        let c = &series.coefficients;
+        let size = course.size().log2() - Float::<N>::BITS as f64 + 16.0;
+        let instant = INSTANT.log2();
+        let moved = (c[1].log2() + instant).max(c[2].log2() + 2.0 * instant).max(size);
+        if c[0].log2() > moved {
+            return (c[0].signum(), true);
+        }
+        let slopes = &c[1..];
+        let largest = slopes.iter().map(Float::log2).fold(f64::NEG_INFINITY, f64::max);
+        let least = largest - Float::<N>::BITS as f64 / 2.0;
+        let leading = slopes.iter().find(|c| !c.is_zero() && c.log2() > least);
+        (leading.map_or(0, Float::signum), false)
+    }
+
+    /// omega_r has jumped because a rigid surface has.
+    fn after_jump(&mut self) -> Result<(), OracleError> {
+        self.forget_speed();
+        self.find_piece();
+        match self.mode {
+            Mode::Separated => Ok(()),
+            Mode::Stick => match self.sign() {
+                0 => Ok(()),
+                sign => {
+                    self.mode = slip(sign);
+                    self.record(EventKind::Slip)
+                }
+            },
+            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => self.turned(),
+        }
+    }
+
+    /// What was known of guards that omega_r decides.
+    fn forget_speed(&mut self) {
+        let kept = |guard: &Guard| !matches!(guard, Guard::Stop | Guard::Sense | Guard::Threshold | Guard::Knot(_));
+        self.zeros.retain(|(guard, _)| kept(guard));
+    }
+
+    /// After a jump of omega_r in slip or in an engaged contact: whether its sense is another.
+    fn turned(&mut self) -> Result<(), OracleError> {
+        if self.mode == Mode::Engaged {
+            self.find_sense();
+            let speed = self.speed();
+            if let Some((threshold, above)) = self.threshold
+                && (speed > threshold) != above
+            {
+                return self.cross_threshold();
+            }
+            return Ok(());
+        }
+        let sign = self.sign();
+        if sign == 0 {
+            self.stop()
+        } else if sign != self.mode.sense() {
+            self.mode = slip(sign);
+            self.record(EventKind::Reversal)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn cross_threshold(&mut self) -> Result<(), OracleError> {
+        let Some((_, above)) = &mut self.threshold else {
+            return Ok(());
+        };
+        *above = !*above;
+        let kind = if *above { EventKind::Slip } else { EventKind::Stick };
+        self.record(kind)
+    }
+
+    fn close(&mut self) -> Result<(), OracleError> {
+        self.mode = self.mode_in_contact();
+        self.find_piece();
+        let speed = self.speed();
+        if let Some((threshold, above)) = &mut self.threshold {
+            *above = speed > *threshold;
+        }
+        self.record(EventKind::Contact)
+    }
+
+    fn open(&mut self) -> Result<(), OracleError> {
+        self.mode = Mode::Separated;
+        self.state.deflection = Float::zero();
+        self.record(EventKind::Separation)
+    }
+
+    fn kick(&mut self, kick: &Kick<N>) -> Result<(), OracleError> {
+        let [rotor, stator] = self.model.shares;
+        let delta = &kick.delta;
+        if self.mode == Mode::Stick {
+            // Both surfaces take the momentum of one side, or the rigid one takes it all.
+            let change = match kick.on {
+                KickSide::Both => Float::zero(),
+                KickSide::Rotor if self.model.chains[ROTOR].is_rigid() => Float::zero(),
+                KickSide::Stator if self.model.chains[STATOR].is_rigid() => Float::zero(),
+                KickSide::Rotor => delta * &stator,
+                KickSide::Stator => -&(delta * &rotor),
+            };
+            if !self.model.chains.iter().any(|chain| chain.is_rigid()) {
+                self.push(ROTOR, &change);
+                self.push(STATOR, &change);
+            }
+            return self.record(EventKind::Kick);
+        }
+        match kick.on {
+            KickSide::Both => self.jump(delta),
+            KickSide::Rotor => self.push(ROTOR, delta),
+            KickSide::Stator => self.push(STATOR, &-delta),
+        }
+        self.forget_speed();
+        self.find_piece();
+        self.record(EventKind::Kick)?;
+        if self.mode == Mode::Separated {
+            return Ok(());
+        }
+        self.turned()
+    }
+
+    /// The relative velocity has reached zero in slip.
+    fn stop(&mut self) -> Result<(), OracleError> {
+        self.join();
+        self.piece = 0;
+        let mode = self.settled();
+        self.zeros.retain(|(guard, _)| *guard != Guard::Stop);
+        if mode != Mode::Stick {
+            self.zeros.push((Guard::Stop, 1));
+        }
+        if mode == self.mode {
+            return Ok(());
+        }
+        self.mode = mode;
+        self.record(if mode == Mode::Stick {
+            EventKind::Stick
+        } else {
+            EventKind::Reversal
+        })
+    }
+
+    /// One step: to the next guard, time event or the end of the series' reach.
+    fn step(&mut self) -> Result<(), OracleError> {
+        let sliding = matches!(self.mode, Mode::SlipForward | Mode::SlipBackward | Mode::Engaged);
+        if sliding && self.ends && self.piece == self.knots.len() {
+            return Err(OracleError::BeyondLaw(self.time.to_f64()));
+        }
+        let mut until = self.end;
+        if let Some(corner) = self.corners.front() {
+            until = least(until, Float::from_rational(corner));
+        }
+        if let Some(kick) = self.kicks.front() {
+            until = least(until, kick.time);
+        }
+        let limit = &until - &self.time;
+        if limit.signum() <= 0 {
+            return Ok(());
+        }
+        let mut expansion = self.expansion(self.regime(), 0);
+        let step = steps::longest(&limit, |order| {
+            expansion.extend(&self.model, order);
+            steps::log_step(expansion.deciding(&self.scales))
+        });
+        let resolved = step.log2() > self.time.log2() - Float::<N>::BITS as f64 + 8.0;
+        if !resolved && step < limit {
+            return Err(OracleError::StepVanishes(self.time.to_f64()));
+        }
+        self.steps += 1;
+        let fired = self.first_guard(&expansion, &step, &until)?;
+        let reached = fired.as_ref().map_or(&step, |fired| &fired.after);
+        while let Some(due) = self.samples_due.front().map(|due| due - &self.time) {
+            if due > *reached {
+                break;
+            }
+            let time = &self.time + &due;
+            let reading = self.reading(&expansion.at(&due), Some((&expansion, &due)));
+            self.samples.push(((&time).into(), reading));
+            self.samples_due.pop_front();
+        }
+        self.state = expansion.at(reached);
+        if self.state.is_lost() {
+            return Err(OracleError::StepVanishes(self.time.to_f64()));
+        }
+        self.time = match &fired {
+            None if step >= limit => until,
+            _ => &self.time + reached,
+        };
+        // What fires at once does so at a knot still, whose slope has made it fire.
+        let at_knot = reached.is_zero();
+        self.zeros
+            .retain(|(guard, _)| at_knot && matches!(guard, Guard::Knot(_)));
+        match fired {
+            Some(fired) => self.transition(&fired),
+            None => Ok(()),
+        }
+    }
+
+    /// The guard that ends the step first, which may go on up to `until`.
+    fn first_guard(
+        &mut self,
+        expansion: &Expansion<N>,
+        step: &Float<N>,
+        until: &Float<N>,
+    ) -> Result<Option<Fired<N>>, OracleError> {
+        let mut first: Option<Fired<N>> = None;
+        for (guard, polynomial) in self.guards(expansion) {
+            let known = self.zeros.iter().find(|(zero, _)| *zero == guard);
+            let known = known.map_or(0, |(_, count)| *count);
+            let (after, at_once) = match first_zero(&polynomial, known, step) {
+                Crossing::None => continue,
+                Crossing::At(time) => (time, false),
+                Crossing::Beyond if known == 0 => (Float::zero(), true),
+                Crossing::Beyond => return Err(self.degenerate(guard)),
+            };
+            if at_once && guard == Guard::Stop {
+                return Err(self.degenerate(guard));
+            }
+            if matches!(guard, Guard::Separation | Guard::Contact) && self.belongs_to_corner(&after, until) {
+                continue;
+            }
+            if guard == Guard::Contact
+                && let (Some(actuation), Some(motion)) = (&self.actuation, &self.model.axial)
+                && let Some([z, z_dot]) = expansion.at(&after).axial
+                && actuation.rests(motion, [&z, &z_dot], &(&self.time + &after))
+            {
+                self.stays_open = true;
+                continue;
+            }
+            if first.as_ref().is_none_or(|first| after < first.after) {
+                first = Some(Fired {
+                    after,
+                    guard,
+                    beyond: at_once && !polynomial.first().is_some_and(Float::is_zero),
+                });
+            }
+        }
+        Ok(first)
+    }
+
+    /// All guards of the mode, positive before they fire.
+    fn guards(&self, expansion: &Expansion<N>) -> Vec<(Guard, Vec<Float<N>>)> {
+        let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
+        let less = |p: &[Float<N>], value: &Float<N>| {
+            let mut p = p.to_vec();
+            p[0] -= value;
+            p
+        };
+        let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(4);
+        if self.mode == Mode::Separated {
+            if !self.stays_open {
+                guards.push((Guard::Contact, negated(&expansion.normal)));
+            }
+            return guards;
+        }
+        guards.push((Guard::Separation, expansion.normal.clone()));
+        if self.mode == Mode::Stick {
+            let [_, limit] = expansion.stick_test(&self.model);
+            for sense in [1, -1] {
+                let mut reserve = expansion.reserve(&self.model, sense);
+                // At the limit but for rounding: what follows decides.
+                if reserve[0].log2() < limit.log2() - resolved::<N>() {
+                    reserve[0] = Float::zero();
+                }
+                guards.push((Guard::Breakaway(sense), reserve));
+            }
+            return guards;
+        }
+        let speed = expansion.contact.speed();
+        if let Some(knot) = self.knots.get(self.piece) {
+            guards.push((Guard::Knot(1), negated(&less(speed, knot))));
+        }
+        if let Some(knot) = self.piece.checked_sub(1).and_then(|last| self.knots.get(last)) {
+            guards.push((Guard::Knot(-1), less(speed, knot)));
+        }
+        if self.mode != Mode::Engaged {
+            guards.push((Guard::Stop, speed.to_vec()));
+            return guards;
+        }
+        guards.push((Guard::Sense, speed.to_vec()));
+        if let Some((threshold, above)) = &self.threshold {
+            let excess = less(speed, threshold);
+            guards.push((Guard::Threshold, if *above { excess } else { negated(&excess) }));
+        }
+        guards
+    }
+
+    /// Whether a force given directly reaches zero at a corner but for an instant or rounding: the corner decides then.
+    fn belongs_to_corner(&self, after: &Float<N>, until: &Float<N>) -> bool {
+        let Some(corner) = self.corners.front().map(Float::<N>::from_rational) else {
+            return false;
+        };
+        if self.model.force.is_none() || corner != *until {
+            return false;
+        }
+        let rounding = until.log2() - Float::<N>::BITS as f64 + 16.0;
+        let rest = until - &(&self.time + after);
+        rest.signum() <= 0 || rest.log2() < rounding.max(INSTANT.log2())
+    }
+
+    /// A guard that has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
+    fn degenerate(&self, guard: Guard) -> OracleError {
+        let what = match guard {
+            Guard::Contact | Guard::Separation => "the contact force turns at zero",
+            Guard::Knot(_) => "the sliding speed turns at a knot of the friction law",
+            Guard::Stop | Guard::Sense => "a slip starts against its own sense",
+            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
+            Guard::Threshold => "the sliding speed turns at the one that counts as stick",
+        };
+        OracleError::Degenerate {
+            time: self.time.to_f64(),
+            what,
+        }
+    }
+
+    /// What a guard does that has fired.
+    fn transition(&mut self, fired: &Fired<N>) -> Result<(), OracleError> {
+        let at_once = fired.after.is_zero();
+        match fired.guard {
+            Guard::Stop => self.stop(),
+            Guard::Sense => {
+                self.sense = -self.sense;
+                self.piece = 0;
+                if !at_once {
+                    self.zeros.push((Guard::Sense, 1));
+                }
+                Ok(())
+            }
+            Guard::Knot(side) => {
+                self.piece = if side > 0 { self.piece + 1 } else { self.piece - 1 };
+                if !at_once {
+                    self.zeros.push((Guard::Knot(-side), 1));
+                }
+                Ok(())
+            }
+            Guard::Threshold => {
+                if !at_once {
+                    self.zeros.push((Guard::Threshold, 1));
+                }
+                self.cross_threshold()
+            }
+            Guard::Breakaway(sense) => {
+                // omega_r is zero exactly, not to the rounding of the stick.
+                self.join();
+                self.mode = slip(sense);
+                self.piece = 0;
+                // Beyond its limit the torque accelerates the surfaces at once.
+                let zeros = if fired.beyond { 1 } else { self.take_off_zeros };
+                self.zeros.push((Guard::Stop, zeros));
+                self.record(EventKind::Slip)
+            }
+            Guard::Separation => {
+                self.open()?;
+                if !fired.beyond {
+                    self.zeros.push((Guard::Contact, 1));
+                }
+                Ok(())
+            }
+            Guard::Contact => {
+                self.close()?;
+                // Unless the force stood beyond zero already.
+                if !at_once {
+                    self.zeros.push((Guard::Separation, 1));
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A guard that ends a step.
+struct Fired<const N: usize> {
+    /// So long after its start, s.
+    after: Float<N>,
+    guard: Guard,
+    /// It stood beyond its boundary at the start.
+    beyond: bool,
+}
+
+/// What twists, speeds and signals are worth at least: of a shaft under all torques that there are, and of an oscillation of
+/// that size.
+fn scales<const N: usize>(exact: &ExactTrains, courses: &[Course<N>]) -> Scales {
+    let double = |value: &BigRational| nearest_double(value).abs();
+    let sizes: Vec<f64> = courses.iter().map(Course::size).collect();
+    let mut place = 0;
+    let mut next = || {
+        place += 1;
+        sizes.get(place - 1).copied().unwrap_or(0.0)
+    };
+    let (mut torque, mut speed) = (0.0_f64, 0.0_f64);
+    let initial = &exact.initial;
+    let trains = [
+        (&exact.rotor, &initial.rotor_twist, &initial.rotor_speed),
+        (&exact.stator, &initial.stator_twist, &initial.stator_speed),
+    ];
+    for (train, twists, speeds) in trains {
+        if let crate::model::trains::End::Driven(_) = train.end {
+            speed = speed.max(next());
+        }
+        if train.torque.is_some() {
+            torque += next();
+        }
+        for (stiffness, twist) in train.stiffness.iter().zip(twists) {
+            torque += double(stiffness) * double(twist);
+        }
+        speed = speeds.iter().map(double).fold(speed, f64::max);
+    }
+    let mut axial_scales = [0.0; 2];
+    let force = match &exact.pressing {
+        Pressing::Force(_) => next(),
+        Pressing::Axial { axial, actuation } => {
+            let pieces = crate::oracle::pieces::pieces(actuation);
+            let force = pieces.iter().map(|piece| double(&piece.force)).fold(0.0, f64::max);
+            let force = or_one(force);
+            let depth = force / double(&axial.stiffness);
+            axial_scales = [depth, depth * (double(&axial.stiffness) / double(&axial.mass)).sqrt()].map(f64::log2);
+            force
+        }
+    };
+    let contact = friction::size(&exact.law).max(1e-3) * double(&exact.radius);
+    torque += contact * force;
+    let speed = or_one(speed);
+    let chain = |train: &Train<BigRational>| {
+        let shafts = || train.stiffness.iter().zip(&train.inertia);
+        let twist = |k: f64| {
+            if k > 0.0 && torque > 0.0 { torque / k } else { speed }
+        };
+        let rate = |(k, j): (f64, f64)| {
+            if k > 0.0 && torque > 0.0 {
+                torque / (k * j).sqrt()
+            } else {
+                speed
+            }
+        };
+        let rates: Vec<f64> = shafts().map(|(k, j)| rate((double(k), double(j))).log2()).collect();
+        ChainScales {
+            twist: shafts().map(|(k, _)| twist(double(k)).log2()).collect(),
+            speed: rates.iter().copied().fold(speed.log2(), f64::min),
+            rate: rates,
+        }
+    };
+    let deflection = match &exact.contact {
+        ContactLaw::Bristles(bristles) => friction::size(&exact.law).max(1e-3) / or_one(double(&bristles.stiffness)),
+        _ => 1.0,
+    };
+    Scales {
+        chains: [chain(&exact.rotor), chain(&exact.stator)],
+        axial: axial_scales,
+        courses: sizes.iter().map(|size| or_one(*size).log2()).collect(),
+        deflection: deflection.log2(),
+    }
+}
+
+fn or_one(value: f64) -> f64 {
+    if value > 0.0 { value } else { 1.0 }
+}
+
+/// Bits of a number that rounding leaves as they are.
+fn resolved<const N: usize>() -> f64 {
+    Float::<N>::BITS as f64 - GUARD_BITS
+}
+
+fn magnitude<const N: usize>(value: &Float<N>) -> Float<N> {
+    if value.signum() < 0 { -value } else { *value }
+}
+
+fn slip(sign: i8) -> Mode {
+    if sign > 0 {
+        Mode::SlipForward
+    } else {
+        Mode::SlipBackward
+    }
+}
+
+fn least<const N: usize>(a: Float<N>, b: Float<N>) -> Float<N> {
+    if b < a { b } else { a }
+}

@@ -1,0 +1,506 @@
+//! The equations of two trains as recurrences of Taylor coefficients.
+//!
+//! Both trains are written once, with a sign: +1 for the rotor, whose twists are outer less inner angle, and -1 for the
+//! stator. With speeds w from the contact outwards, w_i = w_(i+1) - sign times the rate of shaft i, a shaft's torque S_i acts
+//! with that sign on its inner inertia and against it on its outer one, and the torque T of the contact acts against it on the
+//! surface.
+
+use super::contact::{Contact, ContactSeries};
+use super::courses::{Course, CourseSeries};
+use crate::model::trains::{End, Pressing, Train};
+use crate::oracle::axial::AxialMotion;
+use crate::oracle::elementary::Elementary;
+use crate::oracle::float::Float;
+use crate::oracle::series::{evaluate, largest_order};
+use num_rational::BigRational;
+
+/// Places of the trains.
+pub(super) const ROTOR: usize = 0;
+pub(super) const STATOR: usize = 1;
+
+/// Which equations hold. A slip and an engaged contact have a sense of omega_r and a piece of the friction law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Regime {
+    Open,
+    Stick,
+    Slip(i8, usize),
+    Engaged(i8, usize),
+}
+
+/// The unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct State<const N: usize> {
+    pub chains: [ChainState<N>; 2],
+    /// z and z', m and m/s, of an axial mode.
+    pub axial: Option<[Float<N>; 2]>,
+    /// The deflection of the bristles, rad; zero without any.
+    pub deflection: Float<N>,
+}
+
+impl<const N: usize> State<N> {
+    /// Whether a component is not finite.
+    pub fn is_lost(&self) -> bool {
+        let chains = self.chains.iter();
+        let mut all = chains.flat_map(|chain| chain.twist.iter().chain(&chain.rate).chain(&chain.free));
+        let axial = self.axial.iter().flatten();
+        all.any(|value| !value.is_finite()) || axial.chain([&self.deflection]).any(|value| !value.is_finite())
+    }
+}
+
+/// Of one train.
+#[derive(Debug, Clone)]
+pub(super) struct ChainState<const N: usize> {
+    /// Of each shaft, rad.
+    pub twist: Vec<Float<N>>,
+    /// Of each shaft, rad/s.
+    pub rate: Vec<Float<N>>,
+    /// The speed of the outermost inertia where nothing holds it, rad/s.
+    pub free: Option<Float<N>>,
+}
+
+/// The speed of what a train ends in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Far {
+    Free,
+    Fixed,
+    /// The signal of this place.
+    Driven(usize),
+}
+
+/// The constants of one train.
+#[derive(Debug)]
+pub(super) struct Chain<const N: usize> {
+    rotor: bool,
+    per_inertia: Vec<Float<N>>,
+    /// Of a surface with an inertia.
+    surface_inertia: Option<Float<N>>,
+    stiffness: Vec<Float<N>>,
+    damping: Vec<Float<N>>,
+    viscous: Vec<Float<N>>,
+    pub far: Far,
+    /// The place of the signal, and the inertia.
+    torque: Option<(usize, usize)>,
+}
+
+impl<const N: usize> Chain<N> {
+    fn new(train: &Train<BigRational>, rotor: bool, courses: &mut usize) -> Self {
+        let numbers = |values: &[BigRational]| values.iter().map(Float::from_rational).collect();
+        let mut next = || {
+            *courses += 1;
+            *courses - 1
+        };
+        let far = match train.end {
+            End::Driven(_) => Far::Driven(next()),
+            End::Free if !train.is_rigid() => Far::Free,
+            End::Free | End::Fixed => Far::Fixed,
+        };
+        Chain {
+            rotor,
+            per_inertia: train.inertia.iter().map(|j| Float::from_rational(&j.recip())).collect(),
+            surface_inertia: train.inertia.first().map(Float::from_rational),
+            stiffness: numbers(&train.stiffness),
+            damping: numbers(&train.damping),
+            viscous: numbers(&train.viscous),
+            far,
+            torque: train.torque.as_ref().map(|torque| (next(), torque.on)),
+        }
+    }
+
+    /// `value`, or its opposite in the stator.
+    pub fn signed(&self, value: &Float<N>) -> Float<N> {
+        if self.rotor { *value } else { -value }
+    }
+
+    pub fn is_rigid(&self) -> bool {
+        self.per_inertia.is_empty()
+    }
+
+    /// Speeds from the contact outwards for the rates of all shafts, and what the last of them is tied to.
+    fn speeds(&self, rates: impl Fn(usize) -> Float<N>, end: Float<N>) -> Vec<Float<N>> {
+        let inertias = self.per_inertia.len();
+        let mut speeds = vec![end; inertias];
+        for i in (0..inertias).rev() {
+            if i + 1 == inertias && self.far == Far::Free {
+                continue;
+            }
+            let outer = if i + 1 < inertias { speeds[i + 1] } else { end };
+            speeds[i] = &outer - &self.signed(&rates(i));
+        }
+        speeds
+    }
+}
+
+/// The constants of the equations, to the precision of the run.
+#[derive(Debug)]
+pub(super) struct Model<const N: usize> {
+    pub chains: [Chain<N>; 2],
+    /// J_1/(J_1 + J_2) and J_2/(J_1 + J_2): what of a jump of omega_r the rotor takes, and the stator.
+    pub shares: [Float<N>; 2],
+    /// 1/(J_1 + J_2); zero if one of them is infinite.
+    per_sum: Float<N>,
+    /// Of the axial mode.
+    pub axial: Option<AxialMotion<N>>,
+    /// The place of the signal of a given force.
+    pub force: Option<usize>,
+    /// r mu_0.
+    breakaway: Float<N>,
+    pub contact: Contact<N>,
+    pub table: Elementary<N>,
+}
+
+impl<const N: usize> Model<N> {
+    pub fn new(exact: &super::ExactTrains) -> Self {
+        let mut courses = 0;
+        let chains = [
+            Chain::new(&exact.rotor, true, &mut courses),
+            Chain::new(&exact.stator, false, &mut courses),
+        ];
+        let one = || BigRational::from_integer(1.into());
+        let (shares, per_sum) = match [exact.rotor.inertia.first(), exact.stator.inertia.first()] {
+            [Some(rotor), Some(stator)] => {
+                let sum = rotor + stator;
+                ([stator / &sum, rotor / &sum], sum.recip())
+            }
+            [None, _] => ([BigRational::default(), one()], BigRational::default()),
+            [_, None] => ([one(), BigRational::default()], BigRational::default()),
+        };
+        let (axial, force) = match &exact.pressing {
+            Pressing::Force(_) => (None, Some(courses)),
+            Pressing::Axial { axial, .. } => {
+                let motion = AxialMotion::new(&axial.mass, &axial.stiffness, &axial.damping);
+                (Some(motion), None)
+            }
+        };
+        Model {
+            chains,
+            shares: [&shares[0], &shares[1]].map(Float::from_rational),
+            per_sum: Float::from_rational(&per_sum),
+            axial,
+            force,
+            breakaway: Float::from_rational(&(&exact.radius * &exact.breakaway)),
+            contact: Contact::new(exact),
+            table: Elementary::new(largest_order(Float::<N>::BITS) + 2),
+        }
+    }
+}
+
+/// Taylor coefficients of one train.
+#[derive(Debug)]
+struct ChainSeries<const N: usize> {
+    twist: Vec<Vec<Float<N>>>,
+    rate: Vec<Vec<Float<N>>>,
+    free: Vec<Float<N>>,
+    /// Of each inertia.
+    speed: Vec<Vec<Float<N>>>,
+}
+
+/// Taylor coefficients of the motion around the present time.
+#[derive(Debug)]
+pub(super) struct Expansion<const N: usize> {
+    regime: Regime,
+    chains: [ChainSeries<N>; 2],
+    /// z and z'; empty without an axial mode.
+    axial: [Vec<Float<N>>; 2],
+    /// F and F' of the axial mode.
+    actuation: [Float<N>; 2],
+    courses: Vec<CourseSeries<N>>,
+    /// F_n without its clamp.
+    pub normal: Vec<Float<N>>,
+    /// omega_r.
+    pub relative: Vec<Float<N>>,
+    /// T_f, in stick.
+    transmitted: Vec<Float<N>>,
+    pub contact: ContactSeries<N>,
+}
+
+impl<const N: usize> Expansion<N> {
+    /// Of order 0, around `time`. `actuation` is F and F' of the axial mode.
+    pub fn new(
+        model: &Model<N>,
+        regime: Regime,
+        (state, time): (&State<N>, &Float<N>),
+        courses: &[Course<N>],
+        actuation: [Float<N>; 2],
+    ) -> Self {
+        let each = |values: &[Float<N>]| values.iter().map(|value| vec![*value]).collect::<Vec<_>>();
+        let chain = |chain: &ChainState<N>| ChainSeries {
+            twist: each(&chain.twist),
+            rate: each(&chain.rate),
+            free: chain.free.into_iter().collect(),
+            speed: Vec::new(),
+        };
+        let [rotor, stator] = &state.chains;
+        Expansion {
+            regime,
+            chains: [chain(rotor), chain(stator)],
+            axial: match &state.axial {
+                Some([z, z_dot]) => [vec![*z], vec![*z_dot]],
+                None => [Vec::new(), Vec::new()],
+            },
+            actuation,
+            courses: courses.iter().map(|course| course.series(time, &model.table)).collect(),
+            normal: Vec::new(),
+            relative: Vec::new(),
+            transmitted: Vec::new(),
+            contact: ContactSeries::new(&state.deflection),
+        }
+    }
+
+    /// Continues the coefficients up to `order`; guards then have that order, and the state one more.
+    pub fn extend(&mut self, model: &Model<N>, order: usize) {
+        for k in self.normal.len()..=order.min(largest_order(Float::<N>::BITS)) {
+            self.next(model, k);
+        }
+    }
+
+    fn next(&mut self, model: &Model<N>, k: usize) {
+        let per_next = &model.table.reciprocals[k + 1];
+        for course in &mut self.courses {
+            course.extend(k + 1, &model.table.reciprocals);
+        }
+        // F_n.
+        let normal = match (&model.axial, model.force) {
+            (Some(motion), _) => motion.normal_force(&self.axial[0][k], &self.axial[1][k]),
+            (None, Some(course)) => self.courses[course].coefficients[k],
+            (None, None) => Float::zero(),
+        };
+        self.normal.push(normal);
+        if let Some(motion) = &model.axial {
+            let force = self.actuation.get(k).copied().unwrap_or(Float::zero());
+            let acceleration = motion.acceleration(&normal, &force);
+            let next = [&self.axial[1][k] * per_next, &acceleration * per_next];
+            for (series, next) in self.axial.iter_mut().zip(next) {
+                series.push(next);
+            }
+        }
+        // Speeds, and the sums of all torques but that of the contact.
+        let [rotor, stator] = [ROTOR, STATOR].map(|c| self.speeds(&model.chains[c], c, k));
+        let (rotor_surface, stator_surface) = (rotor.1, stator.1);
+        for (series, (speeds, _)) in self.chains.iter_mut().zip([rotor, stator]) {
+            series.speed.resize(speeds.len(), Vec::new());
+            for (speed, value) in series.speed.iter_mut().zip(speeds) {
+                speed.push(value);
+            }
+        }
+        let relative = &rotor_surface - &stator_surface;
+        self.relative.push(relative);
+        let mut sums = [ROTOR, STATOR].map(|c| self.sums(&model.chains[c], c, k));
+        let far = [ROTOR, STATOR].map(|c| self.far_acceleration(&model.chains[c], k));
+        // T, and from it the surfaces.
+        let torque = match self.regime {
+            Regime::Open => {
+                self.contact.rest();
+                Float::zero()
+            }
+            Regime::Stick => {
+                let torque = transmitted(model, &sums, &far);
+                self.transmitted.push(torque);
+                torque
+            }
+            Regime::Slip(sense, piece) => {
+                let sides = (sense, piece);
+                self.contact
+                    .slip(&model.contact, &model.table, sides, (&relative, &self.normal))
+            }
+            Regime::Engaged(sense, piece) => {
+                let sides = (sense, piece);
+                self.contact
+                    .engaged(&model.contact, &model.table, sides, (&self.relative, &self.normal))
+            }
+        };
+        let joint = (self.regime == Regime::Stick && !model.per_sum.is_zero()).then(|| {
+            let sum = &sums[ROTOR][0] + &sums[STATOR][0];
+            &sum * &model.per_sum
+        });
+        for (c, chain) in model.chains.iter().enumerate() {
+            if let Some(surface) = sums[c].first_mut() {
+                let acting = chain.signed(&torque);
+                *surface -= &acting;
+            }
+            let mut accelerations: Vec<Float<N>> = sums[c]
+                .iter()
+                .zip(&chain.per_inertia)
+                .map(|(sum, per)| sum * per)
+                .collect();
+            if self.regime == Regime::Stick
+                && let Some(surface) = accelerations.first_mut()
+            {
+                *surface = joint.unwrap_or(far[1 - c]);
+            }
+            let series = &mut self.chains[c];
+            for i in 0..series.twist.len() {
+                let next = &series.rate[i][k] * per_next;
+                series.twist[i].push(next);
+                let outer = accelerations.get(i + 1).unwrap_or(&far[c]);
+                let change = chain.signed(&(outer - &accelerations[i]));
+                series.rate[i].push(&change * per_next);
+            }
+            if chain.far == Far::Free
+                && let Some(last) = accelerations.last()
+            {
+                series.free.push(last * per_next);
+            }
+        }
+    }
+
+    /// Coefficient k of the speeds of all inertias of a train, and of that of its surface.
+    fn speeds(&self, chain: &Chain<N>, c: usize, k: usize) -> (Vec<Float<N>>, Float<N>) {
+        let end = match chain.far {
+            Far::Free => self.chains[c].free[k],
+            Far::Fixed => Float::zero(),
+            Far::Driven(course) => self.courses[course].coefficients[k],
+        };
+        let speeds = chain.speeds(|i| self.chains[c].rate[i][k], end);
+        let surface = speeds.first().copied().unwrap_or(end);
+        (speeds, surface)
+    }
+
+    /// Coefficient k of V'; zero of an end that is not driven.
+    fn far_acceleration(&self, chain: &Chain<N>, k: usize) -> Float<N> {
+        match chain.far {
+            Far::Driven(course) => {
+                let next = &self.courses[course].coefficients[k + 1];
+                next * &Float::from_f64((k + 1) as f64)
+            }
+            Far::Free | Far::Fixed => Float::zero(),
+        }
+    }
+
+    /// Coefficient k of the torque on each inertia of a train, without that of the contact.
+    fn sums(&self, chain: &Chain<N>, c: usize, k: usize) -> Vec<Float<N>> {
+        let series = &self.chains[c];
+        let mut sums: Vec<Float<N>> = (0..chain.per_inertia.len())
+            .map(|i| -&(&chain.viscous[i] * &series.speed[i][k]))
+            .collect();
+        for i in 0..series.twist.len() {
+            let torque = &(&chain.stiffness[i] * &series.twist[i][k]) + &(&chain.damping[i] * &series.rate[i][k]);
+            let inner = chain.signed(&torque);
+            sums[i] += &inner;
+            if let Some(outer) = sums.get_mut(i + 1) {
+                *outer -= &inner;
+            }
+        }
+        if let Some((course, on)) = chain.torque
+            && let Some(sum) = sums.get_mut(on)
+        {
+            *sum += &self.courses[course].coefficients[k];
+        }
+        sums
+    }
+
+    /// mu_0 r F_n - s T_f: what is left before the contact breaks away in the sense s, N m.
+    pub fn reserve(&self, model: &Model<N>, sense: i8) -> Vec<Float<N>> {
+        let pairs = self.normal.iter().zip(&self.transmitted);
+        pairs
+            .map(|(normal, transmitted)| {
+                let limit = &model.breakaway * normal;
+                if sense < 0 {
+                    &limit + transmitted
+                } else {
+                    &limit - transmitted
+                }
+            })
+            .collect()
+    }
+
+    /// T_f and mu_0 r F_n around the present time, of an expansion in stick.
+    pub fn stick_test(&self, model: &Model<N>) -> [Float<N>; 2] {
+        [self.transmitted[0], &model.breakaway * &self.normal[0]]
+    }
+
+    /// The speeds of the driven ends after `step` (s); zero of other ends.
+    pub fn ends(&self, model: &Model<N>, step: &Float<N>) -> [Float<N>; 2] {
+        [ROTOR, STATOR].map(|c| match model.chains[c].far {
+            Far::Driven(course) => evaluate(&self.courses[course].coefficients, step),
+            Far::Free | Far::Fixed => Float::zero(),
+        })
+    }
+
+    /// The state after `step` (s).
+    pub fn at(&self, step: &Float<N>) -> State<N> {
+        let each = |series: &[Vec<Float<N>>]| series.iter().map(|series| evaluate(series, step)).collect();
+        let chain = |series: &ChainSeries<N>| ChainState {
+            twist: each(&series.twist),
+            rate: each(&series.rate),
+            free: (!series.free.is_empty()).then(|| evaluate(&series.free, step)),
+        };
+        let [rotor, stator] = &self.chains;
+        let [z, z_dot] = &self.axial;
+        State {
+            chains: [chain(rotor), chain(stator)],
+            axial: (!z.is_empty()).then(|| [evaluate(z, step), evaluate(z_dot, step)]),
+            deflection: evaluate(&self.contact.deflection, step),
+        }
+    }
+
+    /// All series that decide about the length of a step, with what they are worth at least, log2.
+    pub fn deciding<'a>(&'a self, scales: &'a Scales) -> impl Iterator<Item = (&'a [Float<N>], f64)> {
+        let of_chain = |c: usize| {
+            let (series, scales) = (&self.chains[c], &scales.chains[c]);
+            let twists = series.twist.iter().zip(&scales.twist);
+            let rates = series.rate.iter().zip(&scales.rate);
+            let free = series.free.as_slice();
+            let states = twists.chain(rates).map(|(series, least)| (series.as_slice(), *least));
+            states.chain((!free.is_empty()).then_some((free, scales.speed)))
+        };
+        let axial = self
+            .axial
+            .iter()
+            .zip(scales.axial)
+            .filter(|(series, _)| !series.is_empty());
+        let courses = self
+            .courses
+            .iter()
+            .zip(&scales.courses)
+            .filter(|(course, _)| !course.is_linear());
+        of_chain(ROTOR)
+            .chain(of_chain(STATOR))
+            .chain(axial.map(|(series, least)| (series.as_slice(), least)))
+            .chain(courses.map(|(course, least)| (course.coefficients.as_slice(), *least)))
+            .chain(self.contact.deciding(scales.deflection))
+    }
+}
+
+/// T_f = (J_1 T_r + J_2 T_s)/(J_1 + J_2), where a rigid surface of acceleration A adds its share of inertia.
+fn transmitted<const N: usize>(model: &Model<N>, sums: &[Vec<Float<N>>; 2], far: &[Float<N>; 2]) -> Float<N> {
+    let inertia = |c: usize| model.chains[c].surface_inertia.unwrap_or(Float::zero());
+    match [sums[ROTOR].first(), sums[STATOR].first()] {
+        [Some(rotor), Some(stator)] => &(&model.shares[0] * rotor) - &(&model.shares[1] * stator),
+        // T_s is minus the sum on the stator's surface.
+        [None, Some(stator)] => &(&inertia(STATOR) * &far[ROTOR]) - stator,
+        [Some(rotor), None] => rotor - &(&inertia(ROTOR) * &far[STATOR]),
+        [None, None] => Float::zero(),
+    }
+}
+
+/// What the components are worth at least, log2: below that an error counts in terms of this size.
+#[derive(Debug)]
+pub(super) struct Scales {
+    pub chains: [ChainScales; 2],
+    pub axial: [f64; 2],
+    pub courses: Vec<f64>,
+    pub deflection: f64,
+}
+
+/// Of one train.
+#[derive(Debug)]
+pub(super) struct ChainScales {
+    pub twist: Vec<f64>,
+    pub rate: Vec<f64>,
+    pub speed: f64,
+}
+
+/// The speeds of all inertias of a state, where the driven ends have those of `ends`.
+pub(super) fn speeds<const N: usize>(
+    model: &Model<N>,
+    state: &State<N>,
+    ends: &[Float<N>; 2],
+) -> [(Vec<Float<N>>, Float<N>); 2] {
+    [ROTOR, STATOR].map(|c| {
+        let (chain, state) = (&model.chains[c], &state.chains[c]);
+        let end = state.free.unwrap_or(ends[c]);
+        let speeds = chain.speeds(|i| state.rate[i], end);
+        let surface = speeds.first().copied().unwrap_or(end);
+        (speeds, surface)
+    })
+}

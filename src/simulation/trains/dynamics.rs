@@ -1,0 +1,293 @@
+//! Two trains as a hybrid system: its locations, guards and smooth equations.
+
+use super::excitation::Excitation;
+use crate::friction::Law;
+use crate::hybrid::{Direction, Dynamics, Guard};
+use crate::model::Mode;
+use crate::model::trains::Trains;
+use crate::model::trains::system::{Engagement, Outside, TrainSystem};
+use nalgebra::{DMatrix, DMatrixViewMut};
+
+/// The discrete state of the trains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrainLocation {
+    /// What the contact does.
+    pub mode: Mode,
+    /// Sign of omega_r in slip, or of the side of rest on which an engaged contact is: +1 or -1; 0 in stick and separation.
+    pub sense: i8,
+    /// Between which knots of the friction law the sliding speed is: above so many of them.
+    pub piece: usize,
+    /// Between which corners of the signals the time is.
+    pub stretch: usize,
+    /// Of an engaged contact, whether |omega_r| is below the threshold that counts as a stick.
+    pub slow: bool,
+}
+
+impl TrainLocation {
+    /// As a number.
+    pub fn sign(&self) -> f64 {
+        f64::from(self.sense)
+    }
+}
+
+/// The equations with all signals, shared by the solvers of a run.
+#[derive(Debug)]
+pub struct TrainDynamics {
+    /// The equations.
+    pub system: TrainSystem,
+    /// The signals.
+    pub excitation: Excitation,
+    /// |omega_r| (rad/s) below which an engaged contact counts as stuck.
+    pub threshold: f64,
+    rates: Rates,
+}
+
+/// How fast the trains move by themselves, 1/s, from the eigenvalues of their modes under the largest force.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rates {
+    /// The largest magnitude.
+    fastest: f64,
+    /// The smallest that is not zero.
+    slowest: f64,
+    /// Of slip, or of an engaged contact: the fastest damping over the slowest magnitude.
+    stiffness: f64,
+}
+
+/// Eigenvalues below this share of the largest are taken for zero.
+const STANDING: f64 = 1e-9;
+
+impl Rates {
+    fn new(system: &TrainSystem, excitation: &Excitation) -> Rates {
+        let outside = Outside {
+            normal_force: excitation.largest_force(),
+            ..Outside::default()
+        };
+        let rest = vec![0.0; system.dimension];
+        let contact: &[Mode] = match system.engagement {
+            Engagement::StickSlip => &[Mode::Separated, Mode::Stick, Mode::SlipForward],
+            _ => &[Mode::Separated, Mode::Engaged],
+        };
+        let mut rates = Rates::default();
+        for &mode in contact {
+            let mut jacobian = DMatrix::zeros(system.dimension, system.dimension);
+            system.jacobian(mode, 1.0, 0, &outside, &rest, &mut jacobian.as_view_mut());
+            let n = system.mechanical();
+            let eigenvalues = jacobian.view((0, 0), (n, n)).into_owned().complex_eigenvalues();
+            let fastest = eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max);
+            let moving = || eigenvalues.iter().filter(|value| value.norm() > STANDING * fastest);
+            let slowest = moving().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
+            let damping = moving().map(|value| -value.re).fold(0.0, f64::max);
+            rates.fastest = rates.fastest.max(fastest);
+            if slowest.is_finite() {
+                rates.slowest = if rates.slowest > 0.0 {
+                    rates.slowest.min(slowest)
+                } else {
+                    slowest
+                };
+                if mode == Mode::SlipForward || mode == Mode::Engaged {
+                    rates.stiffness = damping / slowest;
+                }
+            }
+        }
+        rates
+    }
+}
+
+const STOPPING: Guard = Guard {
+    name: "relative velocity reaches zero",
+    direction: Direction::Falling,
+};
+const THRESHOLD: Guard = Guard {
+    name: "relative velocity reaches the threshold of stick",
+    direction: Direction::Falling,
+};
+const BELOW_PIECE: Guard = Guard {
+    name: "relative velocity falls to a knot of the friction law",
+    direction: Direction::Falling,
+};
+const ABOVE_PIECE: Guard = Guard {
+    name: "relative velocity rises to a knot of the friction law",
+    direction: Direction::Falling,
+};
+const BREAKAWAY_FORWARD: Guard = Guard {
+    name: "transmitted torque reaches +mu_0 r F_n",
+    direction: Direction::Falling,
+};
+const BREAKAWAY_BACKWARD: Guard = Guard {
+    name: "transmitted torque reaches -mu_0 r F_n",
+    direction: Direction::Falling,
+};
+
+/// Index of the guard of a stick that breaks away forward; backward is the next.
+pub(super) const GUARD_FORWARD: usize = 0;
+
+/// Rounding of the relative velocity, as a share of the speeds that it is the difference of.
+const NOISE: f64 = 4.0 * f64::EPSILON;
+
+/// What a guard of the trains is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Watched {
+    /// s omega_r.
+    Stopping,
+    /// The distance of |omega_r| from the threshold, on its present side.
+    Threshold,
+    /// The lower end of the piece of the law.
+    Below,
+    /// The upper end.
+    Above,
+    /// mu_0 r F_n - T_f.
+    Forward,
+    /// mu_0 r F_n + T_f.
+    Backward,
+}
+
+impl TrainDynamics {
+    /// Of a case; `threshold` is in rad/s.
+    pub fn new(trains: &Trains, threshold: f64) -> TrainDynamics {
+        let (system, excitation) = (TrainSystem::new(trains), Excitation::new(trains));
+        TrainDynamics {
+            rates: Rates::new(&system, &excitation),
+            system,
+            excitation,
+            threshold,
+        }
+    }
+
+    /// The unit of time of a series in a stretch, s: that of the fastest thing that moves.
+    pub(super) fn unit(&self, stretch: usize) -> f64 {
+        let fastest = self.rates.fastest.max(self.excitation.fastest(stretch));
+        if fastest > 0.0 { 1.0 / fastest } else { 1.0 }
+    }
+
+    /// The magnitude of the fastest eigenvalue, 1/s; 0 where nothing moves by itself.
+    pub(super) fn fastest_rate(&self) -> f64 {
+        self.rates.fastest
+    }
+
+    /// The magnitude of the slowest that is not zero, or else the frequency of the signals, or 1, 1/s.
+    pub(super) fn slowest_rate(&self) -> f64 {
+        let signals = self.excitation.fastest(0);
+        let rates = [self.rates.slowest, signals, 1.0];
+        rates.into_iter().find(|&rate| rate > 0.0).unwrap_or(1.0)
+    }
+
+    /// The fastest damping over the slowest motion of a contact that slides.
+    pub(super) fn stiffness(&self) -> f64 {
+        self.rates.stiffness
+    }
+
+    /// What acts from outside.
+    #[inline]
+    pub fn outside(&self, location: &TrainLocation, t: f64) -> Outside {
+        self.excitation.at(location.stretch, t)
+    }
+
+    /// What the guards of a location are, in their order.
+    pub(super) fn watched(&self, location: &TrainLocation) -> &'static [Watched] {
+        use Watched::{Above, Backward, Below, Forward, Stopping, Threshold};
+        match (location.mode, self.system.has_pieces()) {
+            (Mode::Separated, _) => &[],
+            (Mode::Stick, _) => &[Forward, Backward],
+            (Mode::SlipForward | Mode::SlipBackward, false) => &[Stopping],
+            (Mode::SlipForward | Mode::SlipBackward, true) => &[Stopping, Below, Above],
+            (Mode::Engaged, false) => &[Stopping, Threshold],
+            (Mode::Engaged, true) => &[Stopping, Threshold, Below, Above],
+        }
+    }
+
+    /// The knot at an end of the piece of the law; `None` where there is no such end.
+    pub(super) fn knot(&self, location: &TrainLocation, above: bool) -> Option<f64> {
+        let knots = self.system.law.knots();
+        let index = if above {
+            Some(location.piece)
+        } else {
+            location.piece.checked_sub(1)
+        };
+        index.and_then(|index| knots.get(index).copied())
+    }
+
+    /// The sense of an engaged contact at a state, or that in which it leaves rest.
+    pub(super) fn side(&self, location: &TrainLocation, t: f64, y: &[f64]) -> i8 {
+        let outside = self.outside(location, t);
+        let w = self.system.relative_velocity(&outside, y);
+        let w = if w != 0.0 {
+            w
+        } else {
+            self.system.relative_acceleration(Mode::Engaged, 1.0, 0, &outside, y)
+        };
+        if w < 0.0 { -1 } else { 1 }
+    }
+
+    /// Whether the contact has no stick.
+    pub fn is_engaged(&self) -> bool {
+        self.system.engagement != Engagement::StickSlip
+    }
+}
+
+impl Dynamics for TrainDynamics {
+    type Location = TrainLocation;
+
+    fn dimension(&self) -> usize {
+        self.system.dimension
+    }
+
+    fn rhs(&self, location: &TrainLocation, t: f64, y: &[f64], dydt: &mut [f64]) {
+        let outside = self.outside(location, t);
+        self.system
+            .rates(location.mode, location.sign(), location.piece, &outside, y, dydt);
+    }
+
+    fn jacobian(&self, location: &TrainLocation, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
+        let outside = self.outside(location, t);
+        self.system.jacobian(
+            location.mode,
+            location.sign(),
+            location.piece,
+            &outside,
+            y,
+            &mut jacobian,
+        );
+    }
+
+    fn guards(&self, location: &TrainLocation) -> &'static [Guard] {
+        match (location.mode, self.system.has_pieces()) {
+            (Mode::Separated, _) => &[],
+            (Mode::Stick, _) => const { &[BREAKAWAY_FORWARD, BREAKAWAY_BACKWARD] },
+            (Mode::SlipForward | Mode::SlipBackward, false) => const { &[STOPPING] },
+            (Mode::SlipForward | Mode::SlipBackward, true) => const { &[STOPPING, BELOW_PIECE, ABOVE_PIECE] },
+            (Mode::Engaged, false) => const { &[STOPPING, THRESHOLD] },
+            (Mode::Engaged, true) => const { &[STOPPING, THRESHOLD, BELOW_PIECE, ABOVE_PIECE] },
+        }
+    }
+
+    fn guard_values(&self, location: &TrainLocation, t: f64, y: &[f64], values: &mut [f64]) {
+        let outside = self.outside(location, t);
+        let watched = self.watched(location);
+        if location.mode == Mode::Stick {
+            let limit = self.system.breakaway_torque(outside.normal_force);
+            let torque = self.system.transmitted_torque(&outside, y);
+            values[GUARD_FORWARD] = limit - torque;
+            values[GUARD_FORWARD + 1] = limit + torque;
+            return;
+        }
+        let x = location.sign() * self.system.relative_velocity(&outside, y);
+        for (value, watched) in values.iter_mut().zip(watched) {
+            *value = match watched {
+                // What rounding leaves of a departure that is slower than any power of time is no return.
+                Watched::Stopping if location.mode != Mode::Engaged => {
+                    x + NOISE * self.system.relative_velocity_terms(&outside, y)
+                }
+                Watched::Stopping => x,
+                Watched::Threshold if location.slow => self.threshold - x,
+                Watched::Threshold => x - self.threshold,
+                Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
+                Watched::Above => self.knot(location, true).map_or(1.0, |knot| knot - x),
+                Watched::Forward | Watched::Backward => 1.0,
+            };
+        }
+    }
+
+    fn describe(&self, location: &TrainLocation) -> String {
+        format!("mode {}", location.mode.name())
+    }
+}

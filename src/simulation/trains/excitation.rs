@@ -1,0 +1,303 @@
+//! What acts on the trains from outside as functions of time: drives, external torques, and the normal force.
+
+use crate::model::axial::{AxialMotion, ChangeCause, ContactChange};
+use crate::model::trains::system::{Driving, Outside};
+use crate::model::trains::{End, Pressing, Train, Trains};
+use crate::numerics::polynomial_roots::first_falling;
+use crate::signal::{Drive, Timeline};
+
+/// Coefficients of the expansions by which zeros of the normal force are found.
+const TERMS: usize = 20;
+
+/// A share of its period over which a harmonic is as good as its first [`TERMS`] coefficients: 0.5 rad, 0.5^20/20! = 4e-25.
+const REACH: f64 = 0.5;
+
+/// A search for a zero ends after so many steps, and goes on from there.
+const SEARCH: u32 = 100_000;
+
+/// Where the signals of one train are among those of the timeline.
+#[derive(Debug, Clone, Default)]
+struct Places {
+    speed: Option<usize>,
+    torque: Option<usize>,
+}
+
+/// Where the normal force comes from.
+#[derive(Debug, Clone)]
+enum NormalForce {
+    /// A signal, by its index.
+    Direct(usize),
+    Axial(Box<AxialMotion>),
+}
+
+/// All signals of a case.
+#[derive(Debug, Clone)]
+pub struct Excitation {
+    timeline: Timeline,
+    rotor: Places,
+    stator: Places,
+    normal_force: NormalForce,
+    /// s, increasing: of all signals and the actuating force.
+    corners: Vec<f64>,
+    /// The largest |F_n| or |F|, N.
+    largest_force: f64,
+}
+
+/// Taylor coefficients of everything from outside, by powers of time over a unit.
+#[derive(Debug, Clone)]
+pub struct OutsideSeries<const N: usize> {
+    /// Speed, its rate (per second), and torque of each side, rotor first.
+    pub sides: [DrivingSeries<N>; 2],
+    /// F_n, N.
+    pub normal_force: [f64; N],
+    /// The degree beyond which F_n has no coefficients.
+    pub degree: usize,
+}
+
+/// Of one side.
+#[derive(Debug, Clone)]
+pub struct DrivingSeries<const N: usize> {
+    /// rad/s.
+    pub speed: [f64; N],
+    /// rad/s^2.
+    pub acceleration: [f64; N],
+    /// N m.
+    pub torque: [f64; N],
+}
+
+impl<const N: usize> OutsideSeries<N> {
+    /// Nothing.
+    pub fn new() -> Self {
+        let side = DrivingSeries {
+            speed: [0.0; N],
+            acceleration: [0.0; N],
+            torque: [0.0; N],
+        };
+        OutsideSeries {
+            sides: [side.clone(), side],
+            normal_force: [0.0; N],
+            degree: 0,
+        }
+    }
+}
+
+impl Excitation {
+    /// Of a case.
+    pub fn new(trains: &Trains) -> Excitation {
+        let mut drives: Vec<&Drive> = Vec::new();
+        let mut places = |train: &'_ Train| {
+            let mut places = Places::default();
+            // The list is that of `Trains::drives`, in its order.
+            if let End::Driven(_) = &train.end {
+                places.speed = Some(drives.len());
+                drives.push(&Drive::Value(0.0));
+            }
+            if train.torque.is_some() {
+                places.torque = Some(drives.len());
+                drives.push(&Drive::Value(0.0));
+            }
+            places
+        };
+        let (rotor, stator) = (places(&trains.rotor), places(&trains.stator));
+        let direct = drives.len();
+        let drives = trains.drives();
+        let timeline = Timeline::new(&drives);
+        let mut corners = timeline.corners().to_vec();
+        let (normal_force, largest_force) = match &trains.pressing {
+            Pressing::Force(force) => (NormalForce::Direct(direct), force.largest()),
+            Pressing::Axial { axial, actuation } => {
+                let motion = AxialMotion::new(&axial.axial(), actuation);
+                corners.extend(motion.force.corners());
+                let largest = motion.force.largest();
+                (NormalForce::Axial(Box::new(motion)), largest)
+            }
+        };
+        corners.sort_by(f64::total_cmp);
+        corners.dedup();
+        Excitation {
+            timeline,
+            rotor,
+            stator,
+            normal_force,
+            corners,
+            largest_force,
+        }
+    }
+
+    /// Corners of any signal, s, increasing.
+    pub fn corners(&self) -> &[f64] {
+        &self.corners
+    }
+
+    /// The largest magnitude of the force that presses, N.
+    pub fn largest_force(&self) -> f64 {
+        self.largest_force
+    }
+
+    /// The stretch between corners of the signals that begins at `t` or holds it.
+    pub fn stretch(&self, t: f64) -> usize {
+        self.timeline.stretch(t)
+    }
+
+    /// The largest angular frequency of a harmonic in a stretch, rad/s; 0 without one.
+    pub fn fastest(&self, stretch: usize) -> f64 {
+        self.timeline.fastest(stretch)
+    }
+
+    /// The axial motion, if the normal force comes from one.
+    pub fn axial(&self) -> Option<&AxialMotion> {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => Some(motion),
+            NormalForce::Direct(_) => None,
+        }
+    }
+
+    fn driving(&self, places: &Places, stretch: usize, t: f64) -> Driving {
+        let value = |place: Option<usize>| place.map_or(0.0, |index| self.timeline.value(index, stretch, t));
+        Driving {
+            speed: value(places.speed),
+            acceleration: places.speed.map_or(0.0, |index| self.timeline.slope(index, stretch, t)),
+            torque: value(places.torque),
+        }
+    }
+
+    /// All of it at a time, as the stretch has it.
+    pub fn at(&self, stretch: usize, t: f64) -> Outside {
+        Outside {
+            rotor: self.driving(&self.rotor, stretch, t),
+            stator: self.driving(&self.stator, stretch, t),
+            normal_force: self.normal_force(stretch, t),
+        }
+    }
+
+    /// F_n, N, without the clamp at zero.
+    #[inline]
+    pub fn normal_force(&self, stretch: usize, t: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Direct(index) => self.timeline.value(*index, stretch, t),
+            NormalForce::Axial(motion) => motion.pressing_force(t),
+        }
+    }
+
+    /// The angles that the driven ends have turned through since t = 0, rad.
+    pub fn angles(&self, t: f64) -> (f64, f64) {
+        let of = |places: &Places| places.speed.map_or(0.0, |index| self.timeline.integral(index, t));
+        (of(&self.rotor), of(&self.stator))
+    }
+
+    /// Its Taylor coefficients about `t`, by powers of time over `unit` (s).
+    pub fn series<const N: usize>(&self, stretch: usize, t: f64, unit: f64, out: &mut OutsideSeries<N>) {
+        for (places, side) in [&self.rotor, &self.stator].into_iter().zip(&mut out.sides) {
+            if let Some(index) = places.speed {
+                self.timeline.series(index, stretch, t, unit, &mut side.speed);
+                for n in 0..N - 1 {
+                    side.acceleration[n] = (n + 1) as f64 * side.speed[n + 1] / unit;
+                }
+            }
+            if let Some(index) = places.torque {
+                self.timeline.series(index, stretch, t, unit, &mut side.torque);
+            }
+        }
+        match &self.normal_force {
+            NormalForce::Direct(index) => {
+                self.timeline.series(*index, stretch, t, unit, &mut out.normal_force);
+                out.degree = out.normal_force.iter().rposition(|&c| c != 0.0).unwrap_or(0);
+            }
+            NormalForce::Axial(motion) => out.degree = motion.pressing_series(t, unit, &mut out.normal_force),
+        }
+    }
+
+    /// Whether the contact is closed from t = 0 on.
+    pub fn starts_closed(&self) -> bool {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.force.starts_positive(),
+            NormalForce::Direct(index) => {
+                let mut c = [0.0; TERMS];
+                self.timeline.series(*index, self.stretch(0.0), 0.0, 1.0, &mut c);
+                c.into_iter().find(|&c| c != 0.0).is_some_and(|first| first > 0.0)
+            }
+        }
+    }
+
+    /// The next time after `t`, no later than `until`, at which the contact opens (`closed`) or closes; see
+    /// [`AxialMotion::next_contact_change`].
+    pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.next_contact_change(t, closed, departing, until),
+            NormalForce::Direct(index) => self.next_zero(*index, t, closed, departing, until),
+        }
+    }
+
+    /// The same of a signal: in each stretch by the roots of its series, at each corner by the side to which it goes on.
+    fn next_zero(&self, index: usize, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
+        let sign = if closed { 1.0 } else { -1.0 };
+        let (mut from, mut departing) = (t, departing);
+        let mut steps = SEARCH;
+        let corners = self.timeline.corners();
+        loop {
+            let stretch = self.timeline.stretch(from);
+            let end = corners.get(stretch).copied().unwrap_or(f64::INFINITY).min(until);
+            let fastest = self.timeline.fastest(stretch);
+            while from < end {
+                if steps == 0 {
+                    return Some(ContactChange {
+                        time: from,
+                        cause: ChangeCause::Searched,
+                    });
+                }
+                steps -= 1;
+                let longest = if fastest > 0.0 { REACH / fastest } else { f64::INFINITY };
+                let step = longest.min(end - from);
+                let unit = if step.is_finite() { step } else { 1.0 };
+                let mut c = [0.0; TERMS];
+                self.timeline.series(index, stretch, from, unit, &mut c);
+                c.iter_mut().for_each(|c| *c *= sign);
+                if departing {
+                    // It leaves zero here.
+                    c.rotate_left(1);
+                    c[TERMS - 1] = 0.0;
+                    departing = false;
+                }
+                let zero = if c[0] < 0.0 { Some(0.0) } else { first_falling(&c) };
+                if let Some(share) = zero {
+                    return Some(ContactChange {
+                        time: (from + share * unit).min(end),
+                        cause: ChangeCause::Zero,
+                    });
+                }
+                if !step.is_finite() {
+                    return None;
+                }
+                from = if step < end - from { from + step } else { end };
+            }
+            departing = false;
+            if end >= until {
+                return None;
+            }
+            let mut c = [0.0; TERMS];
+            self.timeline.series(index, stretch + 1, end, 1.0, &mut c);
+            match c.into_iter().find(|&c| c != 0.0) {
+                Some(first) if sign * first < 0.0 => {
+                    return Some(ContactChange {
+                        time: end,
+                        cause: if c[0] == 0.0 {
+                            ChangeCause::Corner
+                        } else {
+                            ChangeCause::Beyond
+                        },
+                    });
+                }
+                // A force that is nothing presses nobody.
+                None if closed => {
+                    return Some(ContactChange {
+                        time: end,
+                        cause: ChangeCause::Corner,
+                    });
+                }
+                Some(_) if c[0] == 0.0 => departing = true,
+                _ => {}
+            }
+            from = end;
+        }
+    }
+}

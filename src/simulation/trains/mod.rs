@@ -1,0 +1,133 @@
+//! Two trains run by the automaton: which solver where, and what is recorded.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `excitation` | signals and normal force as functions of time |
+//! | `dynamics` | locations, guards and equations for the automaton |
+//! | `rules` | what happens at guards and time events |
+//! | `plan` | which solver integrates what, how accurately |
+//! | `series`, `expansion` | the trains' own solver, by Taylor series |
+//! | `readings` | what is recorded of a state |
+//! | `portrait` | one period of a motion, densely |
+
+mod dynamics;
+mod excitation;
+mod expansion;
+mod plan;
+mod portrait;
+mod readings;
+mod rules;
+mod series;
+
+pub use dynamics::{TrainDynamics, TrainLocation};
+pub(crate) use portrait::{PortraitPoint, Section, portrait};
+pub use readings::Further;
+
+use super::options::{OutputOptions, SolverOptions};
+use super::readings::Readings as _;
+use super::report::{Progress, RunFailure, RunReport};
+use super::{CHATTER_COUNT, FORESEEN_STEPS, observer::Recording};
+use crate::hybrid::{self, Limits, Start};
+use crate::model::trains::Trains;
+use crate::record::{EventDigest, Recorder};
+use plan::TrainPlan;
+use readings::TrainReadings;
+use rules::TrainRules;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// What the state of a case has beyond [`State`](crate::record::State), in the order in which a recorder gets it.
+pub(crate) fn further(trains: &Trains) -> Vec<Further> {
+    readings::further_names(&TrainDynamics::new(trains, 0.0))
+}
+
+/// The state at t = 0.
+fn start(trains: &Trains, dynamics: &TrainDynamics) -> Vec<f64> {
+    let system = &dynamics.system;
+    let mut y = vec![0.0; system.dimension];
+    let outside = dynamics.excitation.at(dynamics.excitation.stretch(0.0), 0.0);
+    let initial = &trains.initial;
+    let sides = [
+        (
+            &system.rotor,
+            &outside.rotor,
+            &initial.rotor_twist,
+            &initial.rotor_speed,
+        ),
+        (
+            &system.stator,
+            &outside.stator,
+            &initial.stator_twist,
+            &initial.stator_speed,
+        ),
+    ];
+    for (side, driving, twists, speeds) in sides {
+        for i in 0..side.shafts() {
+            let outer = speeds.get(i + 1).copied().unwrap_or(driving.speed);
+            y[side.twists + 2 * i] = twists[i];
+            y[side.twists + 2 * i + 1] = side.sign * (outer - speeds[i]);
+        }
+        if let (Some(index), Some(&speed)) = (side.speed, speeds.last()) {
+            y[index] = speed;
+        }
+    }
+    if system.rotor.speed.is_none() && system.stator.speed.is_none() {
+        let twists = |side: &crate::model::trains::system::Side| -> f64 {
+            (0..side.shafts()).map(|i| side.sign * side.twist(i, &y)).sum()
+        };
+        y[system.slip] = twists(&system.stator) - twists(&system.rotor);
+    }
+    y
+}
+
+/// Integrates one case of trains from t = 0 to the end time of `output`; the counterpart of [`super::simulate`], with the same
+/// contract. `threshold` (rad/s) is what counts as a stick of a contact without one.
+pub(crate) fn simulate(
+    trains: &Trains,
+    threshold: f64,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    recorder: &mut dyn Recorder,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, Box<RunFailure>> {
+    let dynamics = Arc::new(TrainDynamics::new(trains, threshold));
+    let state = start(trains, &dynamics);
+    let plan = TrainPlan::new(trains, &dynamics, &state, solver);
+    let mut rules = TrainRules::new(dynamics.clone(), trains, plan, 0.0, output.end_time);
+    let location = rules.initial_location(&state);
+    let readings = TrainReadings { dynamics: &dynamics };
+    let initial_energy = {
+        let channels = readings.channels(0.0, &location, &state);
+        channels.energy_kinetic + channels.energy_elastic
+    };
+    let digest = EventDigest::without_instability();
+    let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
+    recording.limit_wall_time(solver.max_wall_time);
+    let start = Start {
+        time: 0.0,
+        location,
+        state,
+    };
+    let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
+    let limits = Limits {
+        max_events: solver.max_events,
+        chatter_count: CHATTER_COUNT,
+        max_steps: solver.max_steps.map(|steps| steps as u64),
+        foreseen_steps: foresee.then_some(FORESEEN_STEPS),
+    };
+    let result = hybrid::run(&dynamics, &mut rules, start, output.end_time, limits, &mut recording);
+    let result = match result {
+        Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
+        other => other,
+    };
+    let mut report = recording.into_report();
+    report.kicks_never_given = trains.kicks.len().saturating_sub(rules.kicks_given());
+    match result {
+        Ok(finish) => {
+            report.end = finish.time;
+            report.interrupted = finish.interrupted;
+            Ok(report)
+        }
+        Err(error) => Err(Box::new(RunFailure { error, report })),
+    }
+}

@@ -1,0 +1,217 @@
+//! One period of a motion, densely: from a state that a run has come to.
+
+use super::plan::TrainPlan;
+use super::rules::TrainRules;
+use super::{TrainDynamics, TrainLocation};
+use crate::hybrid::{self, Limits, Observer, ObserverError, RunError, SegmentReport, Start};
+use crate::model::Mode;
+use crate::model::trains::Trains;
+use crate::model::trains::system::{Engagement, Side};
+use crate::record::EventKind;
+use crate::simulation::options::{Method, SolverOptions};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Where a period begins: at an event, with the state after it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Section {
+    /// s.
+    pub time: f64,
+    /// After the event.
+    pub mode: Mode,
+    /// Sign of omega_r after the event, or in which it goes on.
+    pub sense: i8,
+    /// What a recorder gets as further values, after the event.
+    pub further: Vec<f64>,
+}
+
+/// A state within the period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PortraitPoint {
+    /// s.
+    pub time: f64,
+    /// What the contact does.
+    pub mode: Mode,
+    /// Of the surface beside its train's far end, rad; of two free trains the slip displacement since the begin of the period.
+    pub position: f64,
+    /// Its rate, rad/s.
+    pub velocity: f64,
+    /// omega_r, rad/s.
+    pub relative_velocity: f64,
+    /// Its rate, rad/s^2.
+    pub relative_acceleration: f64,
+}
+
+/// One period.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Portrait {
+    /// In order of time; events stand twice, with the states before and after.
+    pub points: Vec<PortraitPoint>,
+    /// Which surface [`PortraitPoint::position`] is of: "stator", "rotor", or "slip" for the slip displacement.
+    pub of: &'static str,
+}
+
+struct Points<'a> {
+    dynamics: &'a TrainDynamics,
+    points: Vec<PortraitPoint>,
+    start: f64,
+    interval: f64,
+    count: f64,
+    end: f64,
+}
+
+/// The train whose surface a portrait shows: a tied one with inertia, the stator first.
+fn shown(dynamics: &TrainDynamics) -> Option<(&Side, &'static str)> {
+    let system = &dynamics.system;
+    let sides = [(&system.stator, "stator"), (&system.rotor, "rotor")];
+    sides
+        .into_iter()
+        .find(|(side, _)| side.speed.is_none() && side.shafts() > 0)
+}
+
+impl Points<'_> {
+    fn add(&mut self, t: f64, location: &TrainLocation, y: &[f64]) {
+        let system = &self.dynamics.system;
+        let outside = self.dynamics.outside(location, t);
+        let stuck = location.mode == Mode::Stick;
+        let w = if stuck {
+            0.0
+        } else {
+            system.relative_velocity(&outside, y)
+        };
+        let (position, velocity) = match shown(self.dynamics) {
+            Some((side, _)) => (0..side.shafts()).fold((0.0, 0.0), |(x, v), i| {
+                (x - side.sign * side.twist(i, y), v - side.sign * side.twist_rate(i, y))
+            }),
+            None => (y[system.slip], w),
+        };
+        let relative_acceleration = if stuck {
+            0.0
+        } else {
+            system.relative_acceleration(location.mode, location.sign(), location.piece, &outside, y)
+        };
+        self.points.push(PortraitPoint {
+            time: t,
+            mode: location.mode,
+            position,
+            velocity,
+            relative_velocity: w,
+            relative_acceleration,
+        });
+    }
+}
+
+impl Observer<TrainLocation, EventKind> for Points<'_> {
+    fn next_sample_time(&self) -> f64 {
+        (self.start + self.count * self.interval).min(self.end)
+    }
+
+    fn sample(&mut self, t: f64, location: &TrainLocation, y: &[f64]) -> Result<(), ObserverError> {
+        if t >= self.end {
+            self.count = f64::INFINITY;
+            self.end = f64::INFINITY;
+        }
+        self.count += 1.0;
+        self.add(t, location, y);
+        Ok(())
+    }
+
+    fn event(
+        &mut self,
+        t: f64,
+        _: EventKind,
+        before: (&TrainLocation, &[f64]),
+        after: (&TrainLocation, &[f64]),
+    ) -> Result<(), ObserverError> {
+        self.add(t, before.0, before.1);
+        self.add(t, after.0, after.1);
+        Ok(())
+    }
+
+    fn segment(&mut self, _: &SegmentReport<TrainLocation>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    fn progress(&mut self, _: f64, _: &TrainLocation) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// The state of which a recorder got these further values; slip, losses and work start at zero.
+fn state_of(dynamics: &TrainDynamics, further: &[f64]) -> Vec<f64> {
+    let system = &dynamics.system;
+    let mut y = vec![0.0; system.dimension];
+    let mut values = further.iter().copied();
+    for side in [&system.rotor, &system.stator] {
+        for k in 0..2 * side.shafts() {
+            y[side.twists + k] = values.next().unwrap_or(f64::NAN);
+        }
+        for i in 0..side.inertia.len() {
+            let speed = values.next().unwrap_or(f64::NAN);
+            if let Some(index) = side.speed.filter(|_| i + 1 == side.inertia.len()) {
+                y[index] = speed;
+            }
+        }
+    }
+    if let Engagement::Bristles(.., at) = system.engagement {
+        y[at] = values.next().unwrap_or(f64::NAN);
+    }
+    y
+}
+
+/// The motion from `section` on for `period` (s) by the Taylor series, at `samples` equal intervals and at its events.
+///
+/// # Errors
+/// As a run.
+pub(crate) fn portrait(
+    trains: &Trains,
+    threshold: f64,
+    section: &Section,
+    period: f64,
+    samples: usize,
+) -> Result<Portrait, RunError> {
+    let dynamics = Arc::new(TrainDynamics::new(trains, threshold));
+    let state = state_of(&dynamics, &section.further);
+    let options = SolverOptions {
+        method: Method::Series,
+        ..SolverOptions::default()
+    };
+    let plan = TrainPlan::new(trains, &dynamics, &state, &options);
+    let end = section.time + period;
+    let mut rules = TrainRules::new(dynamics.clone(), trains, plan, section.time, end);
+    let mut location = TrainLocation {
+        mode: section.mode,
+        sense: section.sense,
+        piece: 0,
+        stretch: dynamics.excitation.stretch(section.time),
+        slow: false,
+    };
+    let outside = dynamics.outside(&location, section.time);
+    location.piece = dynamics
+        .system
+        .piece_of(dynamics.system.relative_velocity(&outside, &state));
+    let mut points = Points {
+        dynamics: &dynamics,
+        points: Vec::with_capacity(samples + 64),
+        start: section.time,
+        interval: period / samples as f64,
+        count: 0.0,
+        end,
+    };
+    let start = Start {
+        time: section.time,
+        location,
+        state,
+    };
+    let limits = Limits {
+        max_events: 10_000,
+        chatter_count: super::CHATTER_COUNT,
+        max_steps: None,
+        foreseen_steps: Some(super::FORESEEN_STEPS),
+    };
+    hybrid::run(&dynamics, &mut rules, start, end, limits, &mut points)?;
+    Ok(Portrait {
+        points: points.points,
+        of: shown(&dynamics).map_or("slip", |(_, name)| name),
+    })
+}

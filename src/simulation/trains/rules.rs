@@ -1,0 +1,411 @@
+//! What happens at the guards and time events of two trains.
+
+use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, Watched};
+use super::plan::TrainPlan;
+use super::series::TaylorEngine;
+use crate::friction::Law;
+use crate::hybrid::{ChosenSolver, Engine, Fired, Rules, SolverKind, Transition};
+use crate::model::Mode;
+use crate::model::axial::{ChangeCause, ContactChange};
+use crate::model::trains::system::Engagement;
+use crate::model::trains::{Kick, KickSide, Trains};
+use crate::record::EventKind;
+use std::sync::Arc;
+
+/// The rules, with their memory.
+pub(super) struct TrainRules {
+    dynamics: Arc<TrainDynamics>,
+    plan: TrainPlan,
+    end_time: f64,
+    /// In order of time, and which is next.
+    kicks: Vec<Kick>,
+    next_kick: usize,
+    /// The next corner of a signal.
+    next_corner: usize,
+    /// The next change of the contact; outer `None`: not looked for yet.
+    contact_change: Option<Option<ContactChange>>,
+    /// The normal force is leaving zero.
+    departing: bool,
+}
+
+type TrainTransition = Transition<EventKind, TrainLocation>;
+
+impl TrainRules {
+    /// Of a run that starts at `start` (s).
+    pub fn new(dynamics: Arc<TrainDynamics>, trains: &Trains, plan: TrainPlan, start: f64, end_time: f64) -> Self {
+        let mut kicks = trains.kicks.clone();
+        kicks.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let corners = dynamics.excitation.corners();
+        TrainRules {
+            next_kick: kicks.iter().filter(|kick| kick.time < start).count(),
+            next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
+            dynamics,
+            plan,
+            end_time,
+            kicks,
+            contact_change: None,
+            departing: start == 0.0,
+        }
+    }
+
+    /// Kicks that have been given.
+    pub fn kicks_given(&self) -> usize {
+        self.next_kick
+    }
+
+    /// Location at t = 0 for a state.
+    pub fn initial_location(&self, y: &[f64]) -> TrainLocation {
+        let location = self.blank(0.0);
+        if self.dynamics.excitation.starts_closed() {
+            self.in_contact(&location, 0.0, y)
+        } else {
+            location
+        }
+    }
+
+    /// Separated at a time.
+    fn blank(&self, t: f64) -> TrainLocation {
+        TrainLocation {
+            mode: Mode::Separated,
+            sense: 0,
+            piece: 0,
+            stretch: self.dynamics.excitation.stretch(t),
+            slow: false,
+        }
+    }
+
+    /// The same with this mode at a state.
+    fn entered(&self, location: &TrainLocation, mode: Mode, t: f64, y: &[f64]) -> TrainLocation {
+        let mut location = TrainLocation {
+            mode,
+            sense: mode.sense(),
+            piece: 0,
+            slow: false,
+            ..*location
+        };
+        if mode == Mode::Stick || mode == Mode::Separated {
+            return location;
+        }
+        let system = &self.dynamics.system;
+        let speed = system.relative_velocity(&self.dynamics.outside(&location, t), y).abs();
+        location.piece = system.piece_of(speed);
+        if mode == Mode::Engaged {
+            location.sense = self.dynamics.side(&location, t, y);
+            location.slow = speed < self.dynamics.threshold;
+        }
+        location
+    }
+
+    /// Where a closed contact is at a state: slip in the sense of the relative velocity, or where there is none what the
+    /// stick test says.
+    fn in_contact(&self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainLocation {
+        let outside = self.dynamics.outside(location, t);
+        let w = self.dynamics.system.relative_velocity(&outside, y);
+        let mode = if self.dynamics.is_engaged() {
+            Mode::Engaged
+        } else if w != 0.0 {
+            Mode::sliding(w)
+        } else {
+            self.settle(location, t, y)
+        };
+        self.entered(location, mode, t, y)
+    }
+
+    /// The stick test for surfaces at the same speed.
+    fn settle(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Mode {
+        let system = &self.dynamics.system;
+        let outside = self.dynamics.outside(location, t);
+        let limit = system.breakaway_torque(outside.normal_force.max(0.0));
+        let torque = system.transmitted_torque(&outside, y);
+        if torque.abs() <= limit {
+            Mode::Stick
+        } else {
+            Mode::sliding(torque)
+        }
+    }
+
+    /// What follows when the relative velocity has reached zero in slip.
+    fn stop(&self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
+        let mut joined = y.to_vec();
+        let system = &self.dynamics.system;
+        let outside = self.dynamics.outside(location, t);
+        system.join(&outside, &mut joined);
+        let mode = self.settle(location, t, &joined);
+        // Zero may be touched with a torque that goes on in the same sense: nothing has happened.
+        let kind = match mode {
+            mode if mode == location.mode => None,
+            Mode::Stick => Some(EventKind::Stick),
+            _ => Some(EventKind::Reversal),
+        };
+        let mut location = self.entered(location, mode, t, &joined);
+        location.piece = 0;
+        Transition {
+            kind,
+            location,
+            state: joined,
+        }
+    }
+
+    /// What follows a jump of omega_r: the contact is where the state says.
+    fn after_jump(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
+        let outside = self.dynamics.outside(location, t);
+        let w = self.dynamics.system.relative_velocity(&outside, y);
+        match location.mode {
+            Mode::Separated | Mode::Engaged => None,
+            Mode::Stick => (w != 0.0).then(|| Transition {
+                kind: Some(EventKind::Slip),
+                location: self.entered(location, Mode::sliding(w), t, y),
+                state: y.to_vec(),
+            }),
+            _ if location.sign() * w > 0.0 => None,
+            _ if w == 0.0 => Some(self.stop(location, t, y)),
+            _ => Some(Transition {
+                kind: Some(EventKind::Reversal),
+                location: self.entered(location, Mode::sliding(w), t, y),
+                state: y.to_vec(),
+            }),
+        }
+    }
+
+    /// A corner of a signal: the signals go on by their next stretch.
+    fn corner(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> Vec<TrainTransition> {
+        let corners = self.dynamics.excitation.corners();
+        while corners.get(self.next_corner).is_some_and(|&corner| corner <= t) {
+            self.next_corner += 1;
+        }
+        let mut after = TrainLocation {
+            stretch: self.dynamics.excitation.stretch(t),
+            ..*location
+        };
+        let (before, behind) = (self.dynamics.outside(location, t), self.dynamics.outside(&after, t));
+        let mut state = y.to_vec();
+        let jumps = [
+            behind.rotor.speed - before.rotor.speed,
+            behind.stator.speed - before.stator.speed,
+        ];
+        // What rounding leaves between two stretches is no jump.
+        let jumps = [(jumps[0], behind.rotor.speed), (jumps[1], behind.stator.speed)].map(|(jump, speed)| {
+            if jump.abs() > JUMP * speed.abs().max(jump.abs() / 2.0) {
+                jump
+            } else {
+                0.0
+            }
+        });
+        let system = &self.dynamics.system;
+        system.rotor.jerk(jumps[0], &mut state);
+        system.stator.jerk(jumps[1], &mut state);
+        let jumped = jumps != [0.0, 0.0];
+        if location.mode == Mode::Engaged || location.mode.sense() != 0 && jumped {
+            let mode = location.mode;
+            after = TrainLocation {
+                sense: if mode == Mode::Engaged {
+                    after.sense
+                } else {
+                    location.sense
+                },
+                ..self.entered(&after, mode, t, &state)
+            };
+            if mode == Mode::Engaged {
+                after.sense = self.dynamics.side(&after, t, &state);
+            }
+        }
+        let mut transitions = vec![Transition {
+            kind: Some(EventKind::Corner),
+            location: after,
+            state: state.clone(),
+        }];
+        if jumped {
+            transitions.extend(self.after_jump(&after, t, &state));
+        }
+        transitions
+    }
+
+    fn kick(&mut self, location: &TrainLocation, t: f64, y: &[f64], kick: &Kick) -> Vec<TrainTransition> {
+        let system = &self.dynamics.system;
+        let rigid = match kick.on {
+            KickSide::Both => false,
+            KickSide::Rotor => system.rotor.inertia.is_empty(),
+            KickSide::Stator => system.stator.inertia.is_empty(),
+        };
+        let delta = if rigid { 0.0 } else { kick.relative_velocity };
+        let (rotor_share, stator_share) = system.shares();
+        let mut state = y.to_vec();
+        let in_stick = location.mode == Mode::Stick;
+        match (kick.on, in_stick) {
+            (KickSide::Both, true) => {}
+            (KickSide::Both, false) => system.push(delta * rotor_share, -delta * stator_share, &mut state),
+            (KickSide::Rotor, false) => system.push(delta, 0.0, &mut state),
+            (KickSide::Stator, false) => system.push(0.0, delta, &mut state),
+            // Surfaces that move as one share the momentum; one without inertia takes all of it.
+            (KickSide::Rotor, true) => system.push(delta * stator_share, delta * stator_share, &mut state),
+            (KickSide::Stator, true) => system.push(delta * rotor_share, delta * rotor_share, &mut state),
+        }
+        let mut after = *location;
+        if location.mode == Mode::Engaged {
+            after = self.entered(location, Mode::Engaged, t, &state);
+        } else if location.mode.sense() != 0 {
+            let outside = self.dynamics.outside(location, t);
+            after.piece = system.piece_of(system.relative_velocity(&outside, &state));
+        }
+        let mut transitions = vec![Transition {
+            kind: Some(EventKind::Kick),
+            location: after,
+            state: state.clone(),
+        }];
+        if !in_stick {
+            transitions.extend(self.after_jump(&after, t, &state));
+        }
+        transitions
+    }
+
+    fn contact_changes(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
+        let mut state = y.to_vec();
+        if location.mode != Mode::Separated {
+            return Transition {
+                kind: Some(EventKind::Separation),
+                location: TrainLocation {
+                    stretch: location.stretch,
+                    ..self.blank(t)
+                },
+                state,
+            };
+        }
+        if let Engagement::Bristles(.., at) = self.dynamics.system.engagement {
+            // Bristles of an open contact have nothing to hold on to.
+            state[at] = 0.0;
+        }
+        Transition {
+            kind: Some(EventKind::Contact),
+            location: self.in_contact(location, t, &state),
+            state,
+        }
+    }
+}
+
+/// A speed that changes by less than this share of itself at a corner does not jump.
+const JUMP: f64 = 1e-12;
+
+impl Rules<TrainDynamics> for TrainRules {
+    type Kind = EventKind;
+
+    fn next_time_event(&mut self, location: &TrainLocation, t: f64) -> Option<f64> {
+        let closed = location.mode != Mode::Separated;
+        let excitation = &self.dynamics.excitation;
+        let contact_change = *self.contact_change.get_or_insert_with(|| {
+            let departing = std::mem::take(&mut self.departing);
+            excitation.next_contact_change(t, closed, departing, self.end_time)
+        });
+        let corner = excitation.corners().get(self.next_corner).copied();
+        let kick = self.kicks.get(self.next_kick).map(|kick| kick.time);
+        let times = [contact_change.map(|change| change.time), corner, kick];
+        times.into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    fn at_time_event(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> Vec<TrainTransition> {
+        let corner = self.dynamics.excitation.corners().get(self.next_corner).copied();
+        if corner.is_some_and(|corner| corner <= t) {
+            return self.corner(location, t, y);
+        }
+        let kick_due = self.kicks.get(self.next_kick).filter(|kick| kick.time <= t).cloned();
+        let change = self.contact_change.flatten().filter(|change| change.time <= t);
+        if let Some(change) = change.filter(|change| change.at_corner() || kick_due.is_none()) {
+            self.contact_change = None;
+            self.departing = change.departs();
+            if change.cause == ChangeCause::Searched {
+                return Vec::new();
+            }
+            return vec![self.contact_changes(location, t, y)];
+        }
+        if let Some(kick) = kick_due {
+            self.next_kick += 1;
+            return self.kick(location, t, y, &kick);
+        }
+        Vec::new()
+    }
+
+    fn at_guards(&mut self, location: &TrainLocation, t: f64, y: &[f64], fired: Fired) -> Vec<TrainTransition> {
+        if location.mode == Mode::Stick {
+            let mode = if fired.contains(GUARD_FORWARD) {
+                Mode::SlipForward
+            } else {
+                Mode::SlipBackward
+            };
+            // omega_r is zero exactly, not to the rounding of the stick.
+            let mut state = y.to_vec();
+            let outside = self.dynamics.outside(location, t);
+            self.dynamics.system.join(&outside, &mut state);
+            let location = TrainLocation {
+                piece: 0,
+                ..self.entered(location, mode, t, &state)
+            };
+            return vec![Transition {
+                kind: Some(EventKind::Slip),
+                location,
+                state,
+            }];
+        }
+        let mut transitions = Vec::new();
+        let mut location = *location;
+        let watched = self.dynamics.watched(&location);
+        for (index, watched) in watched.iter().enumerate().rev() {
+            if !fired.contains(index) {
+                continue;
+            }
+            let mut kind = None;
+            match watched {
+                Watched::Below => location.piece = location.piece.saturating_sub(1),
+                Watched::Above => location.piece += 1,
+                Watched::Threshold => {
+                    kind = Some(if location.slow {
+                        EventKind::Slip
+                    } else {
+                        EventKind::Stick
+                    });
+                    location.slow = !location.slow;
+                }
+                Watched::Stopping if location.mode == Mode::Engaged => location.sense = -location.sense,
+                Watched::Stopping => {
+                    transitions.push(self.stop(&location, t, y));
+                    continue;
+                }
+                Watched::Forward | Watched::Backward => {}
+            }
+            transitions.push(Transition {
+                kind,
+                location,
+                state: y.to_vec(),
+            });
+        }
+        transitions
+    }
+
+    fn outside(&self, location: &TrainLocation, _: &[f64]) -> Option<String> {
+        let law = &self.dynamics.system.law;
+        let slides = location.sense != 0;
+        (slides && law.ends_at().is_finite() && law.knots().len() <= location.piece).then(|| {
+            format!(
+                "the sliding speed has come to {:?} rad/s, up to which the friction law is valid",
+                law.ends_at()
+            )
+        })
+    }
+
+    fn solver(&self, location: &TrainLocation) -> ChosenSolver {
+        self.plan.solver(location)
+    }
+
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<TrainLocation>>> {
+        match kind {
+            SolverKind::Series => Some(Box::new(TaylorEngine::new(self.dynamics.clone()))),
+            _ => None,
+        }
+    }
+
+    fn counts(&self, kind: &EventKind) -> bool {
+        kind.in_event_sequence()
+    }
+
+    fn chatter_window(&self) -> f64 {
+        self.plan.chatter_window()
+    }
+}

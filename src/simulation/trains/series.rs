@@ -1,0 +1,262 @@
+//! The trains' own solver: Taylor series in every mode.
+//!
+//! Stick and separation are linear, whatever drives them, and so is slip under constant friction: there the series is that of
+//! the matrix exponential and of the signals, and converges over every step. Guards are polynomials of the step's own
+//! accuracy, and their first root is isolated, not searched for.
+
+use super::dynamics::{TrainDynamics, TrainLocation, Watched};
+use super::expansion::{Expansion, Series, TERMS};
+use crate::friction::Law;
+use crate::hybrid::{Advance, ChosenSolver, Engine, EngineError, Fired, Segment};
+use crate::model::Mode;
+use crate::numerics::polynomial_roots::first_falling;
+use crate::numerics::taylor;
+use crate::sundials::Counters;
+use std::sync::Arc;
+
+/// What counts as zero of a relative velocity where a segment begins: a share of the speeds that it is the difference of.
+const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
+
+/// What counts as zero of its rate: a share of the torques that accelerate the surfaces.
+const DEPARTURE_NOISE: f64 = 1e-9;
+
+/// Of energies, which nothing depends on, what a step may err by over their size.
+const ENERGY_TOLERANCE: f64 = 1e-14;
+
+/// See the module.
+pub(super) struct TaylorEngine {
+    dynamics: Arc<TrainDynamics>,
+    expansion: Expansion,
+    location: TrainLocation,
+    origin: f64,
+    span: f64,
+    max_step: f64,
+    relative: f64,
+    absolute: Vec<f64>,
+    tau: f64,
+    y: Vec<f64>,
+    /// Where the last expansion stands, and its time within the segment.
+    about: f64,
+    /// Nothing has been stepped over in this segment.
+    first: bool,
+    counters: Counters,
+}
+
+impl TaylorEngine {
+    pub fn new(dynamics: Arc<TrainDynamics>) -> TaylorEngine {
+        let dimension = dynamics.system.dimension;
+        TaylorEngine {
+            expansion: Expansion::new(&dynamics),
+            location: TrainLocation {
+                mode: Mode::Separated,
+                sense: 0,
+                piece: 0,
+                stretch: 0,
+                slow: false,
+            },
+            origin: 0.0,
+            span: 0.0,
+            max_step: f64::INFINITY,
+            relative: 0.0,
+            absolute: vec![0.0; dimension],
+            tau: 0.0,
+            y: vec![0.0; dimension],
+            about: 0.0,
+            first: true,
+            counters: Counters::default(),
+            dynamics,
+        }
+    }
+
+    /// The longest step whose last two terms fall below what is tolerated, s.
+    fn longest_step(&self) -> f64 {
+        let system = &self.dynamics.system;
+        let expansion = &self.expansion;
+        let mut shares = [0.0f64; 2];
+        let mut take = |series: &Series, weight: f64| {
+            for (share, n) in shares.iter_mut().zip([TERMS - 1, TERMS - 2]) {
+                let size = series[n].abs() / weight;
+                *share = if size <= *share { *share } else { size };
+            }
+        };
+        for k in 0..system.mechanical() {
+            take(&expansion.state[k], self.absolute[k] + self.relative * self.y[k].abs());
+        }
+        // What the guards are made of may move while the state does not.
+        let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+        let speeds = system.relative_velocity_terms(&outside, &self.y);
+        let torque = expansion.interface[0]
+            .abs()
+            .max(system.breakaway_torque(outside.normal_force.abs()));
+        match self.location.mode {
+            Mode::Separated => {}
+            Mode::Stick => {
+                let weight = self.relative * torque;
+                take(&expansion.interface, weight);
+                take(&expansion.limit, weight);
+            }
+            _ => take(
+                &expansion.relative_velocity,
+                self.absolute_speed() + self.relative * speeds,
+            ),
+        }
+        for series in &expansion.state[system.slip..] {
+            let size = series.iter().take(6).fold(0.0f64, |most, c| most.max(c.abs()));
+            if size > 0.0 {
+                take(series, ENERGY_TOLERANCE * size);
+            }
+        }
+        let longest = taylor::step(TERMS - 1, |n| shares[TERMS - 1 - n]) * expansion.unit;
+        self.within_law(longest)
+    }
+
+    /// The absolute tolerance of speeds.
+    fn absolute_speed(&self) -> f64 {
+        let mechanical = self.dynamics.system.mechanical();
+        self.absolute[..mechanical].iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The longest step of at most `longest` (s) over which the friction law may be taken from its Taylor coefficients.
+    fn within_law(&self, longest: f64) -> f64 {
+        if matches!(self.location.mode, Mode::Stick | Mode::Separated) {
+            return longest;
+        }
+        let speed = &self.expansion.relative_velocity;
+        let longest = longest.min(self.span - self.tau);
+        let x = longest / self.expansion.unit;
+        let change = speed[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
+        let law = self.dynamics.system.law_in(self.location.piece);
+        longest * law.expandable_share(speed[0].abs(), change)
+    }
+
+    /// The polynomial of a guard over the unit; `None` where it does not exist.
+    fn guard(&self, watched: Watched) -> Option<Series> {
+        let expansion = &self.expansion;
+        let of_speed = |sign: f64, constant: f64| {
+            let mut series = expansion.relative_velocity.map(|c| sign * c);
+            series[0] += constant;
+            series
+        };
+        let sense = self.location.sign();
+        let threshold = self.dynamics.threshold;
+        Some(match watched {
+            Watched::Stopping => of_speed(sense, 0.0),
+            Watched::Threshold if self.location.slow => of_speed(-sense, threshold),
+            Watched::Threshold => of_speed(sense, -threshold),
+            Watched::Below => of_speed(sense, -self.dynamics.knot(&self.location, false)?),
+            Watched::Above => of_speed(-sense, self.dynamics.knot(&self.location, true)?),
+            Watched::Forward => std::array::from_fn(|n| expansion.limit[n] - expansion.interface[n]),
+            Watched::Backward => std::array::from_fn(|n| expansion.limit[n] + expansion.interface[n]),
+        })
+    }
+
+    /// The first share of the step of `x` units at which a guard fires.
+    fn first_root(&mut self, watched: Watched, x: f64) -> Option<f64> {
+        self.counters.root_evaluations += 1;
+        let mut guard = self.guard(watched)?;
+        let mut power = 1.0;
+        for c in &mut guard {
+            *c *= power;
+            power *= x;
+        }
+        let of_speed = !matches!(watched, Watched::Forward | Watched::Backward);
+        if self.first && of_speed {
+            let system = &self.dynamics.system;
+            let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+            let threshold = if watched == Watched::Threshold {
+                self.dynamics.threshold
+            } else {
+                0.0
+            };
+            let noise = VELOCITY_NOISE * (system.relative_velocity_terms(&outside, &self.y) + threshold);
+            if guard[0].abs() <= noise {
+                // It leaves zero here: the root, simple or double, is divided out.
+                let lightest = system.rotor.surface_inertia().min(system.stator.surface_inertia());
+                let torque = self.expansion.interface[0].abs();
+                let slope_noise = DEPARTURE_NOISE * torque / lightest * self.expansion.unit * x;
+                let roots = if guard[1].abs() <= slope_noise { 2 } else { 1 };
+                guard.rotate_left(roots);
+                guard[TERMS - roots..].fill(0.0);
+            }
+        }
+        if guard[0] < 0.0 {
+            Some(0.0)
+        } else {
+            first_falling(&guard)
+        }
+    }
+}
+
+impl Engine<TrainLocation> for TaylorEngine {
+    fn begin(&mut self, segment: &Segment<'_, TrainLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+        self.location = segment.location;
+        self.origin = segment.start;
+        self.span = segment.span();
+        self.max_step = chosen.max_step.unwrap_or(f64::INFINITY);
+        self.relative = chosen.tolerances.relative;
+        self.absolute.copy_from_slice(&chosen.tolerances.absolute);
+        self.tau = 0.0;
+        self.y.copy_from_slice(segment.state);
+        self.about = 0.0;
+        self.first = true;
+        self.counters = Counters::default();
+        Ok(())
+    }
+
+    fn advance(&mut self) -> Result<Advance, EngineError> {
+        let unit = self.dynamics.unit(self.location.stretch);
+        let (dynamics, t) = (self.dynamics.clone(), self.origin + self.tau);
+        self.expansion.expand(&dynamics, &self.location, t, &self.y, unit);
+        self.counters.rhs_evaluations += 1;
+        let longest = self.longest_step();
+        if longest.is_nan() {
+            return Err(EngineError::NotFinite);
+        }
+        let left = self.span - self.tau;
+        let bound = longest.min(self.max_step);
+        let reaches = bound >= left;
+        let length = if reaches { left } else { bound };
+        let tau = self.tau + length;
+        if tau <= self.tau {
+            return Err(EngineError::StepTooShort { step: length });
+        }
+        let mut earliest: Option<(f64, usize)> = None;
+        for (index, &watched) in dynamics.watched(&self.location).iter().enumerate() {
+            if let Some(share) = self.first_root(watched, length / unit)
+                && earliest.is_none_or(|(before, _)| share < before)
+            {
+                earliest = Some((share, index));
+            }
+        }
+        self.about = self.tau;
+        self.first = false;
+        self.counters.steps += 1;
+        self.counters.last_order = TERMS as u32 - 1;
+        let length = earliest.map_or(length, |(share, _)| share * length);
+        self.counters.last_step = length;
+        self.expansion.at(length / unit, &mut self.y);
+        self.tau = if earliest.is_some() { self.tau + length } else { tau };
+        Ok(match earliest {
+            Some((_, index)) => Advance::Guards(Fired::one(index)),
+            None if reaches => Advance::Stop,
+            None => Advance::Stepped,
+        })
+    }
+
+    fn time(&self) -> f64 {
+        self.tau
+    }
+
+    fn state(&self) -> &[f64] {
+        &self.y
+    }
+
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+        self.expansion.at((tau - self.about) / self.expansion.unit, out);
+        Ok(())
+    }
+
+    fn counters(&mut self) -> Result<Counters, EngineError> {
+        Ok(self.counters)
+    }
+}
