@@ -504,7 +504,14 @@ fn case_trains_keys_are_in_the_docs() {
     let docs = include_str!("../docs/case-file.md");
     for key in train_keys() {
         let name = key.path.rsplit('.').next().unwrap();
-        assert!(docs.contains(&format!("`{name}`")), "{}", key.path);
+        let ways = [
+            format!("`{name}`"),
+            format!("`{name} = "),
+            format!(".{name}`"),
+            format!("{{ {name} = "),
+            format!(", {name} = "),
+        ];
+        assert!(ways.iter().any(|way| docs.contains(way)), "{}", key.path);
         assert!(!key.description.is_empty() && key.default != Some(""), "{}", key.path);
         assert!(
             schema::keys().iter().all(|other| other.path != key.path),

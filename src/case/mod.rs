@@ -21,6 +21,8 @@ mod conditions;
 pub(crate) mod document;
 mod error;
 mod exact;
+mod form;
+mod motion;
 mod numbers;
 mod reader;
 mod resolved;
@@ -31,12 +33,14 @@ mod value;
 
 pub use document::Override;
 pub use error::{CaseError, Problem};
+pub use form::COMMANDS_OF_TRAINS;
+pub use motion::Motion;
 pub use setting::Setting;
 pub(crate) use setting::key_of;
 pub(crate) use setting::read_setting;
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub use trains::{COMMANDS_OF_TRAINS, Motion, TrainCase, TrainKey, TrainKind, train_keys};
+pub use trains::{TrainCase, TrainKey, TrainKind, train_keys};
 pub(crate) use value::number_of;
 
 use crate::friction::{Exponential, Friction, Parameters as _};

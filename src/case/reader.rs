@@ -5,9 +5,8 @@ use super::document::{self, Node, Override, Place, Value};
 use super::error::{CaseError, Problem};
 use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
-use super::trains::{self, Motion};
 use super::value::{choice, number};
-use super::{Case, CaseSource, Setting, read_setting, suggest};
+use super::{Case, CaseSource, Motion, Setting, form, read_setting, suggest};
 use crate::friction::FrictionLaw;
 use crate::model::KickTime;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
@@ -23,14 +22,14 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
             problems.push((usize::MAX, problem));
         }
     }
-    if let Some(train) = trains::table_of(&root) {
+    if let Some(train) = form::table_of(&root) {
         let place = root.at(train).map_or(&root.place, |node| &node.place);
         // An override names its key itself.
         let key = match place {
             Place::Line(_) => train,
             Place::Override(_) => "",
         };
-        return Err(CaseError::one(place.show(&label), key, trains::not_here()));
+        return Err(CaseError::one(place.show(&label), key, form::not_here()));
     }
     let known = schema::keys().iter().map(|key| key.path).collect();
     let mut reader = Reader::new(root, label, problems, known, Motion::Rotation);

@@ -1,8 +1,8 @@
 //! The conditions between the values of a case of trains.
 
-use super::{Motion, TrainCase};
-use crate::case::Case;
+use super::TrainCase;
 use crate::case::conditions::{self as shared, COARSEST_CLOCK, Violation};
+use crate::case::{Case, Motion};
 use crate::friction::{Friction, Law as _};
 use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Train};
 use crate::simulation::Method;

@@ -1,13 +1,13 @@
 //! The trains without rounding.
 
+use super::TrainCase;
 use super::keys::{self, TrainKind};
 use super::signals::dimension_of;
-use super::{Motion, TrainCase};
-use crate::case::CaseError;
 use crate::case::document::{Node, Value};
 use crate::case::exact::{self, decimal};
 use crate::case::quantity::Dimension;
 use crate::case::schema;
+use crate::case::{CaseError, Motion};
 use crate::model::ExactLaw;
 use crate::model::trains::parameters::AxialOf;
 use crate::model::trains::{Bristles, ContactLaw, End, Initial, Kick, Pressing, Regularisation, Torque, Train, Trains};

@@ -1,6 +1,6 @@
 //! The keys that only a case of trains has, and those of the brake's schema that it shares.
 
-use super::Motion;
+use crate::case::Motion;
 use crate::case::quantity::Dimension;
 use crate::case::schema;
 use crate::friction::FrictionLaw;

@@ -12,9 +12,9 @@ mod signals;
 
 use num_rational::BigRational;
 
-use super::document::{self, Node, Value};
-use super::quantity::Dimension;
-use super::{CaseError, CaseSource, Override};
+use super::document::{self, Value};
+use super::form::table_of;
+use super::{CaseError, CaseSource, Motion, Override};
 use crate::model::ExactLaw;
 use crate::model::trains::Trains;
 use crate::simulation::{OutputOptions, SolverOptions};
@@ -25,51 +25,6 @@ pub use keys::{TrainKey, TrainKind};
 /// `[torsion]` and `contact.breakaway_test`.
 pub fn train_keys() -> &'static [TrainKey] {
     keys::KEYS
-}
-
-/// The commands that take a case of trains.
-pub const COMMANDS_OF_TRAINS: &[&str] = &["run", "case"];
-
-/// What the coordinates of a case are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Motion {
-    /// Angles: radians, N m, kg m^2.
-    #[default]
-    Rotation,
-    /// Positions: metres, newtons, kilograms.
-    Translation,
-}
-
-impl Motion {
-    /// Every one.
-    pub const ALL: [Motion; 2] = [Motion::Rotation, Motion::Translation];
-
-    /// The word of `motion`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Motion::Rotation => "rotation",
-            Motion::Translation => "translation",
-        }
-    }
-
-    /// What stands in this motion for a dimension of rotation.
-    pub fn dimension(self, of_rotation: Dimension) -> Dimension {
-        use Dimension as D;
-        match (self, of_rotation) {
-            (Motion::Rotation, other) => other,
-            (Motion::Translation, D::Inertia) => D::Mass,
-            (Motion::Translation, D::TorsionalStiffness) => D::Stiffness,
-            (Motion::Translation, D::TorsionalDamping) => D::Damping,
-            (Motion::Translation, D::AngularVelocity) => D::Velocity,
-            (Motion::Translation, D::Angle) => D::Length,
-            (Motion::Translation, D::Torque) => D::Force,
-            (Motion::Translation, D::FrictionDecay) => D::SlidingDecay,
-            (Motion::Translation, D::FrictionCurvature) => D::SlidingCurvature,
-            (Motion::Translation, D::FrictionThird) => D::SlidingThird,
-            (Motion::Translation, D::InverseAngle) => D::InverseLength,
-            (Motion::Translation, other) => other,
-        }
-    }
 }
 
 /// A case of two trains. Always valid when it comes from [`TrainCase::parse`].
@@ -155,18 +110,4 @@ impl TrainCase {
         };
         TrainCase::parse(&source, &[Override::number(path, value)])
     }
-}
-
-/// The first table of trains in a tree.
-pub(super) fn table_of(root: &Node) -> Option<&'static str> {
-    ["rotor", "stator"].into_iter().find(|train| root.at(train).is_some())
-}
-
-/// Why a case of trains is refused where only the short form is understood.
-pub(super) fn not_here() -> String {
-    format!(
-        "a case of trains, [rotor] and [stator]: what was asked for works on the short form [torsion] only; trains are taken by \
-         stickslip {}",
-        COMMANDS_OF_TRAINS.join(" and ")
-    )
 }

@@ -1,13 +1,13 @@
 //! From the tree of values to a valid case of trains, with every problem on the way.
 
 use super::keys::{self, ENDS, LUGRE, OF_BRISTLES, SIDES, SMOOTHINGS, TrainKind};
-use super::{Motion, TrainCase, conditions};
+use super::{TrainCase, conditions};
 use crate::case::document::{self, Node, Override, Value};
 use crate::case::quantity::{self, Dimension};
 use crate::case::reader::{Reader, fill_intervals};
 use crate::case::schema::{self, Domain};
 use crate::case::value::{choice, number};
-use crate::case::{Case, CaseError, CaseSource, suggest};
+use crate::case::{Case, CaseError, CaseSource, Motion, suggest};
 use crate::friction::{FrictionLaw, Law as _};
 use crate::model::KickTime;
 use crate::model::trains::parameters::AxialOf;

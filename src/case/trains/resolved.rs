@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use toml_edit::Value;
 
+use super::TrainCase;
 use super::keys::{self, LUGRE, TrainKind};
-use super::{Motion, TrainCase};
+use crate::case::Motion;
 use crate::case::quantity::Dimension;
 use crate::case::resolved::{self, Only};
 use crate::case::schema;

@@ -1,8 +1,8 @@
 //! A signal from its value in a case: a number, or a table with a profile.
 
-use super::Motion;
 use super::keys::PROFILES;
 use super::reader::TrainReader;
+use crate::case::Motion;
 use crate::case::conditions::{self, SHORTEST_RUN};
 use crate::case::document::{Node, Value};
 use crate::case::quantity::{self, Dimension};
