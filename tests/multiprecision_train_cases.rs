@@ -1,13 +1,13 @@
 //! The built-in cases of trains by every kind of method, against the oracle.
 
+use std::ops::ControlFlow;
+use std::time::Duration;
 use stickslip::Run;
 use stickslip::case::builtin::TRAINS;
 use stickslip::case::{CaseSource, TrainCase};
 use stickslip::oracle::{OracleRequest, trains};
 use stickslip::record::MemoryRecorder;
 use stickslip::simulation::{Method, SolverOptions};
-use std::ops::ControlFlow;
-use std::time::Duration;
 
 /// The built-in cases of trains.
 fn cases() -> Vec<(&'static str, CaseSource)> {
@@ -52,9 +52,17 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
                 continue;
             }
         };
-        println!("{name}: {} events in {:.1} s", truth.report.events.len(), clock.elapsed().as_secs_f64());
+        println!(
+            "{name}: {} events in {:.1} s",
+            truth.report.events.len(),
+            clock.elapsed().as_secs_f64()
+        );
         for (method, rtol, bound) in METHODS {
-            let solver = SolverOptions { method, rtol, ..case.solver.clone() };
+            let solver = SolverOptions {
+                method,
+                rtol,
+                ..case.solver.clone()
+            };
             let mut recorder = MemoryRecorder::default();
             let run = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &case.output)
                 .record(&mut recorder)
@@ -63,8 +71,17 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
                 failures.push(format!("{name} by {} at {rtol:e}: {error}", method.name()));
                 continue;
             }
-            let events: Vec<_> = recorder.events.iter().map(|event| (event.kind, event.mode_after)).collect();
-            let expected: Vec<_> = truth.report.events.iter().map(|event| (event.kind, event.mode_after)).collect();
+            let events: Vec<_> = recorder
+                .events
+                .iter()
+                .map(|event| (event.kind, event.mode_after))
+                .collect();
+            let expected: Vec<_> = truth
+                .report
+                .events
+                .iter()
+                .map(|event| (event.kind, event.mode_after))
+                .collect();
             let errors = recorder
                 .events
                 .iter()

@@ -4,15 +4,15 @@ use super::arguments::{CertifyOptions, Common, DPI, Format};
 use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::run::{Input, bad_case, bad_file, interrupt_flag, overrides, read_input};
-use super::{CommandError, End, certify_report, complain, print, print_json};
+use super::run::{Given, Input, bad_case, bad_file, interrupt_flag, overrides};
+use super::{CommandError, End, certify_report, complain, print, print_json, trains};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
 use crate::analysis::certificate::CertifyError;
 use crate::analysis::exact::as_written as written_numbers;
 use crate::analysis::onset::{Onset, onsets};
 use crate::analysis::{Certified, Certify, SavedRun, Stage, Warning};
-use crate::case::{Case, CaseSource, Origin, Override};
+use crate::case::{Case, CaseSource, Origin, Override, TrainCase};
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
 use crate::record::MemoryRecorder;
@@ -43,7 +43,13 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             "--digits {digits}: from 1 to {most} digits can be asked for{remedy}"
         )));
     }
-    let input = read_input(&options.case, &options.budget.over(&options.set), None).map_err(without_case)?;
+    let given = Given::read(&options.case).map_err(without_case)?;
+    let set = options.budget.over(&options.set);
+    let changes = overrides(&set, None).map_err(bad_case)?;
+    if TrainCase::is_one(&given.source, &changes) {
+        return trains::certify(&given, &changes, options, common);
+    }
+    let input = given.case(&changes).map_err(without_case)?;
     if matches!(input.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
@@ -175,7 +181,7 @@ struct Obtained {
 }
 
 /// A result file that is made on the way, and removed with its partial file however the command ends.
-struct Scratch(PathBuf);
+pub(super) struct Scratch(pub(super) PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {

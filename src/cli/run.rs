@@ -223,7 +223,7 @@ impl Given {
     }
 
     /// As the case of a brake.
-    fn case(self, changes: &[Override]) -> Result<Input, CommandError> {
+    pub fn case(self, changes: &[Override]) -> Result<Input, CommandError> {
         Ok(Input {
             case: Case::parse(&self.source, changes).map_err(bad_case)?,
             source: self.source,

@@ -1,16 +1,24 @@
-//! `stickslip run` of two trains.
+//! `stickslip run` and `stickslip certify` of two trains.
 
-use super::arguments::{Common, RunOptions};
-use super::progress::RunBar;
+use super::arguments::{CertifyOptions, Common, RunOptions};
+use super::certify::Scratch;
+use super::progress::{OracleBar, RunBar};
 use super::run::{Given, bad_case, bad_file, default_output, finish, interrupt_flag};
 use super::{CommandError, End, complain, print, print_json, terminal};
-use crate::analysis::trains::{Attractor, Outcome};
+use crate::analysis::trains::{
+    self, Attractor, CertifiedTrainEvent, Outcome, TrainCertificate, TrainCertifyRequest, TrainRung,
+};
 use crate::analysis::{SavedTrainReport, SavedTrainRun, TrainSummary};
-use crate::case::{Motion, Override, TrainCase};
+use crate::case::{CaseError, CaseSource, Motion, Origin, Override, TrainCase};
 use crate::hybrid::RunError;
-use crate::results::{Overwrite, SavedRows};
+use crate::oracle::OracleError;
+use crate::oracle::trains::ExactTrains;
+use crate::results::{Overwrite, ResultFile, SavedRows, Status, check_target, write_certified};
 use serde::Serialize;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 /// The JSON document of a run: complete, interrupted or failed.
 #[derive(Serialize)]
@@ -200,5 +208,230 @@ fn run_report(case: &TrainCase, summary: &TrainSummary, wall_time: f64) -> Strin
         wall_time,
         &report,
         &summary.work,
+    )
+}
+
+/// The JSON document of a certificate.
+#[derive(Serialize)]
+struct CertificateDocument<'a> {
+    case: String,
+    title: &'a str,
+    /// The result with its certificate.
+    file: String,
+    /// "oracle", or "ladder" where that could not solve the case.
+    uncertainty_by: &'static str,
+    /// Whether every event is converged.
+    converged: bool,
+    /// Fewest digits of any event.
+    digits: Option<u32>,
+    events: &'a [CertifiedTrainEvent],
+    ladder: &'a [TrainRung],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without_oracle: Option<&'a str>,
+    /// s.
+    seconds: f64,
+}
+
+/// Certifies a run of trains: reports it, and writes a copy of the result with the certificate.
+pub(super) fn certify(
+    given: &Given,
+    changes: &[Override],
+    options: &CertifyOptions,
+    common: &Common,
+) -> Result<End, CommandError> {
+    let clock = Instant::now();
+    if options.figure.is_some() {
+        return Err(CommandError::Input(
+            "--figure draws how the first stick depends on the tolerance of a brake's run; a case of trains has no such \
+             figure: leave it out"
+                .to_owned(),
+        ));
+    }
+    let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
+    let exact = exact(given, changes, &case).map_err(bad_case)?;
+    let target = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.certified.h5", given.source.name())));
+    let overwrite = if options.force {
+        Overwrite::Force
+    } else {
+        Overwrite::OwnResults
+    };
+    check_target(&target, overwrite, &given.files).map_err(bad_file)?;
+    let stop = interrupt_flag()?;
+    let (path, scratch) = match &given.source.origin {
+        Origin::Result(_) if !options.set.is_empty() => {
+            return Err(CommandError::Input(
+                "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set \
+                 first"
+                    .to_owned(),
+            ));
+        }
+        Origin::Result(path) => (path.clone(), None),
+        _ => {
+            let stem = target.file_stem().unwrap_or_default().to_string_lossy();
+            let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
+            let scratch = Scratch(path.clone());
+            let saved = SavedTrainRun::new(&case, &path)
+                .text(&given.text)
+                .inputs(&given.files)
+                .stop(&stop)
+                .start()
+                .map_err(bad_file)?;
+            if let Some(failure) = saved.failure {
+                return Err(CommandError::Computation(failure.to_string()));
+            }
+            if saved.report.interrupted {
+                return Ok(End::Interrupted);
+            }
+            if let Some(error) = saved.unsaved {
+                return Err(CommandError::Computation(error.to_string()));
+            }
+            (path, Some(scratch))
+        }
+    };
+    let file = ResultFile::open(&path).map_err(bad_file)?;
+    if *file.status() != Status::Complete {
+        return Err(CommandError::Input(format!(
+            "{}: the run is {}, and only a complete one can be certified; repeat it with stickslip run {}",
+            path.display(),
+            file.status().name(),
+            path.display()
+        )));
+    }
+    let events = file.events().map_err(bad_file)?;
+    let defaults = TrainCertifyRequest::default();
+    let request = TrainCertifyRequest {
+        digits: options.digits.unwrap_or(0).max(defaults.digits),
+        ..defaults
+    };
+    let bar = OracleBar::new(common);
+    let certified = trains::certify(&case, &exact, &events, &request, &mut |progress| {
+        bar.show(progress);
+        match stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    });
+    bar.finish();
+    let certificate = match certified {
+        Ok(certificate) => certificate,
+        Err(OracleError::Interrupted(_)) => {
+            if !common.quiet {
+                complain("interrupted while the oracle computed; no certificate was written");
+            }
+            return Ok(End::Interrupted);
+        }
+        Err(error) => return Err(CommandError::Computation(error.to_string())),
+    };
+    write_certified(&path, &target, overwrite, &certificate.tables()).map_err(bad_file)?;
+    drop(scratch);
+    let seconds = clock.elapsed().as_secs_f64();
+    if common.json {
+        print_json(&CertificateDocument {
+            case: given.source.label(),
+            title: &case.title,
+            file: target.display().to_string(),
+            uncertainty_by: if certificate.exact.is_some() {
+                "oracle"
+            } else {
+                "ladder"
+            },
+            converged: certificate.converged(),
+            digits: certificate.least_digits(),
+            events: &certificate.events,
+            ladder: &certificate.ladder,
+            without_oracle: certificate.without_oracle.as_deref(),
+            seconds,
+        })?;
+    } else if !common.quiet {
+        print(&certificate_text(&case, &certificate, seconds))?;
+        print(&format!("\n{}\n", target.display()))?;
+    }
+    if !common.quiet
+        && let Some(why) = &certificate.without_oracle
+    {
+        complain(&format!(
+            "warning: the uncertainties are those of the ladder alone: {why}"
+        ));
+    }
+    let has = certificate.least_digits().unwrap_or(16);
+    match options.digits {
+        _ if !certificate.converged() => Err(CommandError::Computation(format!(
+            "the events of the run are not those of the exact solution from the one marked sequence-differs on; run the \
+             case with method \"series\", or with a smaller solver.rtol than {:e}",
+            case.solver.rtol
+        ))),
+        Some(digits) if has < digits => Err(CommandError::Computation(format!(
+            "{digits} digits were asked for, and an event has {has}; run the case with method \"series\", or with a smaller \
+             solver.rtol than {:e}; the file has the exact times in /certificate/oracle",
+            case.solver.rtol
+        ))),
+        _ => Ok(End::Done),
+    }
+}
+
+/// The numbers of the case without rounding: as they were written, where the text that a result file keeps still gives its
+/// case.
+fn exact(given: &Given, changes: &[Override], case: &TrainCase) -> Result<ExactTrains, CaseError> {
+    if let Origin::Result(_) = given.source.origin {
+        let written = CaseSource {
+            text: given.text.clone(),
+            origin: given.source.origin.clone(),
+        };
+        let same = |read: &TrainCase| read.parameters == case.parameters;
+        if TrainCase::parse(&written, &[]).is_ok_and(|read| same(&read)) {
+            return TrainCase::exact_parameters(&written, &[]);
+        }
+    }
+    TrainCase::exact_parameters(&given.source, changes)
+}
+
+fn certificate_text(case: &TrainCase, certificate: &TrainCertificate, seconds: f64) -> String {
+    let mut events = terminal::table(&["event", "kind", "time, s", "uncertainty", "digits", "exact time, s"]);
+    for (index, event) in certificate.events.iter().enumerate() {
+        let uncertainty = event
+            .uncertainty
+            .map_or_else(|| "sequence-differs".to_owned(), |u| format!("{u:.1e} s"));
+        events.add_row([
+            index.to_string(),
+            event.kind.to_owned(),
+            format!("{:.15}", event.time),
+            uncertainty,
+            event.digits().to_string(),
+            event.exact.clone().unwrap_or_default(),
+        ]);
+    }
+    terminal::align_right(&mut events, [0, 2, 3, 4]);
+    let mut ladder = terminal::table(&["method", "rtol", "events", "agreeing", "largest distance"]);
+    for rung in &certificate.ladder {
+        ladder.add_row([
+            rung.method.to_owned(),
+            format!("{:.0e}", rung.rtol),
+            rung.events.to_string(),
+            rung.agreeing.to_string(),
+            match (&rung.failure, rung.distance) {
+                (Some(_), _) => "failed".to_owned(),
+                (None, Some(distance)) => format!("{distance:.1e} s"),
+                (None, None) => "none".to_owned(),
+            },
+        ]);
+    }
+    terminal::align_right(&mut ladder, 1..5);
+    let by = match &certificate.exact {
+        Some(exact) => format!(
+            "by the oracle, which computed with {} digits; {} are true of every event",
+            exact.digits_computed, exact.digits
+        ),
+        None => "by the ladder of methods alone".to_owned(),
+    };
+    format!(
+        "{}\nmethod {}, rtol {:e}; uncertainties {by}; {seconds:.2} s\n\n{}\n{}",
+        case.title,
+        case.solver.method.name(),
+        case.solver.rtol,
+        terminal::show(&events),
+        terminal::show(&ladder),
     )
 }

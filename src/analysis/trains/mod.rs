@@ -2,14 +2,17 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | `certification` | how far its events can be from the exact ones |
 //! | `attractor` | whether the motion repeats itself, with which period, and its extremes |
 //! | `summary` | the headline of a run |
 //! | `saved_run` | a run into its result file |
 
 mod attractor;
+mod certification;
 mod saved_run;
 mod summary;
 
 pub use attractor::{Attractor, Extremes, RECURRENCE_TOLERANCE};
+pub use certification::{CertifiedTrainEvent, TrainCertificate, TrainCertifyRequest, TrainRung, certify};
 pub use saved_run::{SavedTrainReport, SavedTrainRun};
 pub use summary::{Outcome, TrainSummary};

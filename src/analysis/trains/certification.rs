@@ -1,0 +1,308 @@
+//! How far the events of a run of two trains can be from the exact ones.
+//!
+//! Two witnesses: the oracle, which solves the case with as many digits as it takes, and a ladder of methods that share little
+//! with each other. The oracle's word counts; without it, as where it would take too long, the ladder's does.
+
+use crate::analysis::verdict::Verdict;
+use crate::case::TrainCase;
+use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
+use crate::oracle::{OracleError, OracleProgress, OracleRequest};
+use crate::record::{Event, MemoryRecorder};
+use crate::results::CertificateTables;
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, SolverOptions};
+use num_rational::BigRational;
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+/// The methods of the ladder, each with its relative tolerance.
+const LADDER: [(Method, f64); 3] = [
+    (Method::Series, 1e-10),
+    (Method::Auto, 1e-13),
+    (Method::CvodeAdams, 1e-13),
+];
+
+/// An event can be as far from the exact one as this times the largest distance to the best two methods of the ladder.
+const SAFETY: f64 = 4.0;
+
+/// Units of the last place of an event's time that rounding on the way to it may take.
+const ROUNDING: f64 = 64.0;
+
+/// An event of the certified run; times in s.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CertifiedTrainEvent {
+    /// s.
+    pub time: f64,
+    /// What happened.
+    pub kind: &'static str,
+    /// What can be said of it.
+    pub verdict: Verdict,
+    /// How far from the exact solution it can be, s; `None` unless it is converged.
+    pub uncertainty: Option<f64>,
+    /// The exact time, as far as it is known; `None` without the oracle.
+    pub exact: Option<String>,
+    /// Own less exact, s.
+    pub true_error: Option<f64>,
+    /// The uncertainty by the ladder alone, s; `None` where the methods differ.
+    pub ladder_uncertainty: Option<f64>,
+}
+
+impl CertifiedTrainEvent {
+    /// Significant decimal digits of the time that are true.
+    pub fn digits(&self) -> u32 {
+        match self.uncertainty {
+            Some(uncertainty) if self.time > 0.0 => (self.time / uncertainty).log10().floor().clamp(0.0, 16.0) as u32,
+            Some(_) => 16,
+            None => 0,
+        }
+    }
+}
+
+/// A run of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainRung {
+    /// Which method.
+    pub method: &'static str,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Events that it finds.
+    pub events: usize,
+    /// From the first on, those that are the result's.
+    pub agreeing: usize,
+    /// The largest distance to them, s.
+    pub distance: Option<f64>,
+    /// Why it failed.
+    pub failure: Option<String>,
+}
+
+/// What is known of the events of a run.
+#[derive(Debug, Clone)]
+pub struct TrainCertificate {
+    /// One for each event of the run.
+    pub events: Vec<CertifiedTrainEvent>,
+    /// The methods that were asked.
+    pub ladder: Vec<TrainRung>,
+    /// The exact events, if the oracle has them.
+    pub exact: Option<TrainOracleSolution>,
+    /// Why it has not.
+    pub without_oracle: Option<String>,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct TrainCertifyRequest {
+    /// Significant digits of every exact event time.
+    pub digits: u32,
+    /// The oracle is given up where it would take longer.
+    pub longest: Duration,
+}
+
+impl Default for TrainCertifyRequest {
+    fn default() -> Self {
+        TrainCertifyRequest {
+            digits: 18,
+            longest: Duration::from_secs(600),
+        }
+    }
+}
+
+fn rational(value: f64) -> BigRational {
+    BigRational::from_float(value).unwrap_or_default()
+}
+
+/// Holds the events of a run of `case` against the oracle, which takes the numbers as `exact` has them, and the ladder.
+///
+/// # Errors
+/// That the control has ended it. An oracle that cannot solve the case is part of the certificate.
+pub fn certify(
+    case: &TrainCase,
+    exact: &ExactTrains,
+    own: &[Event],
+    request: &TrainCertifyRequest,
+    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
+) -> Result<TrainCertificate, OracleError> {
+    let request = OracleRequest {
+        digits: request.digits,
+        growth: 0.0,
+        end_time: rational(case.output.end_time),
+        max_events: case.solver.max_events,
+        longest: request.longest,
+    };
+    let threshold = case.threshold.map(rational);
+    let (solution, without_oracle) = match solve(exact, &request, threshold.as_ref(), control) {
+        Ok(solution) => (Some(solution), None),
+        Err(error @ OracleError::Interrupted(_)) => return Err(error),
+        Err(error) => (None, Some(error.to_string())),
+    };
+    let mut ladder_distance = vec![Some(0.0f64); own.len()];
+    let mut ladder = Vec::new();
+    for (method, rtol) in LADDER {
+        let rung = climb(case, own, method, rtol, &mut ladder_distance);
+        ladder.push(rung);
+    }
+    let mut same = true;
+    let events = own.iter().enumerate().map(|(index, event)| {
+        let rounding = ROUNDING * f64::EPSILON * event.time;
+        let ladder_uncertainty = ladder_distance[index].map(|distance| SAFETY * distance + rounding);
+        let found = solution
+            .as_ref()
+            .map(|solution| (solution, solution.report.events.get(index)));
+        let (uncertainty, exact, true_error) = match found {
+            Some((solution, exact)) => {
+                let exact = exact.filter(|exact| exact.kind == event.kind && exact.mode_after == event.mode_after);
+                same &= exact.is_some();
+                match exact.filter(|_| same) {
+                    Some(exact) => {
+                        let own = crate::oracle::Number::from_f64(event.time, 64);
+                        let error = own.minus(&exact.time);
+                        let uncertainty = error.abs() + solution.errors[index] + f64::EPSILON * event.time;
+                        let digits = solution.digits_of_event(index) as usize;
+                        (
+                            Some(uncertainty),
+                            Some(exact.time.to_decimal(digits.max(1))),
+                            Some(error),
+                        )
+                    }
+                    None => (None, None, None),
+                }
+            }
+            None => (ladder_uncertainty, None, None),
+        };
+        CertifiedTrainEvent {
+            time: event.time,
+            kind: event.kind.name(),
+            verdict: if uncertainty.is_some() {
+                Verdict::Converged
+            } else {
+                Verdict::SequenceDiffers
+            },
+            uncertainty,
+            exact,
+            true_error,
+            ladder_uncertainty,
+        }
+    });
+    Ok(TrainCertificate {
+        events: events.collect(),
+        ladder,
+        exact: solution,
+        without_oracle,
+    })
+}
+
+/// A run by another method, held against the run's own events; takes its distances into those of the ladder.
+fn climb(case: &TrainCase, own: &[Event], method: Method, rtol: f64, distances: &mut [Option<f64>]) -> TrainRung {
+    let solver = SolverOptions {
+        method,
+        rtol,
+        fixed_step: None,
+        ..case.solver.clone()
+    };
+    let output = OutputOptions {
+        interval: case.output.end_time,
+        windows: Vec::new(),
+        steps: false,
+        ..case.output
+    };
+    let mut recorder = MemoryRecorder::default();
+    let result = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
+        .record(&mut recorder)
+        .start();
+    let pairs = own.iter().zip(&recorder.events);
+    let agrees = |pair: &(&Event, &Event)| pair.0.kind == pair.1.kind && pair.0.mode_after == pair.1.mode_after;
+    let agreeing: Vec<f64> = pairs
+        .take_while(agrees)
+        .map(|(own, other)| (own.time - other.time).abs())
+        .collect();
+    for (index, distance) in distances.iter_mut().enumerate() {
+        *distance = match (*distance, agreeing.get(index)) {
+            (Some(largest), Some(here)) => Some(largest.max(*here)),
+            _ => None,
+        };
+    }
+    TrainRung {
+        method: method.name(),
+        rtol,
+        events: recorder.events.len(),
+        agreeing: agreeing.len(),
+        distance: agreeing.iter().copied().reduce(f64::max),
+        failure: result.err().map(|failure| failure.to_string()),
+    }
+}
+
+impl TrainCertificate {
+    /// The fewest digits of any event's time; `None` without events.
+    pub fn least_digits(&self) -> Option<u32> {
+        self.events.iter().map(CertifiedTrainEvent::digits).min()
+    }
+
+    /// Whether every event is converged, and there is none that the run misses.
+    pub fn converged(&self) -> bool {
+        let as_many = self
+            .exact
+            .as_ref()
+            .is_none_or(|exact| exact.report.events.len() == self.events.len());
+        as_many && self.events.iter().all(|event| event.verdict == Verdict::Converged)
+    }
+
+    /// The exact event times as lines of CSV.
+    fn csv(exact: &TrainOracleSolution) -> String {
+        let mut lines = vec!["time,kind,mode_after".to_owned()];
+        for (index, event) in exact.report.events.iter().enumerate() {
+            let digits = exact.digits_of_event(index).max(1) as usize;
+            lines.push(format!(
+                "{},{},{}",
+                event.time.to_decimal(digits),
+                event.kind.name(),
+                event.mode_after.name()
+            ));
+        }
+        lines.join("\n") + "\n"
+    }
+
+    /// What a result file is given of it.
+    pub fn tables(&self) -> CertificateTables {
+        let numbers = |of: fn(&CertifiedTrainEvent) -> Option<f64>| -> Vec<f64> {
+            self.events.iter().map(|event| of(event).unwrap_or(f64::NAN)).collect()
+        };
+        let ladder_verdict = |event: &CertifiedTrainEvent| match event.ladder_uncertainty {
+            Some(_) => Verdict::Converged.code(),
+            None => Verdict::SequenceDiffers.code(),
+        };
+        let verdict = if self.converged() {
+            Verdict::Converged
+        } else {
+            Verdict::SequenceDiffers
+        };
+        CertificateTables {
+            time_uncertainty: numbers(|event| event.uncertainty),
+            verdict: self.events.iter().map(|event| event.verdict.code()).collect(),
+            ladder_uncertainty: numbers(|event| event.ladder_uncertainty),
+            ladder_verdict: self.events.iter().map(ladder_verdict).collect(),
+            true_error: self.exact.as_ref().map(|_| numbers(|event| event.true_error)),
+            verdicts: Verdict::ALL.map(|v| (v.code(), v.name())).to_vec(),
+            // Not known apart from the rest.
+            rounding: vec![f64::NAN; self.events.len()],
+            growth: vec![f64::NAN; self.events.len()],
+            ladder: self
+                .ladder
+                .iter()
+                .map(|rung| {
+                    let distance = rung.distance.unwrap_or(f64::NAN);
+                    (rung.method.to_owned(), rung.rtol, rung.agreeing as i64, distance)
+                })
+                .collect(),
+            texts: vec![
+                ("verdict_of_all", verdict.name().to_owned()),
+                (
+                    "uncertainty_by",
+                    if self.exact.is_some() { "oracle" } else { "ladder" }.to_owned(),
+                ),
+            ],
+            numbers: vec![("digits", self.least_digits().map_or(f64::NAN, f64::from))],
+            oracle: self.exact.as_ref().map(TrainCertificate::csv).unwrap_or_default(),
+            ..CertificateTables::default()
+        }
+    }
+}
