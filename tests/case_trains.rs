@@ -406,7 +406,7 @@ fn case_trains_are_told_from_brakes() {
         "{said}"
     );
     assert!(
-        said.ends_with(&format!("stickslip {}", COMMANDS_OF_TRAINS.join(" and "))),
+        said.ends_with(&format!("stickslip {}", COMMANDS_OF_TRAINS.join(", "))),
         "{said}"
     );
     let said = Case::parse(&paper, &[rotor]).unwrap_err().to_string();

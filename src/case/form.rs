@@ -3,7 +3,7 @@
 use super::document::Node;
 
 /// The commands that take a case of trains.
-pub const COMMANDS_OF_TRAINS: &[&str] = &["run", "case"];
+pub const COMMANDS_OF_TRAINS: &[&str] = &["run", "certify", "case", "inspect", "check"];
 
 /// The first table of trains in a tree.
 pub(super) fn table_of(root: &Node) -> Option<&'static str> {
@@ -15,6 +15,6 @@ pub(super) fn not_here() -> String {
     format!(
         "a case of trains, [rotor] and [stator]: what was asked for works on the short form [torsion] only; trains are taken by \
          stickslip {}",
-        COMMANDS_OF_TRAINS.join(" and ")
+        COMMANDS_OF_TRAINS.join(", ")
     )
 }

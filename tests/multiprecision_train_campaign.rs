@@ -1,0 +1,255 @@
+//! Random trains, friction laws and drives: certificates and methods against the oracle.
+//!
+//! `STICKSLIP_TRAINS_FIRST=0 STICKSLIP_TRAINS_COUNT=100 cargo test --release --test multiprecision_train_campaign -- --ignored
+//! --nocapture` takes other systems than the default's.
+
+mod common;
+
+use common::random_brakes::Random;
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+use std::time::Duration;
+use stickslip::Run;
+use stickslip::analysis::trains::{TrainCertifyRequest, certify};
+use stickslip::case::{CaseSource, Origin, TrainCase};
+use stickslip::record::MemoryRecorder;
+use stickslip::simulation::{Method, SolverOptions};
+
+/// One of the first `count` numbers.
+fn below(random: &mut Random, count: usize) -> usize {
+    (random.next() * count as f64) as usize
+}
+
+/// A number with few digits, log-uniform between two.
+fn spread(random: &mut Random, from: f64, to: f64) -> String {
+    let value = from * (to / from).powf(random.next());
+    format!("{value:.2e}")
+}
+
+fn list(random: &mut Random, count: usize, from: f64, to: f64) -> String {
+    let values: Vec<String> = (0..count).map(|_| spread(random, from, to)).collect();
+    format!("[{}]", values.join(", "))
+}
+
+/// A signal about `mean`: constant, a ramp, a table, a sine or a sum.
+fn signal(random: &mut Random, mean: f64, end: f64) -> String {
+    let amplitude = 0.5 * mean * random.next();
+    let wave = |random: &mut Random, mean: f64| {
+        format!(
+            "{{ profile = \"{}\", mean = {mean:.3}, amplitude = {amplitude:.3}, angular_frequency = {}, phase = {:.2} }}",
+            if below(random, 2) == 0 { "sine" } else { "cosine" },
+            spread(random, 0.3, 3.0),
+            random.next() * 6.0
+        )
+    };
+    match below(random, 6) {
+        0 => format!(
+            "{{ profile = \"ramp\", value = {mean:.3}, rise_time = {:.2} }}",
+            0.2 * end
+        ),
+        1 => {
+            let values: Vec<String> = (0..4).map(|_| format!("{:.3}", mean * (0.5 + random.next()))).collect();
+            let times = [0.1, 0.3, 0.6, 0.8]
+                .map(|share| format!("{:.2}", share * end))
+                .join(", ");
+            format!(
+                "{{ profile = \"table\", time = [{times}], value = [{}] }}",
+                values.join(", ")
+            )
+        }
+        2 => wave(random, mean),
+        3 => {
+            let other = wave(random, 0.0);
+            format!("{{ profile = \"sum\", signals = [{}, {other}] }}", wave(random, mean))
+        }
+        _ => format!("{mean:.3}"),
+    }
+}
+
+/// A friction law with its numbers, and the largest coefficient at rest.
+fn friction(random: &mut Random) -> String {
+    let high = 0.2 + 0.3 * random.next();
+    let low = high + 0.3 * random.next();
+    let breakaway = low + if below(random, 2) == 0 { 0.0 } else { 0.2 };
+    let scale = spread(random, 0.1, 1.0);
+    let law = match below(random, 6) {
+        0 => format!("law = \"coulomb\"\nkinetic = {low:.3}\n"),
+        1 => format!("law = \"hyperbolic\"\nlow_speed = {low:.3}\nhigh_speed = {high:.3}\nscale = {scale}\n"),
+        2 => format!(
+            "law = \"stribeck\"\nlow_speed = {low:.3}\nhigh_speed = {high:.3}\nscale = {scale}\nexponent = {}\nviscous = 0.01\n",
+            1 + below(random, 2)
+        ),
+        3 => format!(
+            "law = \"table\"\nspeed = [0, 0.3, 1.1, 4]\ncoefficient = [{low:.3}, {:.3}, {high:.3}, {:.3}]\n",
+            (low + high) / 2.0,
+            high + 0.05
+        ),
+        _ => format!(
+            "low_speed = {low:.3}\nhigh_speed = {high:.3}\ndecay = {}\n",
+            spread(random, 0.5, 5.0)
+        ),
+    };
+    format!("breakaway = {breakaway:.3}\n{law}")
+}
+
+/// Random system number `index` as the text of a case.
+fn system(index: u64) -> String {
+    let random = &mut Random(0x7a11_0000 + 1009 * index);
+    let end = 40.0;
+    let mut text = format!("title = \"random trains {index}\"\n");
+    let rigid = below(random, 4);
+    for (side, name) in ["rotor", "stator"].into_iter().enumerate() {
+        let _ = writeln!(text, "[{name}]");
+        let inertias = if rigid == side { 0 } else { 1 + below(random, 3) };
+        // The rotor is driven or turned, the stator is held.
+        let ends: &[&str] = match (side, inertias) {
+            (0, 0) => &["driven"],
+            (1, 0) => &["fixed", "driven"],
+            (0, _) => &["driven", "free"],
+            _ => &["fixed", "free"],
+        };
+        let end_kind = ends[below(random, ends.len())];
+        let shafts = inertias - usize::from(end_kind == "free" && inertias > 0);
+        let _ = writeln!(text, "end = \"{end_kind}\"");
+        if inertias > 0 {
+            let _ = writeln!(text, "inertia = {}", list(random, inertias, 0.3, 3.0));
+            let _ = writeln!(text, "viscous = {}", list(random, inertias, 0.005, 0.2));
+        }
+        if shafts > 0 {
+            let _ = writeln!(text, "stiffness = {}", list(random, shafts, 0.5, 20.0));
+            let _ = writeln!(text, "damping = {}", list(random, shafts, 0.005, 0.2));
+        }
+        if end_kind == "driven" {
+            let mean = if side == 0 { 0.1 + random.next() } else { 0.05 };
+            let _ = writeln!(text, "speed = {}", signal(random, mean, end));
+        }
+        if inertias > 0 && (end_kind == "free" || below(random, 4) == 0) {
+            let torque = if side == 0 { 0.6 } else { 0.2 };
+            let _ = writeln!(text, "torque = {}", signal(random, torque, end));
+        }
+    }
+    let force = 1.0 + random.next();
+    let _ = write!(
+        text,
+        "[contact]\nradius = 1.0\nnormal_force = {}\n[friction]\n{}",
+        signal(random, force, end),
+        friction(random)
+    );
+    if below(random, 4) == 0 {
+        let on = ["both", "rotor", "stator"][below(random, 3)];
+        let _ = write!(
+            text,
+            "[[perturbation]]\ntime = {:.2}\nkick = 0.2\non = \"{on}\"\n",
+            0.4 * end
+        );
+    }
+    let _ = write!(
+        text,
+        "[output]\nend_time = {end}\ninterval = 1.0\n[solver]\nmax_events = 5000\n"
+    );
+    text
+}
+
+fn environment(name: &str, default: u64) -> u64 {
+    std::env::var(name)
+        .ok()
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(default)
+}
+
+/// The bounds of each method, s, where the uncertainty of the double-precision data itself is below them.
+const METHODS: [(Method, f64, f64); 3] = [
+    (Method::Auto, 1e-10, 1e-9),
+    (Method::Auto, 1e-13, 1e-11),
+    (Method::Series, 1e-10, 1e-12),
+];
+
+#[test]
+#[ignore = "minutes; CI runs it"]
+fn multiprecision_random_trains() {
+    let (first, count) = (
+        environment("STICKSLIP_TRAINS_FIRST", 0),
+        environment("STICKSLIP_TRAINS_COUNT", 40),
+    );
+    let mut failures = Vec::new();
+    let mut total = 0usize;
+    let mut worst = [0.0f64; 3];
+    let (mut certified, mut short) = (0usize, 0usize);
+    for index in first..first + count {
+        let source = CaseSource {
+            text: system(index),
+            origin: Origin::File(format!("trains-{index}.toml").into()),
+        };
+        let case = match TrainCase::parse(&source, &[]) {
+            Ok(case) => case,
+            Err(error) => {
+                failures.push(format!("{index}: {error}\n{}", source.text));
+                continue;
+            }
+        };
+        let exact = TrainCase::exact_parameters(&source, &[]).unwrap();
+        for (k, (method, rtol, bound)) in METHODS.into_iter().enumerate() {
+            let solver = SolverOptions {
+                method,
+                rtol,
+                ..case.solver.clone()
+            };
+            let mut recorder = MemoryRecorder::default();
+            let run = Run::of_trains(&case.parameters, 0.0, &solver, &case.output)
+                .record(&mut recorder)
+                .start();
+            if let Err(error) = run {
+                failures.push(format!("{index} by {} at {rtol:e}: {error}", method.name()));
+                continue;
+            }
+            let case = TrainCase { solver, ..case.clone() };
+            let request = TrainCertifyRequest {
+                digits: 18,
+                longest: Duration::from_secs(60),
+            };
+            let certificate = certify(&case, &exact, &recorder.events, &request, &mut |_| {
+                ControlFlow::Continue(())
+            });
+            let certificate = certificate.unwrap();
+            if let Some(why) = &certificate.without_oracle {
+                println!("{index}: no oracle: {why}");
+                break;
+            }
+            if k == 0 {
+                total += certificate.events.len();
+            }
+            if !certificate.converged() {
+                let at = certificate.events.iter().position(|event| event.uncertainty.is_none());
+                failures.push(format!(
+                    "{index} by {} at {rtol:e}: another sequence from event {at:?} of {} on, exact {}",
+                    method.name(),
+                    certificate.events.len(),
+                    certificate.exact.as_ref().map_or(0, |exact| exact.report.events.len())
+                ));
+                continue;
+            }
+            let largest = certificate
+                .events
+                .iter()
+                .filter_map(|event| event.true_error)
+                .map(f64::abs)
+                .fold(0.0, f64::max);
+            worst[k] = worst[k].max(largest);
+            if largest > bound {
+                failures.push(format!("{index} by {} at {rtol:e}: {largest:e} s", method.name()));
+            }
+            // What the ladder alone would have said.
+            for event in &certificate.events {
+                if let (Some(uncertainty), Some(error)) = (event.ladder_uncertainty, event.true_error) {
+                    certified += 1;
+                    short += usize::from(error.abs() > uncertainty);
+                }
+            }
+        }
+    }
+    println!(
+        "{count} systems, {total} events; auto {:e}, auto at 1e-13 {:e}, series {:e} s at worst; by the ladder alone {short} of {certified} short",
+        worst[0], worst[1], worst[2]
+    );
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
