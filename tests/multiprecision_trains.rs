@@ -1544,8 +1544,21 @@ fn random_trains(index: u64) -> ExactTrains {
 #[test]
 fn property_random_trains_by_more_digits_and_from_the_other_side() {
     let mut count = [0; 9];
-    for index in 0..40 {
-        let problem = random_trains(index);
+    // 147 comes to rest before its contact opens and closes; 173, regularised, before its sense turns by rounding alone.
+    for index in (0..32).chain([147, 173]) {
+        let mut problem = random_trains(index);
+        problem.contact = match index % 4 {
+            1 => ContactLaw::Regularised(Regularisation {
+                function: Smoothing::Tanh,
+                speed: r("0.05"),
+            }),
+            2 => ContactLaw::Bristles(Bristles {
+                stiffness: r("50"),
+                damping: r("1"),
+                viscous: r("0.1"),
+            }),
+            _ => ContactLaw::StickSlip,
+        };
         let (short, long) = (run(&problem, 30, "3"), run(&problem, 60, "3"));
         let other = run(&mirrored(&problem), 60, "3");
         assert_eq!(kinds(&short), kinds(&long), "{index}");

@@ -292,7 +292,7 @@ impl<const N: usize> Run<N> {
         let [rotor, stator] = speeds(&self.model, &self.state, &ends);
         let relative = &rotor.1 - &stator.1;
         let all = rotor.0.iter().chain(&stator.0).chain(&ends);
-        let size = all.map(Float::log2).fold(f64::NEG_INFINITY, f64::max);
+        let size = all.map(Float::log2).fold(self.scales.least_speed(), f64::max);
         if relative.log2() < size - resolved::<N>() {
             0
         } else {
@@ -340,7 +340,7 @@ impl<const N: usize> Run<N> {
         let [transmitted, limit] = self.expansion(Regime::Stick, 0).stick_test(&self.model);
         let limit = if limit.signum() > 0 { limit } else { Float::zero() };
         let excess = &magnitude(&transmitted) - &limit;
-        if excess.signum() <= 0 || excess.log2() < limit.log2() - resolved::<N>() {
+        if excess.signum() <= 0 || excess.log2() < limit.log2().max(self.scales.torque) - resolved::<N>() {
             Mode::Stick
         } else {
             slip(transmitted.signum())
@@ -700,7 +700,8 @@ impl<const N: usize> Run<N> {
             let (after, at_once) = match first_zero(&polynomial, known, step) {
                 Crossing::None => continue,
                 Crossing::At(time) => (time, false),
-                Crossing::Beyond if known == 0 => (Float::zero(), true),
+                // What only touches zero turns back.
+                Crossing::Beyond if known == 0 || guard == Guard::Sense => (Float::zero(), true),
                 Crossing::Beyond => return Err(self.degenerate(guard)),
             };
             if at_once && guard == Guard::Stop {
@@ -717,11 +718,20 @@ impl<const N: usize> Run<N> {
                 self.stays_open = true;
                 continue;
             }
-            if first.as_ref().is_none_or(|first| after < first.after) {
+            let earlier = |first: &Fired<N>| {
+                if let (Guard::Separation, Guard::Breakaway(_)) = (first.guard, guard) {
+                    // A torque that is zero but for rounding breaks nothing before the force is gone.
+                    !self.within_instant(&first.after, &after)
+                } else {
+                    after < first.after
+                }
+            };
+            if first.as_ref().is_none_or(earlier) {
                 first = Some(Fired {
                     after,
                     guard,
                     beyond: at_once && !polynomial.first().is_some_and(Float::is_zero),
+                    known,
                 });
             }
         }
@@ -749,7 +759,7 @@ impl<const N: usize> Run<N> {
             for sense in [1, -1] {
                 let mut reserve = expansion.reserve(&self.model, sense);
                 // At the limit but for rounding: what follows decides.
-                if reserve[0].log2() < limit.log2() - resolved::<N>() {
+                if reserve[0].log2() < limit.log2().max(self.scales.torque) - resolved::<N>() {
                     reserve[0] = Float::zero();
                 }
                 guards.push((Guard::Breakaway(sense), reserve));
@@ -783,8 +793,13 @@ impl<const N: usize> Run<N> {
         if self.model.force.is_none() || corner != *until {
             return false;
         }
-        let rounding = until.log2() - Float::<N>::BITS as f64 + 16.0;
-        let rest = until - &(&self.time + after);
+        self.within_instant(&(until - &self.time), after)
+    }
+
+    /// Whether the second of two times of a step comes no earlier than an instant, or rounding, before the first.
+    fn within_instant(&self, first: &Float<N>, second: &Float<N>) -> bool {
+        let rounding = (&self.time + first).log2() - resolved::<N>();
+        let rest = first - second;
         rest.signum() <= 0 || rest.log2() < rounding.max(INSTANT.log2())
     }
 
@@ -811,7 +826,7 @@ impl<const N: usize> Run<N> {
             Guard::Sense => {
                 self.sense = -self.sense;
                 self.piece = 0;
-                if !at_once {
+                if !at_once || fired.known > 0 {
                     self.zeros.push((Guard::Sense, 1));
                 }
                 Ok(())
@@ -865,6 +880,8 @@ struct Fired<const N: usize> {
     guard: Guard,
     /// It stood beyond its boundary at the start.
     beyond: bool,
+    /// So many of its coefficients are zero by what happened before.
+    known: usize,
 }
 
 /// What twists, speeds and signals are worth at least: of a shaft under all torques that there are, and of an oscillation of
@@ -934,6 +951,7 @@ fn scales<const N: usize>(exact: &ExactTrains, courses: &[Course<N>]) -> Scales 
         _ => 1.0,
     };
     Scales {
+        torque: or_one(torque).log2(),
         chains: [chain(&exact.rotor), chain(&exact.stator)],
         axial: axial_scales,
         courses: sizes.iter().map(|size| or_one(*size).log2()).collect(),

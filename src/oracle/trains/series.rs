@@ -476,10 +476,20 @@ fn transmitted<const N: usize>(model: &Model<N>, sums: &[Vec<Float<N>>; 2], far:
 /// What the components are worth at least, log2: below that an error counts in terms of this size.
 #[derive(Debug)]
 pub(super) struct Scales {
+    /// Of all torques.
+    pub torque: f64,
     pub chains: [ChainScales; 2],
     pub axial: [f64; 2],
     pub courses: Vec<f64>,
     pub deflection: f64,
+}
+
+impl Scales {
+    /// A speed below which, by the precision, there is rounding alone.
+    pub fn least_speed(&self) -> f64 {
+        let speeds = self.chains.iter().map(|chain| chain.speed);
+        speeds.fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Of one train.
