@@ -139,7 +139,7 @@ fn system(index: u64) -> String {
         let on = ["both", "rotor", "stator"][below(random, 3)];
         let _ = write!(
             text,
-            "[[perturbation]]\ntime = {:.2}\nkick = 0.2\non = \"{on}\"\n",
+            "[[perturbation]]\ntime = {:.2}\nrelative_velocity = 0.2\non = \"{on}\"\n",
             0.4 * end
         );
     }

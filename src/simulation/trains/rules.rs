@@ -235,10 +235,10 @@ impl TrainRules {
             (KickSide::Both, true) => {}
             (KickSide::Both, false) => system.push(delta * rotor_share, -delta * stator_share, &mut state),
             (KickSide::Rotor, false) => system.push(delta, 0.0, &mut state),
-            (KickSide::Stator, false) => system.push(0.0, delta, &mut state),
+            (KickSide::Stator, false) => system.push(0.0, -delta, &mut state),
             // Surfaces that move as one share the momentum; one without inertia takes all of it.
             (KickSide::Rotor, true) => system.push(delta * stator_share, delta * stator_share, &mut state),
-            (KickSide::Stator, true) => system.push(delta * rotor_share, delta * rotor_share, &mut state),
+            (KickSide::Stator, true) => system.push(-delta * rotor_share, -delta * rotor_share, &mut state),
         }
         let mut after = *location;
         if location.mode == Mode::Engaged {
