@@ -7,8 +7,8 @@ use crate::case::quantity::{self, Dimension};
 use crate::case::reader::{Reader, fill_intervals};
 use crate::case::schema::{self, Domain};
 use crate::case::value::{choice, number};
-use crate::case::{Case, CaseError, CaseSource, Motion, suggest};
-use crate::friction::{FrictionLaw, Law as _};
+use crate::case::{Case, CaseError, CaseSource, Motion};
+use crate::friction::Law as _;
 use crate::model::KickTime;
 use crate::model::trains::parameters::AxialOf;
 use crate::model::trains::{
@@ -459,33 +459,27 @@ impl TrainReader<'_> {
 
     /// With law "lugre": its bristles. The tree is left with the law g in its place.
     fn bristles(&mut self) -> Option<Bristles> {
-        let chosen = self.reader.root.at(schema::FRICTION_LAW).map(|node| node.value.clone());
-        let Some(Value::Text(chosen)) = chosen else { return None };
+        let node = self.reader.root.at(schema::FRICTION_LAW)?.clone();
+        let chosen = match choice(&node.value, &keys::laws()) {
+            Ok(chosen) => chosen,
+            Err(message) => {
+                self.report(schema::FRICTION_LAW, message);
+                // The reader of the law knows the memoryless ones only, and would say less.
+                take(&mut self.reader.root, "friction");
+                return None;
+            }
+        };
         if chosen != LUGRE {
-            for (name, message) in [
-                ("bristle_stiffness", "belongs to law \"lugre\""),
-                ("bristle_damping", "belongs to law \"lugre\""),
-            ] {
+            for name in ["bristle_stiffness", "bristle_damping"] {
                 let path = format!("friction.{name}");
                 if self.has(&path) {
                     self.report(
                         &path,
-                        format!("{message}, but the law is \"{chosen}\": remove it, or change friction.law"),
+                        format!(
+                            "belongs to law \"{LUGRE}\", but the law is \"{chosen}\": remove it, or change friction.law"
+                        ),
                     );
                 }
-            }
-            // The reader of the law knows the memoryless ones only.
-            if !FrictionLaw::NAMES.contains(&chosen.as_str()) {
-                let laws = keys::laws();
-                let hint = suggest(&chosen, laws.iter().copied()).map(|close| format!("; did you mean \"{close}\"?"));
-                let message = format!(
-                    "expected one of \"{}\", but got \"{}\"{}",
-                    laws.join("\", \""),
-                    crate::quote::shown(&chosen),
-                    hint.unwrap_or_default()
-                );
-                self.report(schema::FRICTION_LAW, message);
-                take(&mut self.reader.root, "friction");
             }
             return None;
         }
