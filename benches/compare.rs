@@ -25,6 +25,7 @@ fn write(path: &Path, case: &Case) {
         resolved: case.resolved(),
         meta: Vec::new(),
         events: Vec::new(),
+        extension: Default::default(),
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;

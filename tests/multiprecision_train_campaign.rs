@@ -136,7 +136,12 @@ fn system(index: u64) -> String {
         friction(random)
     );
     if below(random, 4) == 0 {
-        let on = ["both", "rotor", "stator"][below(random, 3)];
+        // A surface without inertia takes no kick of its own.
+        let on = match rigid {
+            0 => ["both", "stator"][below(random, 2)],
+            1 => ["both", "rotor"][below(random, 2)],
+            _ => ["both", "rotor", "stator"][below(random, 3)],
+        };
         let _ = write!(
             text,
             "[[perturbation]]\ntime = {:.2}\nrelative_velocity = 0.2\non = \"{on}\"\n",
@@ -220,6 +225,22 @@ fn multiprecision_random_trains() {
             }
             if !certificate.converged() {
                 let at = certificate.events.iter().position(|event| event.uncertainty.is_none());
+                if k == 0 {
+                    println!("{}", source.text);
+                    let first = at.unwrap_or(0).saturating_sub(1);
+                    for event in recorder.events.iter().skip(first).take(4) {
+                        println!("own   {:.15} {:?} {:?}", event.time, event.kind, event.mode_after);
+                    }
+                    let exact = certificate.exact.iter().flat_map(|exact| &exact.report.events);
+                    for event in exact.skip(first).take(4) {
+                        println!(
+                            "exact {:.15} {:?} {:?}",
+                            event.time.to_f64(),
+                            event.kind,
+                            event.mode_after
+                        );
+                    }
+                }
                 failures.push(format!(
                     "{index} by {} at {rtol:e}: another sequence from event {at:?} of {} on, exact {}",
                     method.name(),

@@ -1,8 +1,8 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
+use super::input::{bad_file, interrupt_flag, looks_like_a_path, overrides};
 use super::progress::CountBar;
-use super::run::{bad_file, interrupt_flag, looks_like_a_path, overrides};
 use super::terminal::{align_right, show, table};
 use super::{CommandError, End, complain, print, print_json};
 use crate::calibrate::{

@@ -1,10 +1,10 @@
 //! `stickslip certify`.
 
 use super::arguments::{CertifyOptions, Common, DPI, Format};
+use super::input::{Given, Input, Scratch, bad_case, bad_file, interrupt_flag, overrides};
 use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::run::{Given, Input, bad_case, bad_file, interrupt_flag, overrides};
 use super::{CommandError, End, certify_report, complain, print, print_json, trains};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
@@ -178,17 +178,6 @@ struct Obtained {
     record: MemoryRecorder,
     /// Where the file was made here, and goes again.
     scratch: Option<Scratch>,
-}
-
-/// A result file that is made on the way, and removed with its partial file however the command ends.
-pub(super) struct Scratch(pub(super) PathBuf);
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        for path in [&self.0, &crate::results::partial_path(&self.0)] {
-            let _ = std::fs::remove_file(path);
-        }
-    }
 }
 
 /// The given result file, or a run of the case beside the target; `None` if it was interrupted.

@@ -1,7 +1,7 @@
 //! `stickslip check`.
 
 use super::arguments::{CheckOptions, Common};
-use super::run::bad_file;
+use super::input::bad_file;
 use super::{CommandError, End, print, print_json};
 use crate::results::{CheckReport, ResultError, check as check_file};
 

@@ -1,7 +1,7 @@
 //! `stickslip inspect`.
 
 use super::arguments::{Common, InspectOptions};
-use super::run::bad_file;
+use super::input::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::results::schema::attribute::{LONG_NAME_SUFFIX, UNITS_SUFFIX};
 use crate::results::{AttributeInfo, Contents, VariableInfo};

@@ -7,6 +7,7 @@ mod certify;
 mod certify_report;
 mod check;
 mod compare;
+mod input;
 mod inspect;
 mod merge;
 mod modes;

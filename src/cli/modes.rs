@@ -1,8 +1,8 @@
 //! `stickslip modes`.
 
 use super::arguments::{Common, DPI, Format, ModesOptions};
+use super::input::{Input, read_input};
 use super::plot::{bad, check_target, save};
-use super::run::{Input, read_input};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::Modes;
 use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};

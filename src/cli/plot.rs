@@ -1,7 +1,7 @@
 //! `stickslip plot`.
 
 use super::arguments::{Common, Format, PlotOptions};
-use super::run::bad_file;
+use super::input::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::entry::{Entry, Subject};

@@ -1,9 +1,9 @@
 //! `stickslip sweep`.
 
 use super::arguments::{Common, SweepOptions};
+use super::input::{interrupt_flag, looks_like_a_path, overrides};
 use super::progress::SweepBar;
 use super::ranks::Ranks;
-use super::run::{interrupt_flag, looks_like_a_path, overrides};
 use super::{CommandError, End, complain, print, print_json};
 use crate::case::CaseError;
 use crate::results::{Overwrite, ResultError};

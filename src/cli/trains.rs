@@ -1,9 +1,8 @@
 //! `stickslip run` and `stickslip certify` of two trains.
 
 use super::arguments::{CertifyOptions, Common, RunOptions};
-use super::certify::Scratch;
+use super::input::{Given, Scratch, bad_case, bad_file, default_output, finish, interrupt_flag};
 use super::progress::{OracleBar, RunBar};
-use super::run::{Given, bad_case, bad_file, default_output, finish, interrupt_flag};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::trains::{
     self, Attractor, CertifiedTrainEvent, Outcome, TrainCertificate, TrainCertifyRequest, TrainRung,

@@ -1,9 +1,9 @@
 //! `stickslip work-precision`.
 
 use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
+use super::input::{bad_file, interrupt_flag};
 use super::plot::{bad, check_target, save};
 use super::progress::CountBar;
-use super::run::{bad_file, interrupt_flag};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};

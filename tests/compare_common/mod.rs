@@ -27,6 +27,7 @@ pub fn run(path: &Path, case: &str, overrides: &[&str]) {
         resolved: case.resolved(),
         meta: Vec::new(),
         events: Vec::new(),
+        extension: Default::default(),
     };
     let mut writer = ResultWriter::create(path, Overwrite::Force, &[], &header).unwrap();
     let recorder: &mut dyn Recorder = &mut writer;

@@ -5,8 +5,8 @@ mod render;
 mod target;
 
 use super::arguments::{Common, CompareOptions};
+use super::input::bad_file;
 use super::progress::CompareBar;
-use super::run::bad_file;
 use super::{CommandError, End, print, print_json};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;

@@ -12,6 +12,9 @@ const TERMS: usize = 20;
 /// A share of its period over which a harmonic is as good as its first [`TERMS`] coefficients: 0.5 rad, 0.5^20/20! = 4e-25.
 const REACH: f64 = 0.5;
 
+/// A force that stands at zero is zero to this share of what it changes by over a step.
+const ROUNDING: f64 = 1e-12;
+
 /// A search for a zero ends after so many steps, and goes on from there.
 const SEARCH: u32 = 100_000;
 
@@ -252,12 +255,13 @@ impl Excitation {
                 let mut c = [0.0; TERMS];
                 self.timeline.series(index, stretch, from, unit, &mut c);
                 c.iter_mut().for_each(|c| *c *= sign);
-                if departing {
+                let size: f64 = c.iter().map(|c| c.abs()).sum();
+                if departing && c[0].abs() <= ROUNDING * size {
                     // It leaves zero here.
                     c.rotate_left(1);
                     c[TERMS - 1] = 0.0;
-                    departing = false;
                 }
+                departing = false;
                 let zero = if c[0] < 0.0 { Some(0.0) } else { first_falling(&c) };
                 if let Some(share) = zero {
                     return Some(ContactChange {

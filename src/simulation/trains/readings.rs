@@ -106,10 +106,9 @@ impl Readings for TrainReadings<'_> {
         let w = if place.mode == Mode::Stick { 0.0 } else { rotor - stator };
         let outermost = system.rotor.speeds(&outside.rotor, y).last().copied().unwrap_or(rotor);
         let axial = self.dynamics.excitation.axial().map(|motion| motion.at(t));
-        let first = |i: usize| {
-            (system.rotor.shafts() > 0)
-                .then(|| y[system.rotor.twists + i])
-                .unwrap_or(0.0)
+        let first = |i: usize| match system.rotor.shafts() {
+            0 => 0.0,
+            _ => y[system.rotor.twists + i],
         };
         State {
             z: axial.map_or(0.0, |axial| axial.displacement),
