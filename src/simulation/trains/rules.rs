@@ -282,6 +282,9 @@ impl TrainRules {
     }
 }
 
+/// Of the run, the longest time within which transitions may count as chattering.
+const CHATTER_SHARE: f64 = 1e-6;
+
 /// A speed that changes by less than this share of itself at a corner does not jump.
 const JUMP: f64 = 1e-12;
 
@@ -406,6 +409,7 @@ impl Rules<TrainDynamics> for TrainRules {
     }
 
     fn chatter_window(&self) -> f64 {
-        self.plan.chatter_window()
+        // Trains without a spring have no period of their own.
+        self.plan.chatter_window().min(CHATTER_SHARE * self.end_time)
     }
 }
