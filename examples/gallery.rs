@@ -29,6 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         case_text: case.resolved(),
         resolved: case.resolved(),
         events: Vec::new(),
+        extension: Default::default(),
         meta: Vec::new(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
