@@ -131,6 +131,17 @@ fn units(motion: Motion) -> (&'static str, &'static str) {
     }
 }
 
+/// A number with the decimals that an absolute uncertainty leaves it, at most twelve.
+fn known(value: f64, uncertainty: f64) -> String {
+    let decimals = (-uncertainty.max(1e-13).log10()).floor().clamp(0.0, 12.0) as usize;
+    let text = format!("{value:.decimals$}");
+    // No sign before a zero.
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|b| b == b'0' || b == b'.') => zero.to_owned(),
+        _ => text,
+    }
+}
+
 /// The headline of a run of trains, row by row.
 pub(super) fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static str, String)> {
     let (angle, speed) = units(case.motion);
@@ -158,29 +169,37 @@ pub(super) fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static st
             period,
             sticks,
             agreement,
+            distance,
             since,
             extremes,
             ..
         }) => {
+            let known = |value: f64, size: f64| known(value, size * distance);
             rows.push(("motion", format!("periodic since {since:.6} s")));
-            rows.push(("period", format!("{period:.12} s")));
+            rows.push(("period", format!("{} s", known(*period, *period))));
             rows.push(("sticks in a period", sticks.to_string()));
             if let Some(extremes) = extremes {
                 let (least, most) = extremes.position;
+                let size = least.abs().max(most.abs());
+                let (least, most) = (known(least, size), known(most, size));
                 rows.push((
                     "position over a period",
-                    format!("{least:.12} to {most:.12} {angle} ({})", extremes.of),
+                    format!("{least} to {most} {angle} ({})", extremes.of),
                 ));
-                rows.push(("amplitude", format!("{:.12} {angle}", extremes.amplitude)));
+                rows.push(("amplitude", format!("{} {angle}", known(extremes.amplitude, size))));
                 let (least, most) = extremes.relative_velocity;
-                rows.push((
-                    "relative velocity over a period",
-                    format!("{least:.9} to {most:.9} {speed}"),
-                ));
+                let size = least.abs().max(most.abs());
+                let (least, most) = (known(least, size), known(most, size));
+                rows.push(("relative velocity over a period", format!("{least} to {most} {speed}")));
             }
-            rows.push(("last two cycles differ by", format!("{agreement:.1e}, relative")));
+            rows.push((
+                "last two cycles differ by",
+                format!("{agreement:.1e}, relative; from the periodic motion by {distance:.1e}"),
+            ));
         }
-        Outcome::Stuck { since } => rows.push(("motion", format!("stuck since {since:.9} s"))),
+        Outcome::Stuck { since } => {
+            rows.push(("motion", format!("in stick since {since:.9} s, to the end of the run")))
+        }
         Outcome::NotPeriodic => rows.push(("motion", "not periodic by the end of the run".to_owned())),
         Outcome::Steady => rows.push(("motion", "no event of the contact".to_owned())),
     }

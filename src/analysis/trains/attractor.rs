@@ -17,6 +17,15 @@ use std::f64::consts::TAU;
 /// the largest that the sections have seen, and the two periods by this share.
 pub const RECURRENCE_TOLERANCE: f64 = 1e-6;
 
+/// How far from the periodic motion a run may be, by the pace at which its cycles come together, to count as periodic.
+const LARGEST_DISTANCE: f64 = 1e-4;
+
+/// A pace beyond which cycles are not seen to come together.
+const SLOWEST_PACE: f64 = 0.9999;
+
+/// Of states, what rounding leaves between two cycles that are the same.
+const ROUNDING: f64 = 1e-14;
+
 /// The most sections in a period that are looked for.
 const LONGEST: usize = 64;
 
@@ -35,6 +44,9 @@ pub struct Attractor {
     pub sections: usize,
     /// By how much the last two cycles differ, relative: of states and of periods the larger.
     pub agreement: f64,
+    /// How far the last cycle is from the periodic motion, relative, by the pace at which the last three come together: the
+    /// digits of all that is said of that motion.
+    pub distance: f64,
     /// When the motion had come so near to itself, s.
     pub since: f64,
     /// Over the last period; `None` where it could not be gone through again.
@@ -113,8 +125,9 @@ impl<'a> Recurrence<'a> {
         distances.fold(0.0, f64::max)
     }
 
-    /// The period of `sections` sections that ends at the last, and how well it agrees with the one before.
-    fn repeats(&self, sections: usize) -> Option<(f64, f64)> {
+    /// The period of `sections` sections that ends at the last, how well it agrees with the one before, and how far from the
+    /// periodic motion it is.
+    fn repeats(&self, sections: usize) -> Option<(f64, f64, f64)> {
         let from_last = |back: usize| self.hits.len().checked_sub(1 + back).map(|index| &self.hits[index]);
         let (last, one, two) = (from_last(0)?, from_last(sections)?, from_last(2 * sections)?);
         let same = |a: &Hit| {
@@ -134,11 +147,19 @@ impl<'a> Recurrence<'a> {
         {
             return None;
         }
-        let states = self
-            .distance(&last.section, &one.section)
-            .max(self.distance(&one.section, &two.section));
-        let agreement = states.max((period - before).abs() / period);
-        (agreement <= RECURRENCE_TOLERANCE).then_some((period, agreement))
+        let (now, earlier) = (
+            self.distance(&last.section, &one.section),
+            self.distance(&one.section, &two.section),
+        );
+        let agreement = now.max((period - before).abs() / period);
+        // Cycles that come together by a factor are off by the rest of the geometric series.
+        let pace = if now <= ROUNDING {
+            0.0
+        } else {
+            (now / earlier).min(SLOWEST_PACE)
+        };
+        let distance = agreement.max(ROUNDING) / (1.0 - pace);
+        (agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE).then_some((period, agreement, distance))
     }
 
     fn hit(&mut self, event: &Event) {
@@ -176,7 +197,7 @@ impl<'a> Recurrence<'a> {
     /// The attractor that the run has come to by its end, if it has.
     pub fn attractor(&self, trains: &Trains, threshold: f64) -> Option<Attractor> {
         let (sections, since) = self.known?;
-        let (period, agreement) = self.repeats(sections)?;
+        let (period, agreement, distance) = self.repeats(sections)?;
         let last = self.hits.back()?;
         let first = &self.hits[self.hits.len() - 1 - sections];
         let around = portrait(trains, threshold, &first.section, period, INTERVALS).ok();
@@ -185,6 +206,7 @@ impl<'a> Recurrence<'a> {
             sticks: last.sticks - first.sticks,
             sections,
             agreement,
+            distance,
             since,
             extremes: around.map(|portrait| Extremes::new(portrait.of, &portrait.points)),
         })

@@ -135,6 +135,12 @@ impl TrainSummary {
                     "relative difference of its last two cycles",
                 ),
                 of(
+                    attractor.map(|a| a.distance),
+                    "attractor_distance",
+                    "1",
+                    "relative distance of the last cycle from the periodic motion, by the pace at which cycles come together",
+                ),
+                of(
                     attractor.map(|a| a.since),
                     "attractor_since",
                     "s",
