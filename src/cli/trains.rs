@@ -131,10 +131,16 @@ fn units(motion: Motion) -> (&'static str, &'static str) {
     }
 }
 
+/// Decimals that an absolute uncertainty leaves, at most so many.
+fn decimals(uncertainty: f64, most: usize) -> usize {
+    (-uncertainty.max(f64::MIN_POSITIVE).log10())
+        .floor()
+        .clamp(0.0, most as f64) as usize
+}
+
 /// A number with the decimals that an absolute uncertainty leaves it, at most twelve.
 fn known(value: f64, uncertainty: f64) -> String {
-    let decimals = (-uncertainty.max(1e-13).log10()).floor().clamp(0.0, 12.0) as usize;
-    let text = format!("{value:.decimals$}");
+    let text = format!("{value:.*}", decimals(uncertainty, 12));
     // No sign before a zero.
     match text.strip_prefix('-') {
         Some(zero) if zero.bytes().all(|b| b == b'0' || b == b'.') => zero.to_owned(),
@@ -415,7 +421,10 @@ fn certificate_text(case: &TrainCase, certificate: &TrainCertificate, seconds: f
         events.add_row([
             index.to_string(),
             event.kind.to_owned(),
-            format!("{:.15}", event.time),
+            event.uncertainty.map_or_else(
+                || format!("{:.9}", event.time),
+                |uncertainty| format!("{:.*}", decimals(uncertainty, 15), event.time),
+            ),
             uncertainty,
             event.digits().to_string(),
             event.exact.clone().unwrap_or_default(),

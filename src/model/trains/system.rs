@@ -70,7 +70,7 @@ struct Surface {
 }
 
 impl Side {
-    fn new<L>(train: &Train<f64>, _: &Trains<f64, L>, sign: f64, offset: usize) -> Side {
+    fn new(train: &Train, sign: f64, offset: usize) -> Side {
         let shafts = train.shafts();
         let free = matches!(train.end, End::Free);
         Side {
@@ -297,8 +297,8 @@ pub const ANGLE: usize = 4;
 impl TrainSystem {
     /// Of a case.
     pub fn new(trains: &Trains) -> TrainSystem {
-        let rotor = Side::new(&trains.rotor, trains, 1.0, 0);
-        let stator = Side::new(&trains.stator, trains, -1.0, rotor.length());
+        let rotor = Side::new(&trains.rotor, 1.0, 0);
+        let stator = Side::new(&trains.stator, -1.0, rotor.length());
         let mut next = stator.twists + stator.length();
         let engagement = match &trains.contact {
             ContactLaw::StickSlip => Engagement::StickSlip,

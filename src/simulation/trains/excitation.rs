@@ -2,9 +2,9 @@
 
 use crate::model::axial::{AxialMotion, ChangeCause, ContactChange};
 use crate::model::trains::system::{Driving, Outside};
-use crate::model::trains::{End, Pressing, Train, Trains};
+use crate::model::trains::{End, Pressing, Trains};
 use crate::numerics::polynomial_roots::first_falling;
-use crate::signal::{Drive, Timeline};
+use crate::signal::Timeline;
 
 /// Coefficients of the expansions by which zeros of the normal force are found.
 const TERMS: usize = 20;
@@ -87,22 +87,19 @@ impl<const N: usize> OutsideSeries<N> {
 impl Excitation {
     /// Of a case.
     pub fn new(trains: &Trains) -> Excitation {
-        let mut drives: Vec<&Drive> = Vec::new();
-        let mut places = |train: &'_ Train| {
-            let mut places = Places::default();
-            // The list is that of `Trains::drives`, in its order.
-            if let End::Driven(_) = &train.end {
-                places.speed = Some(drives.len());
-                drives.push(&Drive::Value(0.0));
-            }
-            if train.torque.is_some() {
-                places.torque = Some(drives.len());
-                drives.push(&Drive::Value(0.0));
-            }
-            places
+        // In the order of `Trains::drives`.
+        let mut count = 0;
+        let mut next = |is_there: bool| {
+            is_there.then(|| {
+                count += 1;
+                count - 1
+            })
         };
-        let (rotor, stator) = (places(&trains.rotor), places(&trains.stator));
-        let direct = drives.len();
+        let [rotor, stator] = [&trains.rotor, &trains.stator].map(|train| Places {
+            speed: next(matches!(train.end, End::Driven(_))),
+            torque: next(train.torque.is_some()),
+        });
+        let direct = count;
         let drives = trains.drives();
         let timeline = Timeline::new(&drives);
         let mut corners = timeline.corners().to_vec();

@@ -42,6 +42,8 @@ pub(super) struct TrainPlan {
     rtol: f64,
     /// The size of every component of the state.
     scale: Vec<f64>,
+    /// What the case sets as its absolute tolerance.
+    absolute: Vec<Option<f64>>,
     max_step: Option<f64>,
     fixed_step: Option<f64>,
     /// The shortest period of any mode, s.
@@ -80,6 +82,7 @@ impl TrainPlan {
         let torque = friction + outside.rotor.torque + outside.stator.torque;
         let initial = system.kinetic_energy(&Outside::default(), start) + system.elastic_energy(start);
         let mut scale = vec![0.0; system.dimension];
+        let mut absolute = vec![None; system.dimension];
         let mut energy: f64 = initial;
         let speed = outside.rotor.speed.max(outside.stator.speed);
         let sides: [(&Side, f64); 2] = [
@@ -96,9 +99,11 @@ impl TrainPlan {
                     .max(start[at + 1].abs() / natural);
                 scale[at] = twist;
                 scale[at + 1] = twist * natural;
+                (absolute[at], absolute[at + 1]) = (options.atol_twist, options.atol_rate);
                 energy = energy.max(side.stiffness[i] * twist * twist);
             }
             if let Some(index) = side.speed {
+                absolute[index] = options.atol_speed;
                 let own = dynamics.slowest_rate();
                 scale[index] = start[index].abs().max(speed).max(torque / (inertia * own));
                 energy = energy.max(inertia * scale[index].powi(2));
@@ -122,6 +127,7 @@ impl TrainPlan {
             method: options.method,
             rtol: options.rtol,
             scale,
+            absolute,
             max_step: options.max_step,
             fixed_step: options.fixed_step,
             period: if fastest > 0.0 { TAU / fastest } else { 1.0 },
@@ -165,7 +171,12 @@ impl TrainPlan {
             kind,
             tolerances: Tolerances {
                 relative,
-                absolute: self.scale.iter().map(|size| ABSOLUTE_SHARE * relative * size).collect(),
+                absolute: self
+                    .scale
+                    .iter()
+                    .zip(&self.absolute)
+                    .map(|(size, set)| set.unwrap_or(ABSOLUTE_SHARE * relative * size))
+                    .collect(),
             },
             max_step: longest.filter(|_| fixed_step.is_none()),
             fixed_step,
