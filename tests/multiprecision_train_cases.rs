@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{CaseSource, TrainCase};
+use stickslip::case::{CaseSource, Override, TrainCase};
 use stickslip::oracle::{OracleRequest, trains};
 use stickslip::record::MemoryRecorder;
 use stickslip::simulation::{Method, SolverOptions};
@@ -34,8 +34,13 @@ const METHODS: [(Method, f64, f64); 5] = [
 fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
     let mut failures = Vec::new();
     for (name, source) in cases() {
-        let case = TrainCase::parse(&source, &[]).unwrap();
-        let exact = TrainCase::exact_parameters(&source, &[]).unwrap();
+        // Bristles of 1e5 per metre hold the oracle to steps of microseconds.
+        let changes: &[Override] = match name {
+            "lugre-slider" => &[Override::parse("output.end_time=12").unwrap()],
+            _ => &[],
+        };
+        let case = TrainCase::parse(&source, changes).unwrap();
+        let exact = TrainCase::exact_parameters(&source, changes).unwrap();
         let threshold = case.threshold.map(rational);
         let request = OracleRequest {
             digits: 20,
@@ -44,7 +49,6 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
             max_events: 10_000,
             longest: Duration::from_secs(120),
         };
-        let clock = std::time::Instant::now();
         let truth = match trains::solve(&exact, &request, threshold.as_ref(), &mut |_| ControlFlow::Continue(())) {
             Ok(truth) => truth,
             Err(error) => {
@@ -52,11 +56,7 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
                 continue;
             }
         };
-        println!(
-            "{name}: {} events in {:.1} s",
-            truth.report.events.len(),
-            clock.elapsed().as_secs_f64()
-        );
+        println!("{name}: {} events", truth.report.events.len());
         for (method, rtol, bound) in METHODS {
             let solver = SolverOptions {
                 method,
