@@ -16,6 +16,7 @@ use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
 use stickslip::plot::{self, Figure, Run, modes, svg};
+use stickslip::results::schema::Extension;
 use stickslip::results::{Header, Overwrite, ResultWriter, Status, StickSlipTable};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -31,6 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         events: Vec::new(),
         extension: Default::default(),
         meta: Vec::new(),
+        extension: Extension::default(),
     };
     let mut writer = ResultWriter::create(&path, Overwrite::OwnResults, &[], &header)?;
     let report = stickslip::Run::new(&case).record(&mut writer).start()?;
