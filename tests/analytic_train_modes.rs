@@ -175,7 +175,7 @@ fn eigenvalues(trains: &Trains, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
             matrix[(b, a)] -= value;
         }
     };
-    let mut mass = Vec::new();
+    let mut mass: Vec<f64> = Vec::new();
     for (train, first) in sides.iter().zip(first) {
         let at = |i: usize| (i < train.inertia.len()).then_some(first + i);
         for (i, (&stiffness, &damping)) in train.stiffness.iter().zip(&train.damping).enumerate() {
@@ -464,7 +464,7 @@ fn analytic_bristles() {
     let modes = modes("lugre-slider", &[]);
     let rest = state(&modes, "engaged");
     assert_eq!(rest.relative_velocity, Some(0.0));
-    let (k, c) = (1e5 + 2.0, 1e5f64.sqrt() + 0.4);
+    let (k, c): (f64, f64) = (1e5 + 2.0, 1e5f64.sqrt() + 0.4);
     // Of the spring and the bristles; that the place of rest is free leaves a third eigenvalue of about nothing.
     let swing = rest.modes.iter().find(|mode| mode.frequency.is_some()).unwrap();
     assert_close(swing.frequency.unwrap(), k.sqrt() / TAU, CLOSED_FORM);
