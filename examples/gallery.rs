@@ -30,7 +30,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         case_text: case.resolved(),
         resolved: case.resolved(),
         events: Vec::new(),
-        extension: Default::default(),
         meta: Vec::new(),
         extension: Extension::default(),
     };

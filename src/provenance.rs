@@ -202,6 +202,7 @@ impl Header {
             events: events(method),
             extension: Extension {
                 further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
+                trains: true,
                 translation: case.motion == Motion::Translation,
             },
         }

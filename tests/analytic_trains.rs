@@ -310,8 +310,8 @@ fn published_oscillator_of_den_hartog() {
             near(attractor.period, TAU / beta, 1e-11);
             assert_eq!(attractor.sticks, 0);
             let extremes = attractor.extremes.as_ref().unwrap();
-            near(extremes.amplitude, amplitude, 1e-12);
-            near(extremes.amplitude, printed, 2e-12);
+            near(extremes.amplitude.unwrap(), amplitude, 1e-12);
+            near(extremes.amplitude.unwrap(), printed, 2e-12);
             let (recorder, _) = by("den-hartog", method, &settings);
             let expected: Vec<_> = recorder
                 .events

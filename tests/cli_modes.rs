@@ -132,3 +132,56 @@ fn cli_modes_names_the_points_of_a_friction_table() {
         assert_eq!(json(&document)["instability"]["onset_decided_by"], "friction-points");
     }
 }
+
+/// Of trains: table and JSON agree, what a case does not have is said, and no figure is promised.
+#[test]
+fn cli_modes_of_trains() {
+    let folder = Folder::new();
+    let (table, stderr) = output(&mut folder.stickslip(&["modes", "belt-exponential"]), 0);
+    assert_eq!(stderr, "");
+    let (document, _) = output(&mut folder.stickslip(&["modes", "belt-exponential", "--json"]), 0);
+    let document = json(&document);
+    assert_eq!(document["motion"], "translation");
+    assert_eq!(document["operating_points"][0]["stability"], "unstable");
+    let critical = &document["critical_relative_velocities"]["changes"][0];
+    assert_eq!(critical["unstable_above"], false);
+    for words in [
+        format!("{:.8}", critical["value"].as_f64().unwrap()),
+        "relative velocity, m/s".to_owned(),
+        "steady sliding at  0.3 m/s".to_owned(),
+        "1.59155".to_owned(),
+        "stick mode: ".to_owned(),
+        "axial mode: ".to_owned(),
+    ] {
+        assert!(table.contains(&words), "{words} in {table}");
+    }
+    assert!(!table.contains("rad"), "{table}");
+    let (changed, _) = output(
+        &mut folder.stickslip(&["modes", "belt-exponential", "--set", "rotor.speed=0.5"]),
+        0,
+    );
+    assert!(changed.contains("stability          stable"), "{changed}");
+    let (turning, _) = output(&mut folder.stickslip(&["modes", "drill-string"]), 0);
+    assert!(turning.contains("rad/s") && turning.contains("N m"), "{turning}");
+    let (clutch, _) = output(&mut folder.stickslip(&["modes", "clutch"]), 0);
+    assert!(clutch.contains("not steady"), "{clutch}");
+    let refused = refusal(&mut folder.stickslip(&["modes", "clutch", "--figure", "modes.svg"]));
+    assert!(refused.contains("--figure"), "{refused}");
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+/// Every built-in case of trains has its modes, in a table that fits a terminal but for sentences.
+#[test]
+fn cli_modes_of_every_case_of_trains() {
+    let folder = Folder::new();
+    for case in stickslip::case::builtin::TRAINS {
+        let (table, stderr) = output(&mut folder.stickslip(&["modes", case.name]), 0);
+        assert_eq!(stderr, "", "{}", case.name);
+        assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
+        let wide = table
+            .lines()
+            .skip(1)
+            .find(|line| line.chars().count() > 80 && !line.contains(": "));
+        assert_eq!(wide, None, "{}", case.name);
+    }
+}

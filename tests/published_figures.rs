@@ -72,7 +72,7 @@ fn analytic_rotor_speed_falls_evenly() {
     let speed = points(&figure("rotor-speed"), "");
     let between: Vec<(f64, f64)> = speed.into_iter().filter(|p| p.0 > 2.0 && p.0 < 6.0).collect();
     let (first, last) = (between[0], between[between.len() - 1]);
-    let parameters = Run::open(file()).unwrap().parameters;
+    let parameters = Run::open(file()).unwrap().parameters.unwrap();
     let (torsion, friction) = (&parameters.torsion, &parameters.friction);
     let Signal::Ramp(Ramp { value: force, .. }) = parameters.actuation else {
         panic!("the paper's case has a ramp");
@@ -116,7 +116,7 @@ fn analytic_torque_in_slip_is_the_friction_law() {
     let runs = [Run::open(file()).unwrap()];
     let axes = ("relative_velocity", "friction_torque");
     let figure = own::phase(&runs, "law", "law", axes, (6.97, 6.99)).unwrap();
-    let parameters = &runs[0].parameters;
+    let parameters = runs[0].parameters.as_ref().unwrap();
     let force = runs[0].curves(&["normal_force"], (6.97, 6.99)).unwrap()[0][0].1;
     let slip = points(&figure, "slip-forward");
     assert!(slip.len() > 100);
@@ -217,7 +217,7 @@ fn analytic_last_stick_decays_as_its_mode() {
     let run = Run::open(file()).unwrap();
     let start = run.stick_slip.final_stick_time.unwrap() + 0.02;
     let amplitudes = turn_amplitudes(&run, "phi1_dot", (start, start + 0.1)).unwrap();
-    let model = stickslip::model::torsion::TorsionModel::new(&run.parameters);
+    let model = stickslip::model::torsion::TorsionModel::new(run.parameters.as_ref().unwrap());
     let modes = stickslip::analysis::modes::stick_modes(&model).modes;
     let rotor = modes.iter().find(|mode| mode.name == "rotor").unwrap();
     let expected = (std::f64::consts::TAU * rotor.growth_rate / rotor.angular_frequency).exp();

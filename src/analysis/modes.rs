@@ -347,7 +347,7 @@ fn eigenmodes(
 }
 
 /// The right singular vector of the least singular value of A - lambda.
-fn eigenvector(matrix: &DMatrix<f64>, lambda: Complex<f64>) -> Vec<Complex<f64>> {
+pub(super) fn eigenvector(matrix: &DMatrix<f64>, lambda: Complex<f64>) -> Vec<Complex<f64>> {
     let n = matrix.nrows();
     let shifted = DMatrix::from_fn(n, n, |i, j| {
         Complex::from(matrix[(i, j)]) - if i == j { lambda } else { Complex::from(0.0) }

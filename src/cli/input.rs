@@ -60,12 +60,6 @@ pub(super) fn bad_file(error: ResultError) -> CommandError {
     }
 }
 
-/// The case from a file, a result file or the built-in ones, with its overrides.
-pub(super) fn read_input(case: &str, set: &[String], method: Option<&str>) -> Result<Input, CommandError> {
-    let given = Given::read(case)?;
-    given.case(&overrides(set, method).map_err(bad_case)?)
-}
-
 /// What a command was given as a case, not yet read.
 pub(super) struct Given {
     pub source: CaseSource,

@@ -17,6 +17,7 @@ mod ranks;
 mod run;
 mod sweep;
 mod terminal;
+mod train_modes;
 mod trains;
 mod work_precision;
 

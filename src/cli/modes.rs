@@ -1,11 +1,12 @@
 //! `stickslip modes`.
 
 use super::arguments::{Common, DPI, Format, ModesOptions};
-use super::input::{Input, read_input};
+use super::input::{Given, Input, bad_case, overrides};
 use super::plot::{bad, check_target, save};
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::{CommandError, End, complain, print, print_json, terminal, train_modes};
 use crate::analysis::Modes;
 use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
+use crate::case::TrainCase;
 use crate::plot::{style, svg};
 use serde::Serialize;
 use std::path::Path;
@@ -22,9 +23,14 @@ struct ModesDocument<'a> {
 
 /// Computes the modes of a case and reports them.
 pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, CommandError> {
+    let given = Given::read(&options.case)?;
+    let changes = overrides(&options.set, None).map_err(bad_case)?;
+    if TrainCase::is_one(&given.source, &changes) {
+        return train_modes::modes(&given, &changes, options, common);
+    }
     let Input {
         source, case, files, ..
-    } = read_input(&options.case, &options.set, None)?;
+    } = given.case(&changes)?;
     let target = options
         .figure
         .as_deref()

@@ -3,6 +3,7 @@
 use super::arguments::{Common, Format, PlotOptions};
 use super::input::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
+use crate::case::Motion;
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
@@ -54,7 +55,7 @@ struct Listed {
 /// Draws figures of one run, or of several over each other; or writes the page of one.
 pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
     if options.list {
-        return list(common);
+        return list(options, common);
     }
     if let Some(path) = &options.html {
         return html(options, path, common);
@@ -72,6 +73,7 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     chosen.retain(|entry| names.insert(entry.name));
     let runs = options.files.iter().map(|path| Run::open(path));
     let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(bad)?;
+    one_kind(&runs)?;
     for run in runs.iter().filter(|_| !common.quiet) {
         tell_status(run);
     }
@@ -87,6 +89,28 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
         print(&report(&written, &chosen, &options.files))?;
     }
     Ok(End::Done)
+}
+
+/// Runs over each other have the same quantities: all of a brake, or all of trains with the same motion.
+fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
+    let kind = |run: &Run| run.trains.as_ref().map(|case| case.motion);
+    let name = |run: &Run| {
+        kind(run).map_or("of a brake", |motion| match motion {
+            Motion::Rotation => "of trains in rotation",
+            Motion::Translation => "of trains in translation",
+        })
+    };
+    let Some(first) = runs.first() else { return Ok(()) };
+    match runs.iter().find(|run| kind(run) != kind(first)) {
+        Some(other) => Err(CommandError::Input(format!(
+            "{} is {}, and {} is {}: they have no axes in common; draw each by itself",
+            first.path().display(),
+            name(first),
+            other.path().display(),
+            name(other)
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Draws the boundaries of a sweep file.
@@ -136,9 +160,14 @@ pub(super) fn bad(error: PlotError) -> CommandError {
     }
 }
 
-fn list(common: &Common) -> Result<End, CommandError> {
+/// The figures of the paper's brake; with a file those that its run can have.
+fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
+    let all = match options.files.first() {
+        Some(path) => catalogue::of_run(&Run::open(path).map_err(bad)?),
+        None => ENTRIES.iter().collect(),
+    };
     if common.json {
-        let listed: Vec<Listed> = ENTRIES
+        let listed: Vec<Listed> = all
             .iter()
             .map(|e| Listed {
                 figure: e.name,
@@ -150,7 +179,7 @@ fn list(common: &Common) -> Result<End, CommandError> {
         return Ok(End::Done);
     }
     let mut table = terminal::table(&["figure", "paper", "shows"]);
-    for e in ENTRIES {
+    for e in all {
         let number = e.paper_figure.map(|n| n.to_string()).unwrap_or_default();
         table.add_row([e.name, &number, e.title]);
     }
@@ -199,7 +228,7 @@ fn figures(options: &PlotOptions, runs: &[Run], only: &[&Entry]) -> Result<Chose
     let Some(subject) = Subject::new(runs) else {
         return Ok(Chosen::default());
     };
-    let all: Vec<&Entry> = ENTRIES.iter().collect();
+    let all = catalogue::of_run(subject.run);
     let (mut chosen, mut absent) = (Chosen::default(), Vec::new());
     for entry in if only.is_empty() { &all[..] } else { only } {
         match entry.build(&subject).map_err(bad)? {

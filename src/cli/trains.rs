@@ -5,7 +5,8 @@ use super::input::{Given, Scratch, bad_case, bad_file, default_output, finish, i
 use super::progress::{OracleBar, RunBar};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::trains::{
-    self, Attractor, CertifiedTrainEvent, Outcome, TrainCertificate, TrainCertifyRequest, TrainRung,
+    self, Attractor, CertifiedTrainEvent, LONGEST_PERIOD, Outcome, TrainCertificate, TrainCertifyRequest, TrainRung,
+    TrainWitness,
 };
 use crate::analysis::{SavedTrainReport, SavedTrainRun, TrainSummary};
 use crate::case::{CaseError, CaseSource, Motion, Origin, Override, TrainCase};
@@ -36,6 +37,9 @@ struct RunDocument<'a> {
     summary: &'a TrainSummary,
     #[serde(skip_serializing_if = "Option::is_none")]
     saved: Option<SavedRows>,
+    /// What another method made of the same case; not of a run that is not complete.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    witness: Option<&'a TrainWitness>,
     warnings: &'a [String],
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -61,6 +65,7 @@ pub(super) fn run(
         .text(&given.text)
         .overwrite(overwrite)
         .inputs(&given.files)
+        .witness(!options.no_witness)
         .stop(&stop)
         .control(|progress| {
             bar.show(progress);
@@ -73,6 +78,7 @@ pub(super) fn run(
         status,
         report,
         summary,
+        witness,
         failure,
         unsaved,
         saved,
@@ -82,7 +88,7 @@ pub(super) fn run(
     let unsaved = unsaved.map(|error| error.to_string());
     let status = if unsaved.is_some() { "failed" } else { status.name() };
     let error = unsaved.clone().or_else(|| failure.as_ref().map(ToString::to_string));
-    let warnings = warnings(&summary);
+    let warnings = warnings(&summary, witness.as_ref());
     if common.json {
         print_json(&RunDocument {
             status,
@@ -94,11 +100,15 @@ pub(super) fn run(
             wall_time,
             summary: &summary,
             saved: (write_failed || unsaved.is_some()).then_some(saved),
+            witness: witness.as_ref(),
             warnings: &warnings,
             error,
         })?;
     } else if !common.quiet && error.is_none() {
         print(&run_report(&case, &summary, wall_time))?;
+        if let Some(witness) = witness.as_ref().filter(|witness| witness.differs.is_none()) {
+            print(&format!("\n{}\n", witness.statement))?;
+        }
         print(&format!("\n{}\n", file.display()))?;
     }
     if !common.quiet {
@@ -112,8 +122,11 @@ pub(super) fn run(
     }
 }
 
-fn warnings(summary: &TrainSummary) -> Vec<String> {
+fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
     let mut found = Vec::new();
+    if let Some(witness) = witness.filter(|witness| witness.differs.is_some()) {
+        found.push(witness.statement.clone());
+    }
     if summary.kicks_never_given > 0 {
         found.push(format!(
             "{} of the case's perturbations come after the end of the run; raise output.end_time",
@@ -192,7 +205,9 @@ pub(super) fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static st
                     "position over a period",
                     format!("{least} to {most} {angle} ({})", extremes.of),
                 ));
-                rows.push(("amplitude", format!("{} {angle}", known(extremes.amplitude, size))));
+                if let Some(amplitude) = extremes.amplitude {
+                    rows.push(("amplitude", format!("{} {angle}", known(amplitude, size))));
+                }
                 let (least, most) = extremes.relative_velocity;
                 let size = least.abs().max(most.abs());
                 let (least, most) = (known(least, size), known(most, size));
@@ -203,11 +218,15 @@ pub(super) fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static st
                 format!("{agreement:.1e}, relative; from the periodic motion by {distance:.1e}"),
             ));
         }
-        Outcome::Stuck { since } => {
-            rows.push(("motion", format!("in stick since {since:.9} s, to the end of the run")))
-        }
-        Outcome::NotPeriodic => rows.push(("motion", "not periodic by the end of the run".to_owned())),
-        Outcome::Steady => rows.push(("motion", "no event of the contact".to_owned())),
+        Outcome::Stuck { since } => rows.push((
+            "motion",
+            format!("no period found; in stick from {since:.9} s to the end of the run"),
+        )),
+        Outcome::NotPeriodic => rows.push((
+            "motion",
+            format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
+        )),
+        Outcome::Steady { mode } => rows.push(("motion", format!("no event: mode {mode} all the time"))),
     }
     if let Some(threshold) = summary.stick_threshold {
         rows.push((

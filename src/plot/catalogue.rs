@@ -7,6 +7,7 @@ use super::own::over_time;
 use super::portraits;
 use super::run::Run;
 use super::style::{BLACK, BLUE, GREY, VERMILLION, line_color};
+use super::trains;
 use crate::friction::Law;
 use crate::model::torsion::TorsionModel;
 use crate::simulation::OutputWindow;
@@ -132,6 +133,16 @@ pub const ENTRIES: &[Entry] = &[
     ),
 ];
 
+/// Those that a run can have, in that order: of a brake all of [`ENTRIES`], of trains those that are not about its stop.
+pub fn of_run(run: &Run) -> Vec<&'static Entry> {
+    let all = ENTRIES.iter().chain(trains::ENTRIES);
+    let of_brake = |entry: &&Entry| ENTRIES.iter().any(|known| known.name == entry.name);
+    match run.trains {
+        Some(_) => all.filter(|entry| trains::have(entry)).collect(),
+        None => all.filter(of_brake).collect(),
+    }
+}
+
 const fn entry(
     name: &'static str,
     title: &'static str,
@@ -159,14 +170,15 @@ pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
             None => Err(unknown_figure(name)),
         };
     }
-    ENTRIES
-        .iter()
+    let all = ENTRIES.iter().chain(trains::ENTRIES);
+    all.into_iter()
         .find(|e| e.name == name)
         .ok_or_else(|| unknown_figure(name))
 }
 
 fn unknown_figure(name: &str) -> PlotError {
-    let names: Vec<&str> = ENTRIES.iter().map(|e| e.name).collect();
+    let all = ENTRIES.iter().chain(trains::ENTRIES);
+    let names: Vec<&str> = all.map(|e| e.name).collect();
     PlotError::UnknownFigure {
         name: name.to_owned(),
         hint: hint(name, names.iter().copied()),
@@ -219,12 +231,20 @@ fn close_up(
 
 /// mu(x), from rest to where friction has ceased to change.
 fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    if let Some(case) = &subject.run.trains {
+        return Ok(Ok(trains::friction_law(entry, case, subject.runs)));
+    }
+    let Some(parameters) = &subject.run.parameters else {
+        return Ok(Err("the file has no case".into()));
+    };
     let mut curves = Vec::new();
     let several = subject.runs.len() > 1;
-    let scale = subject.run.parameters.friction.law.extent();
+    let scale = parameters.friction.law.extent();
     let end = if scale.is_finite() { scale } else { 1.0 };
     for (k, run) in subject.runs.iter().enumerate() {
-        let friction = &run.parameters.friction;
+        let Some(friction) = run.parameters.as_ref().map(|brake| &brake.friction) else {
+            continue;
+        };
         let law = (0..=240)
             .map(|k| end * f64::from(k) / 240.0)
             .map(|x| (x, friction.law.coefficient(x)));
@@ -235,12 +255,12 @@ fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> 
         };
         curves.push(Curve::line(&label, line_color(k), law.collect()));
     }
-    let friction = &subject.run.parameters.friction;
+    let friction = &parameters.friction;
     if !several {
         let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
         curves.push(rest.styled(CurveStyle::Points));
-        let force = subject.run.parameters.largest_force();
-        let critical = TorsionModel::new(&subject.run.parameters).critical_speeds(force);
+        let force = parameters.largest_force();
+        let critical = TorsionModel::new(parameters).critical_speeds(force);
         if !critical.is_empty() {
             let points = critical.iter().map(|&x| (x, friction.law.coefficient(x)));
             let point = Curve::line("critical speed", BLACK, points.collect());

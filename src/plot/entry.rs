@@ -3,6 +3,8 @@
 use super::error::PlotError;
 use super::figure::Figure;
 use super::run::Run;
+use super::trains;
+use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
@@ -50,6 +52,9 @@ impl Entry {
     /// # Errors
     /// If a file cannot be read. That a run does not have the figure is no error.
     pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
+        if subject.run.trains.is_some() && !trains::have(self) {
+            return Ok(Err(trains::without(self)));
+        }
         let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {
             paper_figure: self.paper_figure,
@@ -65,9 +70,9 @@ pub struct Subject<'a> {
     pub runs: &'a [Run],
     /// The first.
     pub run: &'a Run,
-    /// T_n, s.
+    /// T_n, s; NaN of trains.
     pub period: f64,
-    /// Period of the axial motion without damping, s.
+    /// Period of the axial motion without damping, s; NaN of trains.
     pub axial_period: f64,
     /// First and last stick, s.
     pub onset: Option<f64>,
@@ -84,13 +89,13 @@ impl<'a> Subject<'a> {
     pub fn new(runs: &'a [Run]) -> Option<Subject<'a>> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
-        let axial = &run.parameters.axial;
+        let of_brake = |period: fn(&Parameters) -> f64| run.parameters.as_ref().map_or(f64::NAN, period);
         let corner = run.events.iter().rfind(|e| e.kind == EventKind::Corner);
         Some(Subject {
             runs,
             run,
-            period: TorsionModel::new(&run.parameters).natural_period(),
-            axial_period: TAU / (axial.stiffness / axial.mass).sqrt(),
+            period: of_brake(|brake| TorsionModel::new(brake).natural_period()),
+            axial_period: of_brake(|brake| TAU / (brake.axial.stiffness / brake.axial.mass).sqrt()),
             onset: run.stick_slip.onset_time,
             final_stick: run.stick_slip.final_stick_time,
             instability: first(EventKind::Destabilised),

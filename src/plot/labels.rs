@@ -1,6 +1,7 @@
 //! What the axes of the variables of a result file are called.
 
 use super::figure::Axis;
+use crate::case::Motion;
 use crate::results::schema;
 
 /// Variable of /trajectory, what it is, and its symbol in the paper's notation, if it has one.
@@ -33,21 +34,39 @@ const LABELS: &[(&str, &str, &str)] = &[
     ("energy_residual", "energy residual", ""),
 ];
 
-/// The axis of a variable of /trajectory; `None` if there is no such variable.
+/// The axis of a variable of /trajectory as every run has it; `None` if there is no such variable.
 pub fn axis(channel: &str) -> Option<Axis> {
-    let variable = schema::trajectory().variables.into_iter().find(|v| v.name == channel)?;
-    let known = LABELS.iter().find(|label| label.0 == channel);
-    let (name, symbol) = known.map_or_else(
-        || (channel.replace('_', " "), String::new()),
+    let variables = schema::trajectory().variables;
+    let variable = variables.iter().find(|v| v.name == channel)?;
+    Some(of_variable(variable, None))
+}
+
+/// The axis of a variable of /trajectory, in a run of trains with that motion.
+pub(super) fn of_variable(variable: &schema::Variable, motion: Option<Motion>) -> Axis {
+    let known = LABELS.iter().find(|label| label.0 == variable.name);
+    let (mut name, mut symbol) = known.map_or_else(
+        || (variable.name.replace('_', " "), String::new()),
         |&(_, name, symbol)| (name.to_owned(), symbol.to_owned()),
     );
-    Some(Axis {
+    // The twist is that of the first shaft there, wherever the rotor ends.
+    if motion.is_some() && variable.name.starts_with("rotor_twist") {
+        symbol.clear();
+    }
+    if motion == Some(Motion::Translation) {
+        for (angular, linear) in [("angle", "position"), ("torque", "force")] {
+            name = name.replace(angular, linear);
+        }
+        for (angular, linear) in [("φ", "x"), ("ω", "v"), ("θ", "x")] {
+            symbol = symbol.replace(angular, linear);
+        }
+    }
+    Axis {
         name,
         symbol,
         unit: variable.units.to_owned(),
         range: None,
         logarithmic: false,
-    })
+    }
 }
 
 /// What several channels in one panel have in common: the words that all of their names end with.

@@ -25,6 +25,7 @@ pub mod spiral;
 pub mod style;
 pub mod svg;
 pub mod target;
+pub mod trains;
 pub mod work_precision;
 
 pub use error::PlotError;

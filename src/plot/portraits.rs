@@ -125,7 +125,10 @@ fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<O
     let Some(start) = subject.final_stick else {
         return Ok(Err("the run does not end in a stick".into()));
     };
-    let modes = stick_modes(&TorsionModel::new(&subject.run.parameters)).modes;
+    let Some(parameters) = &subject.run.parameters else {
+        return Ok(Err("the run is not of a brake".into()));
+    };
+    let modes = stick_modes(&TorsionModel::new(parameters)).modes;
     let Some(slow) = modes.iter().filter_map(|mode| mode.natural_frequency).reduce(f64::min) else {
         return Ok(Err("the rotor does not swing: it is overdamped".into()));
     };

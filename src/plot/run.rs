@@ -5,10 +5,10 @@ use super::error::PlotError;
 use super::figure::Axis;
 use super::labels;
 use crate::analysis::StickSlip;
-use crate::case::{Case, CaseSource};
+use crate::case::{Case, CaseSource, TrainCase};
 use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind};
-use crate::results::{ResultFile, Status, schema};
+use crate::results::{Header, ResultFile, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -40,12 +40,18 @@ pub struct Run {
     pub events: Vec<Event>,
     /// Sticks and slips, from the events.
     pub stick_slip: StickSlip,
-    /// Of the case kept in the file.
-    pub parameters: Parameters,
+    /// Of the case kept in the file, if that is of a brake.
+    pub parameters: Option<Parameters>,
+    /// The case kept in the file, if that is of two trains.
+    pub trains: Option<TrainCase>,
+    /// Period of the motion that a run of trains has come to, s; `None` of one that does not repeat itself.
+    pub attractor_period: Option<f64>,
     /// Windows in which the run was sampled more densely.
     pub windows: Vec<OutputWindow>,
     /// (start, end, mode), joined where the mode goes on.
     stretches: Vec<(f64, f64, Mode)>,
+    /// The variables of /trajectory.
+    variables: Vec<schema::Variable>,
     /// Curves that several figures use, by channel and window.
     cache: RefCell<HashMap<(String, u64, u64), Points>>,
 }
@@ -68,7 +74,25 @@ impl Run {
         let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
         let times = (first(0)?, first(rows - 1)?);
         let events = file.events()?;
-        let case = Case::parse(&CaseSource::result(path, file.resolved()?), &[])?;
+        let source = CaseSource::result(path, file.resolved()?);
+        let (mut parameters, mut trains) = (None, None);
+        let (windows, tables) = if TrainCase::is_one(&source, &[]) {
+            let case = TrainCase::parse(&source, &[])?;
+            let header = Header::of_trains(&case, String::new());
+            let windows = case.output.windows.clone();
+            trains = Some(case);
+            (windows, schema::extended_tables(&header.extension))
+        } else {
+            let case = Case::parse(&source, &[])?;
+            parameters = Some(case.parameters);
+            (case.output.windows, schema::tables())
+        };
+        let [trajectory, ..] = tables;
+        let of_attractor = |table: StickSlipTable| {
+            let period = table.extras.iter().find(|extra| extra.name == "attractor_period");
+            period.map(|extra| extra.value).filter(|period| *period > 0.0)
+        };
+        let attractor_period = file.stick_slip()?.and_then(of_attractor);
         let mut stretches: Vec<(f64, f64, Mode)> = Vec::new();
         for segment in file.segments()? {
             match stretches.last_mut() {
@@ -81,8 +105,11 @@ impl Run {
             times,
             stick_slip: StickSlip::from_events(&events),
             events,
-            parameters: case.parameters,
-            windows: case.output.windows,
+            parameters,
+            trains,
+            attractor_period,
+            windows,
+            variables: trajectory.variables,
             stretches,
             file,
             cache: RefCell::default(),
@@ -115,8 +142,11 @@ impl Run {
     /// # Errors
     /// If there is no such variable; the text lists those there are.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
-        labels::axis(channel).ok_or_else(|| {
-            let names: Vec<String> = schema::trajectory().variables.into_iter().map(|v| v.name).collect();
+        let variable = self.variables.iter().find(|variable| variable.name == channel);
+        let motion = self.trains.as_ref().map(|case| case.motion);
+        let axis = variable.map(|variable| labels::of_variable(variable, motion));
+        axis.ok_or_else(|| {
+            let names: Vec<String> = self.variables.iter().map(|v| v.name.clone()).collect();
             PlotError::UnknownChannel {
                 path: self.path().to_owned(),
                 name: channel.to_owned(),

@@ -374,6 +374,8 @@ pub fn tables() -> [Table; 4] {
 pub struct Extension {
     /// Further columns of /trajectory, and twice (before, after) of /events: name, whether it is a speed, description.
     pub further: Vec<(String, bool, String)>,
+    /// The run is one of two trains: what some columns are is said in their words.
+    pub trains: bool,
     /// The case is one of translation: metres stand for radians, and forces for torques.
     pub translation: bool,
 }
@@ -395,6 +397,30 @@ pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
         for (name, is_rate, long_name) in &extension.further {
             let (name, long_name) = (format!("{name}_{side}"), format!("{long_name}, {side} the event"));
             events.variables.push(column(name, *is_rate, long_name));
+        }
+    }
+    if extension.trains {
+        for (name, long_name) in [
+            (
+                "transmitted_torque",
+                "T_f, the torque that the interface must carry for equal surface accelerations",
+            ),
+            (
+                "work_applied",
+                "work of the drives, the external torques and the actuating force since the start",
+            ),
+            (
+                "dissipated_damping",
+                "energy dissipated by shafts, bearings and c_a since the start",
+            ),
+            ("rotor_twist", "twist of shaft 0 of the rotor"),
+            ("rotor_twist_rate", "twist rate of shaft 0 of the rotor"),
+        ] {
+            for variable in &mut tables[0].variables {
+                if variable.name == name {
+                    long_name.clone_into(&mut variable.long_name);
+                }
+            }
         }
     }
     if extension.translation {

@@ -1,14 +1,14 @@
 //! Whether a motion repeats itself.
 //!
 //! Every breakaway and every reversal is a section of the motion. A period is the time between two sections of one kind, at
-//! most [`LONGEST`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
-//! whole turns.
+//! most [`LONGEST_PERIOD`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
+//! whole turns. It is looked for anew after a kick and after a corner of a signal.
 
 use crate::model::Mode;
 use crate::model::trains::Trains;
 use crate::record::{Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use crate::signal::{Drive, Frequency};
-use crate::simulation::trains::{PortraitPoint, Section, portrait};
+use crate::simulation::trains::{PortraitPoint, Section, further, portrait};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -27,11 +27,10 @@ const SLOWEST_PACE: f64 = 0.9999;
 const ROUNDING: f64 = 1e-14;
 
 /// The most sections in a period that are looked for.
-const LONGEST: usize = 64;
+pub const LONGEST_PERIOD: usize = 64;
 
-/// Intervals at which the extremes of a period are looked for. Between them a cubic errs by (2 pi/4000)^4/384 of an amplitude,
-/// 2e-14.
-const INTERVALS: usize = 4000;
+/// Turns that a harmonic may miss in a period, beyond what the period itself is uncertain by.
+const WHOLE_TURNS: f64 = 1e-9;
 
 /// What a motion repeats; times in s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -56,12 +55,13 @@ pub struct Attractor {
 /// The extremes over one period.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Extremes {
-    /// Of which surface the position is: "stator" or "rotor", beside the far end of its train; "slip": the slip displacement.
+    /// Of what the position is: "stator" or "rotor", the surface beside the far end of its train; "rotor twist" or "stator
+    /// twist", shaft 0 of a free train; "slip", the slip displacement.
     pub of: &'static str,
     /// rad (m in translation).
     pub position: (f64, f64),
-    /// Half of the difference.
-    pub amplitude: f64,
+    /// Half of the difference; `None` of a slip displacement, which goes on from period to period.
+    pub amplitude: Option<f64>,
     /// omega_r, rad/s.
     pub relative_velocity: (f64, f64),
 }
@@ -80,22 +80,30 @@ pub(super) struct Recurrence<'a> {
     inner: &'a mut dyn Recorder,
     further: Vec<f64>,
     hits: VecDeque<Hit>,
-    /// The largest magnitude of each component.
-    sizes: Vec<f64>,
+    /// Of each component, what it is measured with: the angles, the speeds, or the bristles.
+    groups: Vec<usize>,
+    /// Times and kinds of all events.
+    events: Vec<(f64, EventKind)>,
+    /// What the contact did last.
+    mode: Mode,
     sticks: u64,
-    /// Angular frequencies of what drives the trains, rad/s.
-    frequencies: Vec<f64>,
+    /// Of the harmonics that drive the trains: angular frequency (rad/s), and from when to when they act (s).
+    frequencies: Vec<(f64, f64, f64)>,
     /// Sections in a period as known so far, and since when.
     known: Option<(usize, f64)>,
 }
 
-fn frequencies<'d>(drives: impl IntoIterator<Item = &'d Drive>) -> Vec<f64> {
-    fn of(drive: &Drive, found: &mut Vec<f64>) {
+fn frequencies<'d>(drives: impl IntoIterator<Item = &'d Drive>) -> Vec<(f64, f64, f64)> {
+    fn of(drive: &Drive, found: &mut Vec<(f64, f64, f64)>) {
         match drive {
-            Drive::Wave(wave) if wave.to.is_none() => found.push(match wave.frequency {
-                Frequency::Cycles(f) => TAU * f,
-                Frequency::Angular(omega) => omega,
-            }),
+            Drive::Wave(wave) if wave.amplitude != 0.0 => {
+                let omega = match wave.frequency {
+                    Frequency::Cycles(f) => TAU * f,
+                    Frequency::Angular(omega) => omega,
+                };
+                let (from, to) = (wave.from.unwrap_or(0.0), wave.to.unwrap_or(f64::INFINITY));
+                found.push((omega, from, to));
+            }
             Drive::Sum(parts) => parts.iter().for_each(|part| of(part, found)),
             Drive::Wave(_) | Drive::Value(_) | Drive::Linear(_) => {}
         }
@@ -111,17 +119,39 @@ impl<'a> Recurrence<'a> {
             inner,
             further: Vec::new(),
             hits: VecDeque::new(),
-            sizes: Vec::new(),
+            groups: further(trains)
+                .iter()
+                .map(|one| match one.name.as_str() {
+                    "bristle_deflection" => 2,
+                    _ => usize::from(one.is_rate),
+                })
+                .collect(),
+            events: Vec::new(),
+            mode: Mode::Separated,
             sticks: 0,
             frequencies: frequencies(trains.drives()),
             known: None,
         }
     }
 
+    /// The largest angle, speed and deflection of the last sections.
+    fn sizes(&self, sections: usize) -> [f64; 3] {
+        let mut sizes = [0.0f64; 3];
+        for hit in self.hits.iter().rev().take(2 * sections + 1) {
+            for (value, &group) in hit.section.further.iter().zip(&self.groups) {
+                sizes[group] = sizes[group].max(value.abs());
+            }
+        }
+        sizes
+    }
+
     /// How far the sections `a` and `b` are from each other, relative.
-    fn distance(&self, a: &Section, b: &Section) -> f64 {
-        let pairs = a.further.iter().zip(&b.further).zip(&self.sizes);
-        let distances = pairs.map(|((a, b), size)| if *size > 0.0 { (a - b).abs() / size } else { 0.0 });
+    fn distance(&self, a: &Section, b: &Section, sizes: &[f64; 3]) -> f64 {
+        let pairs = a.further.iter().zip(&b.further).zip(&self.groups);
+        let distances = pairs.map(|((a, b), &group)| match sizes[group] {
+            size if size > 0.0 => (a - b).abs() / size,
+            _ => 0.0,
+        });
         distances.fold(0.0, f64::max)
     }
 
@@ -138,18 +168,13 @@ impl<'a> Recurrence<'a> {
         }
         let period = last.section.time - one.section.time;
         let before = one.section.time - two.section.time;
-        let turns = |omega: f64| (omega * period / TAU - (omega * period / TAU).round()).abs();
-        if period <= 0.0
-            || self
-                .frequencies
-                .iter()
-                .any(|&omega| turns(omega) > RECURRENCE_TOLERANCE)
-        {
+        if period <= 0.0 {
             return None;
         }
+        let sizes = self.sizes(sections);
         let (now, earlier) = (
-            self.distance(&last.section, &one.section),
-            self.distance(&one.section, &two.section),
+            self.distance(&last.section, &one.section, &sizes),
+            self.distance(&one.section, &two.section, &sizes),
         );
         let agreement = now.max((period - before).abs() / period);
         // Cycles that come together by a factor are off by the rest of the geometric series.
@@ -159,15 +184,19 @@ impl<'a> Recurrence<'a> {
             (now / earlier).min(SLOWEST_PACE)
         };
         let distance = agreement.max(ROUNDING) / (1.0 - pace);
-        (agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE).then_some((period, agreement, distance))
+        let acting = self
+            .frequencies
+            .iter()
+            .filter(|wave| wave.1 <= last.section.time && last.section.time < wave.2);
+        let whole = acting.map(|&(omega, ..)| omega * period / TAU).all(|turns| {
+            (turns - turns.round()).abs() <= WHOLE_TURNS + 3.0 * turns * distance.min(RECURRENCE_TOLERANCE)
+        });
+        let repeats = whole && agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE;
+        repeats.then_some((period, agreement, distance))
     }
 
     fn hit(&mut self, event: &Event) {
         let values = &self.further[self.further.len() / 2..];
-        self.sizes.resize(values.len(), 0.0);
-        for (size, value) in self.sizes.iter_mut().zip(values) {
-            *size = size.max(value.abs());
-        }
         let sense = match event.mode_after {
             Mode::Engaged if event.after.relative_velocity < 0.0 => -1,
             Mode::Engaged => 1,
@@ -183,24 +212,36 @@ impl<'a> Recurrence<'a> {
             kind: event.kind,
             sticks: self.sticks,
         });
-        if self.hits.len() > 2 * LONGEST + 1 {
+        if self.hits.len() > 2 * LONGEST_PERIOD + 1 {
             self.hits.pop_front();
         }
         self.known = match self.known {
             Some((sections, since)) if self.repeats(sections).is_some() => Some((sections, since)),
-            _ => (1..=LONGEST)
+            _ => (1..=LONGEST_PERIOD)
                 .find(|&sections| self.repeats(sections).is_some())
                 .map(|sections| (sections, event.time)),
         };
     }
 
+    /// What the contact did at the end.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Times and kinds of all events.
+    pub fn into_events(self) -> Vec<(f64, EventKind)> {
+        self.events
+    }
+
     /// The attractor that the run has come to by its end, if it has.
     pub fn attractor(&self, trains: &Trains, threshold: f64) -> Option<Attractor> {
-        let (sections, since) = self.known?;
+        let (known, since) = self.known?;
+        // Several periods may come near to themselves before one does.
+        let sections = (1..=known).find(|&sections| self.repeats(sections).is_some())?;
         let (period, agreement, distance) = self.repeats(sections)?;
         let last = self.hits.back()?;
         let first = &self.hits[self.hits.len() - 1 - sections];
-        let around = portrait(trains, threshold, &first.section, period, INTERVALS).ok();
+        let around = portrait(trains, threshold, &first.section, period).ok();
         Some(Attractor {
             period,
             sticks: last.sticks - first.sticks,
@@ -250,7 +291,7 @@ impl Extremes {
         Extremes {
             of,
             position,
-            amplitude: (position.1 - position.0) / 2.0,
+            amplitude: (of != "slip").then_some((position.1 - position.0) / 2.0),
             relative_velocity,
         }
     }
@@ -264,10 +305,12 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        self.mode = sample.mode;
         self.inner.sample(sample)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.events.push((event.time, event.kind));
         match event.kind {
             EventKind::Slip | EventKind::Reversal => self.hit(event),
             EventKind::Stick => self.sticks += 1,

@@ -1,18 +1,27 @@
-//! What is computed from a run of two trains: statistics, and the attractor that it comes to.
+//! What is computed from a run of two trains: statistics, and the attractor that it comes to; and from a case: its modes.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | `certification` | how far its events can be from the exact ones |
 //! | `attractor` | whether the motion repeats itself, with which period, and its extremes |
 //! | `summary` | the headline of a run |
+//! | `witness` | whether another method finds the same events |
 //! | `saved_run` | a run into its result file |
+//! | `modes` | natural frequencies and damping of a case, its steady sliding, and where that loses its stability |
+//! | `impedance` | how much negative damping of the contact the trains can bear |
 
 mod attractor;
 mod certification;
+mod impedance;
+pub mod modes;
 mod saved_run;
 mod summary;
+mod witness;
 
-pub use attractor::{Attractor, Extremes, RECURRENCE_TOLERANCE};
+pub use attractor::{Attractor, Extremes, LONGEST_PERIOD, RECURRENCE_TOLERANCE};
 pub use certification::{CertifiedTrainEvent, TrainCertificate, TrainCertifyRequest, TrainRung, certify};
+pub use impedance::Verdict;
+pub use modes::TrainModes;
 pub use saved_run::{SavedTrainReport, SavedTrainRun};
 pub use summary::{Outcome, TrainSummary};
+pub use witness::TrainWitness;

@@ -2,6 +2,7 @@
 
 use super::TrainSummary;
 use super::attractor::Recurrence;
+use super::witness::{TrainWitness, witness};
 use crate::case::TrainCase;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
 use crate::run::Run;
@@ -19,6 +20,7 @@ pub struct SavedTrainRun<'a> {
     header: Header,
     overwrite: Overwrite,
     inputs: &'a [PathBuf],
+    witness: bool,
     stop: Option<&'a AtomicBool>,
     control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
 }
@@ -34,6 +36,8 @@ pub struct SavedTrainReport {
     pub report: RunReport,
     /// The same in numbers.
     pub summary: TrainSummary,
+    /// What another method makes of the case, if that was asked for; none beside a run that is not complete.
+    pub witness: Option<TrainWitness>,
     /// Why the run failed; its report is [`Self::report`].
     pub failure: Option<Box<RunFailure>>,
     /// Why the file could not be written to its end: then it is marked interrupted.
@@ -55,6 +59,7 @@ impl<'a> SavedTrainRun<'a> {
             header,
             overwrite: Overwrite::OwnResults,
             inputs: &[],
+            witness: false,
             stop: None,
             control: None,
         }
@@ -78,7 +83,13 @@ impl<'a> SavedTrainRun<'a> {
         self
     }
 
-    /// Set from outside to end the run in good order.
+    /// Ask another method, after the run.
+    pub fn witness(mut self, wanted: bool) -> Self {
+        self.witness = wanted;
+        self
+    }
+
+    /// Set from outside to end the run, and its witness, in good order.
     pub fn stop(mut self, stop: &'a AtomicBool) -> Self {
         self.stop = Some(stop);
         self
@@ -116,19 +127,26 @@ impl<'a> SavedTrainRun<'a> {
             })
             .start();
         let attractor = recurrence.attractor(trains, threshold);
+        let (mode, events) = (recurrence.mode(), recurrence.into_events());
         let (report, failure) = match result {
             Ok(report) => (report, None),
             Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
         };
-        let summary = TrainSummary::new(&report, attractor, case.threshold);
+        let summary = TrainSummary::new(&report, attractor, case.threshold, mode);
         let status = match &failure {
             Some(error) => Status::Failed(error.to_string()),
             None if report.interrupted => Status::Interrupted,
             None => Status::Complete,
         };
+        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let seconds = writer.elapsed();
+        // Beside a complete run only, and never a reason for it to fail.
+        let witness = (status == Status::Complete && self.witness)
+            .then(|| witness(case, &events, seconds, &stopped))
+            .flatten();
         let saved = writer.saved();
-        let wall_time = writer.elapsed();
-        let (file, unsaved) = match writer.finish(status.clone(), &summary.table(), wall_time) {
+        let wall_time = seconds;
+        let (file, unsaved) = match writer.finish(status.clone(), &summary.table(case.motion), wall_time) {
             Ok(file) => (file, None),
             Err(error) => (partial, Some(error)),
         };
@@ -137,6 +155,7 @@ impl<'a> SavedTrainRun<'a> {
             status,
             report,
             summary,
+            witness,
             failure,
             unsaved,
             saved,

@@ -2,6 +2,8 @@
 
 use super::Attractor;
 use crate::analysis::summary::{SolverWorkRow, extra};
+use crate::case::Motion;
+use crate::model::Mode;
 use crate::record::CycleStatistics;
 use crate::results::StickSlipTable;
 use crate::simulation::RunReport;
@@ -13,15 +15,18 @@ use serde::Serialize;
 pub enum Outcome {
     /// It repeats itself.
     Periodic(Attractor),
-    /// It ends in a stick that has lasted longer than all motion before by the end of the run.
+    /// It does not repeat itself, and the run ends in a stick; whether that would end is not said.
     Stuck {
         /// When the stick began, s.
         since: f64,
     },
-    /// It does not repeat itself by the end of the run.
+    /// No period was found by the end of the run.
     NotPeriodic,
-    /// There was no event: the contact slides, or holds, all the time.
-    Steady,
+    /// There was no event of the contact.
+    Steady {
+        /// What the contact does all the time: the name of the mode.
+        mode: &'static str,
+    },
 }
 
 /// What a run comes to; times in s, energies in J. What it does not have is `None`.
@@ -62,13 +67,18 @@ pub struct TrainSummary {
 
 impl TrainSummary {
     /// Of a run in memory.
-    pub(super) fn new(report: &RunReport, attractor: Option<Attractor>, threshold: Option<f64>) -> TrainSummary {
+    pub(super) fn new(
+        report: &RunReport,
+        attractor: Option<Attractor>,
+        threshold: Option<f64>,
+        mode: Mode,
+    ) -> TrainSummary {
         let stick_slip = report.digest.cycles.clone();
         let since = stick_slip.final_stick_time;
         let outcome = match (attractor, since) {
             (Some(attractor), _) => Outcome::Periodic(attractor),
-            (None, Some(since)) if threshold.is_none() && report.end - since > since => Outcome::Stuck { since },
-            (None, _) if report.digest.count == 0 => Outcome::Steady,
+            (None, Some(since)) if threshold.is_none() => Outcome::Stuck { since },
+            (None, _) if report.digest.count == 0 => Outcome::Steady { mode: mode.name() },
             _ => Outcome::NotPeriodic,
         };
         TrainSummary {
@@ -99,7 +109,11 @@ impl TrainSummary {
     }
 
     /// What a result file says of the run beside its rows: attributes of /stick_slip.
-    pub fn table(&self) -> StickSlipTable {
+    pub fn table(&self, motion: Motion) -> StickSlipTable {
+        let (angle, speed) = match motion {
+            Motion::Rotation => ("rad", "rad s-1"),
+            Motion::Translation => ("m", "m s-1"),
+        };
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let attractor = self.attractor();
         let extremes = attractor.and_then(|attractor| attractor.extremes.as_ref());
@@ -147,27 +161,27 @@ impl TrainSummary {
                     "when two successive cycles had come to agree",
                 ),
                 of(
-                    extremes.map(|e| e.amplitude),
+                    extremes.and_then(|e| e.amplitude),
                     "attractor_amplitude",
-                    "rad",
-                    "half of the range of the surface's position over a period (m in translation)",
+                    angle,
+                    "half of the range of the position over a period",
                 ),
                 of(
                     extremes.map(|e| e.position.1),
                     "attractor_position_max",
-                    "rad",
-                    "largest position of the surface beside its train's far end over a period (m in translation)",
+                    angle,
+                    "largest position over a period, of the surface beside its train's far end or of the twist of a free train",
                 ),
                 of(
                     extremes.map(|e| e.position.0),
                     "attractor_position_min",
-                    "rad",
-                    "least position of the surface beside its train's far end over a period (m in translation)",
+                    angle,
+                    "least position over a period",
                 ),
                 of(
                     self.stick_threshold,
                     "stick_threshold",
-                    "rad s-1",
+                    speed,
                     "speed below which a contact without stick counts as stuck; NaN of one that sticks",
                 ),
             ],

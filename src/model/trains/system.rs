@@ -486,6 +486,11 @@ impl TrainSystem {
             - self.stator.acceleration(&stator, torque, &outside.stator)
     }
 
+    /// The rates of all states per unit of the interface's torque, 1/(N m).
+    pub(crate) fn interface_rates(&self) -> &[f64] {
+        self.linear.interface.as_slice()
+    }
+
     fn linear_maps(&self) -> LinearMaps {
         let n = self.dimension;
         let nothing = Outside::default();

@@ -49,7 +49,7 @@ struct Rates {
     fastest: f64,
     /// The smallest that is not zero.
     slowest: f64,
-    /// Of slip, or of an engaged contact: the fastest damping over the slowest magnitude.
+    /// The fastest damping over the slowest magnitude, of any mode.
     stiffness: f64,
 }
 
@@ -84,9 +84,7 @@ impl Rates {
                 } else {
                     slowest
                 };
-                if mode == Mode::SlipForward || mode == Mode::Engaged {
-                    rates.stiffness = damping / slowest;
-                }
+                rates.stiffness = rates.stiffness.max(damping / slowest);
             }
         }
         rates
@@ -171,7 +169,7 @@ impl TrainDynamics {
         rates.into_iter().find(|&rate| rate > 0.0).unwrap_or(1.0)
     }
 
-    /// The fastest damping over the slowest motion of a contact that slides.
+    /// The fastest damping over the slowest motion of any mode.
     pub(super) fn stiffness(&self) -> f64 {
         self.rates.stiffness
     }

@@ -15,6 +15,9 @@ const REACH: f64 = 0.5;
 /// A force that stands at zero is zero to this share of what it changes by over a step.
 const ROUNDING: f64 = 1e-12;
 
+/// What a force may fall below zero by, as a share of the largest, before a contact opens: its rounding.
+const TOUCHING: f64 = 8.0 * f64::EPSILON;
+
 /// A search for a zero ends after so many steps, and goes on from there.
 const SEARCH: u32 = 100_000;
 
@@ -257,6 +260,9 @@ impl Excitation {
                     // It leaves zero here.
                     c.rotate_left(1);
                     c[TERMS - 1] = 0.0;
+                } else {
+                    // A force that touches zero does not let go by rounding.
+                    c[0] += TOUCHING * self.largest_force;
                 }
                 departing = false;
                 let zero = if c[0] < 0.0 { Some(0.0) } else { first_falling(&c) };

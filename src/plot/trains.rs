@@ -1,0 +1,159 @@
+//! What figures there are of runs of two trains.
+
+use super::entry::{Absent, Entry, Outcome, Subject};
+use super::error::PlotError;
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::own::phase;
+use super::run::Run;
+use super::style::{BLACK, VERMILLION, line_color};
+use crate::analysis::trains::TrainModes;
+use crate::case::{Motion, TrainCase};
+use crate::friction::Law;
+use crate::model::trains::{Bristles, ContactLaw, End, Regularisation, Smoothing, Train, Trains};
+use std::f64::consts::FRAC_2_PI;
+
+/// The figures that only runs of trains have.
+pub const ENTRIES: &[Entry] = &[Entry {
+    name: "phase-portrait",
+    title: "Relative velocity over position",
+    paper_figure: None,
+    draw: portrait,
+}];
+
+/// Those of the brake's catalogue that they have, too.
+pub const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "relative-velocity"];
+
+/// Whether runs of trains have a figure.
+pub(super) fn have(entry: &Entry) -> bool {
+    SHARED.contains(&entry.name) || ENTRIES.iter().any(|of_trains| of_trains.name == entry.name)
+}
+
+/// Why runs of trains do not have one.
+pub(super) fn without(entry: &Entry) -> Absent {
+    let why = if entry.name.contains("axial") || entry.name == "phase-plateau" {
+        "it shows how the brake's axial mode answers F(t)"
+    } else if entry.name.contains("growth") {
+        "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
+    } else {
+        "its window is found by the stop of the brake"
+    };
+    Absent::from(
+        format!(
+            "{why}, and this run is of two trains; it has {}, {}, and any channel",
+            SHARED.join(", "),
+            ENTRIES[0].name
+        )
+        .as_str(),
+    )
+}
+
+/// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
+fn position(trains: &Trains) -> &'static str {
+    let is_fixed = |train: &Train| matches!(train.end, End::Fixed) && !train.is_rigid();
+    if is_fixed(&trains.stator) {
+        "phi1"
+    } else if trains.stator.shafts() > 0 {
+        "stator_twist_0"
+    } else if is_fixed(&trains.rotor) {
+        "phi2"
+    } else if trains.rotor.shafts() > 0 {
+        "rotor_twist_0"
+    } else {
+        "slip_displacement"
+    }
+}
+
+/// Over the last period of a motion that repeats itself, else over the whole run.
+fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let Some(case) = &subject.run.trains else {
+        return Ok(Err(
+            "it shows the motion that a run of two trains comes to, and this one is of a brake, which stops; see \
+             phase-stick-slip-stator"
+                .into(),
+        ));
+    };
+    let (first, last) = subject.run.times;
+    let (window, title) = match subject.run.attractor_period {
+        Some(period) if period < last - first => ((last - period, last), format!("{}, last period", entry.title)),
+        _ => ((first, last), entry.title.to_owned()),
+    };
+    let axes = (position(&case.parameters), "relative_velocity");
+    phase(subject.runs, entry.name, &title, axes, window).map(Ok)
+}
+
+/// The coefficient of friction that a steady relative velocity `x` meets.
+fn coefficient(trains: &Trains, x: f64) -> f64 {
+    let law = trains.law.coefficient(x);
+    match &trains.contact {
+        ContactLaw::StickSlip => law,
+        ContactLaw::Regularised(Regularisation { function, speed }) => match function {
+            Smoothing::Tanh => law * (x / speed).tanh(),
+            Smoothing::Arctan => law * FRAC_2_PI * (x / speed).atan(),
+        },
+        ContactLaw::Bristles(Bristles { viscous, .. }) => law + viscous * x,
+    }
+}
+
+/// mu(x) with its critical speeds, as for the brake.
+pub(super) fn friction_law(entry: &Entry, case: &TrainCase, runs: &[Run]) -> Figure {
+    let trains = &case.parameters;
+    let extent = trains.law.extent().min(trains.law.ends_at());
+    let end = if extent.is_finite() { extent } else { 1.0 };
+    let mut curves = Vec::new();
+    for (number, run) in runs.iter().enumerate() {
+        let Some(case) = &run.trains else { continue };
+        // A regularised law rises within a hair of rest: as many points there as beyond.
+        let near = |k: i32| end * 10f64.powf(f64::from(k) / 24.0 - 10.0);
+        let grid = (0..240).map(near).chain((1..=240).map(|k| end * f64::from(k) / 240.0));
+        let mut points: Vec<(f64, f64)> = std::iter::once(0.0)
+            .chain(grid)
+            .map(|x| (x, coefficient(&case.parameters, x)))
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let label = if runs.len() > 1 {
+            run.label()
+        } else {
+            format!("sliding, μ(|{}|)", symbol(case.motion))
+        };
+        curves.push(Curve::line(&label, line_color(number), points));
+    }
+    let most = |curve: &Curve| curve.points().map(|point| point.1).fold(0.0, f64::max);
+    let mut largest = curves.iter().map(most).fold(1e-3, f64::max);
+    if runs.len() == 1 {
+        if trains.contact == ContactLaw::StickSlip {
+            largest = largest.max(trains.breakaway);
+            let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, trains.breakaway)]);
+            curves.push(rest.styled(CurveStyle::Points));
+        }
+        let critical = TrainModes::of_case(trains).critical_relative_velocities.changes;
+        let within = critical.iter().map(|change| change.value).filter(|&x| x <= end);
+        let points: Vec<(f64, f64)> = within.map(|x| (x, coefficient(trains, x))).collect();
+        if !points.is_empty() {
+            curves.push(Curve::line("critical speed", BLACK, points).styled(CurveStyle::OpenPoints));
+        }
+    }
+    let units = match case.motion {
+        Motion::Rotation => "rad s-1",
+        Motion::Translation => "m s-1",
+    };
+    let x = Axis::new("relative velocity", units)
+        .with_symbol(&format!("|{}|", symbol(case.motion)))
+        .ranging(0.0, end);
+    let y = Axis::new("friction coefficient", "1")
+        .with_symbol("μ")
+        .ranging(0.0, 1.1 * largest);
+    Figure {
+        name: entry.name.to_owned(),
+        title: entry.title.to_owned(),
+        paper_figure: None,
+        panels: vec![Panel::new(x, y, curves)],
+    }
+}
+
+/// The symbol of the relative velocity.
+fn symbol(motion: Motion) -> &'static str {
+    match motion {
+        Motion::Rotation => "ωᵣ",
+        Motion::Translation => "vᵣ",
+    }
+}

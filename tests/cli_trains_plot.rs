@@ -1,0 +1,125 @@
+//! `stickslip plot` of runs of two trains.
+
+mod cli_common;
+use cli_common::{Folder, json, output, refusal};
+
+fn svg(folder: &Folder, arguments: &[&str]) -> String {
+    let drawn: Vec<&str> = [arguments, &["-q", "-o", "figure.svg", "--force"]].concat();
+    output(&mut folder.stickslip(&[&["plot"][..], &drawn].concat()), 0);
+    std::fs::read_to_string(folder.path("figure.svg")).unwrap()
+}
+
+/// What a run of trains has is what --list says of it, and all of it is drawn.
+#[test]
+fn cli_plot_of_trains_draws_its_figures() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    let (listed, _) = output(&mut folder.stickslip(&["plot", "belt-leine.h5", "--list", "--json"]), 0);
+    let listed = json(&listed);
+    let names: Vec<&str> = listed
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| e["figure"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "friction-law",
+            "rotor-speed",
+            "surface-speeds",
+            "relative-velocity",
+            "phase-portrait"
+        ]
+    );
+    let (document, stderr) = output(
+        &mut folder.stickslip(&["plot", "belt-leine.h5", "--format", "svg", "--json"]),
+        0,
+    );
+    assert_eq!(stderr, "");
+    let document = json(&document);
+    assert_eq!(document["not_drawn"], serde_json::json!([]));
+    let files = document["files"].as_array().unwrap();
+    assert_eq!(files.len(), names.len());
+    for file in files {
+        let text = std::fs::read_to_string(folder.path(file["file"].as_str().unwrap())).unwrap();
+        assert!(!text.contains("rad"), "{}", file["figure"]);
+        assert!(text.contains("m/s"), "{}", file["figure"]);
+    }
+    // The period is known, and the portrait is of the last one.
+    let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
+    assert!(portrait.contains("last period"), "{portrait}");
+    assert!(portrait.contains("stator surface position"), "{portrait}");
+}
+
+/// Channels of every shaft and inertia have axes with the units of the motion.
+#[test]
+fn cli_plot_of_trains_draws_any_channel() {
+    let folder = Folder::new();
+    output(
+        &mut folder.stickslip(&["run", "drill-string", "-q", "--set", "output.end_time=10"]),
+        0,
+    );
+    let speeds = svg(
+        &folder,
+        &[
+            "drill-string.h5",
+            "--channel",
+            "rotor_speed_0",
+            "--channel",
+            "rotor_speed_1",
+        ],
+    );
+    assert!(speeds.contains("rad/s") && speeds.contains("rotor speed 1"), "{speeds}");
+    let phase = svg(
+        &folder,
+        &["drill-string.h5", "--phase", "rotor_twist_0", "rotor_speed_0"],
+    );
+    assert!(phase.contains("rotor twist 0") && phase.contains("(rad)"), "{phase}");
+    // Ten seconds are no two cycles: the portrait is of the whole run.
+    let portrait = svg(&folder, &["drill-string.h5", "--only", "phase-portrait"]);
+    assert!(!portrait.contains("last period"), "{portrait}");
+    let refused = refusal(&mut folder.stickslip(&["plot", "drill-string.h5", "--channel", "rotor_speed_2"]));
+    assert!(
+        refused.contains("rotor_speed_1") && refused.contains("did you mean"),
+        "{refused}"
+    );
+}
+
+/// What trains do not have is refused by name with the reason; and runs without axes in common.
+#[test]
+fn cli_plot_of_trains_says_what_it_has_not() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-coulomb", "-q"]), 0);
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    output(
+        &mut folder.stickslip(&[
+            "run",
+            "-q",
+            "--set",
+            "output.end_time=0.05",
+            "--set",
+            "output.window=[]",
+        ]),
+        0,
+    );
+    for (figure, words) in [
+        ("axial-settling", "axial mode"),
+        ("relative-velocity-growth", "stickslip modes"),
+        ("rotor-speed-stop", "the stop of the brake"),
+        ("phase-plateau", "axial mode"),
+        ("durations", "two trains"),
+    ] {
+        let refused = refusal(&mut folder.stickslip(&["plot", "belt-coulomb.h5", "--only", figure]));
+        assert!(
+            refused.contains(figure) && refused.contains(words) && refused.contains("phase-portrait"),
+            "{refused}"
+        );
+    }
+    let refused = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--only", "phase-portrait"]));
+    assert!(refused.contains("of a brake"), "{refused}");
+    for pair in [["belt-coulomb.h5", "clutch.h5"], ["paper.h5", "clutch.h5"]] {
+        let refused = refusal(&mut folder.stickslip(&["plot", pair[0], pair[1], "--channel", "relative_velocity"]));
+        assert!(refused.contains("no axes in common"), "{refused}");
+    }
+}
