@@ -387,12 +387,12 @@ fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
     assert!(expected.len() > 100 && worst < 1e-11, "{worst:e}");
 }
 
-/// Kinetic and elastic energy and losses less works stay what they were, in every built-in case, to 1e-11 of the largest of them:
-/// the tolerance of a step, 1e-12, once for each of some events.
+/// Kinetic and elastic energy and losses less works stay what they were, in every built-in case. A step of the series errs by less
+/// than 1e-14 of the energies, one of `auto` by 1e-12; some tens of them add up.
 #[test]
 fn analytic_energy_balances_of_every_built_in_case_of_trains() {
     for case in TRAINS {
-        for (method, tolerance) in [("series", 1e-12), ("auto", 1e-10)] {
+        for (method, tolerance) in [("series", 1e-12), ("auto", 1e-11)] {
             let (recorder, report) = by(case.name, method, &[]);
             let mut size = f64::MIN_POSITIVE;
             for sample in &recorder.samples {
