@@ -1,5 +1,8 @@
 //! Runs of two trains against closed forms, published numbers, and the oracle at one case's samples.
 
+// Published digits are given in full.
+#![allow(clippy::excessive_precision)]
+
 use num_rational::BigRational;
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -11,7 +14,7 @@ use stickslip::oracle::{OracleOptions, trains};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, RunReport};
 
-/// The series errs by roundings: some units in the last place of the time (1.4e-14 s at 100 s) at each of at most 31 events.
+/// The series errs by roundings: some units in the last place of the time (1.4e-14 s at 100 s) at each of some tens of events.
 const SERIES: f64 = 1e-12;
 
 /// What `auto` promises by default: 1e-9 s.
@@ -307,7 +310,7 @@ fn published_oscillator_of_den_hartog() {
         for method in ["series", "auto"] {
             let summary = summary("den-hartog", method, &settings);
             let attractor = attractor(&summary);
-            near(attractor.period, TAU / beta, 1e-11);
+            near(attractor.period, TAU / beta, 1e-12);
             assert_eq!(attractor.sticks, 0);
             let extremes = attractor.extremes.as_ref().unwrap();
             near(extremes.amplitude.unwrap(), amplitude, 1e-12);
@@ -319,7 +322,7 @@ fn published_oscillator_of_den_hartog() {
                 .enumerate()
                 .map(|(k, _)| (EventKind::Reversal, (k + 1) as f64 * PI / beta))
                 .collect();
-            expect(&recorder.events, &expected, 1e-11);
+            expect(&recorder.events, &expected, SERIES);
             assert!(recorder.events.len() >= (100.0 * beta / PI) as usize - 1);
         }
     }
@@ -361,13 +364,11 @@ end = "fixed"
     written(&format!("{before}{trains}{after}"))
 }
 
-/// The short form `[torsion]` and the same brake as two trains, by the series: the same events. The two have other coordinates and
-/// roundings, of 1e-16 of the speed at the kick; they grow by e^14 until the first stick, where 1e-4 rad/s is some 1e-7 s.
+/// The short form `[torsion]` by its series and the same brake as two trains: the same events. Without a slow manifold the trains
+/// slide for 7 s in 20,000 steps of the series; their roundings, 7e-15 rad/s each at 100 rad/s, add up to 1.4e-10 rad/s at most, and
+/// the rotor loses 14 rad/s in a second: 1e-11 s. What `auto` adds is its tolerance, 1e-12 of the same speed.
 #[test]
 fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
-    let mut trains = brake();
-    trains.solver.method = Method::Series;
-    let (found, _) = run(&trains);
     let mut short = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
     short.solver.method = Method::Series;
     let mut expected = MemoryRecorder::default();
@@ -375,24 +376,30 @@ fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
     // The margin of steady sliding is none of the trains'.
     let margin = |event: &&Event| matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
     let expected: Vec<_> = expected.events.iter().filter(|event| !margin(event)).collect();
-    assert_eq!(found.events.len(), expected.len());
-    let mut worst = 0.0_f64;
-    for (a, b) in found.events.iter().zip(&expected) {
-        assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));
-        worst = worst.max((a.time - b.time).abs());
-        near(a.before.phi1, b.before.phi1, 1e-12);
-        near(a.before.theta_dot, b.before.theta_dot, 1e-9);
+    assert!(expected.len() > 100);
+    for method in [Method::Series, Method::Auto] {
+        let mut trains = brake();
+        trains.solver.method = method;
+        let (found, _) = run(&trains);
+        assert_eq!(found.events.len(), expected.len());
+        let mut worst = 0.0_f64;
+        for (a, b) in found.events.iter().zip(&expected) {
+            assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));
+            worst = worst.max((a.time - b.time).abs());
+            near(a.before.phi1, b.before.phi1, 1e-10);
+            near(a.before.theta_dot, b.before.theta_dot, 1e-9);
+        }
+        println!("{}: {} events within {worst:.1e} s", method.name(), expected.len());
+        assert!(worst < 1e-11, "{worst:e}");
     }
-    println!("{} events within {worst:.1e} s", expected.len());
-    assert!(expected.len() > 100 && worst < 1e-11, "{worst:e}");
 }
 
-/// Kinetic and elastic energy and losses less works stay what they were, in every built-in case, to 1e-11 of the largest of them:
-/// the tolerance of a step, 1e-12, once for each of some events.
+/// Kinetic and elastic energy and losses less works stay what they were, in every built-in case. A step of the series errs by less
+/// than 1e-14 of the energies, one of `auto` by 1e-12; some tens of them add up.
 #[test]
 fn analytic_energy_balances_of_every_built_in_case_of_trains() {
     for case in TRAINS {
-        for (method, tolerance) in [("series", 1e-12), ("auto", 1e-10)] {
+        for (method, tolerance) in [("series", 1e-12), ("auto", 1e-11)] {
             let (recorder, report) = by(case.name, method, &[]);
             let mut size = f64::MIN_POSITIVE;
             for sample in &recorder.samples {

@@ -1,0 +1,261 @@
+//! `stickslip` with cases of two trains, as its user sees it.
+
+mod cli_common;
+
+use cli_common::{Folder, json, output, refusal};
+use stickslip::case::COMMANDS_OF_TRAINS;
+use stickslip::results::Status;
+
+#[test]
+fn cli_run_of_a_built_in_case_of_trains() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run", "belt-leine"]), 0);
+    assert_eq!(stderr, "");
+    assert_eq!(folder.names(), ["belt-leine.h5"]);
+    for words in [
+        "Block on a belt of Leine and others",
+        "16 (8 sticks, 8 slips)",
+        "12.00103129483",
+        "1.133944676442 m (stator)",
+        "m/s",
+        "series",
+        "belt-leine.h5",
+    ] {
+        assert!(stdout.contains(words), "{words} in {stdout}");
+    }
+    assert!(stdout.lines().all(|line| line == line.trim_end()), "{stdout:?}");
+    assert_eq!(folder.result("belt-leine.h5").status(), &Status::Complete);
+}
+
+#[test]
+fn cli_run_of_trains_as_json() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run", "clutch", "--json"]), 0);
+    assert_eq!(stderr, "");
+    let document = json(&stdout);
+    assert_eq!(document["status"], "complete");
+    assert_eq!(document["file"], "clutch.h5");
+    assert_eq!(document["summary"]["sticks"], 1);
+    assert_eq!(document["summary"]["outcome"]["kind"], "stuck");
+    // 11/12 s, rounded.
+    let since = document["summary"]["outcome"]["since"].as_f64().unwrap();
+    assert!((since - 11.0 / 12.0).abs() < 1e-14, "{since}");
+}
+
+#[test]
+fn cli_quiet_run_of_trains_prints_nothing() {
+    let folder = Folder::new();
+    let printed = output(&mut folder.stickslip(&["run", "block", "--quiet"]), 0);
+    assert_eq!(printed, (String::new(), String::new()));
+    assert_eq!(folder.names(), ["block.h5"]);
+}
+
+/// A setting of a key of trains changes the run; the file keeps the case as it was given, and as it was run.
+#[test]
+fn cli_run_sets_keys_of_trains() {
+    let folder = Folder::new();
+    let settings = [
+        "run",
+        "clutch",
+        "-q",
+        "--set",
+        "rotor.torque=\"90 N m\"",
+        "-o",
+        "more.h5",
+    ];
+    output(&mut folder.stickslip(&settings), 0);
+    let file = folder.result("more.h5");
+    assert!(file.resolved().unwrap().contains("90"), "{}", file.resolved().unwrap());
+    assert!(file.case_text().unwrap().contains("\"80 N m\""));
+    // omega_r = 200 + 450 t - 850 t^2 to 0.5 s, where it is 212.5, and from then on it falls by 400 rad/s in a second.
+    let events = file.events().unwrap();
+    assert!(
+        (events[1].time - (0.5 + 212.5 / 400.0)).abs() < 1e-14,
+        "{}",
+        events[1].time
+    );
+}
+
+#[test]
+fn cli_run_refuses_bad_keys_of_trains() {
+    let folder = Folder::new();
+    for (setting, words) in [
+        ("rotor.torqe=1", "rotor.torqe: unknown key; did you mean"),
+        ("stator.inertia=-1", "stator.inertia"),
+        ("rotor.end=\"welded\"", "rotor.end"),
+        ("solver.method=\"paper\"", "take another for trains"),
+    ] {
+        let stderr = refusal(&mut folder.stickslip(&["run", "clutch", "--set", setting]));
+        assert!(stderr.contains(words), "{words} in {stderr}");
+        assert_eq!(folder.names(), Vec::<String>::new());
+    }
+}
+
+/// A result file has all that its run needs.
+#[test]
+fn cli_a_run_of_trains_is_repeated_from_its_file() {
+    let folder = Folder::new();
+    output(
+        &mut folder.stickslip(&["run", "groan", "-q", "--set", "rotor.speed=0.12"]),
+        0,
+    );
+    output(&mut folder.stickslip(&["run", "groan.h5", "-q", "-o", "again.h5"]), 0);
+    let (first, again) = (folder.result("groan.h5"), folder.result("again.h5"));
+    assert!(first.events().unwrap().len() > 20);
+    assert_eq!(first.events().unwrap(), again.events().unwrap());
+    let samples = |file: &stickslip::results::ResultFile| file.samples(0..file.sample_count().unwrap()).unwrap();
+    assert_eq!(samples(&first), samples(&again));
+}
+
+/// `check` finds nothing, and `inspect` lists the further columns in the units of the motion.
+#[test]
+fn cli_files_of_trains_are_sound() {
+    let folder = Folder::new();
+    for case in ["belt-leine", "drill-string", "groan"] {
+        output(&mut folder.stickslip(&["run", case, "-q"]), 0);
+        let file = format!("{case}.h5");
+        let (stdout, stderr) = output(&mut folder.stickslip(&["check", &file]), 0);
+        assert!(stdout.contains("all checksums agree"), "{stdout}");
+        assert_eq!(stderr, "");
+    }
+    output(&mut folder.stickslip(&["run", "lugre-slider", "-q"]), 0);
+    let unit_of = |file: &str, name: &str| {
+        let (stdout, _) = output(&mut folder.stickslip(&["inspect", file]), 0);
+        let row = stdout.lines().find(|line| line.split_whitespace().next() == Some(name));
+        let row = row.unwrap_or_else(|| panic!("{name} in {stdout}")).to_owned();
+        row.split("  ")
+            .map(str::trim)
+            .filter(|cell| !cell.is_empty())
+            .nth(2)
+            .unwrap()
+            .to_owned()
+    };
+    for (file, name, unit) in [
+        ("belt-leine.h5", "stator_twist_0", "m"),
+        ("belt-leine.h5", "stator_speed_0", "m s-1"),
+        ("belt-leine.h5", "friction_torque", "N"),
+        ("drill-string.h5", "rotor_twist_0", "rad"),
+        ("drill-string.h5", "rotor_twist_rate_0", "rad s-1"),
+        ("drill-string.h5", "rotor_speed_1", "rad s-1"),
+        ("drill-string.h5", "friction_torque", "N m"),
+        ("lugre-slider.h5", "bristle_deflection", "m"),
+    ] {
+        assert_eq!(unit_of(file, name), unit, "{name} of {file}");
+    }
+}
+
+#[test]
+fn cli_certify_trains() {
+    let folder = Folder::new();
+    let (stdout, stderr) = output(&mut folder.stickslip(&["certify", "belt-leine"]), 0);
+    assert_eq!(stderr, "");
+    assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
+    for words in [
+        "by the oracle",
+        "9.295999525480154883358229545972",
+        "cvode-adams",
+        "agreeing",
+    ] {
+        assert!(stdout.contains(words), "{words} in {stdout}");
+    }
+    // Of a file, and as a document.
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let (stdout, _) = output(&mut folder.stickslip(&["certify", "clutch.h5", "--json"]), 0);
+    let document = json(&stdout);
+    assert_eq!(document["converged"], true);
+    assert_eq!(document["uncertainty_by"], "oracle");
+    assert_eq!(document["events"].as_array().unwrap().len(), 2);
+    assert!(document["digits"].as_u64().unwrap() >= 14, "{}", document["digits"]);
+}
+
+/// More digits than the run has are exit status 1, with what helps; the certificate is written all the same.
+#[test]
+fn cli_certify_says_where_digits_are_missing() {
+    let folder = Folder::new();
+    let asked = ["certify", "belt-leine", "--digits", "14"];
+    let (_, stderr) = output(&mut folder.stickslip(&asked), 1);
+    assert!(stderr.contains("14 digits were asked for"), "{stderr}");
+    assert!(stderr.contains("series"), "{stderr}");
+    assert_eq!(folder.names(), ["belt-leine.certified.h5"]);
+    // And the advice is true.
+    let advised = [
+        "certify",
+        "belt-leine",
+        "-q",
+        "--digits",
+        "14",
+        "--set",
+        "solver.method=\"series\"",
+    ];
+    output(&mut folder.stickslip(&advised), 0);
+}
+
+#[test]
+fn cli_certify_of_trains_has_no_figure() {
+    let folder = Folder::new();
+    let stderr = refusal(&mut folder.stickslip(&["certify", "belt-leine", "--figure", "onset.svg"]));
+    assert!(stderr.contains("--figure"), "{stderr}");
+    assert_eq!(folder.names(), Vec::<String>::new());
+}
+
+/// Commands that do not take trains say so, and which do.
+#[test]
+fn cli_commands_without_trains_name_those_that_take_them() {
+    let folder = Folder::new();
+    folder.write(
+        "belt.toml",
+        stickslip::case::CaseSource::built_in("belt-leine").unwrap().text,
+    );
+    output(&mut folder.stickslip(&["run", "belt.toml", "-q"]), 0);
+    let study = "case = \"belt.toml\"\n[[axis]]\nkey = \"friction.low_speed\"\nvalues = [0.8, 0.9]\n";
+    folder.write("study.toml", study);
+    for arguments in [&["compare", "belt.h5", "belt.h5"][..], &["sweep", "study.toml"]] {
+        let stderr = refusal(&mut folder.stickslip(arguments));
+        for command in COMMANDS_OF_TRAINS {
+            assert!(stderr.contains(command), "{command} in {stderr}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn cli_an_interrupted_run_of_trains_keeps_what_it_has() {
+    let folder = Folder::new();
+    // Minutes of small steps.
+    let arguments = [
+        "run",
+        "groan",
+        "--method",
+        "erk",
+        "--set",
+        "solver.max_step=1e-8",
+        "--set",
+        "output.interval=1e-6",
+    ];
+    let mut child = folder.start(&arguments);
+    let partial = folder.path("groan.partial.h5");
+    // Until it is at work; a file of this size has rows.
+    for _ in 0..300 {
+        if partial.metadata().is_ok_and(|data| data.len() > 50_000) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    let interrupt = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(interrupt.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(
+        folder
+            .names()
+            .iter()
+            .filter(|name| name.ends_with(".h5"))
+            .collect::<Vec<_>>(),
+        ["groan.partial.h5"]
+    );
+    let file = folder.result("groan.partial.h5");
+    assert_eq!(file.status(), &Status::Interrupted);
+    assert!(file.sample_count().unwrap() > 0);
+}
