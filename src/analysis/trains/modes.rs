@@ -430,7 +430,7 @@ fn stuck(system: &TrainSystem) -> DMatrix<f64> {
     let mut held = vec![DVector::from_fn(n, |k, _| g[k] / weights[k])];
     if system.rotor.speed.is_none() && system.stator.speed.is_none() {
         let offset = |k: usize| {
-            if k + 1 < n && k % 2 == 0 {
+            if k + 1 < n && k.is_multiple_of(2) {
                 g[k + 1] / weights[k]
             } else {
                 0.0
@@ -792,7 +792,7 @@ impl Sliding<'_> {
         let ends = self.system.law.ends_at();
         let (to, missing): (f64, Box<dyn Fn(f64) -> f64 + '_>) = match balance {
             _ if force <= 0.0 => return Vec::new(),
-            Balance::Speed { speed, yielding } if yielding == 0.0 => {
+            Balance::Speed { speed, yielding: 0.0 } => {
                 return Some(speed).filter(|&x| x > 0.0 && x < ends).into_iter().collect();
             }
             Balance::Speed { speed, yielding } => {
