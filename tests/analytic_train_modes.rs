@@ -197,8 +197,7 @@ fn eigenvalues(trains: &Trains, kappa: f64) -> Vec<nalgebra::Complex<f64>> {
     });
     let all = matrix.complex_eigenvalues();
     let largest = all.iter().map(|l| l.norm()).fold(0.0, f64::max);
-    // A double zero of a free train comes out as the root of rounding.
-    all.iter().copied().filter(|l| l.norm() > 1e-6 * largest).collect()
+    all.iter().copied().filter(|l| l.norm() > 1e-8 * largest).collect()
 }
 
 /// A chain whose parts are within a factor of ten of each other, so that eigenvalues have some ten digits.
@@ -254,7 +253,9 @@ proptest! {
         let search = &modes.critical_relative_velocities;
         let mut ends = vec![0.0];
         for change in &search.changes {
-            let (below, above) = (growth(change.value * (1.0 - 1e-6)), growth(change.value * (1.0 + 1e-6)));
+            // Beside the angle's zero, a real root that is as small is none; further off it is some 1e-6 of the largest.
+            let aside = if change.frequency.is_some() { 1e-6 } else { 1e-3 };
+            let (below, above) = (growth(change.value * (1.0 - aside)), growth(change.value * (1.0 + aside)));
             let (stable, unstable) = if change.unstable_above { (below, above) } else { (above, below) };
             prop_assert!(stable < 0.0 && unstable > 0.0, "at {}: {below:e} {above:e}", change.value);
             if let Some(frequency) = change.frequency {
@@ -476,7 +477,8 @@ fn analytic_bristles() {
     assert_close(point.rotor_twist[0], 1.04 / 2.0, CLOSED_FORM);
     assert_eq!(point.stability, Verdict::Stable);
     // The critical speed by this test's own characteristic polynomial: (s + b)(s^2 + 0.4 s + 2) + (sigma_0 + sigma_1 s) a s = 0
-    // with a = x g'/g and b = sigma_0 x/g; by Hurwitz it is stable where p_2 p_1 > p_0.
+    // with a = x g'/g and b = sigma_0 x/g; by Hurwitz it is stable where p_2 p_1 > p_0
+    // (p_2 > 0 from 2 mm/s on).
     let hurwitz = |x: f64| {
         let fall = 0.5 * (-(x / 1e-3f64).powi(2)).exp();
         let (g, slope) = (1.0 + fall, -2.0 * x / 1e-6 * fall);
@@ -487,6 +489,6 @@ fn analytic_bristles() {
     let changes = &modes.critical_relative_velocities.changes;
     let last = changes.last().unwrap();
     // Eigenvalues of up to 1e5 1/s have 1e-11 of absolute rounding; a real part of 1e-3 has eight digits.
-    assert_close(last.value, zero(1e-3, 1e-2, hurwitz), 1e-8);
+    assert_close(last.value, zero(2e-3, 1e-2, hurwitz), 1e-8);
     assert!(!last.unstable_above);
 }

@@ -147,7 +147,7 @@ fn cli_modes_of_trains() {
     assert_eq!(critical["unstable_above"], false);
     for words in [
         format!("{:.8}", critical["value"].as_f64().unwrap()),
-        "relative velocity, m/s".to_owned(),
+        "omega_r, m/s".to_owned(),
         "steady sliding at  0.3 m/s".to_owned(),
         "1.59155".to_owned(),
         "stick mode: ".to_owned(),

@@ -24,13 +24,7 @@ fn cli_plot_of_trains_draws_its_figures() {
         .collect();
     assert_eq!(
         names,
-        [
-            "friction-law",
-            "rotor-speed",
-            "surface-speeds",
-            "relative-velocity",
-            "phase-portrait"
-        ]
+        ["friction-law", "surface-speeds", "relative-velocity", "phase-portrait"]
     );
     let (document, stderr) = output(
         &mut folder.stickslip(&["plot", "belt-leine.h5", "--format", "svg", "--json"]),
@@ -46,6 +40,8 @@ fn cli_plot_of_trains_draws_its_figures() {
         assert!(!text.contains("rad"), "{}", file["figure"]);
         assert!(text.contains("m/s"), "{}", file["figure"]);
     }
+    let law = svg(&folder, &["belt-leine.h5", "--only", "friction-law"]);
+    assert!(!law.contains("paper"), "{law}");
     // The period is known, and the portrait is of the last one.
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
     assert!(portrait.contains("last period"), "{portrait}");
@@ -109,6 +105,7 @@ fn cli_plot_of_trains_says_what_it_has_not() {
         ("rotor-speed-stop", "the stop of the brake"),
         ("phase-plateau", "axial mode"),
         ("durations", "two trains"),
+        ("rotor-speed", "as it is driven"),
     ] {
         let refused = refusal(&mut folder.stickslip(&["plot", "belt-coulomb.h5", "--only", figure]));
         assert!(

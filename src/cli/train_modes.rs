@@ -254,14 +254,11 @@ fn stability(modes: &TrainModes, units: &Units) -> String {
             ]);
         }
     };
-    say(
-        format!("relative velocity, {}", units.speed),
-        &modes.critical_relative_velocities,
-    );
+    say(format!("omega_r, {}", units.speed), &modes.critical_relative_velocities);
     let others = [
         ("normal force, N", &modes.critical_normal_forces),
-        ("rotor damping, times", &modes.critical_rotor_damping),
-        ("stator damping, times", &modes.critical_stator_damping),
+        ("rotor damping x", &modes.critical_rotor_damping),
+        ("stator damping x", &modes.critical_stator_damping),
     ];
     for (what, search) in others {
         if let Some(search) = search {
@@ -270,8 +267,8 @@ fn stability(modes: &TrainModes, units: &Units) -> String {
     }
     terminal::align_right(&mut table, [1, 3, 4, 5]);
     format!(
-        "Where steady sliding loses its stability, and the frequency that then grows (0: it\ncreeps away); damping is \
-         that of all shafts of a train\n{}",
+        "Where steady sliding loses its stability, and the frequency that then grows (0: it\ncreeps away); damping: all \
+         shafts of a train, times this\n{}",
         terminal::show(&table)
     )
 }

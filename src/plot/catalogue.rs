@@ -34,7 +34,10 @@ pub const ENTRIES: &[Entry] = &[
         stop(e, s, &[&["theta_dot"]])
     }),
     entry("surface-speeds", "Speeds of the contact surfaces", None, |e, s| {
-        whole(e, s, &[&["phi2_dot"], &["phi1_dot"]])
+        // Surfaces that stick together and slide apart belong into common axes; those of the brake are too far apart.
+        let apart: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
+        let common: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
+        whole(e, s, if s.run.trains.is_some() { common } else { apart })
     }),
     entry(
         "surface-speeds-stop",
@@ -137,8 +140,8 @@ pub const ENTRIES: &[Entry] = &[
 pub fn of_run(run: &Run) -> Vec<&'static Entry> {
     let all = ENTRIES.iter().chain(trains::ENTRIES);
     let of_brake = |entry: &&Entry| ENTRIES.iter().any(|known| known.name == entry.name);
-    match run.trains {
-        Some(_) => all.filter(|entry| trains::have(entry)).collect(),
+    match &run.trains {
+        Some(case) => all.filter(|entry| trains::without(entry, case).is_none()).collect(),
         None => all.filter(of_brake).collect(),
     }
 }

@@ -52,12 +52,14 @@ impl Entry {
     /// # Errors
     /// If a file cannot be read. That a run does not have the figure is no error.
     pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
-        if subject.run.trains.is_some() && !trains::have(self) {
-            return Ok(Err(trains::without(self)));
+        let of_trains = subject.run.trains.as_ref();
+        if let Some(absent) = of_trains.and_then(|case| trains::without(self, case)) {
+            return Ok(Err(absent));
         }
         let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {
-            paper_figure: self.paper_figure,
+            // The paper's are of its brake.
+            paper_figure: self.paper_figure.filter(|_| of_trains.is_none()),
             ..figure
         }))
     }

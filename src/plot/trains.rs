@@ -23,28 +23,25 @@ pub const ENTRIES: &[Entry] = &[Entry {
 /// Those of the brake's catalogue that they have, too.
 pub const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "relative-velocity"];
 
-/// Whether runs of trains have a figure.
-pub(super) fn have(entry: &Entry) -> bool {
-    SHARED.contains(&entry.name) || ENTRIES.iter().any(|of_trains| of_trains.name == entry.name)
-}
-
-/// Why runs of trains do not have one.
-pub(super) fn without(entry: &Entry) -> Absent {
-    let why = if entry.name.contains("axial") || entry.name == "phase-plateau" {
+/// Why a run of trains does not have a figure; `None` if it has.
+pub(super) fn without(entry: &Entry, case: &TrainCase) -> Option<Absent> {
+    let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
+        "its rotor has no inertia and moves as it is driven"
+    } else if SHARED.contains(&entry.name) || ENTRIES.iter().any(|of_trains| of_trains.name == entry.name) {
+        return None;
+    } else if entry.name.contains("axial") || entry.name == "phase-plateau" {
         "it shows how the brake's axial mode answers F(t)"
     } else if entry.name.contains("growth") {
         "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
     } else {
         "its window is found by the stop of the brake"
     };
-    Absent::from(
-        format!(
-            "{why}, and this run is of two trains; it has {}, {}, and any channel",
-            SHARED.join(", "),
-            ENTRIES[0].name
-        )
-        .as_str(),
-    )
+    let why = format!(
+        "{why}, and this run is of two trains; such a run has {}, {}, and any channel",
+        SHARED.join(", "),
+        ENTRIES[0].name
+    );
+    Some(Absent::from(why.as_str()))
 }
 
 /// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
@@ -74,7 +71,11 @@ fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     };
     let (first, last) = subject.run.times;
     let (window, title) = match subject.run.attractor_period {
-        Some(period) if period < last - first => ((last - period, last), format!("{}, last period", entry.title)),
+        // One sample more, so that it closes.
+        Some(period) if period < last - first => (
+            ((last - period - case.output.interval).max(first), last),
+            format!("{}, last period", entry.title),
+        ),
         _ => ((first, last), entry.title.to_owned()),
     };
     let axes = (position(&case.parameters), "relative_velocity");
