@@ -93,6 +93,7 @@ pub fn header() -> Header {
         case_text: "title = \"A made-up brake µ\"\n[axial]\nmass = 4.54 # kg\n".to_owned(),
         resolved: format!("# {}\n[axial]\nmass = 4.54\n", "padding ".repeat(20_000)),
         events: Vec::new(),
+        extension: Default::default(),
         meta: vec![
             (
                 "program".to_owned(),
