@@ -111,7 +111,7 @@ impl<'a> Sliding<'a> {
         match system.engagement {
             Engagement::StickSlip => law.coefficient_and_slope(x).1,
             _ => {
-                // The column of the interface is known from the mode without contact.
+                // With contact the Jacobian has b kappa g^T more than without.
                 let with = jacobian(system, Mode::Engaged, 1.0, &outside, &y);
                 let without = jacobian(system, Mode::Separated, 1.0, &outside, &y);
                 let (b, g) = columns(system);
