@@ -109,6 +109,8 @@ fn brings_about(kind: EventKind, before: Option<Mode>, after: Mode) -> bool {
     let slips = |mode: Mode| mode.sense() != 0;
     let was = |fits: &dyn Fn(Mode) -> bool| before.is_none_or(fits);
     match kind {
+        // Of a contact without stick they are crossings of a speed.
+        EventKind::Stick | EventKind::Slip if after == Mode::Engaged => was(&|mode| mode == Mode::Engaged),
         EventKind::Stick => after == Mode::Stick && was(&slips),
         EventKind::Slip => slips(after) && was(&|mode| mode == Mode::Stick),
         EventKind::Reversal => slips(after) && was(&|mode| slips(mode) && mode != after),

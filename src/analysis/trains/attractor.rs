@@ -188,9 +188,9 @@ impl<'a> Recurrence<'a> {
             .frequencies
             .iter()
             .filter(|wave| wave.1 <= last.section.time && last.section.time < wave.2);
-        let whole = acting.map(|&(omega, ..)| omega * period / TAU).all(|turns| {
-            (turns - turns.round()).abs() <= WHOLE_TURNS + 3.0 * turns * distance.min(RECURRENCE_TOLERANCE)
-        });
+        let whole = acting
+            .map(|&(omega, ..)| omega * period / TAU)
+            .all(|turns| (turns - turns.round()).abs() <= WHOLE_TURNS + 3.0 * turns * agreement);
         let repeats = whole && agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE;
         repeats.then_some((period, agreement, distance))
     }
