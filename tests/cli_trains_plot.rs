@@ -67,6 +67,8 @@ fn cli_plot_of_trains_draws_any_channel() {
         ],
     );
     assert!(speeds.contains("rad/s") && speeds.contains("rotor speed 1"), "{speeds}");
+    // What both have in common stands at the axis.
+    assert!(speeds.contains("rotor speed ("), "{speeds}");
     let phase = svg(
         &folder,
         &["drill-string.h5", "--phase", "rotor_twist_0", "rotor_speed_0"],

@@ -82,6 +82,15 @@ pub fn common(axes: &[Axis]) -> Axis {
         let end = words[words.len() - n..].join(" ");
         axes.iter().all(|axis| axis.name.ends_with(&end)).then_some(end)
     };
+    // Of quantities that only a number tells apart, it is what stands before that.
+    let numbered = |axis: &Axis| {
+        let (name, number) = axis.name.rsplit_once(' ')?;
+        number.parse::<usize>().ok().map(|_| name.to_owned())
+    };
+    let alike = || numbered(first).filter(|name| axes.iter().all(|axis| numbered(axis).as_ref() == Some(name)));
+    if let Some(name) = alike() {
+        return Axis::new(&name, &first.unit);
+    }
     let name = (1..=words.len()).rev().find_map(shared);
     let symbols: Vec<&str> = axes.iter().map(Axis::short).collect();
     Axis {
