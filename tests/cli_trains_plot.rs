@@ -122,3 +122,13 @@ fn cli_plot_of_trains_says_what_it_has_not() {
         assert!(refused.contains("no axes in common"), "{refused}");
     }
 }
+
+/// The page has the words of a brake.
+#[test]
+fn cli_plot_of_trains_makes_no_page() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let said = refusal(&mut folder.stickslip(&["plot", "clutch.h5", "--html", "page.html"]));
+    assert!(said.contains("stickslip plot clutch.h5"), "{said}");
+    assert!(!folder.path("page.html").exists());
+}
