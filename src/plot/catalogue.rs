@@ -1,6 +1,6 @@
 //! The figures of the paper, from one run or several: each knows its window of time by the events.
 
-use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject};
+use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject, without};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::own::over_time;
@@ -141,7 +141,7 @@ pub fn of_run(run: &Run) -> Vec<&'static Entry> {
     let all = ENTRIES.iter().chain(trains::ENTRIES);
     let of_brake = |entry: &&Entry| ENTRIES.iter().any(|known| known.name == entry.name);
     match &run.trains {
-        Some(case) => all.filter(|entry| trains::without(entry, case).is_none()).collect(),
+        Some(case) => all.filter(|entry| without(entry, case).is_none()).collect(),
         None => all.filter(of_brake).collect(),
     }
 }

@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::Figure;
 use super::run::Run;
-use super::trains;
+use crate::case::TrainCase;
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::record::EventKind;
@@ -53,7 +53,7 @@ impl Entry {
     /// If a file cannot be read. That a run does not have the figure is no error.
     pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
         let of_trains = subject.run.trains.as_ref();
-        if let Some(absent) = of_trains.and_then(|case| trains::without(self, case)) {
+        if let Some(absent) = of_trains.and_then(|case| without(self, case)) {
             return Ok(Err(absent));
         }
         let outcome = (self.draw)(self, subject)?;
@@ -63,6 +63,33 @@ impl Entry {
             ..figure
         }))
     }
+}
+
+/// The figure that only runs of trains have.
+pub(super) const PORTRAIT: &str = "phase-portrait";
+
+/// Those of the brake's catalogue that they have, too.
+const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "relative-velocity"];
+
+/// Why a run of trains does not have a figure; `None` if it has.
+pub(super) fn without(entry: &Entry, case: &TrainCase) -> Option<Absent> {
+    let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
+        "its rotor has no inertia and moves as it is driven"
+    } else if SHARED.contains(&entry.name) || entry.name == PORTRAIT {
+        return None;
+    } else if entry.name.contains("axial") || entry.name == "phase-plateau" {
+        "it shows how the brake's axial mode answers F(t)"
+    } else if entry.name.contains("growth") {
+        "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
+    } else {
+        "its window is found by the stop of the brake"
+    };
+    let why = format!(
+        "{why}, and this run is of two trains; such a run has {}, {}, and any channel",
+        SHARED.join(", "),
+        PORTRAIT
+    );
+    Some(Absent::from(why.as_str()))
 }
 
 /// The runs to draw and the moments of the first of them that divide its subject.

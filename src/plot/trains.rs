@@ -1,6 +1,6 @@
 //! What figures there are of runs of two trains.
 
-use super::entry::{Absent, Entry, Outcome, Subject};
+use super::entry::{Entry, Outcome, PORTRAIT, Subject};
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::own::phase;
@@ -14,35 +14,11 @@ use std::f64::consts::FRAC_2_PI;
 
 /// The figures that only runs of trains have.
 pub const ENTRIES: &[Entry] = &[Entry {
-    name: "phase-portrait",
+    name: PORTRAIT,
     title: "Relative velocity over position",
     paper_figure: None,
     draw: portrait,
 }];
-
-/// Those of the brake's catalogue that they have, too.
-pub const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "relative-velocity"];
-
-/// Why a run of trains does not have a figure; `None` if it has.
-pub(super) fn without(entry: &Entry, case: &TrainCase) -> Option<Absent> {
-    let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
-        "its rotor has no inertia and moves as it is driven"
-    } else if SHARED.contains(&entry.name) || ENTRIES.iter().any(|of_trains| of_trains.name == entry.name) {
-        return None;
-    } else if entry.name.contains("axial") || entry.name == "phase-plateau" {
-        "it shows how the brake's axial mode answers F(t)"
-    } else if entry.name.contains("growth") {
-        "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
-    } else {
-        "its window is found by the stop of the brake"
-    };
-    let why = format!(
-        "{why}, and this run is of two trains; such a run has {}, {}, and any channel",
-        SHARED.join(", "),
-        ENTRIES[0].name
-    );
-    Some(Absent::from(why.as_str()))
-}
 
 /// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
 fn position(trains: &Trains) -> &'static str {

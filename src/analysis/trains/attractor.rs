@@ -32,6 +32,9 @@ pub const LONGEST_PERIOD: usize = 64;
 /// Turns that a harmonic may miss in a period, beyond what the period itself is uncertain by.
 const WHOLE_TURNS: f64 = 1e-9;
 
+/// Frequencies have a ratio of whole numbers if they have it to this share: the rounding of a few digits.
+const SAME_RATIO: f64 = 1e-12;
+
 /// What a motion repeats; times in s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Attractor {
@@ -184,13 +187,21 @@ impl<'a> Recurrence<'a> {
             (now / earlier).min(SLOWEST_PACE)
         };
         let distance = agreement.max(ROUNDING) / (1.0 - pace);
-        let acting = self
+        // Whole turns of each, as near as the periods agree; and of all of them by one period, to the rounding of their ratios.
+        let acting: Vec<(f64, f64)> = self
             .frequencies
             .iter()
-            .filter(|wave| wave.1 <= last.section.time && last.section.time < wave.2);
-        let whole = acting
-            .map(|&(omega, ..)| omega * period / TAU)
-            .all(|turns| (turns - turns.round()).abs() <= WHOLE_TURNS + 3.0 * turns * agreement);
+            .filter(|wave| wave.1 <= last.section.time && last.section.time < wave.2)
+            .map(|&(omega, ..)| (omega, (omega * period / TAU).round()))
+            .collect();
+        let near = |&(omega, turns): &(f64, f64)| {
+            (omega * period / TAU - turns).abs() <= WHOLE_TURNS + 3.0 * turns * agreement && turns > 0.0
+        };
+        let (reference, of_reference) = acting.first().copied().unwrap_or((1.0, 1.0));
+        let alike = |&(omega, turns): &(f64, f64)| {
+            (omega * of_reference - turns * reference).abs() <= SAME_RATIO * omega * of_reference
+        };
+        let whole = acting.iter().all(near) && acting.iter().all(alike);
         let repeats = whole && agreement <= RECURRENCE_TOLERANCE && distance <= LARGEST_DISTANCE;
         repeats.then_some((period, agreement, distance))
     }

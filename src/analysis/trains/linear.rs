@@ -1,7 +1,7 @@
 //! The equations of two trains about a state, as matrices, and their eigenvalues.
 
 use super::impedance::Crossings;
-use super::modes::TrainMode;
+use super::modes_report::TrainMode;
 use crate::analysis::eigenvalues::eigenvalues;
 use crate::analysis::modes::eigenvector;
 use crate::friction::Law;

@@ -8,6 +8,7 @@
 //! | `witness` | whether another method finds the same events |
 //! | `saved_run` | a run into its result file |
 //! | `modes` | natural frequencies and damping of a case, its steady sliding, and where that loses its stability |
+//! | `modes_report` | what is said of them |
 //! | `sliding` | steady sliding, and the searches for changes of its stability |
 //! | `linear` | the equations about a state as matrices, and their eigenvalues |
 //! | `impedance` | how much negative damping of the contact the trains can bear |
@@ -17,6 +18,7 @@ mod certification;
 mod impedance;
 mod linear;
 pub mod modes;
+mod modes_report;
 mod saved_run;
 mod sliding;
 mod summary;
