@@ -204,11 +204,11 @@ impl Check {
         let file = ResultFile::open(&self.report.file)?;
         let complete = *file.status() == Status::Complete;
         let translation = AttributeValue::Text(schema::TRANSLATION.to_owned());
+        let meta = file.meta()?;
+        let motion = meta.iter().find(|(name, _)| name == schema::META_MOTION);
         let extension = Extension {
-            translation: file
-                .meta()?
-                .iter()
-                .any(|(name, value)| name == schema::META_MOTION && *value == translation),
+            trains: motion.is_some(),
+            translation: motion.is_some_and(|(_, value)| *value == translation),
             ..Extension::default()
         };
         for table in schema::extended_tables(&extension) {

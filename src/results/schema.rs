@@ -170,9 +170,10 @@ pub struct Table {
     pub variables: Vec<Variable>,
 }
 
-/// Codes of `mode` and `mode_after`.
+/// Codes of `mode` and `mode_after` of a brake, which sticks: it is never engaged.
 pub(crate) fn mode_flags() -> Vec<Flag> {
-    Mode::ALL.iter().map(|mode| (mode.code(), mode.name())).collect()
+    let modes = Mode::ALL.iter().filter(|&&mode| mode != Mode::Engaged);
+    modes.map(|mode| (mode.code(), mode.name())).collect()
 }
 
 /// Codes of `kind`.
@@ -400,6 +401,12 @@ pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
         }
     }
     if extension.trains {
+        let (brake, engaged) = (mode_flags(), (Mode::Engaged.code(), Mode::Engaged.name()));
+        for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
+            if variable.flags == brake {
+                variable.flags.push(engaged);
+            }
+        }
         for (name, long_name) in [
             (
                 "transmitted_torque",
