@@ -65,12 +65,7 @@ pub(super) fn many_periods(case: &Case, own: &Finished, stop: &(dyn Fn() -> bool
             method: Method::Series,
             ..SolverOptions::default()
         };
-        let output = OutputOptions {
-            interval: case.output.end_time,
-            windows: Vec::new(),
-            steps: false,
-            ..case.output
-        };
+        let output = OutputOptions::at_the_ends(case.output.end_time);
         resolved_periods(case, &run(case, &solver, &output, stop).recorder)
     };
     Some(periods).filter(|periods| *periods > MANY_PERIODS)

@@ -57,12 +57,7 @@ pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset
             jobs.extend(TOLERANCES.map(|rtol| (kicked, parameters, method, rtol)));
         }
     }
-    let output = OutputOptions {
-        interval: case.output.end_time,
-        windows: Vec::new(),
-        steps: false,
-        ..case.output.clone()
-    };
+    let output = OutputOptions::at_the_ends(case.output.end_time);
     let found = over_processors(jobs.len(), stop, |index| {
         let (kicked, parameters, method, rtol) = jobs[index];
         let solver = SolverOptions {

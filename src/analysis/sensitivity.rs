@@ -379,12 +379,7 @@ impl Baseline {
 
 /// The run of a case, of which nothing is recorded, in `factor` times the steps that the case itself may take.
 fn run(case: &Case, factor: usize, stop: &dyn Fn() -> bool) -> Result<RunReport, NoReport> {
-    let output = OutputOptions {
-        interval: case.output.end_time,
-        windows: Vec::new(),
-        steps: false,
-        ..case.output.clone()
-    };
+    let output = OutputOptions::at_the_ends(case.output.end_time);
     let (mut questions, mut events, mut too_long) = (0, 0, false);
     let control = &mut |progress: Progress| {
         questions = if progress.events == events {

@@ -211,12 +211,7 @@ pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dy
         max_events: case.solver.max_events,
         ..SolverOptions::default()
     };
-    let output = OutputOptions {
-        end_time: case.output.end_time,
-        interval: case.output.end_time,
-        windows: Vec::new(),
-        steps: false,
-    };
+    let output = OutputOptions::at_the_ends(case.output.end_time);
     let period = TorsionModel::new(&case.parameters).natural_period();
     let foreseen = result.resolved / period * STEPS_PER_PERIOD / STEPS_BETWEEN_QUESTIONS;
     // The paper's procedure does not know what it resolves.

@@ -136,7 +136,7 @@ fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<Strin
     found
 }
 
-/// The units of a motion: of position, speed, and energy.
+/// The units of a motion: of position and speed.
 fn units(motion: Motion) -> (&'static str, &'static str) {
     match motion {
         Motion::Rotation => ("rad", "rad/s"),
@@ -162,7 +162,7 @@ fn known(value: f64, uncertainty: f64) -> String {
 }
 
 /// The headline of a run of trains, row by row.
-pub(super) fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static str, String)> {
+fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static str, String)> {
     let (angle, speed) = units(case.motion);
     let seconds = |t: Option<f64>| t.map_or_else(|| "none".to_owned(), |t| format!("{t:.9} s"));
     let range = |range: Option<(f64, f64)>| {

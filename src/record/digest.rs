@@ -114,10 +114,7 @@ impl EventDigest {
     pub fn new(parameters: &Parameters) -> Self {
         EventDigest {
             lasting: 20.0 * TorsionModel::new(parameters).natural_period(),
-            last_turn: f64::NEG_INFINITY,
-            stable_since: f64::NEG_INFINITY,
-            turned: (f64::NEG_INFINITY, f64::NEG_INFINITY),
-            ..EventDigest::default()
+            ..EventDigest::without_instability()
         }
     }
 

@@ -21,15 +21,15 @@ pub(crate) use options::FORESEEN_STEPS;
 pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
 pub use report::{Progress, RunFailure, RunReport, SolverWork};
 
-use crate::hybrid::{self, ChosenSolver, Limits, Start};
+use crate::hybrid::{self, ChosenSolver, Dynamics, Limits, Rules, RunError, Start};
 use crate::model::slow_stick::SlowStick;
 use crate::model::torsion::spinning;
 use crate::model::{Mode, Parameters};
-use crate::record::{EventDigest, Recorder};
+use crate::record::{EventDigest, EventKind, Recorder};
 use brake::{Brake, Location, Watch};
 use observer::Recording;
 use plan::Plan;
-use readings::{Readings as _, TwistReadings};
+use readings::{Readings, TwistReadings};
 use rules::BrakeRules;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -89,6 +89,26 @@ pub(crate) fn simulate(
         location,
         state,
     };
+    let (result, mut report) = automaton(&brake, &mut rules, start, solver, output, recording);
+    report.count_kicks(parameters, rules.kicks_never_given());
+    report.stopped_smoothly = rules.stopped_smoothly();
+    report.ended(result)
+}
+
+/// Runs the automaton within the budgets of `solver`, and closes the record.
+fn automaton<D, R, V>(
+    dynamics: &Arc<D>,
+    rules: &mut R,
+    start: Start<D::Location>,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    mut recording: Recording<'_, V>,
+) -> (Result<(), RunError>, RunReport)
+where
+    D: Dynamics<Location = V::Place>,
+    R: Rules<D, Kind = EventKind>,
+    V: Readings,
+{
     // Who says how long the steps are, or how many, knows how many that makes.
     let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
     let limits = Limits {
@@ -97,20 +117,15 @@ pub(crate) fn simulate(
         max_steps: solver.max_steps.map(|steps| steps as u64),
         foreseen_steps: foresee.then_some(FORESEEN_STEPS),
     };
-    let result = hybrid::run(&brake, &mut rules, start, output.end_time, limits, &mut recording);
+    let result = hybrid::run(dynamics, rules, start, output.end_time, limits, &mut recording);
     let result = match result {
         Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
         other => other,
     };
     let mut report = recording.into_report();
-    report.count_kicks(parameters, rules.kicks_never_given());
-    report.stopped_smoothly = rules.stopped_smoothly();
-    match result {
-        Ok(finish) => {
-            report.end = finish.time;
-            report.interrupted = finish.interrupted;
-            Ok(report)
-        }
-        Err(error) => Err(Box::new(RunFailure { error, report })),
-    }
+    let result = result.map(|finish| {
+        report.end = finish.time;
+        report.interrupted = finish.interrupted;
+    });
+    (result, report)
 }

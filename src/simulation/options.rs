@@ -182,6 +182,18 @@ pub struct OutputOptions {
     pub steps: bool,
 }
 
+impl OutputOptions {
+    /// Of a run to `end_time` (s) that is made for its events: samples at its start and its end only.
+    pub(crate) fn at_the_ends(end_time: f64) -> Self {
+        OutputOptions {
+            end_time,
+            interval: end_time,
+            windows: Vec::new(),
+            steps: false,
+        }
+    }
+}
+
 /// A stretch of time sampled more densely.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputWindow {

@@ -41,6 +41,14 @@ pub struct RunReport {
 }
 
 impl RunReport {
+    /// What a run returns that has ended so.
+    pub(super) fn ended(self, result: Result<(), RunError>) -> Result<RunReport, Box<RunFailure>> {
+        match result {
+            Ok(()) => Ok(self),
+            Err(error) => Err(Box::new(RunFailure { error, report: self })),
+        }
+    }
+
     /// Counts the kicks that the run did not come to; `waiting` are those that wait for an instability.
     pub(super) fn count_kicks(&mut self, parameters: &Parameters, waiting: usize) {
         self.kicks_never_given = parameters.perturbations.len().saturating_sub(self.digest.kicks_given);

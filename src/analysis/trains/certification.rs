@@ -3,6 +3,7 @@
 //! Two witnesses: the oracle, which solves the case with as many digits as it takes, and a ladder of methods that share little
 //! with each other. The oracle's word counts; without it, as where it would take too long, the ladder's does.
 
+use super::witness::by_another_method;
 use crate::analysis::verdict::Verdict;
 use crate::case::TrainCase;
 use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
@@ -10,7 +11,7 @@ use crate::oracle::{OracleError, OracleProgress, OracleRequest};
 use crate::record::{Event, MemoryRecorder};
 use crate::results::CertificateTables;
 use crate::run::Run;
-use crate::simulation::{Method, OutputOptions, SolverOptions};
+use crate::simulation::Method;
 use num_rational::BigRational;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -193,18 +194,7 @@ pub fn certify(
 
 /// A run by another method, held against the run's own events; takes its distances into those of the ladder.
 fn climb(case: &TrainCase, own: &[Event], method: Method, rtol: f64, distances: &mut [Option<f64>]) -> TrainRung {
-    let solver = SolverOptions {
-        method,
-        rtol,
-        fixed_step: None,
-        ..case.solver.clone()
-    };
-    let output = OutputOptions {
-        interval: case.output.end_time,
-        windows: Vec::new(),
-        steps: false,
-        ..case.output
-    };
+    let (solver, output) = by_another_method(case, method, rtol);
     let mut recorder = MemoryRecorder::default();
     let result = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
         .record(&mut recorder)

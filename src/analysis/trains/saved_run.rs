@@ -110,6 +110,7 @@ impl<'a> SavedTrainRun<'a> {
         let SavedTrainRun { case, stop, .. } = self;
         let mut writer = ResultWriter::create(self.path, self.overwrite, self.inputs, &self.header)?;
         let partial = writer.partial().to_owned();
+        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
         let mut control = self.control;
         let threshold = case.threshold.unwrap_or(0.0);
         let trains = &case.parameters;
@@ -120,7 +121,7 @@ impl<'a> SavedTrainRun<'a> {
                 if let Some(control) = &mut control {
                     control(progress)?;
                 }
-                match stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                match stopped() {
                     true => ControlFlow::Break(()),
                     false => ControlFlow::Continue(()),
                 }
@@ -138,14 +139,12 @@ impl<'a> SavedTrainRun<'a> {
             None if report.interrupted => Status::Interrupted,
             None => Status::Complete,
         };
-        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-        let seconds = writer.elapsed();
+        let wall_time = writer.elapsed();
         // Beside a complete run only, and never a reason for it to fail.
         let witness = (status == Status::Complete && self.witness)
-            .then(|| witness(case, &events, seconds, &stopped))
+            .then(|| witness(case, &events, wall_time, &stopped))
             .flatten();
         let saved = writer.saved();
-        let wall_time = seconds;
         let (file, unsaved) = match writer.finish(status.clone(), &summary.table(case.motion), wall_time) {
             Ok(file) => (file, None),
             Err(error) => (partial, Some(error)),

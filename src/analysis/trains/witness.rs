@@ -85,6 +85,18 @@ impl Recorder for Beside<'_> {
     }
 }
 
+/// How a case is run for its events alone, by this method with the steps of its own control.
+pub(super) fn by_another_method(case: &TrainCase, method: Method, rtol: f64) -> (SolverOptions, OutputOptions) {
+    let solver = SolverOptions {
+        method,
+        rtol,
+        fixed_step: None,
+        ..case.solver.clone()
+    };
+    let output = OutputOptions::at_the_ends(case.output.end_time);
+    (solver, output)
+}
+
 /// What another method makes of a run of `case` with these events, which took `seconds`; `None` where it fails, takes too long,
 /// or is stopped.
 pub(super) fn witness(
@@ -97,18 +109,7 @@ pub(super) fn witness(
         Method::Series => (Method::Auto, case.solver.rtol.min(1e-12)),
         _ => (Method::Series, case.solver.rtol),
     };
-    let solver = SolverOptions {
-        method,
-        rtol,
-        fixed_step: None,
-        ..case.solver.clone()
-    };
-    let output = OutputOptions {
-        interval: case.output.end_time,
-        windows: Vec::new(),
-        steps: false,
-        ..case.output
-    };
+    let (solver, output) = by_another_method(case, method, rtol);
     let mut beside = Beside {
         own,
         index: 0,

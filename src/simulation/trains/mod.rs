@@ -26,9 +26,10 @@ pub use readings::Further;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
-use super::{CHATTER_COUNT, FORESEEN_STEPS, observer::Recording};
-use crate::hybrid::{self, Limits, Start};
+use super::{CHATTER_COUNT, FORESEEN_STEPS, automaton, observer::Recording};
+use crate::hybrid::Start;
 use crate::model::trains::Trains;
+use crate::model::trains::system::{Side, TrainSystem};
 use crate::record::{EventDigest, Recorder};
 use plan::TrainPlan;
 use readings::TrainReadings;
@@ -38,7 +39,7 @@ use std::sync::Arc;
 
 /// What the state of a case has beyond [`State`](crate::record::State), in the order in which a recorder gets it.
 pub(crate) fn further(trains: &Trains) -> Vec<Further> {
-    readings::further_names(&TrainDynamics::new(trains, 0.0))
+    readings::further_names(&TrainSystem::new(trains))
 }
 
 /// The state at t = 0.
@@ -72,9 +73,7 @@ fn start(trains: &Trains, dynamics: &TrainDynamics) -> Vec<f64> {
         }
     }
     if system.rotor.speed.is_none() && system.stator.speed.is_none() {
-        let twists = |side: &crate::model::trains::system::Side| -> f64 {
-            (0..side.shafts()).map(|i| side.sign * side.twist(i, &y)).sum()
-        };
+        let twists = |side: &Side| -> f64 { (0..side.shafts()).map(|i| side.sign * side.twist(i, &y)).sum() };
         y[system.slip] = twists(&system.stator) - twists(&system.rotor);
     }
     y
@@ -108,26 +107,7 @@ pub(crate) fn simulate(
         location,
         state,
     };
-    let foresee = solver.max_steps.is_none() && solver.max_step.is_none() && solver.fixed_step.is_none();
-    let limits = Limits {
-        max_events: solver.max_events,
-        chatter_count: CHATTER_COUNT,
-        max_steps: solver.max_steps.map(|steps| steps as u64),
-        foreseen_steps: foresee.then_some(FORESEEN_STEPS),
-    };
-    let result = hybrid::run(&dynamics, &mut rules, start, output.end_time, limits, &mut recording);
-    let result = match result {
-        Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
-        other => other,
-    };
-    let mut report = recording.into_report();
+    let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
     report.kicks_never_given = trains.kicks.len().saturating_sub(rules.kicks_given());
-    match result {
-        Ok(finish) => {
-            report.end = finish.time;
-            report.interrupted = finish.interrupted;
-            Ok(report)
-        }
-        Err(error) => Err(Box::new(RunFailure { error, report })),
-    }
+    report.ended(result)
 }

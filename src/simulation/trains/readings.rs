@@ -2,7 +2,7 @@
 
 use super::dynamics::{TrainDynamics, TrainLocation};
 use crate::model::Mode;
-use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, WORK};
+use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, TrainSystem, WORK};
 use crate::record::{Channels, State};
 use crate::simulation::readings::{Place, Readings};
 
@@ -41,9 +41,9 @@ pub struct Further {
 }
 
 /// What [`Readings::further`] gives, in its order.
-pub(crate) fn further_names(dynamics: &TrainDynamics) -> Vec<Further> {
+pub(super) fn further_names(system: &TrainSystem) -> Vec<Further> {
     let mut found = Vec::new();
-    for (side, name) in [(&dynamics.system.rotor, "rotor"), (&dynamics.system.stator, "stator")] {
+    for (side, name) in [(&system.rotor, "rotor"), (&system.stator, "stator")] {
         let mut add = |what: &str, i: usize, is_rate: bool, long_name: String| {
             found.push(Further {
                 name: format!("{name}_{what}_{i}"),
@@ -59,7 +59,7 @@ pub(crate) fn further_names(dynamics: &TrainDynamics) -> Vec<Further> {
             add("speed", i, true, format!("speed of inertia {i} of the {name}"));
         }
     }
-    if let Engagement::Bristles(..) = dynamics.system.engagement {
+    if let Engagement::Bristles(..) = system.engagement {
         found.push(Further {
             name: "bristle_deflection".to_owned(),
             is_rate: false,

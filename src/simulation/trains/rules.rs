@@ -196,18 +196,7 @@ impl TrainRules {
         system.stator.jerk(jumps[1], &mut state);
         let jumped = jumps != [0.0, 0.0];
         if location.mode == Mode::Engaged || location.mode.sense() != 0 && jumped {
-            let mode = location.mode;
-            after = TrainLocation {
-                sense: if mode == Mode::Engaged {
-                    after.sense
-                } else {
-                    location.sense
-                },
-                ..self.entered(&after, mode, t, &state)
-            };
-            if mode == Mode::Engaged {
-                after.sense = self.dynamics.side(&after, t, &state);
-            }
+            after = self.entered(&after, location.mode, t, &state);
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Corner),
