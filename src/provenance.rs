@@ -190,7 +190,6 @@ impl Header {
         ] {
             meta.push((name.to_owned(), MetaValue::Number(value)));
         }
-        let further = trains::further(&case.parameters).into_iter();
         Header {
             title: case.title.clone(),
             source: source(),
@@ -200,11 +199,17 @@ impl Header {
             resolved: case.resolved(),
             meta,
             events: events(method),
-            extension: Extension {
-                further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
-                trains: true,
-                translation: case.motion == Motion::Translation,
-            },
+            extension: extension(case),
         }
+    }
+}
+
+/// What the files of a case of trains have beyond the tables that all have.
+pub(crate) fn extension(case: &TrainCase) -> Extension {
+    let further = trains::further(&case.parameters).into_iter();
+    Extension {
+        further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
+        trains: true,
+        translation: case.motion == Motion::Translation,
     }
 }

@@ -155,6 +155,9 @@ fn cli_certify_trains() {
         "9.295999525480154883358229545972",
         "cvode-adams",
         "agreeing",
+        "what moves the period of the attractor",
+        "friction.breakaway, 1",
+        "stator_speed_0       m s-1",
     ] {
         assert!(stdout.contains(words), "{words} in {stdout}");
     }
@@ -166,6 +169,59 @@ fn cli_certify_trains() {
     assert_eq!(document["uncertainty_by"], "oracle");
     assert_eq!(document["events"].as_array().unwrap().len(), 2);
     assert!(document["digits"].as_u64().unwrap() >= 14, "{}", document["digits"]);
+    // It locks at 11/12 s: the engine, of 200 rad/s at first, would do so later by 1/450 s for each rad/s more.
+    assert_eq!(document["result"]["of"], "final-stick");
+    let numbers = document["sensitivity"].as_array().unwrap();
+    let speed = numbers
+        .iter()
+        .find(|number| number["parameter"] == "initial.speed")
+        .unwrap();
+    let slope = speed["result"]["slope"].as_f64().unwrap();
+    assert!((slope - 1.0 / 450.0).abs() < 1e-11, "{slope}");
+    assert_eq!(speed["half_last_digit"], 0.5);
+    let shift = speed["result"]["plus"]["shift"].as_f64().unwrap();
+    assert!((shift - 0.5 / 450.0).abs() < 1e-12, "{shift}");
+    let channels = document["channels"].as_array().unwrap();
+    let band = |name: &str| {
+        let channel = channels.iter().find(|channel| channel["name"] == name).unwrap();
+        channel["band"].as_f64().unwrap()
+    };
+    assert!(band("rotor_speed_0") > 0.0 && band("rotor_speed_0") < 1e-9);
+    assert_eq!(document["stretches"].as_array().unwrap().len(), 3);
+}
+
+/// The file of a certified run says the same, and of what; that of a run what another method makes of the case.
+#[test]
+fn cli_certified_files_of_trains_have_sensitivities_bands_and_a_witness() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["certify", "belt-coulomb", "-q"]), 0);
+    let path = folder.path("belt-coulomb.certified.h5");
+    let file = hdf5::File::open(&path).unwrap();
+    let text = |group: &str, name: &str| {
+        let attribute = file.group(group).unwrap().attr(name).unwrap();
+        let value: hdf5::types::VarLenUnicode = attribute.read_scalar().unwrap();
+        value.to_string()
+    };
+    assert_eq!(text("sensitivity", "of"), "attractor-period");
+    let parameters = text("sensitivity", "parameters");
+    let parameters: Vec<&str> = parameters.split(", ").collect();
+    let slopes = file.dataset("sensitivity/time_sensitivity").unwrap();
+    let uncertainties = file.dataset("sensitivity/time_sensitivity_uncertainty").unwrap();
+    assert_eq!(slopes.shape(), [29, parameters.len()]);
+    assert_eq!(uncertainties.shape(), slopes.shape());
+    assert!(parameters.contains(&"contact.normal_force"), "{parameters:?}");
+    let band = file.dataset("certificate/band_stator_speed_0").unwrap();
+    assert_eq!(band.shape(), [30]);
+    assert!(!file.group("certificate").unwrap().link_exists("rate_stator_speed_0"));
+    drop(file);
+    output(&mut folder.stickslip(&["check", "belt-coulomb.certified.h5"]), 0);
+    output(&mut folder.stickslip(&["run", "groan", "-q"]), 0);
+    let file = hdf5::File::open(folder.path("groan.h5")).unwrap();
+    let witness = file.group("witness").unwrap();
+    let said: hdf5::types::VarLenUnicode = witness.attr("testimony").unwrap().read_scalar().unwrap();
+    assert_eq!(said.as_str(), "same-sequence");
+    drop(file);
+    output(&mut folder.stickslip(&["check", "groan.h5"]), 0);
 }
 
 /// More digits than the run has are exit status 1, with what helps; the certificate is written all the same.

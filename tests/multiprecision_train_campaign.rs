@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
-use stickslip::analysis::trains::{TrainCertifyRequest, certify};
+use stickslip::analysis::trains::{TrainCertifyRequest, TrainRecord, certify};
 use stickslip::case::{CaseSource, Origin, TrainCase};
 use stickslip::record::MemoryRecorder;
 use stickslip::simulation::{Method, SolverOptions};
@@ -212,9 +212,13 @@ fn multiprecision_random_trains() {
                 digits: 18,
                 longest: Duration::from_secs(60),
             };
-            let certificate = certify(&case, &exact, &recorder.events, &request, &mut |_| {
-                ControlFlow::Continue(())
-            });
+            let certificate = certify(
+                &case,
+                &exact,
+                &TrainRecord::of_events(recorder.events.clone()),
+                &request,
+                &mut |_| ControlFlow::Continue(()),
+            );
             let certificate = certificate.unwrap();
             if let Some(why) = &certificate.without_oracle {
                 println!("{index}: no oracle: {why}");

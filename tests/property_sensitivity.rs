@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::analysis::linearised::{Linearised, linearise};
-use stickslip::analysis::sensitivity::{FinalStick, Outcome, Sensitivity, of_final_stick};
+use stickslip::analysis::sensitivity::{Outcome, Sensitivities, Sensitivity, of_final_stick};
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::simulation::SolverOptions;
 
@@ -27,12 +27,12 @@ fn linearised(case: &Case) -> Linearised {
     linearise(case, &solver, None, &|| false).unwrap()
 }
 
-fn sensitivities(case: &Case, halves: &[(&str, f64)]) -> Option<FinalStick> {
+fn sensitivities(case: &Case, halves: &[(&str, f64)]) -> Option<Sensitivities> {
     let halves: Vec<(String, f64)> = halves.iter().map(|(path, half)| ((*path).to_owned(), *half)).collect();
     of_final_stick(case, &halves, &linearised(case), &|| false)
 }
 
-fn row<'a>(found: &'a FinalStick, path: &str) -> &'a Sensitivity {
+fn row<'a>(found: &'a Sensitivities, path: &str) -> &'a Sensitivity {
     found.rows.iter().find(|row| row.parameter.path == path).unwrap()
 }
 

@@ -18,7 +18,7 @@ use crate::simulation::sampling::SampleTimes;
 
 /// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
 /// no two runs differ, and this is all that its band says.
-const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
+pub(super) const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
 
 /// At most so many rows are compared, which bounds memory: the ladder keeps them of five runs.
 const MOST_ROWS: usize = 100_000;
@@ -145,7 +145,7 @@ impl Iterator for Times {
 }
 
 /// Two times of the same row: origins and intervals are multiplied out in different ways.
-fn same_row(a: f64, b: f64) -> bool {
+pub(super) fn same_row(a: f64, b: f64) -> bool {
     (a - b).abs() <= 16.0 * f64::EPSILON * a.abs().max(b.abs())
 }
 

@@ -2,7 +2,7 @@
 
 use super::certificate::{Certificate, CertifyError, certify};
 use super::exact::settle;
-use super::sensitivity::{FinalStick, of_certificate};
+use super::sensitivity::{Sensitivities, of_certificate};
 use crate::case::Case;
 use crate::model::ExactParameters;
 use crate::oracle::{OracleProgress, OracleSolution};
@@ -39,7 +39,7 @@ pub struct Certified {
     /// Of the ladder; settled by the oracle where that was asked.
     pub certificate: Certificate,
     /// What moves the final stick, if that was asked and there is a final stick that is converged.
-    pub final_stick: Option<FinalStick>,
+    pub final_stick: Option<Sensitivities>,
     /// The oracle's events, if it was asked.
     pub exact: Option<OracleSolution>,
     /// What was under way when it was interrupted: that part, and what would follow, is missing.

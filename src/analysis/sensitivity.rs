@@ -1,4 +1,5 @@
-//! What half a unit in the last digit of each number of a case does to the final stick: by the slope, and by runs.
+//! What half a unit in the last digit of each number of a case does to a result of its run, such as the final stick: by the
+//! slope, and by runs.
 //!
 //! A slope tells of small changes. Half a unit of the last printed digit is often none: it can move the stop by seconds, past
 //! a kick whose time is held, or across a graze. So the case is run again with each number half a unit lower and higher, by
@@ -10,6 +11,7 @@ use super::linearised::{Linearised, ParameterName};
 use crate::case::{Case, CaseError};
 use crate::model::KickTime;
 use crate::record::EventKind;
+use crate::results::SensitivityTables;
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions};
 use crate::workers::over_processors;
@@ -50,11 +52,13 @@ pub enum Outcome {
     Failed,
     /// The run would take too long.
     TooLong,
+    /// The motion does not repeat itself any more.
+    NoPeriod,
 }
 
 impl Outcome {
     /// All of them, in the order of their codes.
-    pub const ALL: [Outcome; 7] = [
+    pub const ALL: [Outcome; 8] = [
         Outcome::SameEvents,
         Outcome::OtherEvents,
         Outcome::NoiseDetermined,
@@ -62,6 +66,7 @@ impl Outcome {
         Outcome::Invalid,
         Outcome::Failed,
         Outcome::TooLong,
+        Outcome::NoPeriod,
     ];
 
     /// The code in result files.
@@ -79,7 +84,59 @@ impl Outcome {
             Outcome::Invalid => "invalid",
             Outcome::Failed => "failed",
             Outcome::TooLong => "too-long",
+            Outcome::NoPeriod => "no-period",
         }
+    }
+}
+
+/// A result of a run that its numbers move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Affected {
+    /// When the stick begins in which the run ends.
+    FinalStick,
+    /// The period of the motion that two trains come to.
+    AttractorPeriod,
+    /// When the last event is that is certain.
+    LastEvent,
+}
+
+impl Affected {
+    /// The name in result files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Affected::FinalStick => "final-stick",
+            Affected::AttractorPeriod => "attractor-period",
+            Affected::LastEvent => "last-event",
+        }
+    }
+
+    /// In words, with its article.
+    pub fn words(self) -> &'static str {
+        match self {
+            Affected::FinalStick => "the final stick",
+            Affected::AttractorPeriod => "the period of the attractor",
+            Affected::LastEvent => "the last event",
+        }
+    }
+
+    /// What a positive shift of it says.
+    pub fn shift(self) -> &'static str {
+        match self {
+            Affected::FinalStick => "how much later the final stick is",
+            Affected::AttractorPeriod => "how much longer the period of the attractor is",
+            Affected::LastEvent => "how much later the last event is",
+        }
+    }
+
+    /// What a rerun can come to.
+    pub fn outcomes(self) -> Vec<Outcome> {
+        let possible = |outcome: &Outcome| match outcome {
+            Outcome::NoPeriod => self == Affected::AttractorPeriod,
+            Outcome::NoFinalStick => self == Affected::FinalStick,
+            _ => true,
+        };
+        Outcome::ALL.into_iter().filter(possible).collect()
     }
 }
 
@@ -90,7 +147,7 @@ pub struct Rerun {
     pub value: f64,
     /// What came of it.
     pub outcome: Outcome,
-    /// By how much the final stick comes later, s; `None` without one.
+    /// By how much the result comes later, or is longer, s; `None` without one.
     pub shift: Option<f64>,
     /// Number of sticks; `None` where there was no run to its end.
     pub sticks: Option<usize>,
@@ -98,12 +155,12 @@ pub struct Rerun {
     pub remark: String,
 }
 
-/// What one number does to the final stick.
+/// What one number does to a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// The number.
     pub parameter: ParameterName,
-    /// d(final stick)/d(parameter), s per unit; `None` where there is no derivative.
+    /// d(result)/d(parameter), s per unit; `None` where there is no derivative.
     pub slope: Option<f64>,
     /// Half a unit in its last written digit, in its unit; `None` if it is not written as a number.
     pub half_last_digit: Option<f64>,
@@ -129,7 +186,9 @@ impl Sensitivity {
                     let difference = (shift - predicted).abs();
                     Some(difference > (NONLINEAR_SHARE * shift.abs().max(predicted.abs())).max(RERUN_ERROR))
                 }
-                (Outcome::OtherEvents | Outcome::NoiseDetermined | Outcome::NoFinalStick, _) => Some(true),
+                (Outcome::OtherEvents | Outcome::NoiseDetermined | Outcome::NoFinalStick | Outcome::NoPeriod, _) => {
+                    Some(true)
+                }
                 _ => None,
             })
             .reduce(|one, other| one || other)
@@ -143,10 +202,12 @@ impl Sensitivity {
     }
 }
 
-/// What the numbers of a case do to its final stick.
+/// What the numbers of a case do to a result of its run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FinalStick {
-    /// When it is, s.
+pub struct Sensitivities {
+    /// Which one.
+    pub of: Affected,
+    /// When it is, or how long, s.
     pub time: f64,
     /// One for each physical number of the case, in its order.
     pub rows: Vec<Sensitivity>,
@@ -165,7 +226,7 @@ pub fn of_final_stick(
     half_last_digits: &[(String, f64)],
     linearised: &Linearised,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Option<FinalStick> {
+) -> Option<Sensitivities> {
     let last = linearised.events.iter().rfind(|event| event.kind.in_event_sequence())?;
     if last.kind != EventKind::Stick {
         return None;
@@ -187,7 +248,8 @@ pub fn of_final_stick(
         Ok(baseline) => baseline.rerun(&mut rows, stop),
         Err(reason) => Some(reason),
     };
-    Some(FinalStick {
+    Some(Sensitivities {
+        of: Affected::FinalStick,
         time: last.time,
         rows,
         without_reruns,
@@ -201,7 +263,7 @@ pub(crate) fn of_certificate(
     half_last_digits: &[(String, f64)],
     certificate: &Certificate,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Option<FinalStick> {
+) -> Option<Sensitivities> {
     let last = certificate.in_event_sequence().last()?;
     let linear = certificate
         .linearised
@@ -212,7 +274,7 @@ pub(crate) fn of_certificate(
     known.then(|| of_final_stick(case, half_last_digits, &certificate.linearised, stop))?
 }
 
-fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
+pub(super) fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
     kinds.into_iter().filter(|kind| kind.in_event_sequence()).collect()
 }
 
@@ -236,6 +298,53 @@ fn held(case: &Case) -> String {
     match kicks.is_empty() {
         true => String::new(),
         false => format!("One number is changed at a time: {}.", kicks.join("; ")),
+    }
+}
+
+/// What half a last digit of each of so many parameters does to a result; nothing is known without one.
+pub(crate) fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -> SensitivityTables {
+    let row = |column: usize| found.map(|found| &found.rows[column]);
+    let numbers = |of: &dyn Fn(&Sensitivity) -> Option<f64>| -> Vec<f64> {
+        (0..parameters)
+            .map(|column| row(column).and_then(of).unwrap_or(f64::NAN))
+            .collect()
+    };
+    let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
+    let codes = |side: usize| -> Vec<i8> {
+        let code = |column| rerun(column, side).map_or(SensitivityTables::NONE, |rerun| rerun.outcome.code());
+        (0..parameters).map(code).collect()
+    };
+    let sticks = |side: usize| -> Vec<i64> {
+        let count = |column| {
+            rerun(column, side)
+                .and_then(|rerun| rerun.sticks)
+                .map_or(-1, |sticks| sticks as i64)
+        };
+        (0..parameters).map(count).collect()
+    };
+    let shifts = |side: usize| numbers(&|row| row.reruns.as_ref()?[side].shift);
+    let nonlinear = |column| match row(column).and_then(Sensitivity::nonlinear) {
+        Some(nonlinear) => i8::from(nonlinear),
+        None => SensitivityTables::NONE,
+    };
+    SensitivityTables {
+        half_last_digit: numbers(&|row| row.half_last_digit),
+        shift: [shifts(0), shifts(1)],
+        outcome: [codes(0), codes(1)],
+        outcomes: of.outcomes().iter().map(|o| (o.code(), o.name())).collect(),
+        shifts: of.shift(),
+        sticks: [sticks(0), sticks(1)],
+        nonlinear: (0..parameters).map(nonlinear).collect(),
+        texts: vec![
+            ("held", found.map_or_else(String::new, |found| found.held.clone())),
+            (
+                "without_reruns",
+                found.map_or_else(
+                    || format!("no {} that is converged", of.words().trim_start_matches("the ")),
+                    |found| found.without_reruns.clone().unwrap_or_default(),
+                ),
+            ),
+        ],
     }
 }
 
@@ -403,7 +512,7 @@ fn run(case: &Case, factor: usize, stop: &dyn Fn() -> bool) -> Result<RunReport,
 }
 
 /// In which count a sequence of events differs from another: "51 sticks instead of 54".
-fn difference(own: &[EventKind], other: &[EventKind]) -> String {
+pub(super) fn difference(own: &[EventKind], other: &[EventKind]) -> String {
     let count = |word: &[EventKind], kind: EventKind| word.iter().filter(|k| **k == kind).count();
     EventKind::ALL
         .into_iter()
@@ -419,7 +528,7 @@ fn difference(own: &[EventKind], other: &[EventKind]) -> String {
 }
 
 /// Why a case cannot have a value, in a few words.
-fn invalid(error: &CaseError, path: &str) -> String {
+pub(super) fn invalid(error: &CaseError, path: &str) -> String {
     let Some(problem) = error.problems.first() else {
         return "impossible".to_owned();
     };

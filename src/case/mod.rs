@@ -40,7 +40,7 @@ pub(crate) use setting::key_of;
 pub(crate) use setting::read_setting;
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub use trains::{TrainCase, TrainKey, TrainKind, train_keys};
+pub use trains::{TrainCase, TrainKey, TrainKind, TrainNumber, train_keys};
 pub(crate) use value::number_of;
 
 use crate::friction::{Exponential, Friction, Parameters as _};

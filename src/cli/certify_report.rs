@@ -5,10 +5,11 @@ use crate::analysis::advice::remedy;
 use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
 use crate::analysis::onset::Onset;
-use crate::analysis::sensitivity::{FinalStick, Outcome, Rerun, Sensitivity};
+use crate::analysis::sensitivity::{Affected, Outcome, Sensitivities, Sensitivity, columns as columns_of};
 use crate::oracle::OracleSolution;
 use crate::record::Event;
-use crate::results::{BandColumns, CertificateTables, SensitivityTables};
+use crate::results::schema::mode_flags;
+use crate::results::{BandColumns, CertificateTables};
 use crate::simulation::nearby::columns;
 use serde_json::{Value, json};
 
@@ -22,7 +23,7 @@ pub(super) struct Report<'a> {
     pub certificate: &'a Certificate,
     pub exact: Option<&'a OracleSolution>,
     /// What moves the final stick; `None` if that is no result.
-    pub final_stick: Option<&'a FinalStick>,
+    pub final_stick: Option<&'a Sensitivities>,
     pub file: String,
     /// The figure, if one was drawn.
     pub figure: Option<String>,
@@ -77,7 +78,7 @@ impl Report<'_> {
             terminal::show(&self.events()).trim_end().to_owned(),
             self.channels(),
         ];
-        parts.extend(self.sensitivities());
+        parts.extend(self.final_stick.map(sensitivities));
         parts.push(self.conditioning());
         if let Some(exact) = self.exact {
             parts.push(self.oracle(exact));
@@ -150,77 +151,6 @@ impl Report<'_> {
         }
         terminal::align_right(&mut table, 2..5);
         terminal::show(&table).trim_end().to_owned()
-    }
-
-    /// What moves the final stick, if that is a result.
-    fn sensitivities(&self) -> Option<String> {
-        let found = self.final_stick?;
-        let mut rows: Vec<&Sensitivity> = found.rows.iter().collect();
-        rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
-        let left_out = rows.len().saturating_sub(MOST_ROWS);
-        rows.truncate(MOST_ROWS);
-        let mut table = terminal::table(&[
-            "what moves the final stick",
-            "s per unit",
-            "half a last digit",
-            "by slope, s",
-            "rerun -, s",
-            "rerun +, s",
-            "",
-        ]);
-        let number = |x: Option<f64>| x.map_or_else(|| "unknown".to_owned(), |x| format!("{x:.1e}"));
-        // Each remark once, with the reruns that it is about.
-        let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
-        for row in rows {
-            let rerun = |side: usize| {
-                let Some(reruns) = &row.reruns else {
-                    return String::new();
-                };
-                match (reruns[side].shift, reruns[side].outcome) {
-                    (Some(shift), Outcome::SameEvents) => format!("{shift:+.1e} "),
-                    (Some(shift), _) => format!("{shift:+.1e}*"),
-                    (None, outcome) => format!("{}*", outcome.name()),
-                }
-            };
-            table.add_row([
-                format!("{}, {}", row.parameter.path, row.parameter.unit),
-                row.slope
-                    .map_or_else(|| "none".to_owned(), |slope| format!("{slope:.2e}")),
-                number(row.half_last_digit),
-                number(row.predicted()),
-                rerun(0),
-                rerun(1),
-                row.nonlinear()
-                    .filter(|not| *not)
-                    .map_or("", |_| "nonlinear")
-                    .to_owned(),
-            ]);
-            for (rerun, sign) in row.reruns.iter().flatten().zip(["-", "+"]) {
-                if rerun.remark.is_empty() {
-                    continue;
-                }
-                let what = format!("{} {sign}", row.parameter.path);
-                match remarks.iter_mut().find(|remark| remark.0 == rerun.remark) {
-                    Some((_, about)) => about.push(what),
-                    None => remarks.push((&rerun.remark, vec![what])),
-                }
-            }
-        }
-        terminal::align_right(&mut table, 1..6);
-        if left_out > 0 {
-            table.add_row([format!("... {left_out} more, which move it less")]);
-        }
-        let mut text = terminal::show(&table).trim_end().to_owned();
-        for (remark, about) in remarks {
-            text += &format!("\n* {}: {remark}", about.join(", "));
-        }
-        if let Some(reason) = &found.without_reruns {
-            text += &format!("\nSlopes only: {reason}.");
-        }
-        if !found.held.is_empty() {
-            text += &format!("\n{}", found.held);
-        }
-        Some(text)
     }
 
     fn conditioning(&self) -> String {
@@ -327,7 +257,7 @@ impl Report<'_> {
                     "value": p.value,
                     "half_last_digit": row.and_then(|row| row.half_last_digit),
                     "time_sensitivity": by,
-                    "final_stick": row.map(final_stick),
+                    "final_stick": row.map(influence),
                 })
             })
             .collect();
@@ -365,7 +295,78 @@ impl Report<'_> {
     }
 }
 
-fn final_stick(row: &Sensitivity) -> Value {
+/// What moves a result of the run, most first.
+pub(super) fn sensitivities(found: &Sensitivities) -> String {
+    let mut rows: Vec<&Sensitivity> = found.rows.iter().collect();
+    rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
+    let left_out = rows.len().saturating_sub(MOST_ROWS);
+    rows.truncate(MOST_ROWS);
+    let mut table = terminal::table(&[
+        &format!("what moves {}", found.of.words()),
+        "s per unit",
+        "half a last digit",
+        "by slope, s",
+        "rerun -, s",
+        "rerun +, s",
+        "",
+    ]);
+    let number = |x: Option<f64>| x.map_or_else(|| "unknown".to_owned(), |x| format!("{x:.1e}"));
+    // Each remark once, with the reruns that it is about.
+    let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
+    for row in rows {
+        let rerun = |side: usize| {
+            let Some(reruns) = &row.reruns else {
+                return String::new();
+            };
+            match (reruns[side].shift, reruns[side].outcome) {
+                (Some(shift), Outcome::SameEvents) => format!("{shift:+.1e} "),
+                (Some(shift), _) => format!("{shift:+.1e}*"),
+                (None, outcome) => format!("{}*", outcome.name()),
+            }
+        };
+        table.add_row([
+            format!("{}, {}", row.parameter.path, row.parameter.unit),
+            row.slope
+                .map_or_else(|| "none".to_owned(), |slope| format!("{slope:.2e}")),
+            number(row.half_last_digit),
+            number(row.predicted()),
+            rerun(0),
+            rerun(1),
+            row.nonlinear()
+                .filter(|not| *not)
+                .map_or("", |_| "nonlinear")
+                .to_owned(),
+        ]);
+        for (rerun, sign) in row.reruns.iter().flatten().zip(["-", "+"]) {
+            if rerun.remark.is_empty() {
+                continue;
+            }
+            let what = format!("{} {sign}", row.parameter.path);
+            match remarks.iter_mut().find(|remark| remark.0 == rerun.remark) {
+                Some((_, about)) => about.push(what),
+                None => remarks.push((&rerun.remark, vec![what])),
+            }
+        }
+    }
+    terminal::align_right(&mut table, 1..6);
+    if left_out > 0 {
+        table.add_row([format!("... {left_out} more, which move it less")]);
+    }
+    let mut text = terminal::show(&table).trim_end().to_owned();
+    for (remark, about) in remarks {
+        text += &format!("\n* {}: {remark}", about.join(", "));
+    }
+    if let Some(reason) = &found.without_reruns {
+        text += &format!("\nSlopes only: {reason}.");
+    }
+    if !found.held.is_empty() {
+        text += &format!("\n{}", found.held);
+    }
+    text
+}
+
+/// One number's row, for programs.
+pub(super) fn influence(row: &Sensitivity) -> Value {
     let rerun = |side: usize| row.reruns.as_ref().map(|reruns| &reruns[side]);
     json!({
         "slope": row.slope,
@@ -426,7 +427,7 @@ fn row(event: &CertifiedEvent) -> Vec<String> {
 pub(super) fn tables(
     certificate: &Certificate,
     result: &[Event],
-    final_stick: Option<&FinalStick>,
+    final_stick: Option<&Sensitivities>,
     exact: Option<&OracleSolution>,
 ) -> CertificateTables {
     let c = certificate;
@@ -472,18 +473,20 @@ pub(super) fn tables(
             .iter()
             .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
             .collect(),
+        modes: mode_flags(),
         bands: columns()
             .enumerate()
             .map(|(column, (name, unit, _))| BandColumns {
-                name,
-                unit,
+                name: (*name).to_owned(),
+                unit: (*unit).to_owned(),
                 band: c.bands.stretches.iter().map(|s| s.bands[column]).collect(),
-                rate: c.bands.stretches.iter().map(|s| s.rates[column]).collect(),
+                rate: Some(c.bands.stretches.iter().map(|s| s.rates[column]).collect()),
             })
             .collect(),
         oracle: exact.map(csv).unwrap_or_default(),
         parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
-        final_stick: final_stick_columns(final_stick, parameters.len()),
+        sensitivities: columns_of(final_stick, Affected::FinalStick, parameters.len()),
+        sensitivity_uncertainty: None,
         sensitivity: (0..result.len())
             .map(|index| match c.linearised.events.get(index) {
                 // Of the same event of the same sequence only.
@@ -491,52 +494,6 @@ pub(super) fn tables(
                 _ => vec![f64::NAN; parameters.len()],
             })
             .collect(),
-    }
-}
-
-/// What half a last digit of each of so many parameters does to the final stick; nothing is known without one.
-fn final_stick_columns(found: Option<&FinalStick>, parameters: usize) -> SensitivityTables {
-    let row = |column: usize| found.map(|found| &found.rows[column]);
-    let numbers = |of: &dyn Fn(&Sensitivity) -> Option<f64>| -> Vec<f64> {
-        (0..parameters)
-            .map(|column| row(column).and_then(of).unwrap_or(f64::NAN))
-            .collect()
-    };
-    let rerun = |column: usize, side: usize| -> Option<&Rerun> { Some(&row(column)?.reruns.as_ref()?[side]) };
-    let codes = |side: usize| -> Vec<i8> {
-        let code = |column| rerun(column, side).map_or(SensitivityTables::NONE, |rerun| rerun.outcome.code());
-        (0..parameters).map(code).collect()
-    };
-    let sticks = |side: usize| -> Vec<i64> {
-        let count = |column| {
-            rerun(column, side)
-                .and_then(|rerun| rerun.sticks)
-                .map_or(-1, |sticks| sticks as i64)
-        };
-        (0..parameters).map(count).collect()
-    };
-    let shifts = |side: usize| numbers(&|row| row.reruns.as_ref()?[side].shift);
-    let nonlinear = |column| match row(column).and_then(Sensitivity::nonlinear) {
-        Some(nonlinear) => i8::from(nonlinear),
-        None => SensitivityTables::NONE,
-    };
-    SensitivityTables {
-        half_last_digit: numbers(&|row| row.half_last_digit),
-        shift: [shifts(0), shifts(1)],
-        outcome: [codes(0), codes(1)],
-        outcomes: Outcome::ALL.map(|o| (o.code(), o.name())).to_vec(),
-        sticks: [sticks(0), sticks(1)],
-        nonlinear: (0..parameters).map(nonlinear).collect(),
-        texts: vec![
-            ("held", found.map_or_else(String::new, |found| found.held.clone())),
-            (
-                "without_reruns",
-                found.map_or_else(
-                    || "no final stick that is converged".to_owned(),
-                    |found| found.without_reruns.clone().unwrap_or_default(),
-                ),
-            ),
-        ],
     }
 }
 

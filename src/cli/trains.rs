@@ -1,20 +1,24 @@
 //! `stickslip run` and `stickslip certify` of two trains.
 
 use super::arguments::{CertifyOptions, Common, RunOptions};
+use super::certify_report::{influence, sensitivities};
 use super::input::{Given, Scratch, bad_case, bad_file, default_output, finish, interrupt_flag};
 use super::progress::{OracleBar, RunBar};
 use super::{CommandError, End, complain, print, print_json, terminal};
+use crate::analysis::linearised::ParameterName;
+use crate::analysis::sensitivity::Sensitivities;
 use crate::analysis::trains::{
-    self, Attractor, CertifiedTrainEvent, LONGEST_PERIOD, Outcome, TrainCertificate, TrainCertifyRequest, TrainRung,
-    TrainWitness,
+    self, Attractor, CertifiedTrainEvent, LONGEST_PERIOD, Outcome, Slope, TrainBand, TrainCertificate,
+    TrainCertifyRequest, TrainRecord, TrainRung, TrainStretch, TrainWitness,
 };
+use crate::analysis::witness::Testimony;
 use crate::analysis::{SavedTrainReport, SavedTrainRun, TrainSummary};
-use crate::case::{CaseError, CaseSource, Motion, Origin, Override, TrainCase};
+use crate::case::{CaseSource, Motion, Origin, Override, TrainCase};
 use crate::hybrid::RunError;
 use crate::oracle::OracleError;
-use crate::oracle::trains::ExactTrains;
 use crate::results::{Overwrite, ResultFile, SavedRows, Status, check_target, write_certified};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -106,7 +110,10 @@ pub(super) fn run(
         })?;
     } else if !common.quiet && error.is_none() {
         print(&run_report(&case, &summary, wall_time))?;
-        if let Some(witness) = witness.as_ref().filter(|witness| witness.differs.is_none()) {
+        if let Some(witness) = witness
+            .as_ref()
+            .filter(|witness| witness.testimony != Testimony::SequenceDiffers)
+        {
             print(&format!("\n{}\n", witness.statement))?;
         }
         print(&format!("\n{}\n", file.display()))?;
@@ -124,7 +131,7 @@ pub(super) fn run(
 
 fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
     let mut found = Vec::new();
-    if let Some(witness) = witness.filter(|witness| witness.differs.is_some()) {
+    if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
         found.push(witness.statement.clone());
     }
     if summary.kicks_never_given > 0 {
@@ -271,6 +278,15 @@ struct CertificateDocument<'a> {
     ladder: &'a [TrainRung],
     #[serde(skip_serializing_if = "Option::is_none")]
     without_oracle: Option<&'a str>,
+    /// How far the rows of the trajectory can be off, by channel and by stretch.
+    channels: Vec<Value>,
+    stretches: Vec<Value>,
+    /// What each number of the case does to the events, and to what the run comes to.
+    sensitivity: Vec<Value>,
+    /// What the run comes to, of which `sensitivity` tells.
+    result: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without_sensitivities: Option<&'a str>,
     /// s.
     seconds: f64,
 }
@@ -291,7 +307,8 @@ pub(super) fn certify(
         ));
     }
     let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
-    let exact = exact(given, changes, &case).map_err(bad_case)?;
+    let (written, changes) = as_written(given, changes, &case);
+    let exact = TrainCase::exact_parameters(&written, changes).map_err(bad_case)?;
     let target = options
         .output
         .clone()
@@ -343,14 +360,14 @@ pub(super) fn certify(
             path.display()
         )));
     }
-    let events = file.events().map_err(bad_file)?;
+    let record = TrainRecord::read(&file, &case).map_err(bad_file)?;
     let defaults = TrainCertifyRequest::default();
     let request = TrainCertifyRequest {
         digits: options.digits.unwrap_or(0).max(defaults.digits),
         ..defaults
     };
     let bar = OracleBar::new(common);
-    let certified = trains::certify(&case, &exact, &events, &request, &mut |progress| {
+    let certified = trains::certify(&case, &exact, &record, &request, &mut |progress| {
         bar.show(progress);
         match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
@@ -358,7 +375,7 @@ pub(super) fn certify(
         }
     });
     bar.finish();
-    let certificate = match certified {
+    let mut certificate = match certified {
         Ok(certificate) => certificate,
         Err(OracleError::Interrupted(_)) => {
             if !common.quiet {
@@ -368,8 +385,19 @@ pub(super) fn certify(
         }
         Err(error) => return Err(CommandError::Computation(error.to_string())),
     };
+    let stopped = || stop.load(Ordering::Relaxed);
+    certificate.add_sensitivities(&written, changes, &record, &stopped);
     write_certified(&path, &target, overwrite, &certificate.tables()).map_err(bad_file)?;
     drop(scratch);
+    if stopped() {
+        if !common.quiet {
+            let kept = target.display();
+            complain(&format!(
+                "interrupted during the runs for the sensitivities; {kept} has the certificate, without these"
+            ));
+        }
+        return Ok(End::Interrupted);
+    }
     let seconds = clock.elapsed().as_secs_f64();
     if common.json {
         print_json(&CertificateDocument {
@@ -386,6 +414,11 @@ pub(super) fn certify(
             events: &certificate.events,
             ladder: &certificate.ladder,
             without_oracle: certificate.without_oracle.as_deref(),
+            channels: certificate.bands.channels.iter().map(channel).collect(),
+            stretches: stretches(&certificate),
+            sensitivity: sensitivity(&certificate),
+            result: result_of(&certificate).map(|result| json!({ "of": result.of, "value": result.time })),
+            without_sensitivities: without_sensitivities(&certificate),
             seconds,
         })?;
     } else if !common.quiet {
@@ -415,20 +448,79 @@ pub(super) fn certify(
     }
 }
 
-/// The numbers of the case without rounding: as they were written, where the text that a result file keeps still gives its
-/// case.
-fn exact(given: &Given, changes: &[Override], case: &TrainCase) -> Result<ExactTrains, CaseError> {
+/// Where the numbers of the case are as they were written, with what changes them there: the text that a result file keeps, where
+/// that still gives its case.
+fn as_written<'a>(given: &Given, changes: &'a [Override], case: &TrainCase) -> (CaseSource, &'a [Override]) {
     if let Origin::Result(_) = given.source.origin {
         let written = CaseSource {
             text: given.text.clone(),
             origin: given.source.origin.clone(),
         };
-        let same = |read: &TrainCase| read.parameters == case.parameters;
-        if TrainCase::parse(&written, &[]).is_ok_and(|read| same(&read)) {
-            return TrainCase::exact_parameters(&written, &[]);
+        if TrainCase::parse(&written, &[]).is_ok_and(|read| read.parameters == case.parameters) {
+            return (written, &[]);
         }
     }
-    TrainCase::exact_parameters(&given.source, changes)
+    (given.source.clone(), changes)
+}
+
+fn channel(channel: &TrainBand) -> Value {
+    json!({
+        "name": channel.name,
+        "unit": channel.unit,
+        "band": channel.band,
+        "largest": channel.largest,
+    })
+}
+
+fn stretches(certificate: &TrainCertificate) -> Vec<Value> {
+    let bands = &certificate.bands;
+    let stretch = |stretch: &TrainStretch| {
+        let named = bands.channels.iter().zip(&stretch.bands);
+        let bands: serde_json::Map<String, Value> = named
+            .map(|(channel, band)| (channel.name.clone(), json!(band)))
+            .collect();
+        json!({
+            "start": stretch.start,
+            "end": stretch.end,
+            "mode": stretch.mode.name(),
+            "time_uncertainty": stretch.time_uncertainty,
+            "bands": bands,
+        })
+    };
+    bands.stretches.iter().map(stretch).collect()
+}
+
+/// One document for each number of the case.
+fn sensitivity(certificate: &TrainCertificate) -> Vec<Value> {
+    let Some(known) = certificate.known_sensitivities() else {
+        return Vec::new();
+    };
+    let numbers = known.parameters.iter().enumerate();
+    let document = |(column, parameter): (usize, &ParameterName)| {
+        let of = |of: fn(&Slope) -> f64| known.events.iter().map(|row| of(&row[column])).collect::<Vec<f64>>();
+        let row = known.result.as_ref().map(|result| &result.rows[column]);
+        json!({
+            "parameter": parameter.path,
+            "unit": parameter.unit,
+            "value": parameter.value,
+            "half_last_digit": row.and_then(|row| row.half_last_digit),
+            "time_sensitivity": of(|slope| slope.value),
+            "time_sensitivity_uncertainty": of(|slope| slope.uncertainty),
+            "result": row.map(influence),
+        })
+    };
+    numbers.map(document).collect()
+}
+
+fn result_of(certificate: &TrainCertificate) -> Option<&Sensitivities> {
+    certificate.known_sensitivities()?.result.as_ref()
+}
+
+fn without_sensitivities(certificate: &TrainCertificate) -> Option<&str> {
+    match certificate.sensitivities.as_ref()? {
+        Ok(_) => None,
+        Err(why) => Some(why),
+    }
 }
 
 fn certificate_text(case: &TrainCase, certificate: &TrainCertificate, seconds: f64) -> String {
@@ -472,12 +564,32 @@ fn certificate_text(case: &TrainCase, certificate: &TrainCertificate, seconds: f
         ),
         None => "by the ladder of methods alone".to_owned(),
     };
+    let mut channels = terminal::table(&["channel", "unit", "largest", "band"]);
+    for channel in &certificate.bands.channels {
+        let band = match channel.band.is_finite() {
+            true => format!("{:.1e}", channel.band),
+            false => "unknown".to_owned(),
+        };
+        channels.add_row([
+            channel.name.clone(),
+            channel.unit.clone(),
+            format!("{:.3e}", channel.largest),
+            band,
+        ]);
+    }
+    terminal::align_right(&mut channels, 2..4);
+    let mut parts = vec![
+        terminal::show(&events).trim_end().to_owned(),
+        terminal::show(&ladder).trim_end().to_owned(),
+        terminal::show(&channels).trim_end().to_owned(),
+    ];
+    parts.extend(result_of(certificate).map(sensitivities));
+    parts.extend(without_sensitivities(certificate).map(|why| format!("No sensitivities: {why}.")));
     format!(
-        "{}\nmethod {}, rtol {:e}; uncertainties {by}; {seconds:.2} s\n\n{}\n{}",
+        "{}\nmethod {}, rtol {:e}; uncertainties {by}; {seconds:.2} s\n\n{}\n",
         case.title,
         case.solver.method.name(),
         case.solver.rtol,
-        terminal::show(&events),
-        terminal::show(&ladder),
+        parts.join("\n\n"),
     )
 }

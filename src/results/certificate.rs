@@ -42,6 +42,8 @@ pub struct CertificateTables {
     /// One for each stretch between events: start and end (s), code of the mode, uncertainty of the times at its ends (s;
     /// NaN where it is not converged).
     pub stretches: Vec<(f64, f64, i8, f64)>,
+    /// (code, name) of the modes.
+    pub modes: Vec<schema::Flag>,
     /// Of each channel of the trajectory.
     pub bands: Vec<BandColumns>,
     /// Exact event times, as decimal texts, by the oracle; empty without one.
@@ -49,19 +51,23 @@ pub struct CertificateTables {
     /// (path, unit) of each parameter.
     pub parameters: Vec<(String, String)>,
     /// What half a last digit of each does.
-    pub final_stick: SensitivityTables,
+    pub sensitivities: SensitivityTables,
     /// d(event time)/d(parameter), s per unit: a row of all parameters for each event.
     pub sensitivity: Vec<Vec<f64>>,
+    /// How far each of these can be off, where that is known.
+    pub sensitivity_uncertainty: Option<Vec<Vec<f64>>>,
 }
 
-/// What half a unit in the last written digit of each parameter does to the final stick: one value for each parameter; of
+/// What half a unit in the last written digit of each parameter does to a result, such as the final stick: one value for each parameter; of
 /// pairs the first is half a unit lower, the second half a unit higher.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SensitivityTables {
     /// In the unit of the parameter; NaN if it is not written as a number.
     pub half_last_digit: Vec<f64>,
-    /// How much later the final stick of the rerun is, s; NaN without one.
+    /// How much later, or longer, the result of the rerun is, s; NaN without one.
     pub shift: [Vec<f64>; 2],
+    /// What a positive shift says: "how much later the final stick is".
+    pub shifts: &'static str,
     /// Code of what the rerun came to, or [`SensitivityTables::NONE`].
     pub outcome: [Vec<i8>; 2],
     /// (code, name) of what a rerun can come to.
@@ -85,13 +91,13 @@ impl SensitivityTables {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BandColumns {
     /// Of the channel.
-    pub name: &'static str,
+    pub name: String,
     /// UDUNITS.
-    pub unit: &'static str,
-    /// In that unit, at equal phase.
+    pub unit: String,
+    /// In that unit: at equal phase where there is a rate, else at a fixed time.
     pub band: Vec<f64>,
-    /// Largest rate of change, in that unit per second.
-    pub rate: Vec<f64>,
+    /// Largest rate of change, in that unit per second, by which a band at equal phase becomes one at a fixed time.
+    pub rate: Option<Vec<f64>>,
 }
 
 impl BandColumns {
@@ -296,7 +302,7 @@ fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         "what the contact does in it",
         &stretch,
     )?;
-    flags(&mode, &schema::mode_flags())?;
+    flags(&mode, &tables.modes)?;
     column(
         group,
         "stretch_time_uncertainty",
@@ -306,21 +312,24 @@ fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         &stretch,
     )?;
     for channel in &tables.bands {
-        let name = channel.name;
+        let name = &channel.name;
+        let where_to = match channel.rate {
+            Some(_) => "at the same share of its own way between the events",
+            None => "at the same time, in a row of the same mode",
+        };
         column(
             group,
             &format!("band_{name}"),
             &channel.band,
-            channel.unit,
-            &format!(
-                "how far {name} can be from the exact solution at the same share of its own way between the events"
-            ),
+            &channel.unit,
+            &format!("how far {name} can be from the exact solution {where_to}"),
             &stretch,
         )?;
+        let Some(rate) = &channel.rate else { continue };
         column(
             group,
             &format!("rate_{name}"),
-            &channel.rate,
+            rate,
             &channel.rate_unit(),
             &format!("largest |d({name})/dt|; times stretch_time_uncertainty, what to add to the band at a fixed time"),
             &stretch,
@@ -337,23 +346,30 @@ fn sensitivity(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
     let units: Vec<&str> = tables.parameters.iter().map(|p| p.1.as_str()).collect();
     write_text_attribute(group, "parameters", &paths.join(", "))?;
     write_text_attribute(group, "parameter_units", &units.join(", "))?;
-    let flat: Vec<f64> = tables.sensitivity.iter().flatten().copied().collect();
-    let table = group
-        .new_dataset::<f64>()
-        .shape([rows, columns])
-        .create("time_sensitivity")?;
-    table.write_raw(&flat)?;
-    describe(
-        &table,
-        "s",
+    let matrix = |name: &str, values: &[Vec<f64>], long_name: &str| {
+        let flat: Vec<f64> = values.iter().flatten().copied().collect();
+        let table = group.new_dataset::<f64>().shape([rows, columns]).create(name)?;
+        table.write_raw(&flat)?;
+        describe(&table, "s", long_name)?;
+        raw::attach_scale(&table, &event, 0)?;
+        raw::attach_scale(&table, &parameter, 1)
+    };
+    matrix(
+        "time_sensitivity",
+        &tables.sensitivity,
         "d(event time)/d(parameter), s for each unit of the parameter (attribute parameter_units of the group)",
     )?;
-    raw::attach_scale(&table, &event, 0)?;
-    raw::attach_scale(&table, &parameter, 1)?;
-    final_stick(group, &tables.final_stick, &parameter)
+    if let Some(uncertainty) = &tables.sensitivity_uncertainty {
+        matrix(
+            "time_sensitivity_uncertainty",
+            uncertainty,
+            "how far time_sensitivity can be off, in its unit",
+        )?;
+    }
+    result(group, &tables.sensitivities, &parameter)
 }
 
-fn final_stick(group: &Group, tables: &SensitivityTables, parameter: &hdf5::Dataset) -> hdf5::Result<()> {
+fn result(group: &Group, tables: &SensitivityTables, parameter: &hdf5::Dataset) -> hdf5::Result<()> {
     for (name, text) in &tables.texts {
         write_text_attribute(group, name, text)?;
     }
@@ -371,7 +387,10 @@ fn final_stick(group: &Group, tables: &SensitivityTables, parameter: &hdf5::Data
             &format!("shift_{name}"),
             &tables.shift[side],
             "s",
-            &format!("how much later the final stick is with the parameter half_last_digit {where_to}, by a run"),
+            &format!(
+                "{} with the parameter half_last_digit {where_to}, by a run",
+                tables.shifts
+            ),
             parameter,
         )?;
         let outcome = column(

@@ -1,15 +1,20 @@
 //! How far the events of a run of two trains can be from the exact ones.
 //!
 //! Two witnesses: the oracle, which solves the case with as many digits as it takes, and a ladder of methods that share little
-//! with each other. The oracle's word counts; without it, as where it would take too long, the ladder's does.
+//! with each other. The oracle's word counts; without it, as where it would take too long, the ladder's does. The rows between the
+//! events are held against those of the ladder.
 
+use super::bands::{TrainBands, TrainRecord, bands, output};
+use super::sensitivity::{Slope, TrainSensitivities, sensitivities};
 use super::witness::by_another_method;
+use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
-use crate::case::TrainCase;
+use crate::case::{CaseSource, Override, TrainCase};
 use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
 use crate::oracle::{OracleError, OracleProgress, OracleRequest};
-use crate::record::{Event, MemoryRecorder};
+use crate::record::Event;
 use crate::results::CertificateTables;
+use crate::results::schema::train_mode_flags;
 use crate::run::Run;
 use crate::simulation::Method;
 use num_rational::BigRational;
@@ -88,6 +93,11 @@ pub struct TrainCertificate {
     pub exact: Option<TrainOracleSolution>,
     /// Why it has not.
     pub without_oracle: Option<String>,
+    /// How far the rows of the trajectory can be off, up to the first event that is not converged; empty where no rows were
+    /// given.
+    pub bands: TrainBands,
+    /// What the numbers of the case do to the events, if that was asked; or why that is not known.
+    pub sensitivities: Option<Result<TrainSensitivities, String>>,
 }
 
 /// What is asked for.
@@ -119,7 +129,7 @@ fn rational(value: f64) -> BigRational {
 pub fn certify(
     case: &TrainCase,
     exact: &ExactTrains,
-    own: &[Event],
+    own: &TrainRecord,
     request: &TrainCertifyRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<TrainCertificate, OracleError> {
@@ -136,14 +146,18 @@ pub fn certify(
         Err(error @ OracleError::Interrupted(_)) => return Err(error),
         Err(error) => (None, Some(error.to_string())),
     };
-    let mut ladder_distance = vec![Some(0.0f64); own.len()];
-    let mut ladder = Vec::new();
+    let mut ladder_distance = vec![Some(0.0f64); own.events.len()];
+    let (mut ladder, mut witnesses) = (Vec::new(), Vec::new());
     for (method, rtol) in LADDER {
-        let rung = climb(case, own, method, rtol, &mut ladder_distance);
+        let (rung, record) = climb(case, own, method, rtol, &mut ladder_distance);
+        // A method makes the same errors twice.
+        if method != case.solver.method && rung.failure.is_none() {
+            witnesses.push((rung.agreeing, record));
+        }
         ladder.push(rung);
     }
     let mut same = true;
-    let events = own.iter().enumerate().map(|(index, event)| {
+    let events = own.events.iter().enumerate().map(|(index, event)| {
         let rounding = ROUNDING * f64::EPSILON * event.time;
         let ladder_uncertainty = ladder_distance[index].map(|distance| SAFETY * distance + rounding);
         let found = solution
@@ -184,22 +198,32 @@ pub fn certify(
             ladder_uncertainty,
         }
     });
+    let events: Vec<CertifiedTrainEvent> = events.collect();
     Ok(TrainCertificate {
-        events: events.collect(),
+        bands: bands(case, own, &events, &witnesses),
+        events,
         ladder,
         exact: solution,
         without_oracle,
+        sensitivities: None,
     })
 }
 
 /// A run by another method, held against the run's own events; takes its distances into those of the ladder.
-fn climb(case: &TrainCase, own: &[Event], method: Method, rtol: f64, distances: &mut [Option<f64>]) -> TrainRung {
-    let (solver, output) = by_another_method(case, method, rtol);
-    let mut recorder = MemoryRecorder::default();
+fn climb(
+    case: &TrainCase,
+    own: &TrainRecord,
+    method: Method,
+    rtol: f64,
+    distances: &mut [Option<f64>],
+) -> (TrainRung, TrainRecord) {
+    let (solver, at_the_ends) = by_another_method(case, method, rtol);
+    let output = if own.rows.is_empty() { at_the_ends } else { output(case) };
+    let mut recorder = TrainRecord::default();
     let result = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
         .record(&mut recorder)
         .start();
-    let pairs = own.iter().zip(&recorder.events);
+    let pairs = own.events.iter().zip(&recorder.events);
     let agrees = |pair: &(&Event, &Event)| pair.0.kind == pair.1.kind && pair.0.mode_after == pair.1.mode_after;
     let agreeing: Vec<f64> = pairs
         .take_while(agrees)
@@ -211,17 +235,40 @@ fn climb(case: &TrainCase, own: &[Event], method: Method, rtol: f64, distances: 
             _ => None,
         };
     }
-    TrainRung {
+    let rung = TrainRung {
         method: method.name(),
         rtol,
         events: recorder.events.len(),
         agreeing: agreeing.len(),
         distance: agreeing.iter().copied().reduce(f64::max),
         failure: result.err().map(|failure| failure.to_string()),
-    }
+    };
+    (rung, recorder)
 }
 
 impl TrainCertificate {
+    /// Finds out, too, what the numbers of the case, as they are written in `source` with `overrides`, do to the events that are
+    /// converged, and what half a unit of the last digit of each does to what the run comes to. `stop` is asked now and then.
+    pub fn add_sensitivities(
+        &mut self,
+        source: &CaseSource,
+        overrides: &[Override],
+        own: &TrainRecord,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) {
+        let converged = self
+            .events
+            .iter()
+            .take_while(|event| event.uncertainty.is_some())
+            .count();
+        self.sensitivities = Some(sensitivities(source, overrides, &own.events[..converged], stop));
+    }
+
+    /// What the numbers of the case do, where it is known.
+    pub fn known_sensitivities(&self) -> Option<&TrainSensitivities> {
+        self.sensitivities.as_ref()?.as_ref().ok()
+    }
+
     /// The fewest digits of any event's time; `None` without events.
     pub fn least_digits(&self) -> Option<u32> {
         self.events.iter().map(CertifiedTrainEvent::digits).min()
@@ -265,6 +312,23 @@ impl TrainCertificate {
         } else {
             Verdict::SequenceDiffers
         };
+        let known = self.known_sensitivities();
+        let parameters = known.map_or(&[][..], |known| &known.parameters);
+        // Nothing is known of an event that is not converged.
+        let matrix = |of: fn(&Slope) -> f64| -> Vec<Vec<f64>> {
+            let row = |index: usize| match known.and_then(|known| known.events.get(index)) {
+                Some(row) => row.iter().map(of).collect(),
+                None => vec![f64::NAN; parameters.len()],
+            };
+            (0..self.events.len()).map(row).collect()
+        };
+        let result = known.and_then(|known| known.result.as_ref());
+        let of = result.map_or(Affected::LastEvent, |result| result.of);
+        let mut sensitivities = columns(result, of, parameters.len());
+        sensitivities.texts.push(("of", of.name().to_owned()));
+        if let Some(Err(why)) = &self.sensitivities {
+            sensitivities.texts.push(("without_sensitivities", why.clone()));
+        }
         CertificateTables {
             time_uncertainty: numbers(|event| event.uncertainty),
             verdict: self.events.iter().map(|event| event.verdict.code()).collect(),
@@ -292,7 +356,18 @@ impl TrainCertificate {
             ],
             numbers: vec![("digits", self.least_digits().map_or(f64::NAN, f64::from))],
             oracle: self.exact.as_ref().map(TrainCertificate::csv).unwrap_or_default(),
-            ..CertificateTables::default()
+            stretches: self
+                .bands
+                .stretches
+                .iter()
+                .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
+                .collect(),
+            modes: train_mode_flags(),
+            bands: self.bands.columns(),
+            parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
+            sensitivities,
+            sensitivity: matrix(|slope| slope.value),
+            sensitivity_uncertainty: Some(matrix(|slope| slope.uncertainty)),
         }
     }
 }

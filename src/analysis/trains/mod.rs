@@ -3,6 +3,8 @@
 //! | module | what it is |
 //! |---|---|
 //! | `certification` | how far its events can be from the exact ones |
+//! | `bands` | how far its rows can be |
+//! | `sensitivity` | what the numbers of the case do to its events |
 //! | `attractor` | whether the motion repeats itself, with which period, and its extremes |
 //! | `summary` | the headline of a run |
 //! | `witness` | whether another method finds the same events |
@@ -14,20 +16,24 @@
 //! | `impedance` | how much negative damping of the contact the trains can bear |
 
 mod attractor;
+mod bands;
 mod certification;
 mod impedance;
 mod linear;
 pub mod modes;
 mod modes_report;
 mod saved_run;
+mod sensitivity;
 mod sliding;
 mod summary;
 mod witness;
 
 pub use attractor::{Attractor, Extremes, LONGEST_PERIOD, RECURRENCE_TOLERANCE};
+pub use bands::{TrainBand, TrainBands, TrainRecord, TrainRow, TrainStretch};
 pub use certification::{CertifiedTrainEvent, TrainCertificate, TrainCertifyRequest, TrainRung, certify};
 pub use impedance::Verdict;
 pub use modes::TrainModes;
 pub use saved_run::{SavedTrainReport, SavedTrainRun};
+pub use sensitivity::{Slope, TrainSensitivities, sensitivities};
 pub use summary::{Outcome, TrainSummary};
 pub use witness::TrainWitness;

@@ -142,10 +142,14 @@ impl<'a> SavedTrainRun<'a> {
         let wall_time = writer.elapsed();
         // Beside a complete run only, and never a reason for it to fail.
         let witness = (status == Status::Complete && self.witness)
-            .then(|| witness(case, &events, wall_time, &stopped))
+            .then(|| witness(case, &events, report.work.iter().map(|work| work.steps).sum(), &stopped))
             .flatten();
         let saved = writer.saved();
-        let (file, unsaved) = match writer.finish(status.clone(), &summary.table(case.motion), wall_time) {
+        let said = witness
+            .as_ref()
+            .map_or(Ok(()), |witness| writer.witness(&witness.attributes()));
+        let finished = said.and_then(|()| writer.finish(status.clone(), &summary.table(case.motion), wall_time));
+        let (file, unsaved) = match finished {
             Ok(file) => (file, None),
             Err(error) => (partial, Some(error)),
         };

@@ -1,15 +1,18 @@
 //! A second method beside a run of two trains: whether it finds the same events.
 
+use crate::analysis::witness::Testimony;
 use crate::case::TrainCase;
+use crate::hybrid::RunError;
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
-/// The witness is given up after this multiple of the run's own time, and not before so many seconds.
-const PATIENCE: (f64, f64) = (4.0, 2.0);
+/// The witness is given up after this multiple of the run's own steps, and not before so many: a count, so that the same case
+/// always has the same witness.
+const PATIENCE: (u64, u64) = (10, 50_000);
 
 /// Events of two methods that are farther apart than this share of the time between them and their neighbours are not the
 /// same: something has grown between the two.
@@ -22,11 +25,15 @@ pub struct TrainWitness {
     pub method: &'static str,
     /// Its relative tolerance.
     pub rtol: f64,
+    /// What it says.
+    pub testimony: Testimony,
+    /// Events that it finds.
+    pub events: usize,
     /// Events up to the first that is another; all, where `differs` is `None`.
     pub agreeing: usize,
     /// The largest distance of those.
     pub largest_distance: f64,
-    /// When the first event comes that is another.
+    /// When the first event comes that is another; of a witness that ran to its end.
     pub differs: Option<f64>,
     /// The same in words.
     pub statement: String,
@@ -36,12 +43,15 @@ pub struct TrainWitness {
 struct Beside<'a> {
     own: &'a [(f64, EventKind)],
     index: usize,
+    /// Of the second run so far.
+    events: usize,
     largest: f64,
     differs: Option<f64>,
 }
 
 impl Beside<'_> {
     fn take(&mut self, time: f64, kind: EventKind) {
+        self.events += 1;
         if self.differs.is_some() {
             return;
         }
@@ -97,48 +107,60 @@ pub(super) fn by_another_method(case: &TrainCase, method: Method, rtol: f64) -> 
     (solver, output)
 }
 
-/// What another method makes of a run of `case` with these events, which took `seconds`; `None` where it fails, takes too long,
-/// or is stopped.
+/// What another method makes of a run of `case` with these events, which took so many steps; `None` where it is stopped.
 pub(super) fn witness(
     case: &TrainCase,
     own: &[(f64, EventKind)],
-    seconds: f64,
+    steps: u64,
     stopped: &dyn Fn() -> bool,
 ) -> Option<TrainWitness> {
     let (method, rtol) = match case.solver.method {
         Method::Series => (Method::Auto, case.solver.rtol.min(1e-12)),
         _ => (Method::Series, case.solver.rtol),
     };
-    let (solver, output) = by_another_method(case, method, rtol);
+    let (mut solver, output) = by_another_method(case, method, rtol);
+    let patience = (PATIENCE.0 * steps).max(PATIENCE.1);
+    solver.max_steps = usize::try_from(patience).ok();
     let mut beside = Beside {
         own,
         index: 0,
+        events: 0,
         largest: 0.0,
         differs: None,
     };
-    let (clock, longest) = (Instant::now(), (PATIENCE.0 * seconds).max(PATIENCE.1));
-    let report = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
+    let ended = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
         .record(&mut beside)
-        .control(|_| match stopped() || clock.elapsed().as_secs_f64() > longest {
+        .control(|_| match stopped() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         })
-        .start()
-        .ok()?;
-    if report.interrupted {
-        return None;
-    }
-    if beside.differs.is_none() {
-        beside.differs = own.get(beside.index).map(|event| event.0);
-    }
+        .start();
+    let testimony = match ended {
+        // What it found until then counts.
+        Err(_) if beside.differs.is_some() => Testimony::SequenceDiffers,
+        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => Testimony::LeftOut,
+        Err(_) => Testimony::Failed,
+        Ok(report) if report.interrupted => return None,
+        Ok(_) => {
+            if beside.differs.is_none() {
+                beside.differs = own.get(beside.index).map(|event| event.0);
+            }
+            match beside.differs {
+                None => Testimony::SameSequence,
+                Some(_) => Testimony::SequenceDiffers,
+            }
+        }
+    };
     let name = method.name();
-    let statement = match beside.differs {
-        None => format!(
+    let statement = match (testimony, beside.differs) {
+        (Testimony::LeftOut, _) => format!("witness: method {name} was given up: it takes too long"),
+        (Testimony::Failed, _) => format!("witness: method {name} fails"),
+        (_, None) => format!(
             "witness: method {name} finds the same {} events, the farthest {:.1e} s away",
             own.len(),
             beside.largest
         ),
-        Some(time) => format!(
+        (_, Some(time)) => format!(
             "another method, {name}, agrees with {} events only: from t = {time:.6} s on it finds others, or the same more than a \
              thousandth of the time between two events away. What follows may be amplified error of the methods, and no result: \
              stickslip certify says which events hold; a smaller solver.rtol helps where the error is the method's, and a \
@@ -149,9 +171,46 @@ pub(super) fn witness(
     Some(TrainWitness {
         method: name,
         rtol,
+        testimony,
+        events: beside.events,
         agreeing: beside.index,
         largest_distance: beside.largest,
         differs: beside.differs,
         statement,
     })
+}
+
+impl TrainWitness {
+    /// For the file.
+    pub(super) fn attributes(&self) -> WitnessAttributes {
+        let text = |text: &str| MetaValue::Text(text.to_owned());
+        let count = |count: usize, about: &'static str| (MetaValue::Number(count as f64), Some(("1", about)));
+        let (events, of_events) = count(self.events, "events that the witness finds");
+        let (agreeing, of_agreeing) = count(
+            self.agreeing,
+            "events that agree with those of the result, from the first on",
+        );
+        WitnessAttributes(vec![
+            ("method", text(self.method), None),
+            (
+                "rtol",
+                MetaValue::Number(self.rtol),
+                Some(("1", "relative tolerance of the witness")),
+            ),
+            ("testimony", text(self.testimony.name()), None),
+            ("events", events, of_events),
+            ("agreeing_events", agreeing, of_agreeing),
+            (
+                "largest_difference",
+                MetaValue::Number(self.largest_distance),
+                Some(("s", "largest difference of the times of the agreeing events")),
+            ),
+            (
+                "differs_from",
+                MetaValue::Number(self.differs.unwrap_or(f64::NAN)),
+                Some(("s", "time of the first event that is another; NaN: there is none")),
+            ),
+            ("statement", text(&self.statement), None),
+        ])
+    }
 }

@@ -6,6 +6,7 @@
 mod conditions;
 mod exact;
 mod keys;
+mod numbers;
 mod reader;
 mod resolved;
 mod signals;
@@ -20,6 +21,7 @@ use crate::model::trains::Trains;
 use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
+pub use numbers::TrainNumber;
 
 /// Every key that only a case of trains has. The others of such a case are those of [`super::schema::keys`], but for
 /// `[torsion]` and `contact.breakaway_test`.

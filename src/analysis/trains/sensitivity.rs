@@ -1,0 +1,494 @@
+//! What the numbers of a case of trains do to the events of its run, and to what the run comes to.
+//!
+//! A derivative is a difference between runs by `series`, whose events are exact to rounding: at five steps, each a quarter of
+//! the one before, with the leading error extrapolated away. The steps tell how far it can be off. So everything is
+//! differentiated that a case can have, table, harmonic or bristle, by what the case file says of it.
+
+use super::attractor::{Attractor, Recurrence};
+use crate::analysis::influence::ParameterName;
+use crate::analysis::sensitivity::{
+    Affected, Outcome, Rerun, Sensitivities, Sensitivity, difference, in_event_sequence, invalid,
+};
+use crate::case::{CaseError, CaseSource, Override, TrainCase, TrainNumber};
+use crate::hybrid::RunError;
+use crate::model::Mode;
+use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::run::Run;
+use crate::simulation::{Method, OutputOptions, SolverOptions};
+use crate::workers::over_processors;
+use std::ops::ControlFlow;
+
+/// Relative tolerance of the runs.
+const RTOL: f64 = 1e-13;
+
+/// Steps of Taylor series that the run of the case may take for others to be made, and a rerun: about a second.
+const MOST_STEPS: usize = 40_000;
+const RERUN_FACTOR: usize = 4;
+
+/// The steps of a difference, relative to the number: the widest, and how many times narrower the next is.
+const WIDEST: f64 = 1.0 / 256.0;
+const NARROWING: f64 = 4.0;
+const WIDTHS: usize = 5;
+
+/// Units of the last place that the time of an event varies by between two runs whose numbers hardly differ: the rounding of
+/// the state at every event before it.
+const ROUNDING: f64 = 16.0;
+
+/// A result that would change by less than this share if a number were changed by all of itself does not depend on it.
+const NEGLIGIBLE: f64 = 1e-8;
+
+/// A derivative, and how far it can be off; NaN where there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// s per unit of the parameter.
+    pub value: f64,
+    /// In the same unit.
+    pub uncertainty: f64,
+}
+
+impl Slope {
+    const NONE: Slope = Slope {
+        value: f64::NAN,
+        uncertainty: f64::NAN,
+    };
+}
+
+/// What the numbers of a case do.
+#[derive(Debug, Clone)]
+pub struct TrainSensitivities {
+    /// The numbers of the case as it is written, zeros left out.
+    pub parameters: Vec<ParameterName>,
+    /// d(event time)/d(parameter): a row of all parameters for each event that is certain.
+    pub events: Vec<Vec<Slope>>,
+    /// What half a last digit does to what the run comes to; `None` without an event.
+    pub result: Option<Sensitivities>,
+}
+
+/// Keeps times, kinds and modes of the events.
+#[derive(Debug, Default)]
+struct Times(Vec<(f64, EventKind, Mode)>);
+
+impl Recorder for Times {
+    fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
+        self.0.push((event.time, event.kind, event.mode_after));
+        Ok(())
+    }
+
+    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
+        Ok(())
+    }
+
+    fn stores_events(&self) -> bool {
+        true
+    }
+}
+
+/// What a run came to.
+struct Outrun {
+    events: Vec<(f64, EventKind, Mode)>,
+    attractor: Option<Attractor>,
+    final_stick: Option<f64>,
+    sticks: usize,
+}
+
+impl Outrun {
+    fn word(&self) -> Vec<EventKind> {
+        in_event_sequence(self.events.iter().map(|event| event.1))
+    }
+
+    /// The result, and by how many seconds it varies between runs whose numbers hardly differ.
+    fn result(&self, of: Affected, last: usize) -> Option<(f64, f64)> {
+        let rounding = |time: f64| ROUNDING * f64::EPSILON * time;
+        match of {
+            Affected::AttractorPeriod => {
+                let attractor = self.attractor.as_ref()?;
+                let until = self.events.last()?.0;
+                Some((
+                    attractor.period,
+                    attractor.distance * attractor.period + rounding(until),
+                ))
+            }
+            Affected::FinalStick => self.final_stick.map(|time| (time, rounding(time))),
+            Affected::LastEvent => self.events.get(last).map(|event| (event.0, rounding(event.0))),
+        }
+    }
+
+    /// Whether its result is of the same making as another's.
+    fn is_like(&self, of: Affected, other: &Outrun, last: usize) -> bool {
+        match of {
+            Affected::AttractorPeriod => match (&self.attractor, &other.attractor) {
+                (Some(own), Some(others)) => own.sticks == others.sticks && own.sections == others.sections,
+                _ => false,
+            },
+            Affected::FinalStick => self.word() == other.word(),
+            Affected::LastEvent => agreeing(&self.events, &other.events) > last,
+        }
+    }
+}
+
+/// From the first on, how many events of two runs are the same but for their times.
+fn agreeing(own: &[(f64, EventKind, Mode)], other: &[(f64, EventKind, Mode)]) -> usize {
+    let pairs = own.iter().zip(other);
+    pairs.take_while(|(a, b)| a.1 == b.1 && a.2 == b.2).count()
+}
+
+/// Why a run has no result.
+enum NoRun {
+    Invalid(CaseError),
+    Failed(String),
+    TooLong,
+    Interrupted,
+}
+
+/// The case as it is written, and how it is run.
+struct Written<'a> {
+    source: &'a CaseSource,
+    overrides: &'a [Override],
+    stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Written<'_> {
+    /// The run of the case with this number changed, in `factor` times the steps that the case itself may take.
+    fn run(&self, change: Option<(&str, f64)>, factor: usize) -> Result<Outrun, NoRun> {
+        let mut overrides = self.overrides.to_vec();
+        overrides.extend(change.map(|(path, value)| Override::number(path, value)));
+        let case = TrainCase::parse(self.source, &overrides).map_err(NoRun::Invalid)?;
+        let solver = SolverOptions {
+            method: Method::Series,
+            rtol: RTOL,
+            max_events: case.solver.max_events,
+            max_steps: Some(factor * MOST_STEPS),
+            ..SolverOptions::default()
+        };
+        let output = OutputOptions::at_the_ends(case.output.end_time);
+        let trains = &case.parameters;
+        let threshold = case.threshold.unwrap_or(0.0);
+        let mut times = Times::default();
+        let mut recurrence = Recurrence::new(trains, &mut times);
+        let ended = Run::of_trains(trains, threshold, &solver, &output)
+            .record(&mut recurrence)
+            .control(|_| match (self.stop)() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
+            .start();
+        let report = match ended {
+            Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
+            Err(failure) => return Err(NoRun::Failed(failure.to_string())),
+            Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
+            Ok(report) => report,
+        };
+        let attractor = recurrence.attractor(trains, threshold);
+        let sticks = report.digest.cycles.stick_count;
+        let final_stick = report.digest.cycles.final_stick_time;
+        drop(recurrence);
+        Ok(Outrun {
+            events: times.0,
+            attractor,
+            final_stick,
+            sticks,
+        })
+    }
+}
+
+/// What is differentiated: `certain` events of the run `base`, and its result.
+struct Differences<'a> {
+    written: Written<'a>,
+    base: Outrun,
+    certain: usize,
+    of: Option<Affected>,
+}
+
+/// What became of the case with a number changed.
+enum Side {
+    Run(Outrun),
+    /// The case cannot have the number.
+    Invalid,
+    /// The run failed, or takes too long.
+    Unknown,
+}
+
+impl Side {
+    fn run(&self) -> Option<&Outrun> {
+        match self {
+            Side::Run(run) => Some(run),
+            _ => None,
+        }
+    }
+}
+
+/// A number changed by a step, downwards and upwards.
+struct Pair {
+    /// In the unit of the number.
+    step: f64,
+    sides: [Side; 2],
+}
+
+/// What one number does.
+struct Row {
+    events: Vec<Slope>,
+    result: Option<Sensitivity>,
+}
+
+/// Differentiates the events of a run of a case, as it is written in `source` with `overrides`, of which the first `certain`
+/// are; `stop` is asked now and then.
+///
+/// # Errors
+/// In words, why there are no derivatives.
+pub fn sensitivities(
+    source: &CaseSource,
+    overrides: &[Override],
+    certain: &[Event],
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<TrainSensitivities, String> {
+    let numbers = TrainCase::numbers(source, overrides).map_err(|error| error.to_string())?;
+    let written = Written {
+        source,
+        overrides,
+        stop,
+    };
+    let base = written.run(None, 1).map_err(|why| match why {
+        NoRun::Invalid(error) => error.to_string(),
+        NoRun::Failed(text) => format!("series does not run this case: {text}"),
+        NoRun::TooLong => format!("a run by series takes more than {MOST_STEPS} steps, and some 150 runs are needed"),
+        NoRun::Interrupted => "interrupted".to_owned(),
+    })?;
+    let own: Vec<_> = certain.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
+    let same = agreeing(&own, &base.events);
+    if same < own.len() {
+        return Err(format!(
+            "series agrees with {same} of the {} events that are certain",
+            own.len()
+        ));
+    }
+    let all = own.len() == base.events.len();
+    let of = match (&base.attractor, base.final_stick) {
+        _ if own.is_empty() => None,
+        (Some(_), _) if all => Some(Affected::AttractorPeriod),
+        (None, Some(_)) if all => Some(Affected::FinalStick),
+        _ => Some(Affected::LastEvent),
+    };
+    let differences = Differences {
+        written,
+        base,
+        certain: own.len(),
+        of,
+    };
+    let rows: Option<Vec<Row>> = over_processors(numbers.len(), stop, |index| differences.row(&numbers[index]))
+        .into_iter()
+        .collect();
+    let rows = rows.filter(|rows| rows.len() == numbers.len());
+    let Some(rows) = rows else {
+        return Err("interrupted".to_owned());
+    };
+    Ok(TrainSensitivities {
+        parameters: numbers.iter().map(name).collect(),
+        events: (0..own.len())
+            .map(|event| rows.iter().map(|row| row.events[event]).collect())
+            .collect(),
+        result: of.zip(differences.result()).map(|(of, (time, _))| Sensitivities {
+            of,
+            time,
+            rows: rows.into_iter().filter_map(|row| row.result).collect(),
+            without_reruns: None,
+            held: String::new(),
+        }),
+    })
+}
+
+fn name(number: &TrainNumber) -> ParameterName {
+    ParameterName {
+        path: number.path.clone(),
+        unit: number.unit,
+        value: number.value,
+    }
+}
+
+impl Differences<'_> {
+    fn last(&self) -> usize {
+        self.certain.saturating_sub(1)
+    }
+
+    fn result(&self) -> Option<(f64, f64)> {
+        self.base.result(self.of?, self.last())
+    }
+
+    /// What one number does; `None` if it was interrupted.
+    fn row(&self, number: &TrainNumber) -> Option<Row> {
+        let mut pairs: Vec<Pair> = Vec::with_capacity(WIDTHS);
+        let mut width = WIDEST;
+        for _ in 0..WIDTHS {
+            let step = width * number.value.abs();
+            pairs.push(Pair {
+                step,
+                sides: [self.side(number, -step)?, self.side(number, step)?],
+            });
+            width /= NARROWING;
+        }
+        let events = (0..self.certain)
+            .map(|event| {
+                let own = self.base.events[event];
+                let of = |run: &Outrun| {
+                    let same = run.events.get(event)?;
+                    (same.1 == own.1 && same.2 == own.2).then_some(same.0)
+                };
+                slope(&pairs, own.0, of, ROUNDING * f64::EPSILON * own.0)
+            })
+            .collect();
+        let result = match self.of {
+            None => None,
+            Some(of) => Some(self.of_result(of, number, &pairs)?),
+        };
+        Some(Row { events, result })
+    }
+
+    /// The run with a number changed; `None` if it was interrupted.
+    fn side(&self, number: &TrainNumber, change: f64) -> Option<Side> {
+        match self
+            .written
+            .run(Some((&number.path, number.value + change)), RERUN_FACTOR)
+        {
+            Ok(run) => Some(Side::Run(run)),
+            Err(NoRun::Invalid(_)) => Some(Side::Invalid),
+            Err(NoRun::Interrupted) => None,
+            Err(NoRun::Failed(_) | NoRun::TooLong) => Some(Side::Unknown),
+        }
+    }
+
+    /// What one number does to the result; `None` if it was interrupted.
+    fn of_result(&self, of: Affected, number: &TrainNumber, pairs: &[Pair]) -> Option<Sensitivity> {
+        let last = self.last();
+        let (value, noise) = self.result()?;
+        let at = |run: &Outrun| {
+            let like = run.is_like(of, &self.base, last);
+            like.then(|| run.result(of, last)).flatten()
+        };
+        let runs = pairs.iter().flat_map(|pair| &pair.sides).filter_map(Side::run);
+        let noise = runs.filter_map(at).fold(noise, |noise, (_, other)| noise.max(other));
+        let found = slope(pairs, value, |run| Some(at(run)?.0), noise);
+        // What is not known to a digit is not said.
+        let negligible = (found.value.abs() + found.uncertainty) * number.value.abs() < NEGLIGIBLE * value;
+        let slope = if found.uncertainty < 0.1 * found.value.abs() {
+            Some(found.value)
+        } else {
+            negligible.then_some(0.0)
+        };
+        let half = number.half_last_digit;
+        let reruns = [-half, half].map(|change| self.rerun(of, number, number.value + change, value));
+        let [below, above] = reruns;
+        Some(Sensitivity {
+            parameter: name(number),
+            slope,
+            half_last_digit: Some(half),
+            reruns: Some([below?, above?]),
+        })
+    }
+
+    /// The case with another number; `None` if it was interrupted.
+    fn rerun(&self, of: Affected, number: &TrainNumber, value: f64, own: f64) -> Option<Rerun> {
+        let rerun = |outcome, shift, sticks, remark: String| {
+            Some(Rerun {
+                value,
+                outcome,
+                shift,
+                sticks,
+                remark,
+            })
+        };
+        let last = self.last();
+        let run = match self.written.run(Some((&number.path, value)), RERUN_FACTOR) {
+            Ok(run) => run,
+            Err(NoRun::Interrupted) => return None,
+            Err(NoRun::Invalid(error)) => return rerun(Outcome::Invalid, None, None, invalid(&error, &number.path)),
+            Err(NoRun::Failed(text)) => {
+                return rerun(Outcome::Failed, None, None, format!("the run failed: {text}"));
+            }
+            Err(NoRun::TooLong) => return rerun(Outcome::TooLong, None, None, "the run takes too long".to_owned()),
+        };
+        let shift = run.result(of, last).map(|(time, _)| time - own);
+        let like = run.is_like(of, &self.base, last);
+        let outcome = match (shift, of) {
+            (Some(_), _) if like => Outcome::SameEvents,
+            (None, Affected::AttractorPeriod) => Outcome::NoPeriod,
+            (None, Affected::FinalStick) => Outcome::NoFinalStick,
+            _ => Outcome::OtherEvents,
+        };
+        let remark = match (outcome, &run.attractor, &self.base.attractor) {
+            (Outcome::SameEvents, ..) => String::new(),
+            (Outcome::NoPeriod, ..) => "the motion does not repeat itself by the end of the run".to_owned(),
+            (Outcome::NoFinalStick, ..) => "the run does not end in a stick".to_owned(),
+            (_, Some(other), Some(base)) => format!(
+                "{} sticks and {} sections in a period instead of {} and {}",
+                other.sticks, other.sections, base.sticks, base.sections
+            ),
+            _ => difference(&run.word(), &self.base.word()),
+        };
+        // The time of another event is no shift of this one.
+        let shift = shift.filter(|_| like || of != Affected::LastEvent);
+        rerun(outcome, shift, Some(run.sticks), remark)
+    }
+}
+
+/// The derivative of what `of` takes from a run, which is `own` in the run of the case itself: by central differences at several
+/// steps, or by one-sided ones where the case cannot have the number on the other side. `noise` is what the value varies by
+/// between runs whose numbers hardly differ.
+fn slope(pairs: &[Pair], own: f64, of: impl Fn(&Outrun) -> Option<f64>, noise: f64) -> Slope {
+    let at_limit = |side: usize| pairs.iter().all(|pair| matches!(pair.sides[side], Side::Invalid));
+    let one_sided = at_limit(0) || at_limit(1);
+    // (difference, what the noise of its values makes of it)
+    let differences = pairs.iter().map(|pair| {
+        let [below, above] = &pair.sides;
+        let value = |side: &Side| side.run().and_then(&of);
+        Some(if at_limit(0) {
+            ((value(above)? - own) / pair.step, 2.0 * noise / pair.step)
+        } else if at_limit(1) {
+            ((own - value(below)?) / pair.step, 2.0 * noise / pair.step)
+        } else {
+            ((value(above)? - value(below)?) / (2.0 * pair.step), noise / pair.step)
+        })
+    });
+    let mut stages: Vec<Vec<Option<(f64, f64)>>> = vec![differences.collect()];
+    // The error of a one-sided difference is of first order, that of a central one of second.
+    if one_sided {
+        stages.push(extrapolated(&stages[0], NARROWING));
+    }
+    stages.push(extrapolated(&stages[stages.len() - 1], NARROWING * NARROWING));
+    // Each against the extrapolation with wider steps, and against the difference that it comes from.
+    let against = |better: Option<(f64, f64)>, other: Option<(f64, f64)>| {
+        let (better, other) = (better?, other?);
+        Some(Slope {
+            value: better.0,
+            uncertainty: (better.0 - other.0).abs() + better.1,
+        })
+    };
+    let best = stages[stages.len() - 1].windows(2);
+    let wider = best.filter_map(|pair| against(pair[1], pair[0]));
+    let own = stages.windows(2).flat_map(|pair| {
+        let (before, after) = (&pair[0][1..], &pair[1]);
+        let pairs = after.iter().zip(before);
+        pairs.filter_map(|(after, before)| against(*after, *before))
+    });
+    wider
+        .chain(own)
+        .min_by(|a, b| a.uncertainty.total_cmp(&b.uncertainty))
+        .unwrap_or(Slope::NONE)
+}
+
+/// Takes away an error that falls by `factor` from each to the next.
+fn extrapolated(differences: &[Option<(f64, f64)>], factor: f64) -> Vec<Option<(f64, f64)>> {
+    let pairs = differences.windows(2);
+    pairs
+        .map(|pair| {
+            let (wide, narrow) = (pair[0]?, pair[1]?);
+            let share = 1.0 / (factor - 1.0);
+            Some((
+                narrow.0 + share * (narrow.0 - wide.0),
+                narrow.1 + share * (narrow.1 + wide.1),
+            ))
+        })
+        .collect()
+}

@@ -1,0 +1,420 @@
+//! What the numbers of a case of trains do to its events, against closed forms, the oracle and the brake's own linearisation;
+//! and the bands of a trajectory against a closed form.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+use std::time::Duration;
+use stickslip::Run;
+use stickslip::analysis::linearised::linearise;
+use stickslip::analysis::sensitivity::{Affected, Outcome};
+use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRecord, TrainSensitivities};
+use stickslip::analysis::trains::{certify, sensitivities};
+use stickslip::case::{Case, CaseSource, Override, TrainCase};
+use stickslip::model::Mode;
+use stickslip::oracle::{Number, OracleRequest, rational, trains};
+use stickslip::record::Event;
+use stickslip::simulation::{Method, SolverOptions};
+
+fn overrides(settings: &[&str]) -> Vec<Override> {
+    settings
+        .iter()
+        .map(|setting| Override::parse(setting).unwrap())
+        .collect()
+}
+
+/// The events of a case by its own method.
+fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
+    let case = TrainCase::parse(source, changes).unwrap();
+    let mut record = TrainRecord::default();
+    Run::of_trains(
+        &case.parameters,
+        case.threshold.unwrap_or(0.0),
+        &case.solver,
+        &case.output,
+    )
+    .record(&mut record)
+    .start()
+    .unwrap();
+    record.events
+}
+
+fn of_case(source: &CaseSource, changes: &[Override]) -> TrainSensitivities {
+    sensitivities(source, changes, &events(source, changes), &|| false).unwrap()
+}
+
+fn column(found: &TrainSensitivities, path: &str) -> usize {
+    let position = found.parameters.iter().position(|parameter| parameter.path == path);
+    position.unwrap_or_else(|| panic!("{path} in {:?}", found.parameters))
+}
+
+/// Stick and slip of the mass on a belt under Coulomb friction: T = 2 d/v + 2 (pi - atan(d w/v))/w with d = (mu_0 - mu_d) F/k
+/// and w = sqrt(k/m).
+fn period([mass, stiffness, force, speed, breakaway, kinetic]: [f64; 6]) -> f64 {
+    let d = (breakaway - kinetic) * force / stiffness;
+    let w = (stiffness / mass).sqrt();
+    2.0 * d / speed + 2.0 * (PI - (d * w / speed).atan()) / w
+}
+
+#[test]
+fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
+    let source = CaseSource::built_in("belt-coulomb").unwrap();
+    let found = of_case(&source, &[]);
+    let result = found.result.as_ref().unwrap();
+    assert_eq!(result.of, Affected::AttractorPeriod);
+    let numbers = [1.0, 100.0, 10.0, 0.1, 0.4, 0.3];
+    assert!((result.time - period(numbers)).abs() < 1e-14, "{}", result.time);
+    let paths = [
+        "stator.inertia",
+        "stator.stiffness",
+        "contact.normal_force",
+        "rotor.speed",
+        "friction.breakaway",
+        "friction.kinetic",
+    ];
+    for (index, path) in paths.into_iter().enumerate() {
+        let at = |factor: f64| {
+            let mut changed = numbers;
+            changed[index] *= factor;
+            period(changed)
+        };
+        // Of fourth order, 1e-11 of the derivative, with rounding of 1e-13.
+        let h = 1e-3;
+        let exact =
+            (8.0 * (at(1.0 + h) - at(1.0 - h)) - (at(1.0 + 2.0 * h) - at(1.0 - 2.0 * h))) / (12.0 * h * numbers[index]);
+        let row = &result.rows[column(&found, path)];
+        let slope = row.slope.unwrap();
+        assert!(
+            (slope - exact).abs() <= 1e-8 * exact.abs(),
+            "{path}: {slope:e} instead of {exact:e}"
+        );
+        // At another speed the mass does not begin with a stick on the belt: no event is the same.
+        if path == "rotor.speed" {
+            assert!(found.events.iter().all(|row| row[column(&found, path)].value.is_nan()));
+            continue;
+        }
+        // Slip k and slip k + 1 are a period apart, whatever the first one does.
+        let of_event = |event: usize| found.events[event][column(&found, path)];
+        let last = found.events.len() - 2;
+        let (early, late) = (of_event(last - 2), of_event(last));
+        let error = (late.value - early.value - exact).abs();
+        let uncertainty = late.uncertainty + early.uncertainty;
+        assert!(
+            error <= uncertainty && uncertainty <= 1e-7 * exact.abs() * last as f64,
+            "{path}: {error:e}, {uncertainty:e}"
+        );
+    }
+    // What the motion has forgotten.
+    for path in ["initial.stator_twist", "initial.stator_speed"] {
+        assert_eq!(result.rows[column(&found, path)].slope, Some(0.0), "{path}");
+    }
+    // Half a unit of "0.1 m/s" is half of it: the belt is too fast to stick then.
+    let speed = &result.rows[column(&found, "rotor.speed")];
+    assert!((speed.half_last_digit.unwrap() - 0.05).abs() < 1e-15);
+    let reruns = speed.reruns.as_ref().unwrap();
+    assert_eq!(reruns[0].outcome, Outcome::SameEvents);
+    let exact = period([1.0, 100.0, 10.0, 0.05, 0.4, 0.3]) - period(numbers);
+    assert!((reruns[0].shift.unwrap() - exact).abs() < 1e-12, "{:?}", reruns[0]);
+    assert_eq!(speed.nonlinear(), Some(true));
+}
+
+/// Differences of exact events: at 1e-10 of the number, with 28 digits, their error is below 1e-15 of the slope.
+#[test]
+fn multiprecision_slopes_of_built_in_cases() {
+    let cases: [(&str, &[&str]); 7] = [
+        ("belt-exponential", &["output.end_time=12"]),
+        ("belt-leine-tanh", &["output.end_time=20"]),
+        ("den-hartog", &["output.end_time=16"]),
+        ("groan", &["output.end_time=0.5"]),
+        ("drill-string", &["output.end_time=30"]),
+        ("clutch", &[]),
+        (
+            "lugre-slider",
+            &["output.end_time=8.5", "friction.bristle_stiffness=2e3"],
+        ),
+    ];
+    let mut failures = Vec::new();
+    for (name, settings) in cases {
+        let source = CaseSource::built_in(name).unwrap();
+        let changes = overrides(settings);
+        let found = of_case(&source, &changes);
+        let exact = |path: &str, value: f64| -> Option<Vec<Number>> {
+            let mut changes = changes.clone();
+            changes.push(Override::number(path, value));
+            let case = TrainCase::parse(&source, &changes).ok()?;
+            let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
+            let request = OracleRequest {
+                digits: 28,
+                growth: 0.0,
+                end_time: rational(&format!("{:?}", case.output.end_time)).unwrap(),
+                max_events: 1000,
+                longest: Duration::from_secs(60),
+            };
+            let threshold = case.threshold.map(|t| rational(&format!("{t:e}")).unwrap());
+            let solved = trains::solve(&exact, &request, threshold.as_ref(), &mut |_| ControlFlow::Continue(()));
+            Some(
+                solved
+                    .unwrap()
+                    .report
+                    .events
+                    .into_iter()
+                    .map(|event| event.time)
+                    .collect(),
+            )
+        };
+        let (mut compared, mut widest) = (0, 0.0f64);
+        // Every third number, each case beginning with another.
+        for (index, parameter) in found.parameters.iter().enumerate() {
+            if index % 3 != name.len() % 3 {
+                continue;
+            }
+            let at = |factor: f64| {
+                let value = parameter.value * factor;
+                exact(&parameter.path, value).map(|times| (value, times))
+            };
+            // At a limit of what the case can have the derivative is that on the other side.
+            let own = || at(1.0).expect("the case itself");
+            let (below, low) = at(1.0 - 1e-10).unwrap_or_else(own);
+            let (above, high) = at(1.0 + 1e-10).unwrap_or_else(own);
+            for (event, row) in found.events.iter().enumerate() {
+                let slope = row[index];
+                let truth = high[event].minus(&low[event]) / (above - below);
+                let error = (slope.value - truth).abs();
+                // Rounding of the difference of doubles above: 1e-6 of 1e-10.
+                let own = 2e-6 * truth.abs();
+                if !(error <= slope.uncertainty + own) {
+                    failures.push(format!(
+                        "{name} {} event {event}: {:e} instead of {truth:e}, said to be within {:e}",
+                        parameter.path, slope.value, slope.uncertainty
+                    ));
+                }
+                compared += 1;
+                let share = found.events[event][index].uncertainty * parameter.value.abs();
+                widest = widest.max(share);
+            }
+        }
+        println!("{name}: {compared} slopes, the widest uncertainty {widest:.1e} s per the number itself");
+        assert!(compared > 0, "{name}");
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// A short slide with a kick, as the short form of the brake and as trains.
+const QUICK: &str = r#"
+[axial]
+mass = 4.5359237
+stiffness = 5.5358e7
+damping = 8756.34
+
+[actuation]
+profile = "ramp"
+force = 2225
+rise_time = 0.02
+
+[contact]
+radius = 0.0523875
+
+[friction]
+breakaway = 0.6
+low_speed = 0.6
+high_speed = 0.3
+decay = 5
+
+[initial]
+speed = 3
+
+[[perturbation]]
+time = 0.1685
+relative_velocity = 1e-4
+
+[output]
+end_time = 0.4
+interval = 0.01
+
+[solver]
+rtol = 1e-12
+"#;
+
+const SHORT: &str = r#"
+[torsion]
+rotor_inertia = 2.26
+surface_inertia = 0.0113
+stiffness = 7.708e6
+damping = 22.6
+"#;
+
+const TRAINS: &str = r#"
+[rotor]
+inertia = [0.0113, 2.26]
+stiffness = [7.708e6]
+damping = [22.6]
+end = "free"
+
+[stator]
+inertia = [0.0113]
+stiffness = [7.708e6]
+damping = [22.6]
+end = "fixed"
+"#;
+
+fn text(text: String) -> CaseSource {
+    CaseSource {
+        text,
+        origin: stickslip::case::Origin::BuiltIn("quick".to_owned()),
+    }
+}
+
+/// The variational equations of the brake share nothing with differences of runs.
+#[test]
+fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
+    let brake = Case::parse(&text(format!("{SHORT}{QUICK}")), &[]).unwrap();
+    let solver = SolverOptions {
+        rtol: 1e-13,
+        ..SolverOptions::default()
+    };
+    let linear = linearise(&brake, &solver, None, &|| false).unwrap();
+    let source = text(format!("{TRAINS}{QUICK}"));
+    let found = of_case(&source, &[]);
+    let own = events(&source, &[]);
+    assert!(own.len() > 10, "{}", own.len());
+    // The short form marks the loss and the return of stability, which trains do not.
+    let of_brake: Vec<_> = linear
+        .events
+        .iter()
+        .filter(|event| {
+            own.iter()
+                .any(|own| own.kind == event.kind && (own.time - event.time).abs() < 1e-9)
+        })
+        .collect();
+    assert_eq!(of_brake.len(), own.len());
+    let shared = [
+        "contact.radius",
+        "friction.breakaway",
+        "friction.low_speed",
+        "friction.high_speed",
+        "friction.decay",
+        "initial.speed",
+        "perturbation.0.relative_velocity",
+        "perturbation.0.time",
+        "actuation.force",
+        "actuation.rise_time",
+        "axial.stiffness",
+    ];
+    for path in shared {
+        let theirs = linear.parameters.iter().position(|p| p.path == path).unwrap();
+        let ours = column(&found, path);
+        let value = linear.parameters[theirs].value;
+        for (event, row) in of_brake.iter().zip(&found.events) {
+            let (exact, slope) = (event.by_parameter[theirs], row[ours]);
+            // Radau IIA on the steps of the run is good to 1e-6 of the slope, or of a nanosecond for the number itself.
+            let bound = slope.uncertainty + 2e-5 * exact.abs() + 1e-9 / value.abs();
+            assert!(
+                (slope.value - exact).abs() <= bound,
+                "{path}, {} at {}: {:e} +- {:e} instead of {exact:e}",
+                event.kind.name(),
+                event.time,
+                slope.value,
+                slope.uncertainty
+            );
+        }
+    }
+}
+
+/// Without convergence there is no derivative, and that is said.
+#[test]
+fn property_events_that_series_does_not_have_are_refused() {
+    let source = CaseSource::built_in("belt-coulomb").unwrap();
+    let mut own = events(&source, &[]);
+    own[4].kind = stickslip::record::EventKind::Reversal;
+    let error = sensitivities(&source, &[], &own, &|| false).unwrap_err();
+    assert!(error.contains("agrees with 4 of the 29 events"), "{error}");
+}
+
+fn certified(source: &CaseSource, changes: &[Override]) -> (TrainCase, TrainRecord, TrainCertificate) {
+    let case = TrainCase::parse(source, changes).unwrap();
+    let exact = TrainCase::exact_parameters(source, changes).unwrap();
+    let mut record = TrainRecord::default();
+    Run::of_trains(&case.parameters, 0.0, &case.solver, &case.output)
+        .record(&mut record)
+        .start()
+        .unwrap();
+    let certificate = certify(&case, &exact, &record, &TrainCertifyRequest::default(), &mut |_| {
+        ControlFlow::Continue(())
+    });
+    (case, record, certificate.unwrap())
+}
+
+/// Rows of coarse runs by methods of SUNDIALS against the closed form of the belt: the bands cover every error, and are not much
+/// wider than the largest.
+#[test]
+fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
+    let source = CaseSource::built_in("belt-coulomb").unwrap();
+    for settings in [
+        ["solver.method=cvode-bdf", "solver.rtol=1e-8"],
+        ["solver.method=erk", "solver.rtol=1e-9"],
+        ["solver.method=cvode-adams", "solver.rtol=1e-11"],
+    ] {
+        let changes = overrides(&settings);
+        assert_ne!(Method::Auto.name(), settings[0]);
+        let (_, record, certificate) = certified(&source, &changes);
+        assert!(certificate.converged(), "{settings:?}");
+        let position = |name: &str| {
+            let named = certificate
+                .bands
+                .channels
+                .iter()
+                .position(|channel| channel.name == name);
+            named.unwrap()
+        };
+        let (phi1, speed) = (position("phi1"), position("phi1_dot"));
+        let (w, belt): (f64, f64) = (10.0, 0.1);
+        // The exact switches: slip at 0.02/v and then every period, stick a slip later. At t = 0 the mass is at rest on the belt.
+        let (xe, d) = (0.03, 0.01);
+        let slip = 2.0 * (PI - (d * w / belt).atan()) / w;
+        let (first, whole) = (0.2, 0.2 + slip);
+        let exact = |time: f64| -> (Mode, f64, f64) {
+            let cycle = ((time - first) / whole).floor();
+            let tau = time - first - cycle * whole;
+            if time >= first && tau < slip {
+                let (sin, cos) = (w * tau).sin_cos();
+                let x = xe + d * cos + belt / w * sin;
+                (Mode::SlipForward, x, -d * w * sin + belt * cos)
+            } else {
+                // Up to the next breakaway at x = 0.04 m.
+                let next = if time < first { first - time } else { whole - tau };
+                (Mode::Stick, 0.04 - belt * next, belt)
+            }
+        };
+        let mut largest = [0.0f64; 2];
+        let mut checked = 0;
+        for stretch in &certificate.bands.stretches {
+            let within = |time: f64| {
+                time > stretch.start + stretch.time_uncertainty && time < stretch.end - stretch.time_uncertainty
+            };
+            for row in record.rows.iter().filter(|row| within(row.time)) {
+                let (mode, x, v) = exact(row.time);
+                if (mode == Mode::Stick) != (row.mode == Mode::Stick) {
+                    continue;
+                }
+                for (index, (column, exact)) in [(phi1, x), (speed, v)].into_iter().enumerate() {
+                    let error = (row.values[column] - exact).abs();
+                    assert!(
+                        error <= stretch.bands[column],
+                        "{settings:?} at {}: {error:e}, band {:e}",
+                        row.time,
+                        stretch.bands[column]
+                    );
+                    largest[index] = largest[index].max(error);
+                }
+                checked += 1;
+            }
+        }
+        assert!(checked > 4900, "{checked}");
+        for (index, column) in [phi1, speed].into_iter().enumerate() {
+            let band = certificate.bands.channels[column].band;
+            assert!(
+                band <= 10.0 * largest[index].max(1e-12),
+                "{settings:?}: {band:e}, {largest:?}"
+            );
+        }
+    }
+}
