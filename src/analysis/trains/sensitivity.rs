@@ -90,6 +90,8 @@ impl Recorder for Times {
 /// What a run came to.
 struct Outrun {
     events: Vec<(f64, EventKind, Mode)>,
+    /// From the first on, those that are the same as in the run of the case itself.
+    agreeing: usize,
     attractor: Option<Attractor>,
     final_stick: Option<f64>,
     sticks: usize,
@@ -185,8 +187,8 @@ impl Written<'_> {
         let attractor = recurrence.attractor(trains, threshold);
         let sticks = report.digest.cycles.stick_count;
         let final_stick = report.digest.cycles.final_stick_time;
-        drop(recurrence);
         Ok(Outrun {
+            agreeing: times.0.len(),
             events: times.0,
             attractor,
             final_stick,
@@ -331,12 +333,9 @@ impl Differences<'_> {
         }
         let events = (0..self.certain)
             .map(|event| {
-                let own = self.base.events[event];
-                let of = |run: &Outrun| {
-                    let same = run.events.get(event)?;
-                    (same.1 == own.1 && same.2 == own.2).then_some(same.0)
-                };
-                slope(&pairs, own.0, of, ROUNDING * f64::EPSILON * own.0)
+                let own = self.base.events[event].0;
+                let of = |run: &Outrun| (event < run.agreeing).then(|| run.events[event].0);
+                slope(&pairs, own, of, ROUNDING * f64::EPSILON * own)
             })
             .collect();
         let result = match self.of {
@@ -352,7 +351,10 @@ impl Differences<'_> {
             .written
             .run(Some((&number.path, number.value + change)), RERUN_FACTOR)
         {
-            Ok(run) => Some(Side::Run(run)),
+            Ok(mut run) => {
+                run.agreeing = agreeing(&run.events, &self.base.events);
+                Some(Side::Run(run))
+            }
             Err(NoRun::Invalid(_)) => Some(Side::Invalid),
             Err(NoRun::Interrupted) => None,
             Err(NoRun::Failed(_) | NoRun::TooLong) => Some(Side::Unknown),
