@@ -45,17 +45,28 @@ fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
                 .into(),
         ));
     };
-    let (first, last) = subject.run.times;
-    let (window, title) = match subject.run.attractor_period {
-        // One sample more, so that it closes.
-        Some(period) if period < last - first => (
-            ((last - period - case.output.interval).max(first), last),
-            format!("{}, last period", entry.title),
-        ),
-        _ => ((first, last), entry.title.to_owned()),
-    };
-    let axes = (position(&case.parameters), "relative_velocity");
+    let (axes, window, periodic) = portrait_of(subject.run, case)?;
+    let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
+    let title = if periodic { format!("{over}, last period") } else { over };
     phase(subject.runs, entry.name, &title, axes, window).map(Ok)
+}
+
+/// What the phase portrait of a run shows: two channels, a window (s), and whether that is one period of a motion that repeats
+/// itself.
+pub(super) fn portrait_of(
+    run: &Run,
+    case: &TrainCase,
+) -> Result<((&'static str, &'static str), (f64, f64), bool), PlotError> {
+    let (first, last) = run.times;
+    let axes = (position(&case.parameters), "relative_velocity");
+    Ok(match run.attractor_period {
+        // One sample more, so that it closes.
+        Some(period) if period < last - first => {
+            let window = ((last - period - case.output.interval).max(first), last);
+            (axes, window, true)
+        }
+        _ => (axes, (first, last), false),
+    })
 }
 
 /// The coefficient of friction that a steady relative velocity `x` meets.

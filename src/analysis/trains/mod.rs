@@ -5,6 +5,7 @@
 //! | `certification` | how far its events can be from the exact ones |
 //! | `attractor` | whether the motion repeats itself, with which period, and its extremes |
 //! | `summary` | the headline of a run |
+//! | `headline` | the same in words |
 //! | `witness` | whether another method finds the same events |
 //! | `saved_run` | a run into its result file |
 //! | `modes` | natural frequencies and damping of a case, its steady sliding, and where that loses its stability |
@@ -15,6 +16,7 @@
 
 mod attractor;
 mod certification;
+pub mod headline;
 mod impedance;
 mod linear;
 pub mod modes;
