@@ -45,28 +45,40 @@ fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
                 .into(),
         ));
     };
-    let (axes, window, periodic) = portrait_of(subject.run, case)?;
+    let Shown { axes, window, periodic } = shown(subject.run, case);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
     let title = if periodic { format!("{over}, last period") } else { over };
     phase(subject.runs, entry.name, &title, axes, window).map(Ok)
 }
 
-/// What the phase portrait of a run shows: two channels, a window (s), and whether that is one period of a motion that repeats
-/// itself.
-pub(super) fn portrait_of(
-    run: &Run,
-    case: &TrainCase,
-) -> Result<((&'static str, &'static str), (f64, f64), bool), PlotError> {
+/// What the phase portrait of a run shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shown {
+    /// Two channels: that of the horizontal axis and that of the vertical one.
+    pub(super) axes: (&'static str, &'static str),
+    /// When it begins and ends, s.
+    pub(super) window: (f64, f64),
+    /// Whether that is one period of a motion that repeats itself.
+    pub(super) periodic: bool,
+}
+
+/// What the phase portrait of a run of trains shows.
+pub(super) fn shown(run: &Run, case: &TrainCase) -> Shown {
     let (first, last) = run.times;
     let axes = (position(&case.parameters), "relative_velocity");
-    Ok(match run.attractor_period {
-        // One sample more, so that it closes.
-        Some(period) if period < last - first => {
-            let window = ((last - period - case.output.interval).max(first), last);
-            (axes, window, true)
-        }
-        _ => (axes, (first, last), false),
-    })
+    match run.attractor_period {
+        Some(period) if period < last - first => Shown {
+            axes,
+            // One sample more, so that it closes.
+            window: ((last - period - case.output.interval).max(first), last),
+            periodic: true,
+        },
+        _ => Shown {
+            axes,
+            window: (first, last),
+            periodic: false,
+        },
+    }
 }
 
 /// The coefficient of friction that a steady relative velocity `x` meets.

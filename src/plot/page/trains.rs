@@ -6,9 +6,8 @@ use serde::Serialize;
 use super::encoding;
 use super::form::{Colour, Curve, Form, FormCase, Panel, Portrait, card};
 use crate::case::{Motion, TrainCase};
-use crate::model::Mode;
 use crate::model::trains::{ContactLaw, Pressing, Trains};
-use crate::plot::trains::portrait_of;
+use crate::plot::trains::{Shown, shown};
 use crate::plot::{PlotError, Run};
 use crate::signal::Drive;
 
@@ -52,7 +51,7 @@ pub(super) fn breakaway_arm(trains: &Trains) -> Option<f64> {
 
 /// The orbit of a run, as its figure `phase-portrait` has it; and what of it is left out.
 pub(super) fn orbit(case: &TrainCase, run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
-    let (axes, window, periodic) = portrait_of(run, case)?;
+    let Shown { axes, window, periodic } = shown(run, case);
     let window = run.shortened(window, POINTS)?;
     let axis = |channel: &str| -> Result<OrbitAxis, PlotError> {
         let axis = run.axis(channel)?;
@@ -172,7 +171,7 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
     }
     let mut torques = vec![
         curve("friction_torque", "through the interface", Blue),
-        curve("transmitted_torque", "to be carried in stick, T_f", Vermillion),
+        curve("transmitted_torque", "to hold the surfaces together, T_f", Vermillion),
     ];
     if breakaway_arm(trains).is_some() {
         torques.push(curve("breakaway_torque", &format!("limit {arm}"), Purple));
@@ -230,7 +229,7 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
         false,
         vec![curve("slip_displacement", &symbol("slip_displacement")?, Blue)],
     ));
-    let (axes, window, periodic) = portrait_of(&run, &case)?;
+    let Shown { axes, window, periodic } = shown(&run, &case);
     let axis = |channel: &str| -> Result<(String, String), PlotError> { Ok((channel.to_owned(), symbol(channel)?)) };
     let portraits = vec![
         Portrait {
@@ -255,10 +254,11 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
         Some(period) => ("Last period", format!("the last {period:.6} s")),
         None => ("Phase portrait", "the run".to_owned()),
     };
-    let hint = format!(
-        "Relative velocity over {over}, of {span}: vermilion in {}, blue and purple in slip.",
-        Mode::Stick.name()
-    );
+    let colours = match trains.contact {
+        ContactLaw::StickSlip => ": vermilion in stick, blue and purple in slip.",
+        _ => ".",
+    };
+    let hint = format!("Relative velocity over {over}, of {span}{colours}");
     Ok(Form {
         variables,
         panels,
