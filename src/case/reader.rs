@@ -309,7 +309,9 @@ impl Reader {
             return;
         }
         let name = key.path.strip_prefix("friction.").unwrap_or(key.path);
-        let further = self.further_law.filter(|(_, keys)| keys.iter().any(|&(own, _)| own == name));
+        let further = self
+            .further_law
+            .filter(|(_, keys)| keys.iter().any(|&(own, _)| own == name));
         let owners: Vec<String> = FrictionLaw::NAMES
             .iter()
             .filter(|owner| FrictionLaw::keys_of(owner).contains(&name))

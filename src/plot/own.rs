@@ -89,7 +89,9 @@ fn with_gaps(title: &str, runs: &[Run], window: (f64, f64)) -> Result<String, Pl
     }
     Ok(match missed {
         0 => title.to_owned(),
-        missed => format!("{title}; {missed} of {all} stretches between two events have no sample and are straight lines"),
+        missed => {
+            format!("{title}; {missed} of {all} stretches between two events have no sample and are straight lines")
+        }
     })
 }
 

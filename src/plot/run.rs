@@ -397,7 +397,9 @@ impl Run {
             Some(_) => self.events_in(window),
             None => 0..0,
         };
-        let mut current = self.events[..events.start].last().map(|event| event.mode_after as usize);
+        let mut current = self.events[..events.start]
+            .last()
+            .map(|event| event.mode_after as usize);
         let mut pass = |current: &mut Option<usize>, t: f64, next: usize, take: &mut dyn FnMut(usize, f64, f64)| {
             let Some((x, y)) = &sides else { return };
             while !events.is_empty() && self.events[events.start].time <= t {

@@ -47,7 +47,10 @@ fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     };
     let Shown { axes, window, periodic } = shown(subject.run, case);
     let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
-    let title = if periodic { format!("{over}, last period") } else { over };
+    let mut title = if periodic { format!("{over}, last period") } else { over };
+    if let Some(few) = few_samples(subject.run, window)? {
+        title = format!("{title}; {few}");
+    }
     phase(subject.runs, entry.name, &title, axes, window).map(Ok)
 }
 
@@ -60,6 +63,16 @@ pub(super) struct Shown {
     pub(super) window: (f64, f64),
     /// Whether that is one period of a motion that repeats itself.
     pub(super) periodic: bool,
+}
+
+/// Samples from which on a portrait is seen as a curve.
+const MANY: usize = 60;
+
+/// What is to be said of a portrait in a window with few samples.
+pub(super) fn few_samples(run: &Run, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+    let samples = run.rows_in(window)?.len();
+    let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
+    Ok((samples < MANY).then(few))
 }
 
 /// What the phase portrait of a run of trains shows.

@@ -121,3 +121,33 @@ fn remedy(error: &RunError, of_trains: bool) -> &'static str {
         RunError::Observer(_) => "",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Trains have no breakaway test that one could choose.
+    #[test]
+    fn property_a_remedy_names_keys_of_its_form() {
+        let said = |of_trains: bool| {
+            let error = RunError::Chattering {
+                time: 1.0,
+                count: 100,
+                window: 1e-6,
+                location: "mode stick".to_owned(),
+                guard: "breakaway".to_owned(),
+            };
+            let report = RunReport {
+                of_trains,
+                ..RunReport::default()
+            };
+            RunFailure { error, report }.to_string()
+        };
+        assert!(said(false).contains("contact.breakaway_test"));
+        assert!(
+            !said(true).contains("contact.") && said(true).contains("solver.method"),
+            "{}",
+            said(true)
+        );
+    }
+}

@@ -38,7 +38,8 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
     let (angle, speed) = units(motion);
     let none = || "none".to_owned();
     let seconds = |t: Option<f64>| t.map_or_else(none, |t| format!("{t:.9} s"));
-    let range = |range: Option<(f64, f64)>| range.map_or_else(none, |(least, most)| format!("{least:.9} to {most:.9} s"));
+    let range =
+        |range: Option<(f64, f64)>| range.map_or_else(none, |(least, most)| format!("{least:.9} to {most:.9} s"));
     let mut rows = Vec::new();
     let mut row = |name: &'static str, value: String| rows.push(HeadlineRow { name, value, paper: "" });
     row(

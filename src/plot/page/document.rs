@@ -231,7 +231,10 @@ fn events(
     let mut states = Vec::with_capacity(channels.len());
     for (name, is_state) in channels {
         let side = |which: &str, state: fn(&Event) -> &State| -> Result<String, ResultError> {
-            let column = match State::DESCRIPTIONS.iter().position(|known| *is_state && known.0 == name) {
+            let column = match State::DESCRIPTIONS
+                .iter()
+                .position(|known| *is_state && known.0 == name)
+            {
                 Some(k) => events.iter().map(|e| state(e).values()[k]).collect(),
                 None => {
                     let mut column = file.event_column(&format!("{name}_{which}"))?;
@@ -305,8 +308,10 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultErro
             "The modes are shaded in their first {MODES} stretches only, up to t = {} s.",
             starts[MODES]
         ));
-        starts.truncate(MODES);
+        starts.truncate(MODES + 1);
         codes.truncate(MODES);
+        // From there on the ground that has no colour.
+        codes.push(Mode::SlipForward.code());
     }
     Ok(Modes {
         names: Mode::ALL.iter().map(|mode| mode.name()).collect(),

@@ -7,7 +7,7 @@ use super::encoding;
 use super::form::{Colour, Curve, Form, FormCase, Panel, Portrait, card};
 use crate::case::{Motion, TrainCase};
 use crate::model::trains::{ContactLaw, Pressing, Trains};
-use crate::plot::trains::{Shown, shown};
+use crate::plot::trains::{Shown, few_samples, shown};
 use crate::plot::{PlotError, Run};
 use crate::signal::Drive;
 
@@ -66,7 +66,8 @@ pub(super) fn orbit(case: &TrainCase, run: &Run) -> Result<(Orbit, Option<String
             cut |= piece.len() > room;
             piece.truncate(room);
             room -= piece.len();
-            let coordinate = |of: fn(&(f64, f64)) -> f64| encoding::doubles(&piece.iter().map(of).collect::<Vec<f64>>());
+            let coordinate =
+                |of: fn(&(f64, f64)) -> f64| encoding::doubles(&piece.iter().map(of).collect::<Vec<f64>>());
             lines.push(OrbitLine {
                 mode: mode.name(),
                 x: coordinate(|point| point.0),
@@ -74,7 +75,8 @@ pub(super) fn orbit(case: &TrainCase, run: &Run) -> Result<(Orbit, Option<String
             });
         }
     }
-    let note = cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
+    let note =
+        cut.then(|| format!("The phase portrait is cut after {POINTS} points; `stickslip plot` draws all of it."));
     let orbit = Orbit {
         from: window.0,
         to: window.1,
@@ -185,7 +187,11 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
     if axial {
         forces.push(curve("applied_force", "applied, F", Blue));
     }
-    panels.push(Panel::new("Normal force", is_pressed_by_a_signal(&trains.pressing), forces));
+    panels.push(Panel::new(
+        "Normal force",
+        is_pressed_by_a_signal(&trains.pressing),
+        forces,
+    ));
     let mut energies = vec![
         curve("energy_kinetic", "kinetic", Blue),
         curve("energy_elastic", "elastic", Orange),
@@ -258,7 +264,9 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
         ContactLaw::StickSlip => ": vermilion in stick, blue and purple in slip.",
         _ => ".",
     };
-    let hint = format!("Relative velocity over {over}, of {span}{colours}");
+    let few = few_samples(&run, window)?.map(|few| format!(" {few}."));
+    let few = few.map(|few| few.replacen(" it", " It", 1)).unwrap_or_default();
+    let hint = format!("Relative velocity over {over}, of {span}{colours}{few}");
     Ok(Form {
         variables,
         panels,

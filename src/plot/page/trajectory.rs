@@ -98,7 +98,11 @@ fn notes(plan: &Plan, samples: usize, events: usize, last_period: bool) -> Vec<S
         return vec![format!("All {samples} samples of the file are on this page.")];
     }
     let each = plan.stretches.iter().find_map(|stretch| stretch.bucket).unwrap_or(1);
-    let period = if last_period { ", and those of the last period" } else { "" };
+    let period = if last_period {
+        ", and those of the last period"
+    } else {
+        ""
+    };
     let mut notes = vec![format!(
         "Of the {samples} samples in the file, {kept} are on this page as they are: those around the events{period}. For \
          every {each} consecutive ones of the others it has the least and the largest value of each channel, drawn \
@@ -118,7 +122,11 @@ fn first_row(file: &ResultFile, t: f64) -> Result<usize, ResultError> {
     let (mut low, mut high) = (0, file.sample_count()?);
     while low < high {
         let middle = low + (high - low) / 2;
-        if file.column("time", middle..middle + 1)?.first().is_some_and(|&time| time < t) {
+        if file
+            .column("time", middle..middle + 1)?
+            .first()
+            .is_some_and(|&time| time < t)
+        {
             low = middle + 1;
         } else {
             high = middle;
