@@ -299,7 +299,7 @@ impl Run {
     }
 
     /// Of a run of trains, how many of the stretches between two events of the contact in a window have no sample, and how
-    /// many stretches there are. Of sticks none is counted: in those the surfaces move as one.
+    /// many stretches there are. Sticks are not counted: in those the surfaces move as one, or within a threshold of it.
     ///
     /// # Errors
     /// As [`Self::each_sample`].
@@ -311,7 +311,7 @@ impl Run {
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
         for pair in of_contact.windows(2) {
-            if pair[0].mode_after != Mode::Stick {
+            if pair[0].kind != EventKind::Stick && pair[0].mode_after != Mode::Stick {
                 stretches.push((pair[0].time, pair[1].time));
             }
         }
