@@ -138,7 +138,7 @@ impl Document {
             status: file.status().name(),
             notice: notice(file)?,
             natural_period,
-            breakaway_arm: form.breakaway_arm(),
+            breakaway_arm: form.breakaway_arm,
             beside_paper: form.is_beside_paper(),
             headline,
             certificate: certificate(file)?,

@@ -3,12 +3,10 @@
 
 use std::fmt::{self, Display};
 
-use super::trains;
 use crate::analysis::Headline;
 use crate::analysis::headline::{HeadlineRow, is_paper_case};
-use crate::case::{Case, CaseSource, TrainCase};
-use crate::model::torsion::TorsionModel;
-use crate::plot::{PlotError, Run};
+use crate::case::{Case, TrainCase};
+use crate::plot::Run;
 use crate::record::{Event, State};
 use crate::results::{ResultError, ResultFile, schema};
 
@@ -178,6 +176,8 @@ pub(super) struct Form {
     pub(super) variables: Vec<schema::Variable>,
     pub(super) panels: Vec<Panel>,
     pub(super) portraits: Vec<Portrait>,
+    /// mu_0 r, m: the contact force times this is the torque that stick can carry; `None` of a contact without stick.
+    pub(super) breakaway_arm: Option<f64>,
     /// Of what the interface transmits, UDUNITS.
     pub(super) torque_unit: &'static str,
     /// Grounds of modes beyond the brake's, as they stand in the script.
@@ -195,19 +195,6 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Of a file.
-    ///
-    /// # Errors
-    /// If it cannot be read, or is of trains with a case that this version cannot read.
-    pub(super) fn of(file: &ResultFile) -> Result<Form, PlotError> {
-        let source = CaseSource::result(file.path(), file.resolved()?);
-        if TrainCase::is_one(&source, &[]) {
-            let case = TrainCase::parse(&source, &[])?;
-            return trains::form(case, Run::open(file.path())?);
-        }
-        Ok(brake(Case::parse(&source, &[]).ok()))
-    }
-
     pub(super) fn has(&self, channel: &str) -> bool {
         self.variables.iter().any(|variable| variable.name == channel)
     }
@@ -227,17 +214,6 @@ impl Form {
                 let rows = crate::analysis::trains::headline::of_file(file, case, events)?;
                 Ok((rows, None))
             }
-        }
-    }
-
-    /// mu_0 r, m: the contact force times this is the torque that stick can carry.
-    pub(super) fn breakaway_arm(&self) -> Option<f64> {
-        match &self.case {
-            FormCase::Brake(case) => {
-                let case = case.as_ref()?;
-                Some(TorsionModel::new(&case.parameters).breakaway_torque(1.0))
-            }
-            FormCase::Trains { case, .. } => trains::breakaway_arm(&case.parameters),
         }
     }
 
@@ -281,146 +257,5 @@ impl Form {
             .map(|name| (is_state(&name), name))
             .map(|(is_state, name)| (name, is_state))
             .collect()
-    }
-}
-
-/// The columns of a brake's trajectory that its page has.
-const OF_BRAKE: [&str; 19] = [
-    "theta_dot",
-    "phi1_dot",
-    "phi2_dot",
-    "relative_velocity",
-    "rotor_twist",
-    "rotor_twist_rate",
-    "phi1",
-    "slip_displacement",
-    "z",
-    "applied_force",
-    "normal_force",
-    "friction_torque",
-    "transmitted_torque",
-    "energy_kinetic",
-    "energy_elastic",
-    "work_applied",
-    "dissipated_friction",
-    "dissipated_damping",
-    "energy_residual",
-];
-
-fn brake(case: Option<Case>) -> Form {
-    use Colour::{Blue, Green, Orange, Purple, Vermillion};
-    let curve = |channel: &str, name: &str, colour: Colour| Curve::new(channel, name, colour);
-    let energies = vec![
-        curve("energy_kinetic", "kinetic", Blue),
-        curve("energy_elastic", "elastic", Orange),
-        curve("dissipated_friction", "lost to friction", Vermillion),
-        curve("dissipated_damping", "lost to damping", Green),
-        curve("work_applied", "work of F", Purple),
-    ];
-    let torques = vec![
-        curve("friction_torque", "through the interface", Blue),
-        curve("transmitted_torque", "T_f = (T_r + T_s)/2", Vermillion),
-        curve("breakaway_torque", "limit μ₀ r F_n", Purple),
-        Curve {
-            limit: true,
-            ..curve("breakaway_torque_backward", "−μ₀ r F_n", Purple)
-        },
-    ];
-    let panels = vec![
-        Panel::new(
-            "Speed",
-            true,
-            vec![
-                curve("theta_dot", "rotor", Blue),
-                curve("phi2_dot", "rotor surface", Vermillion),
-                curve("phi1_dot", "stator surface", Green),
-            ],
-        ),
-        Panel::new(
-            "Relative velocity",
-            true,
-            vec![curve("relative_velocity", "φ₂′ − φ₁′", Blue)],
-        ),
-        Panel::new(
-            "Twist",
-            true,
-            vec![
-                curve("rotor_twist", "rotor, θ − φ₂", Blue),
-                curve("phi1", "stator, φ₁", Vermillion),
-            ],
-        ),
-        Panel::new("Torque", true, torques),
-        Panel {
-            change: true,
-            ..Panel::new("Energy", true, energies)
-        },
-        Panel::new(
-            "Energy residual",
-            false,
-            vec![curve("energy_residual", "made or lost by the solver", Blue)],
-        ),
-        Panel::new(
-            "Twist rate",
-            false,
-            vec![
-                curve("rotor_twist_rate", "rotor", Blue),
-                curve("phi1_dot", "stator", Vermillion),
-            ],
-        ),
-        Panel::new(
-            "Axial force",
-            false,
-            vec![
-                curve("applied_force", "applied, F", Blue),
-                curve("normal_force", "contact, F_n", Vermillion),
-            ],
-        ),
-        Panel::new("Axial displacement", false, vec![curve("z", "z", Blue)]),
-        Panel::new(
-            "Slip displacement",
-            false,
-            vec![curve("slip_displacement", "φ₂ − φ₁", Blue)],
-        ),
-    ];
-    let axis = |channel: &str, label: &str| (channel.to_owned(), label.to_owned());
-    let portraits = vec![
-        Portrait {
-            id: "portrait-stator",
-            heading: "Stator surface".to_owned(),
-            hint: "Phase portrait of the samples in view: vermilion in stick, blue in slip.".to_owned(),
-            x: axis("phi1", "φ₁"),
-            y: axis("phi1_dot", "φ₁′"),
-            jumps: false,
-        },
-        Portrait {
-            id: "portrait-rotor",
-            heading: "Rotor twist".to_owned(),
-            hint: "Phase portrait of the samples in view.".to_owned(),
-            x: axis("rotor_twist", "θ − φ₂"),
-            y: axis("rotor_twist_rate", "θ′ − φ₂′"),
-            jumps: false,
-        },
-        Portrait {
-            id: "portrait-friction",
-            heading: "Friction".to_owned(),
-            hint: "Torque through the interface by relative velocity, of the samples in view.".to_owned(),
-            x: axis("relative_velocity", "ω_r"),
-            y: axis("friction_torque", "torque"),
-            jumps: true,
-        },
-    ];
-    let variables = schema::trajectory().variables.into_iter();
-    Form {
-        case: FormCase::Brake(case.map(Box::new)),
-        variables: variables.filter(|v| OF_BRAKE.contains(&v.name.as_str())).collect(),
-        panels,
-        portraits,
-        torque_unit: "N m",
-        shades: "",
-        buttons: "",
-        cards: String::new(),
-        tables: "",
-        script: "",
-        whole_from: None,
     }
 }

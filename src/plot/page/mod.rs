@@ -3,6 +3,7 @@
 //! Rust decides what of the file is on the page and writes it as one JSON document; the scripts beside this file
 //! draw it. Every text of the file reaches the page through that document and is put there as text, never as markup.
 
+mod brake;
 mod document;
 mod encoding;
 mod form;
@@ -14,8 +15,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::PlotError;
 use super::target::{self, Product};
+use super::{PlotError, Run};
+use crate::case::{Case, CaseSource, TrainCase};
 use crate::results::{ResultFile, Status};
 use document::Document;
 use form::Form;
@@ -67,7 +69,7 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
         });
     }
     file.check_times()?;
-    let form = Form::of(file)?;
+    let form = form_of(file)?;
     let run = json(&Document::of(file, &form)?)?;
     let script = filled(&SCRIPTS.concat(), |name| form.part(name));
     let template = filled(TEMPLATE, |name| form.part(name));
@@ -94,6 +96,19 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
         samples_kept,
         bytes: page.len() as u64,
     })
+}
+
+/// The form of a file.
+///
+/// # Errors
+/// It cannot be read, or is of trains with a case that this version cannot read.
+fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
+    let source = CaseSource::result(file.path(), file.resolved()?);
+    if TrainCase::is_one(&source, &[]) {
+        let case = TrainCase::parse(&source, &[])?;
+        return trains::form(case, Run::open(file.path())?);
+    }
+    Ok(brake::form(Case::parse(&source, &[]).ok()))
 }
 
 /// A text with what stands for the names in double braces; other braces stay.

@@ -45,7 +45,7 @@ struct OrbitLine {
 }
 
 /// mu_0 r, m; `None` of a contact without stick.
-pub(super) fn breakaway_arm(trains: &Trains) -> Option<f64> {
+fn breakaway_arm(trains: &Trains) -> Option<f64> {
     (trains.contact == ContactLaw::StickSlip).then_some(trains.breakaway * trains.radius)
 }
 
@@ -271,6 +271,7 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
         variables,
         panels,
         portraits,
+        breakaway_arm: breakaway_arm(trains),
         torque_unit: match case.motion {
             Motion::Rotation => "N m",
             Motion::Translation => "N",
