@@ -26,8 +26,8 @@ use trajectory::Trajectory;
 /// A page is smaller than this, bytes, whatever the length of the run.
 pub const SIZE_LIMIT: usize = 5_000_000;
 
-/// Of the limit, what is left for the names and brackets around the arrays of the trajectory.
-const MARGIN: usize = 100_000;
+/// Of the limit, what is left for the names and brackets around the arrays of the trajectory: at least, and for each channel.
+const MARGIN: (usize, usize) = (100_000, 500);
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
@@ -73,7 +73,8 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
     let run = json(&Document::of(file, &form)?)?;
     let script = filled(&SCRIPTS.concat(), |name| form.part(name));
     let template = filled(TEMPLATE, |name| form.part(name));
-    let fixed = template.len() + STYLE.len() + script.len() + run.len() + file.title().len() * 6 + MARGIN;
+    let margin = MARGIN.0.max(MARGIN.1 * form.variables.len());
+    let fixed = template.len() + STYLE.len() + script.len() + run.len() + file.title().len() * 6 + margin;
     let trajectory = Trajectory::of(file, &form, SIZE_LIMIT.saturating_sub(fixed))?;
     let samples_kept = trajectory.kept;
     let trajectory = json(&trajectory)?;

@@ -241,7 +241,7 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
         Portrait {
             id: "portrait-view",
             heading: "In view".to_owned(),
-            hint: "The same of the samples in view.".to_owned(),
+            hint: "The same of the samples in view, joined by straight lines, also across an event.".to_owned(),
             x: axis(axes.0)?,
             y: axis(axes.1)?,
             jumps: false,
