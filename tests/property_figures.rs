@@ -164,7 +164,7 @@ fn property_no_text_covers_another_or_the_data() {
 fn property_no_text_of_trains_covers_another_or_the_data() {
     let folder = Folder::new();
     let built_in = TRAINS.iter().map(|case| (case.name, None));
-    let runs = built_in.chain([("belt-leine", Some("output.interval=11.9"))]);
+    let runs = built_in.chain([("belt-leine", Some("output.interval=5.3"))]);
     for (name, sampling) in runs {
         let mut arguments = vec!["run", name, "-q", "--no-witness", "--force", "-o", "run.h5"];
         arguments.extend(sampling.iter().flat_map(|set| ["--set", set]));
