@@ -154,7 +154,10 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     let far = ["run", "belt-leine", "-q", "--force", "--set", "output.interval=11.9"];
     output(&mut folder.stickslip(&far), 0);
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
-    assert!(speed.contains("stretches between two events have no sample"), "{speed}");
+    assert!(
+        speed.contains("stretches between two events without a sample"),
+        "{speed}"
+    );
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
     assert!(portrait.contains("joined by straight lines"), "{portrait}");
     // A corner is of a signal, whatever that drives.

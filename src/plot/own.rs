@@ -90,7 +90,7 @@ fn with_gaps(title: &str, runs: &[Run], window: (f64, f64)) -> Result<String, Pl
     Ok(match missed {
         0 => title.to_owned(),
         missed => {
-            format!("{title}; {missed} of {all} stretches between two events have no sample and are straight lines")
+            format!("{title}; straight lines for {missed} of {all} stretches between two events without a sample")
         }
     })
 }

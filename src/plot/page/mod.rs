@@ -1,7 +1,8 @@
 //! The interactive page of a run: one HTML file that a browser opens from disk, without a network.
 //!
 //! Rust decides what of the file is on the page and writes it as one JSON document; the scripts beside this file
-//! draw it. Every text of the file reaches the page through that document and is put there as text, never as markup.
+//! draw it. What differs between a brake and two trains is a `form`, which `brake` and `trains` make: channels, panels,
+//! portraits and words; the rest is the same for both. Every text of the file reaches the page through that document and is put there as text, never as markup.
 
 mod brake;
 mod document;
