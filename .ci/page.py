@@ -367,9 +367,8 @@ def check_texts(page, file):
     check("and no certificate unless the file has one", page.find("#certificate-card").is_displayed() == ("certificate" in file))
 
 
-def main():
-    if len(sys.argv) not in (3, 4):
-        sys.exit(__doc__)
+def chromium():
+    """The browser."""
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or sys.exit("chromium is not installed")
     # Chromium has no sandbox for root, nor much shared memory in a container; both leave the page as it is.
@@ -377,7 +376,19 @@ def main():
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = shutil.which("chromedriver") or sys.exit("chromedriver is not installed")
-    with h5py.File(sys.argv[1]) as file, webdriver.Chrome(options=options, service=Service(driver)) as browser:
+    return webdriver.Chrome(options=options, service=Service(driver))
+
+
+def end():
+    """The sum of all checks, as the exit status."""
+    print(f"{passed} passed, {failed} failed")
+    sys.exit(1 if failed else 0)
+
+
+def main():
+    if len(sys.argv) not in (3, 4):
+        sys.exit(__doc__)
+    with h5py.File(sys.argv[1]) as file, chromium() as browser:
         path = pathlib.Path(sys.argv[2])
         page = opened(browser, path)
         check_opening(page, path.name)
@@ -409,8 +420,7 @@ def main():
             page.click("#whole")
             check_frames(page, path.name, "the whole run")
             check_silence(page, path.name)
-    print(f"{passed} passed, {failed} failed")
-    sys.exit(1 if failed else 0)
+    end()
 
 
 if __name__ == "__main__":

@@ -1,17 +1,18 @@
 //! Makes every picture of the documentation: `cargo run --release --example gallery`, in a checkout.
 //!
 //! One run of the paper's brake, and from it all figures of the catalogue, into docs/figures: those of docs/gallery.md;
-//! the onset of `paper-si` against the tolerance;
+//! the onset of `paper-si` against the tolerance; the portrait of a run of trains;
 //! and that of the built-in work-precision study, which takes some minutes and whose times are those of the machine.
 
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::Modes;
+use stickslip::analysis::SavedTrainRun;
 use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
-use stickslip::case::{Case, CaseSource};
-use stickslip::plot::catalogue::ENTRIES;
+use stickslip::case::{Case, CaseSource, TrainCase};
+use stickslip::plot::catalogue::{self, ENTRIES};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::style::COLUMN_WIDTH;
 use stickslip::plot::target::{self, Product};
@@ -47,6 +48,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let kicked = Case::parse(&CaseSource::built_in("paper-si")?, &[])?;
     let found = onsets(&kicked, &|| false).ok_or("interrupted")?;
     save(&plot::onset::figure(&kicked.title, &found))?;
+    let trains = TrainCase::parse(&CaseSource::built_in("drill-string")?, &[])?;
+    let path = Path::new("target").join("drill-string.h5");
+    SavedTrainRun::new(&trains, &path).start()?;
+    let runs = [Run::open(&path)?];
+    let subject = Subject::new(&runs).ok_or("no run")?;
+    for entry in ["relative-velocity", "phase-portrait"] {
+        let figure = catalogue::find(entry)?.build(&subject)?.map_err(|absent| absent.why)?;
+        let name = format!("drill-string-{}", figure.name);
+        save(&Figure { name, ..figure })?;
+    }
     let study = Study::find("work-precision")?;
     let result = work_precision::run(&study, &mut |_| ControlFlow::Continue(()))?.ok_or("interrupted")?;
     save(&plot::work_precision::figure(&study.title, &result))

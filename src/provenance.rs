@@ -10,6 +10,9 @@ use crate::simulation::{Method, chosen_solvers, procedure, trains};
 pub(crate) const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
                           Vibration, 2016, article 9275147";
 
+/// The same of a run of two trains, whose equations this program's own documents give.
+const REFERENCES_OF_TRAINS: &str = "stickslip, docs/model.md: Trains";
+
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
     let (major, minor, release) = hdf5::library_version();
@@ -193,7 +196,7 @@ impl Header {
         Header {
             title: case.title.clone(),
             source: source(),
-            references: REFERENCES.to_owned(),
+            references: REFERENCES_OF_TRAINS.to_owned(),
             history: format!("{started} {}", command_line()),
             case_text: text,
             resolved: case.resolved(),

@@ -655,6 +655,14 @@ fn case_trains_the_start_and_kicks_are_possible() {
 fn case_trains_what_belongs_to_another_form_is_told() {
     insta::assert_snapshot!(refused(VALID, "[stator]", "[torsion]\nstiffness = 3\n\n[stator]"), @r#"drive.toml:12: torsion: beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; keep either [torsion], or [rotor] and [stator]"#);
     insta::assert_snapshot!(refused(VALID, "title = \"A drive\"", "title = \"A drive\"\nmotion = \"rolling\""), @r#"drive.toml:2: motion: expected one of "rotation", "translation", but got "rolling""#);
+    // Which units and keys the rest may have is not known without it: nothing is said of those.
+    insta::assert_snapshot!(refused(SMOOTH, "translation", "rolling"), @r#"drive.toml:1: motion: expected one of "rotation", "translation", but got "rolling""#);
+    insta::assert_snapshot!(refused(VALID, "law = \"stribeck\"", "law = \"coulomb\"\nkinetic = 0.3\nviscous = 0.1\n"), @r#"
+drive.toml:24: friction.viscous: belongs to law "stribeck" or "lugre", but the law is "coulomb": remove it, or change friction.law
+drive.toml:27: friction.low_speed: belongs to law "exponential" or "hyperbolic" or "stribeck" or "polynomial" or "lugre", but the law is "coulomb": remove it, or change friction.law
+drive.toml:28: friction.high_speed: belongs to law "exponential" or "hyperbolic" or "stribeck" or "lugre", but the law is "coulomb": remove it, or change friction.law
+drive.toml:29: friction.scale: belongs to law "hyperbolic" or "stribeck" or "lugre", but the law is "coulomb": remove it, or change friction.law
+"#);
     insta::assert_snapshot!(refused(VALID, "inertia = 0.2", "inertai = 0.2"), @r#"
 drive.toml:13: stator.inertai: unknown key; did you mean stator.inertia?
 drive.toml:14: stator.stiffness: has one number, but none is expected: without inertia there is no shaft; remove it

@@ -123,12 +123,85 @@ fn cli_plot_of_trains_says_what_it_has_not() {
     }
 }
 
-/// The page has the words of a brake.
+/// The page is made by the same command as a brake's, in the units of its motion, with its certificate.
 #[test]
-fn cli_plot_of_trains_makes_no_page() {
+fn cli_plot_of_trains_makes_a_page() {
     let folder = Folder::new();
     output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
-    let said = refusal(&mut folder.stickslip(&["plot", "clutch.h5", "--html", "page.html"]));
-    assert!(said.contains("stickslip plot clutch.h5"), "{said}");
-    assert!(!folder.path("page.html").exists());
+    let (stdout, stderr) = output(&mut folder.stickslip(&["plot", "clutch.h5", "--html", "page.html"]), 0);
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("page.html\n", ""));
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("\"certificate\":null") && page.contains("|| low, \"N m\");"));
+    output(&mut folder.stickslip(&["certify", "clutch.h5", "-q"]), 0);
+    let (document, _) = output(
+        &mut folder.stickslip(&["plot", "clutch.certified.h5", "--html", "page.html", "--json"]),
+        0,
+    );
+    let document = json(&document);
+    assert_eq!(document["page"]["samples"], document["page"]["samples_kept"]);
+    let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
+    assert!(page.contains("\"certificate\":{\"attributes\":[["), "no certificate");
+}
+
+/// What the sampling misses is said: slips that have no sample, and a period that has a few.
+#[test]
+fn cli_plot_of_trains_says_what_the_samples_miss() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(!speed.contains("straight lines"), "{speed}");
+    // A slip takes 4.3 s: seven of eight have no sample.
+    let far = ["run", "belt-leine", "-q", "--force", "--set", "output.interval=11.9"];
+    output(&mut folder.stickslip(&far), 0);
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("stretches between two events without a sample"),
+        "{speed}"
+    );
+    let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
+    assert!(portrait.contains("joined by straight lines"), "{portrait}");
+    // A corner is of a signal, whatever that drives.
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let speed = svg(&folder, &["clutch.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("corner of a signal") && !speed.contains("F(t)"),
+        "{speed}"
+    );
+}
+
+/// Curves go through the states at events, and not past them: at a restick from one sample in slip to one in stick.
+#[test]
+fn cli_plot_of_trains_goes_through_events() {
+    let folder = Folder::new();
+    // Published: belt-leine sticks first at 9.295999525480 s, which is no sample.
+    output(
+        &mut folder.stickslip(&["run", "belt-leine", "-q", "--set", "output.interval=1"]),
+        0,
+    );
+    let window = ["--from", "8.5", "--to", "10.5"];
+    let draw = |channel: &str| {
+        svg(
+            &folder,
+            &[&["belt-leine.h5", "--channel", channel][..], &window].concat(),
+        )
+    };
+    let points = |text: &str| {
+        let lines = text
+            .split("points=\"")
+            .skip(1)
+            .map(|rest| rest.split('"').next().unwrap());
+        lines.map(|line| line.split_whitespace().count()).max().unwrap()
+    };
+    // Samples at 9 and 10 s; and the restick, twice at the same place.
+    let (through, past) = (points(&draw("relative_velocity")), points(&draw("friction_torque")));
+    assert!(through > past, "{through} points, {past} without the event");
+}
+
+/// Where equations come from is said of trains as well, and is not the paper of the brake.
+#[test]
+fn cli_results_of_trains_cite_their_own_source() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
+    let (said, _) = output(&mut folder.stickslip(&["inspect", "clutch.h5", "--json"]), 0);
+    assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
 }

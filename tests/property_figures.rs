@@ -5,7 +5,8 @@ mod cli_common;
 use cli_common::{Folder, output};
 use proptest::prelude::*;
 use resvg::usvg;
-use stickslip::plot::catalogue::{ENTRIES, ExponentialFit};
+use stickslip::case::builtin::TRAINS;
+use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
 use stickslip::plot::decimate::{MinMax, Portrait};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
@@ -151,6 +152,33 @@ fn property_no_text_covers_another_or_the_data() {
         let subject = Subject::new(runs).unwrap();
         for entry in ENTRIES {
             let figure = entry.build(&subject).unwrap().unwrap();
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+}
+
+/// The same of every built-in case of trains, and of one with so few samples that the titles say so.
+#[test]
+fn property_no_text_of_trains_covers_another_or_the_data() {
+    let folder = Folder::new();
+    let built_in = TRAINS.iter().map(|case| (case.name, None));
+    let runs = built_in.chain([("belt-leine", Some("output.interval=5.3"))]);
+    for (name, sampling) in runs {
+        let mut arguments = vec!["run", name, "-q", "--no-witness", "--force", "-o", "run.h5"];
+        arguments.extend(sampling.iter().flat_map(|set| ["--set", set]));
+        output(&mut folder.stickslip(&arguments), 0);
+        let runs = [Run::open(&folder.path("run.h5")).unwrap()];
+        let subject = Subject::new(&runs).unwrap();
+        for entry in catalogue::of_run(&runs[0]) {
+            let figure = entry.build(&subject).unwrap().unwrap();
+            assert_eq!(
+                figure.title.contains("straight lines"),
+                sampling.is_some() && entry.name != "friction-law",
+                "{name}: {}",
+                figure.title
+            );
             for width in [60.0, 85.0, 300.0] {
                 assert_readable(&figure, width);
             }

@@ -73,6 +73,8 @@ pub(super) struct Reader {
     known: Vec<&'static str>,
     /// What the numbers measure.
     motion: Motion,
+    /// A law beyond [`FrictionLaw`] that the case may have, and its keys, each with whether it is required.
+    pub(super) further_law: Option<(&'static str, &'static [(&'static str, bool)])>,
 }
 
 impl Reader {
@@ -90,6 +92,7 @@ impl Reader {
             problems,
             known,
             motion,
+            further_law: None,
         }
     }
 
@@ -306,9 +309,13 @@ impl Reader {
             return;
         }
         let name = key.path.strip_prefix("friction.").unwrap_or(key.path);
+        let further = self
+            .further_law
+            .filter(|(_, keys)| keys.iter().any(|&(own, _)| own == name));
         let owners: Vec<String> = FrictionLaw::NAMES
             .iter()
             .filter(|owner| FrictionLaw::keys_of(owner).contains(&name))
+            .chain(further.iter().map(|(law, _)| law))
             .map(|owner| format!("\"{owner}\""))
             .collect();
         let by_default = if self.root.at(schema::FRICTION_LAW).is_none() {

@@ -139,14 +139,6 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             options.files.len()
         )));
     };
-    if Run::open(file).map_err(bad)?.trains.is_some() {
-        return Err(CommandError::Input(format!(
-            "{}: --html makes the page of a brake's run, [torsion], with its words and units; a run of trains has figures: \
-             stickslip plot {}",
-            file.display(),
-            file.display()
-        )));
-    }
     let file = ResultFile::open(file).map_err(bad_file)?;
     let page = page::write(&file, path, options.force).map_err(bad)?;
     if common.json {

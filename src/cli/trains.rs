@@ -8,12 +8,13 @@ use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::sensitivity::Sensitivities;
 use crate::analysis::trains::{
-    self, Attractor, CertifiedTrainEvent, LONGEST_PERIOD, Outcome, Slope, TrainBand, TrainCertificate,
-    TrainCertifyRequest, TrainRecord, TrainRung, TrainStretch, TrainWitness,
+    self, CertifiedTrainEvent, Slope, TrainBand, TrainCertificate, TrainCertifyRequest, TrainRecord, TrainRung,
+    TrainStretch, TrainWitness,
+    headline::{self, decimals},
 };
 use crate::analysis::witness::Testimony;
 use crate::analysis::{SavedTrainReport, SavedTrainRun, TrainSummary};
-use crate::case::{CaseSource, Motion, Origin, Override, TrainCase};
+use crate::case::{CaseSource, Origin, Override, TrainCase};
 use crate::hybrid::RunError;
 use crate::oracle::OracleError;
 use crate::results::{Overwrite, ResultFile, SavedRows, Status, check_target, write_certified};
@@ -143,112 +144,10 @@ fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<Strin
     found
 }
 
-/// The units of a motion: of position and speed.
-fn units(motion: Motion) -> (&'static str, &'static str) {
-    match motion {
-        Motion::Rotation => ("rad", "rad/s"),
-        Motion::Translation => ("m", "m/s"),
-    }
-}
-
-/// Decimals that an absolute uncertainty leaves, at most so many.
-fn decimals(uncertainty: f64, most: usize) -> usize {
-    (-uncertainty.max(f64::MIN_POSITIVE).log10())
-        .floor()
-        .clamp(0.0, most as f64) as usize
-}
-
-/// A number with the decimals that an absolute uncertainty leaves it, at most twelve.
-fn known(value: f64, uncertainty: f64) -> String {
-    let text = format!("{value:.*}", decimals(uncertainty, 12));
-    // No sign before a zero.
-    match text.strip_prefix('-') {
-        Some(zero) if zero.bytes().all(|b| b == b'0' || b == b'.') => zero.to_owned(),
-        _ => text,
-    }
-}
-
-/// The headline of a run of trains, row by row.
-fn rows(case: &TrainCase, summary: &TrainSummary) -> Vec<(&'static str, String)> {
-    let (angle, speed) = units(case.motion);
-    let seconds = |t: Option<f64>| t.map_or_else(|| "none".to_owned(), |t| format!("{t:.9} s"));
-    let range = |range: Option<(f64, f64)>| {
-        range.map_or_else(
-            || "none".to_owned(),
-            |(least, most)| format!("{least:.9} to {most:.9} s"),
-        )
-    };
-    let mut rows = vec![
-        (
-            "events",
-            format!(
-                "{} ({} sticks, {} slips)",
-                summary.events, summary.sticks, summary.slips
-            ),
-        ),
-        ("first stick", seconds(summary.onset_time)),
-        ("slip duration, range", range(summary.slip_duration_range)),
-        ("stick duration, range", range(summary.stick_duration_range)),
-    ];
-    match &summary.outcome {
-        Outcome::Periodic(Attractor {
-            period,
-            sticks,
-            agreement,
-            distance,
-            since,
-            extremes,
-            ..
-        }) => {
-            let known = |value: f64, size: f64| known(value, size * distance);
-            rows.push(("motion", format!("periodic since {since:.6} s")));
-            rows.push(("period", format!("{} s", known(*period, *period))));
-            rows.push(("sticks in a period", sticks.to_string()));
-            if let Some(extremes) = extremes {
-                let (least, most) = extremes.position;
-                let size = least.abs().max(most.abs());
-                let (least, most) = (known(least, size), known(most, size));
-                rows.push((
-                    "position over a period",
-                    format!("{least} to {most} {angle} ({})", extremes.of),
-                ));
-                if let Some(amplitude) = extremes.amplitude {
-                    rows.push(("amplitude", format!("{} {angle}", known(amplitude, size))));
-                }
-                let (least, most) = extremes.relative_velocity;
-                let size = least.abs().max(most.abs());
-                let (least, most) = (known(least, size), known(most, size));
-                rows.push(("relative velocity over a period", format!("{least} to {most} {speed}")));
-            }
-            rows.push((
-                "last two cycles differ by",
-                format!("{agreement:.1e}, relative; from the periodic motion by {distance:.1e}"),
-            ));
-        }
-        Outcome::Stuck { since } => rows.push((
-            "motion",
-            format!("no period found; in stick from {since:.9} s to the end of the run"),
-        )),
-        Outcome::NotPeriodic => rows.push((
-            "motion",
-            format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
-        )),
-        Outcome::Steady { mode } => rows.push(("motion", format!("no event: mode {mode} all the time"))),
-    }
-    if let Some(threshold) = summary.stick_threshold {
-        rows.push((
-            "counted as a stick",
-            format!("|relative velocity| below {threshold:e} {speed}: the contact has no stick"),
-        ));
-    }
-    rows.push(("energy residual", format!("{:.1e} J", summary.energy_residual)));
-    rows
-}
-
 fn run_report(case: &TrainCase, summary: &TrainSummary, wall_time: f64) -> String {
     let mut report = terminal::table(&[]);
-    for (name, value) in rows(case, summary) {
-        report.add_row([name, &value]);
+    for row in headline::rows(case.motion, summary) {
+        report.add_row([row.name, &row.value]);
     }
     terminal::with_work(
         &case.title,

@@ -30,6 +30,8 @@ pub struct Panel {
     pub modes: Vec<(f64, f64, Mode)>,
     /// Events, over x.
     pub events: Vec<(f64, EventKind)>,
+    /// What has the corners among the events.
+    pub driven_by: &'static str,
     /// Equally high and wide, as for a phase portrait.
     pub square: bool,
 }
@@ -159,6 +161,7 @@ impl Panel {
             curves,
             modes: Vec::new(),
             events: Vec::new(),
+            driven_by: "F(t)",
             square: false,
         }
     }

@@ -65,14 +65,33 @@ pub(crate) fn over_time(
         if let Some(run) = runs.first() {
             panel.modes = run.ground(window);
             panel.events = run.marks(window);
+            if run.trains.is_some() {
+                panel.driven_by = "a signal";
+            }
         }
         drawn.push(panel);
     }
     Ok(Figure {
         name: name.to_owned(),
-        title: title.to_owned(),
+        title: with_gaps(title, runs, window)?,
         paper_figure: None,
         panels: drawn,
+    })
+}
+
+/// The title of a figure, with how much of its motion no sample shows.
+fn with_gaps(title: &str, runs: &[Run], window: (f64, f64)) -> Result<String, PlotError> {
+    let (mut missed, mut all) = (0, 0);
+    for run in runs {
+        let stretches = run.unsampled(window)?;
+        missed += stretches.0;
+        all += stretches.1;
+    }
+    Ok(match missed {
+        0 => title.to_owned(),
+        missed => {
+            format!("{title}; straight lines for {missed} of {all} stretches between two events without a sample")
+        }
     })
 }
 
@@ -148,7 +167,7 @@ pub fn phase(
     };
     Ok(Figure {
         name: name.to_owned(),
-        title: title.to_owned(),
+        title: with_gaps(title, runs, window)?,
         paper_figure: None,
         panels: vec![panel],
     })

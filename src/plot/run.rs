@@ -7,13 +7,15 @@ use super::labels;
 use crate::analysis::StickSlip;
 use crate::case::{Case, CaseSource, TrainCase};
 use crate::model::{Mode, Parameters};
-use crate::record::{Event, EventKind};
+use crate::record::{Event, EventKind, State};
 use crate::results::{Header, ResultFile, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
+use crate::simulation::trains::further;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// Rows read at a time: a few megabytes for all columns of a figure.
 const BLOCK: usize = 65_536;
@@ -54,6 +56,15 @@ pub struct Run {
     variables: Vec<schema::Variable>,
     /// Curves that several figures use, by channel and window.
     cache: RefCell<HashMap<(String, u64, u64), Points>>,
+    /// Channels on both sides of every event, as far as they have been asked for; `None` of those that are not there.
+    at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
+}
+
+/// A channel before and after every event.
+#[derive(Debug)]
+struct Sides {
+    before: Vec<f64>,
+    after: Vec<f64>,
 }
 
 impl Run {
@@ -113,6 +124,7 @@ impl Run {
             stretches,
             file,
             cache: RefCell::default(),
+            at_events: RefCell::default(),
         })
     }
 
@@ -135,6 +147,29 @@ impl Run {
     /// Samples in the file.
     pub fn sample_count(&self) -> usize {
         self.rows
+    }
+
+    /// The variables of /trajectory.
+    pub(super) fn variables(&self) -> &[schema::Variable] {
+        &self.variables
+    }
+
+    /// The end of a window, from where on it has at most so many samples and events.
+    ///
+    /// # Errors
+    /// If it has no sample.
+    pub(super) fn shortened(&self, (from, to): (f64, f64), most: usize) -> Result<(f64, f64), PlotError> {
+        let rows = self.rows_in((from, to))?;
+        let mut start = rows.end.saturating_sub(most).max(rows.start);
+        loop {
+            let first = self.file.column("time", start..start + 1)?[0];
+            // The state before the first sample belongs to the window if nothing is left out.
+            let window = (if start == rows.start { from } else { first }, to);
+            if rows.end - start + 2 * self.events_in(window).len() <= most || start + 1 >= rows.end {
+                return Ok(window);
+            }
+            start += (rows.end - start).div_ceil(2).min(rows.end - start - 1);
+        }
     }
 
     /// The axis of a variable of /trajectory.
@@ -237,6 +272,65 @@ impl Run {
         })
     }
 
+    /// A channel on both sides of every event, if the file has it there. Of trains only: a brake's figures have windows of
+    /// dense samples, and show nothing else.
+    fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
+        let Some(case) = &self.trains else { return Ok(None) };
+        if let Some(known) = self.at_events.borrow().get(channel) {
+            return Ok(known.clone());
+        }
+        let further = || further(&case.parameters).into_iter().any(|one| one.name == channel);
+        let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel) || further();
+        let sides = match is_state {
+            true => Some(Rc::new(Sides {
+                before: self.file.event_column(&format!("{channel}_before"))?,
+                after: self.file.event_column(&format!("{channel}_after"))?,
+            })),
+            false => None,
+        };
+        self.at_events.borrow_mut().insert(channel.to_owned(), sides.clone());
+        Ok(sides)
+    }
+
+    /// The events in a window, by their indices.
+    fn events_in(&self, (from, to): (f64, f64)) -> Range<usize> {
+        let start = self.events.partition_point(|event| event.time < from);
+        start..self.events.partition_point(|event| event.time <= to).max(start)
+    }
+
+    /// Of a run of trains, how many of the stretches between two events of the contact in a window have no sample, and how
+    /// many stretches there are. Sticks are not counted: in those the surfaces move as one, or within a threshold of it.
+    ///
+    /// # Errors
+    /// As [`Self::each_sample`].
+    pub(crate) fn unsampled(&self, window: (f64, f64)) -> Result<(usize, usize), PlotError> {
+        if self.trains.is_none() {
+            return Ok((0, 0));
+        }
+        let events = &self.events[self.events_in(window)];
+        let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
+        let mut stretches: Vec<(f64, f64)> = Vec::new();
+        for pair in of_contact.windows(2) {
+            if pair[0].kind != EventKind::Stick && pair[0].mode_after != Mode::Stick {
+                stretches.push((pair[0].time, pair[1].time));
+            }
+        }
+        let (mut sampled, mut next, mut seen) = (0, 0, false);
+        if !stretches.is_empty() {
+            self.each_sample(&["time"], window, |row| {
+                while next < stretches.len() && row[0] >= stretches[next].1 {
+                    next += 1;
+                    seen = false;
+                }
+                if !seen && stretches.get(next).is_some_and(|stretch| row[0] > stretch.0) {
+                    sampled += 1;
+                    seen = true;
+                }
+            })?;
+        }
+        Ok((stretches.len() - sampled, stretches.len()))
+    }
+
     /// Curves of channels over time in a window, thinned without losing an extreme. One pass over the file for all.
     ///
     /// # Errors
@@ -251,14 +345,33 @@ impl Run {
         if !new.is_empty() {
             let (from, to) = (window.0.max(self.times.0), window.1.min(self.times.1));
             let mut thinned = vec![MinMax::new(from, to, BUCKETS); new.len()];
+            let sides = new.iter().map(|channel| self.at_events(channel));
+            let sides: Vec<Option<Rc<Sides>>> = sides.collect::<Result<_, _>>()?;
+            let events = self.events_in(window);
+            let mut pending = vec![events.clone(); new.len()];
+            // The events up to a time that come before it.
+            let pass = |thin: &mut MinMax, pending: &mut Range<usize>, sides: &Option<Rc<Sides>>, t: f64| {
+                let Some(sides) = sides else { return };
+                while pending.start < pending.end && self.events[pending.start].time <= t {
+                    let event = self.events[pending.start].time;
+                    thin.push(event, sides.before[pending.start]);
+                    thin.push(event, sides.after[pending.start]);
+                    pending.start += 1;
+                }
+            };
             let columns: Vec<&str> = std::iter::once("time").chain(new.iter().copied()).collect();
             self.blocks(&columns, window, |columns| {
-                for (thin, column) in thinned.iter_mut().zip(&columns[1..]) {
+                let curves = thinned.iter_mut().zip(&mut pending).zip(&sides);
+                for (((thin, pending), sides), column) in curves.zip(&columns[1..]) {
                     for (&t, &value) in columns[0].iter().zip(column) {
+                        pass(thin, pending, sides, t);
                         thin.push(t, value);
                     }
                 }
             })?;
+            for ((thin, pending), sides) in thinned.iter_mut().zip(&mut pending).zip(&sides) {
+                pass(thin, pending, sides, window.1);
+            }
             let mut cache = self.cache.borrow_mut();
             for (channel, thin) in new.iter().zip(thinned) {
                 cache.insert(key(channel), thin.finish());
@@ -271,6 +384,43 @@ impl Run {
             .collect())
     }
 
+    /// Hands two channels to `take`, with the code of the mode: each sample of a window and, where both are known there, the
+    /// states on both sides of each event.
+    fn each_state(
+        &self,
+        (x, y): (&str, &str),
+        window: (f64, f64),
+        mut take: impl FnMut(usize, f64, f64),
+    ) -> Result<(), PlotError> {
+        let sides = self.at_events(x)?.zip(self.at_events(y)?);
+        let mut events = match sides {
+            Some(_) => self.events_in(window),
+            None => 0..0,
+        };
+        let mut current = self.events[..events.start]
+            .last()
+            .map(|event| event.mode_after as usize);
+        let mut pass = |current: &mut Option<usize>, t: f64, next: usize, take: &mut dyn FnMut(usize, f64, f64)| {
+            let Some((x, y)) = &sides else { return };
+            while !events.is_empty() && self.events[events.start].time <= t {
+                let k = events.start;
+                take(current.unwrap_or(next), x.before[k], y.before[k]);
+                take(self.events[k].mode_after as usize, x.after[k], y.after[k]);
+                *current = Some(self.events[k].mode_after as usize);
+                events.start += 1;
+            }
+        };
+        self.each_sample(&["time", "mode", x, y], window, |row| {
+            let mode = row[1] as usize;
+            pass(&mut current, row[0], mode, &mut take);
+            take(mode, row[2], row[3]);
+            current = Some(mode);
+        })?;
+        let last = current.unwrap_or_default();
+        pass(&mut current, window.1, last, &mut take);
+        Ok(())
+    }
+
     /// One channel against another in a window of time, thinned: the lines of each mode that occurs.
     ///
     /// # Errors
@@ -278,9 +428,9 @@ impl Run {
     pub fn portrait(&self, x: &str, y: &str, window: (f64, f64)) -> Result<Vec<(Mode, Vec<Points>)>, PlotError> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut x_range, mut y_range) = (empty, empty);
-        self.each_sample(&[x, y], window, |row| {
-            x_range = (x_range.0.min(row[0]), x_range.1.max(row[0]));
-            y_range = (y_range.0.min(row[1]), y_range.1.max(row[1]));
+        self.each_state((x, y), window, |_, x, y| {
+            x_range = (x_range.0.min(x), x_range.1.max(x));
+            y_range = (y_range.0.min(y), y_range.1.max(y));
         })?;
         let mut by_mode: Vec<(Mode, Portrait)> = Mode::ALL
             .into_iter()
@@ -288,17 +438,16 @@ impl Run {
             .collect();
         let joined = !JUMPING.contains(&x) && !JUMPING.contains(&y);
         let mut current = None;
-        self.each_sample(&["mode", x, y], window, |row| {
-            let mode = row[0] as usize;
+        self.each_state((x, y), window, |mode, x, y| {
             let left = current.replace(mode).filter(|&before| before != mode);
             if let Some((_, portrait)) = left.and_then(|before| by_mode.get_mut(before)) {
                 if joined {
-                    portrait.push(row[1], row[2]);
+                    portrait.push(x, y);
                 }
                 portrait.lift();
             }
             if let Some((_, portrait)) = by_mode.get_mut(mode) {
-                portrait.push(row[1], row[2]);
+                portrait.push(x, y);
             }
         })?;
         Ok(by_mode

@@ -1,4 +1,5 @@
 //! Draws a figure as SVG.
+use std::borrow::Cow;
 
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
@@ -243,20 +244,20 @@ fn legend(measured: &[Measured]) -> Vec<(String, Swatch)> {
             add(mode.name(), Swatch::Ground(color, opacity));
         }
         for &(_, kind) in &m.marks {
-            add(event_name(kind), Swatch::Event(of_event(kind)));
+            add(&event_name(kind, m.panel.driven_by), Swatch::Event(of_event(kind)));
         }
     }
     entries
 }
 
 /// Stick and slip are modes too: as events they are where these begin.
-fn event_name(kind: EventKind) -> &'static str {
+fn event_name(kind: EventKind, driven_by: &str) -> Cow<'static, str> {
     match kind {
-        EventKind::Stick => "stick begins",
-        EventKind::Slip => "slip begins",
-        EventKind::Destabilised => "loss of stability",
-        EventKind::Corner => "corner of F(t)",
-        kind => kind.name(),
+        EventKind::Stick => "stick begins".into(),
+        EventKind::Slip => "slip begins".into(),
+        EventKind::Destabilised => "loss of stability".into(),
+        EventKind::Corner => format!("corner of {driven_by}").into(),
+        kind => kind.name().into(),
     }
 }
 

@@ -45,17 +45,53 @@ fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
                 .into(),
         ));
     };
-    let (first, last) = subject.run.times;
-    let (window, title) = match subject.run.attractor_period {
-        // One sample more, so that it closes.
-        Some(period) if period < last - first => (
-            ((last - period - case.output.interval).max(first), last),
-            format!("{}, last period", entry.title),
-        ),
-        _ => ((first, last), entry.title.to_owned()),
-    };
-    let axes = (position(&case.parameters), "relative_velocity");
+    let Shown { axes, window, periodic } = shown(subject.run, case);
+    let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
+    let mut title = if periodic { format!("{over}, last period") } else { over };
+    if let Some(few) = few_samples(subject.run, window)? {
+        title = format!("{title}; {few}");
+    }
     phase(subject.runs, entry.name, &title, axes, window).map(Ok)
+}
+
+/// What the phase portrait of a run shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shown {
+    /// Two channels: that of the horizontal axis and that of the vertical one.
+    pub(super) axes: (&'static str, &'static str),
+    /// When it begins and ends, s.
+    pub(super) window: (f64, f64),
+    /// Whether that is one period of a motion that repeats itself.
+    pub(super) periodic: bool,
+}
+
+/// Samples from which on a portrait is seen as a curve.
+const MANY: usize = 60;
+
+/// What is to be said of a portrait in a window with few samples.
+pub(super) fn few_samples(run: &Run, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+    let samples = run.rows_in(window)?.len();
+    let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
+    Ok((samples < MANY).then(few))
+}
+
+/// What the phase portrait of a run of trains shows.
+pub(super) fn shown(run: &Run, case: &TrainCase) -> Shown {
+    let (first, last) = run.times;
+    let axes = (position(&case.parameters), "relative_velocity");
+    match run.attractor_period {
+        Some(period) if period < last - first => Shown {
+            axes,
+            // One sample more, so that it closes.
+            window: ((last - period - case.output.interval).max(first), last),
+            periodic: true,
+        },
+        _ => Shown {
+            axes,
+            window: (first, last),
+            periodic: false,
+        },
+    }
 }
 
 /// The coefficient of friction that a steady relative velocity `x` meets.

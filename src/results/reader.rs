@@ -206,6 +206,14 @@ impl ResultFile {
         Ok(events)
     }
 
+    /// A column of /events, a row for each event.
+    ///
+    /// # Errors
+    /// There is no such column; or of the file.
+    pub fn event_column(&self, name: &str) -> Result<Vec<f64>, ResultError> {
+        self.values(group::EVENTS, name, 0..self.few(&schema::events())?)
+    }
+
     fn some_events(&self, all: Range<usize>) -> Result<Vec<Event>, ResultError> {
         let column = |name: &str| -> Result<Vec<f64>, ResultError> { self.values(group::EVENTS, name, all.clone()) };
         let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {

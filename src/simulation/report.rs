@@ -36,6 +36,8 @@ pub struct RunReport {
     pub kicks_never_given: usize,
     /// Of these, kicks set at an instability that did not come.
     pub kicks_without_instability: usize,
+    /// The run is one of two trains, whose cases have other keys than a brake's.
+    pub of_trains: bool,
     /// The first stop came at the end of sliding that was followed on its slow manifold: no rounding had grown.
     pub stopped_smoothly: bool,
 }
@@ -75,7 +77,7 @@ pub struct SolverWork {
 
 /// A run that failed, with what it had computed. Its message ends with what to do, in the words of the case file.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}{}", remedy(error))]
+#[error("{error}{}", remedy(error, report.of_trains))]
 pub struct RunFailure {
     #[source]
     /// What ended the run.
@@ -84,7 +86,7 @@ pub struct RunFailure {
     pub report: RunReport,
 }
 
-fn remedy(error: &RunError) -> &'static str {
+fn remedy(error: &RunError, of_trains: bool) -> &'static str {
     match error {
         RunError::Engine {
             source: EngineError::Sundials(_),
@@ -92,6 +94,10 @@ fn remedy(error: &RunError) -> &'static str {
         }
         | RunError::NotFinite { .. } => "; another solver.method, solver.rtol or solver.max_step may get over it",
         RunError::Engine { .. } => ". Try another solver.method",
+        RunError::Chattering { .. } if of_trains => {
+            ". Each transition is undone at once: look for a drive or a normal force that changes as fast as that, or try \
+             another solver.method or a smaller solver.rtol"
+        }
         RunError::Chattering { .. } => {
             ". Each transition is undone at once; with a one-sided breakaway test that is a property of the test, and \
              contact.breakaway_test = \"transmitted\" is free of it"
@@ -113,5 +119,35 @@ fn remedy(error: &RunError) -> &'static str {
              many steps are meant, say how many with solver.max_steps"
         }
         RunError::Observer(_) => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Trains have no breakaway test that one could choose.
+    #[test]
+    fn property_a_remedy_names_keys_of_its_form() {
+        let said = |of_trains: bool| {
+            let error = RunError::Chattering {
+                time: 1.0,
+                count: 100,
+                window: 1e-6,
+                location: "mode stick".to_owned(),
+                guard: "breakaway".to_owned(),
+            };
+            let report = RunReport {
+                of_trains,
+                ..RunReport::default()
+            };
+            RunFailure { error, report }.to_string()
+        };
+        assert!(said(false).contains("contact.breakaway_test"));
+        assert!(
+            !said(true).contains("contact.") && said(true).contains("solver.method"),
+            "{}",
+            said(true)
+        );
     }
 }

@@ -7,6 +7,7 @@
 //! | `sensitivity` | what the numbers of the case do to its events |
 //! | `attractor` | whether the motion repeats itself, with which period, and its extremes |
 //! | `summary` | the headline of a run |
+//! | `headline` | the same in words |
 //! | `witness` | whether another method finds the same events |
 //! | `saved_run` | a run into its result file |
 //! | `modes` | natural frequencies and damping of a case, its steady sliding, and where that loses its stability |
@@ -18,6 +19,7 @@
 mod attractor;
 mod bands;
 mod certification;
+pub mod headline;
 mod impedance;
 mod linear;
 pub mod modes;

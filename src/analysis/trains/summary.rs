@@ -179,6 +179,18 @@ impl TrainSummary {
                     "least position over a period",
                 ),
                 of(
+                    extremes.map(|e| e.relative_velocity.1),
+                    "attractor_relative_velocity_max",
+                    speed,
+                    "largest relative velocity over a period",
+                ),
+                of(
+                    extremes.map(|e| e.relative_velocity.0),
+                    "attractor_relative_velocity_min",
+                    speed,
+                    "least relative velocity over a period",
+                ),
+                of(
                     self.stick_threshold,
                     "stick_threshold",
                     speed,

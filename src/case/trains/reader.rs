@@ -34,15 +34,25 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, 
         }
     }
     let motion = match root.at("motion").map(|node| choice(&node.value, names_of_motion())) {
-        Some(Ok(name)) => Motion::ALL.into_iter().find(|motion| motion.name() == name),
-        _ => None,
+        Some(Ok(name)) => Ok(Motion::ALL.into_iter().find(|motion| motion.name() == name)),
+        Some(Err(message)) => Err(message),
+        None => Ok(None),
     };
-    let mut reader = Reader::new(root, label, problems, keys::known(), motion.unwrap_or_default());
+    let known = motion.as_ref().ok().copied().flatten().unwrap_or_default();
+    let mut reader = Reader::new(root, label, problems, keys::known(), known);
+    reader.further_law = Some((LUGRE, OF_BRISTLES));
     let mut train = TrainReader {
-        motion: motion.unwrap_or_default(),
+        motion: known,
         reader: &mut reader,
     };
-    let case = train.case(source.name());
+    let case = match motion {
+        Ok(_) => train.case(source.name()),
+        // Which units and keys the rest may have is not known without it.
+        Err(message) => {
+            train.report("motion", message);
+            None
+        }
+    };
     let (of_law, written) = (reader.root.clone(), reader.all.clone());
     let Some(case) = case.filter(|_| reader.problems.is_empty()) else {
         let error = reader.finish(()).err();
@@ -105,11 +115,6 @@ impl TrainReader<'_> {
                            keep either [torsion], or [rotor] and [stator]";
             self.report("torsion", message);
             take(&mut self.reader.root, "torsion");
-        }
-        if let Some(node) = self.reader.root.at("motion").cloned()
-            && let Err(message) = choice(&node.value, names_of_motion())
-        {
-            self.report("motion", message);
         }
         self.reader.check_all_names();
         let bristles = self.bristles();

@@ -4,7 +4,7 @@
 const BLUE = "#0072B2", VERMILLION = "#D55E00", GREEN = "#009E73", ORANGE = "#E69F00", PURPLE = "#CC79A7", BLACK = "#000000";
 
 // By mode code's name: what is behind the curves.
-const SHADES = { "separated": "#d9d9d9", "stick": "#fae8c2", "slip-forward": "#ffffff", "slip-backward": "#f4e2ec" };
+const SHADES = { "separated": "#d9d9d9", "stick": "#fae8c2", "slip-forward": "#ffffff", "slip-backward": "#f4e2ec"{{shades}} };
 
 // By kind: colour, outline around (0, 0), whether it is filled.
 const GLYPHS = {
@@ -22,17 +22,7 @@ const GLYPHS = {
 // [channel, name, colour]; a limit is drawn, but the panel's range does not follow it. A panel of changes counts from the
 // left edge of the view when that is short: within a cycle, energies change by millionths of themselves.
 const PANELS = [
-  { title: "Speed", curves: [["theta_dot", "rotor", BLUE], ["phi2_dot", "rotor surface", VERMILLION], ["phi1_dot", "stator surface", GREEN]], shown: true },
-  { title: "Relative velocity", curves: [["relative_velocity", "φ₂′ − φ₁′", BLUE]], shown: true },
-  { title: "Twist", curves: [["rotor_twist", "rotor, θ − φ₂", BLUE], ["phi1", "stator, φ₁", VERMILLION]], shown: true },
-  { title: "Torque", curves: [["friction_torque", "through the interface", BLUE], ["transmitted_torque", "T_f = (T_r + T_s)/2", VERMILLION], ["breakaway_torque", "limit μ₀ r F_n", PURPLE], ["breakaway_torque_backward", "−μ₀ r F_n", PURPLE, "limit"]], shown: true },
-  { title: "Energy", curves: [["energy_kinetic", "kinetic", BLUE], ["energy_elastic", "elastic", ORANGE], ["dissipated_friction", "lost to friction", VERMILLION], ["dissipated_damping", "lost to damping", GREEN], ["work_applied", "work of F", PURPLE]], shown: true, change: true },
-  { title: "Energy residual", curves: [["energy_residual", "made or lost by the solver", BLUE]], shown: false },
-  { title: "Twist rate", curves: [["rotor_twist_rate", "rotor", BLUE], ["phi1_dot", "stator", VERMILLION]], shown: false },
-  { title: "Axial force", curves: [["applied_force", "applied, F", BLUE], ["normal_force", "contact, F_n", VERMILLION]], shown: false },
-  { title: "Axial displacement", curves: [["z", "z", BLUE]], shown: false },
-  { title: "Slip displacement", curves: [["slip_displacement", "φ₂ − φ₁", BLUE]], shown: false },
-];
+{{panels}}];
 
 const LEFT = 66, RIGHT = 10, PANEL = 122, STRIP = 22, AXIS = 40;
 // The part of the run below which a view is short.

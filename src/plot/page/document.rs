@@ -3,17 +3,19 @@
 use serde::Serialize;
 
 use super::encoding;
-use super::trajectory::CHANNELS;
-use crate::analysis::headline::{Headline, HeadlineRow, is_paper_case};
-use crate::case::{Case, CaseSource};
+use super::form::{Form, FormCase};
+use super::trains::{self, Orbit};
+use crate::analysis::headline::HeadlineRow;
 use crate::model::Mode;
-use crate::model::torsion::TorsionModel;
-use crate::record::{Event, EventKind, State};
+use crate::plot::PlotError;
+use crate::record::{Cycle, CycleStatistics, Event, EventKind, State};
 use crate::results::schema::{group, root};
 use crate::results::{ResultError, ResultFile, Status};
 
 /// Events on a page, with their states.
 const EVENTS: usize = 5_000;
+/// Values of channels on one side of all events on a page.
+const EVENT_VALUES: usize = 100_000;
 /// Stretches of one mode on a page.
 const MODES: usize = 20_000;
 /// Characters of each of the two case texts.
@@ -44,6 +46,9 @@ pub(super) struct Document {
     modes: Modes,
     events: Events,
     cycles: Cycles,
+    /// Of trains.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    orbit: Option<Orbit>,
     notes: Vec<String>,
 }
 
@@ -89,7 +94,7 @@ struct Events {
 /// A channel on both sides of each event, exactly.
 #[derive(Debug, Serialize)]
 struct EventState {
-    name: &'static str,
+    name: String,
     before: String,
     after: String,
 }
@@ -103,14 +108,14 @@ struct Cycles {
 }
 
 impl Document {
-    pub(super) fn of(file: &ResultFile) -> Result<Document, ResultError> {
+    pub(super) fn of(file: &ResultFile, form: &Form) -> Result<Document, PlotError> {
         let mut notes = Vec::new();
         let resolved = file.resolved()?;
-        // A case that this version cannot read costs the page two numbers, not more.
-        let case = Case::parse(&CaseSource::result(file.path(), resolved.clone()), &[]).ok();
         let all_events = file.events()?;
-        let headline = Headline::of_file(file, case.as_ref(), &all_events)?;
-        let events = &all_events[..all_events.len().min(EVENTS)];
+        let (headline, natural_period) = form.headline(file, &all_events)?;
+        let states = form.at_events();
+        let room = EVENTS.min(EVENT_VALUES / states.len().max(1));
+        let events = &all_events[..all_events.len().min(room)];
         if events.len() < all_events.len() {
             notes.push(format!(
                 "The page lists the first {} of {} events.",
@@ -119,24 +124,31 @@ impl Document {
             ));
         }
         let case_text = file.case_text()?;
+        let orbit = match &form.case {
+            FormCase::Brake(_) => None,
+            FormCase::Trains { case, run } => {
+                let (orbit, note) = trains::orbit(case, run)?;
+                notes.extend(note);
+                Some(orbit)
+            }
+        };
         Ok(Document {
             title: file.title().to_owned(),
             file: file_name(file),
             status: file.status().name(),
             notice: notice(file)?,
-            natural_period: headline.natural_period,
-            breakaway_arm: case
-                .as_ref()
-                .map(|case| TorsionModel::new(&case.parameters).breakaway_torque(1.0)),
-            beside_paper: case.as_ref().is_some_and(|case| is_paper_case(&case.parameters)),
-            headline: headline.rows(),
+            natural_period,
+            breakaway_arm: form.breakaway_arm,
+            beside_paper: form.is_beside_paper(),
+            headline,
             certificate: certificate(file)?,
             provenance: provenance(file)?,
             case_text: shortened(case_text, "case", &mut notes),
             resolved: shortened(resolved, "resolved case", &mut notes),
             modes: modes(file, &mut notes)?,
-            cycles: cycles(&headline, events),
-            events: self::events(events, all_events.len()),
+            cycles: cycles(&all_events, events),
+            events: self::events(file, &states, events, all_events.len())?,
+            orbit,
             notes,
         })
     }
@@ -206,37 +218,59 @@ fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
     text
 }
 
-fn events(events: &[Event], count: usize) -> Events {
+fn events(
+    file: &ResultFile,
+    channels: &[(String, bool)],
+    events: &[Event],
+    count: usize,
+) -> Result<Events, ResultError> {
     let times: Vec<f64> = events.iter().map(|e| e.time).collect();
     let kinds: Vec<i8> = events.iter().map(|e| e.kind.code()).collect();
     let modes: Vec<i8> = events.iter().map(|e| e.mode_after.code()).collect();
     let forces: Vec<f64> = events.iter().map(|e| e.internal_force).collect();
-    let side = |k: usize, state: fn(&Event) -> &State| {
-        encoding::doubles(&events.iter().map(|e| state(e).values()[k]).collect::<Vec<f64>>())
-    };
-    let states = State::DESCRIPTIONS.iter().enumerate();
-    Events {
+    let mut states = Vec::with_capacity(channels.len());
+    for (name, is_state) in channels {
+        let side = |which: &str, state: fn(&Event) -> &State| -> Result<String, ResultError> {
+            let column = match State::DESCRIPTIONS
+                .iter()
+                .position(|known| *is_state && known.0 == name)
+            {
+                Some(k) => events.iter().map(|e| state(e).values()[k]).collect(),
+                None => {
+                    let mut column = file.event_column(&format!("{name}_{which}"))?;
+                    column.truncate(events.len());
+                    column
+                }
+            };
+            Ok(encoding::doubles(&column))
+        };
+        states.push(EventState {
+            name: name.clone(),
+            before: side("before", |e| &e.before)?,
+            after: side("after", |e| &e.after)?,
+        });
+    }
+    Ok(Events {
         count,
         kinds: EventKind::ALL.iter().map(|kind| kind.name()).collect(),
         time: encoding::doubles(&times),
         kind: encoding::codes(&kinds),
         mode_after: encoding::codes(&modes),
         internal_force: encoding::doubles(&forces),
-        states: states
-            .filter(|(_, (name, _, _))| CHANNELS.contains(name))
-            .map(|(k, &(name, _, _))| EventState {
-                name,
-                before: side(k, |e| &e.before),
-                after: side(k, |e| &e.after),
-            })
-            .collect(),
-    }
+        states,
+    })
 }
 
-fn cycles(headline: &Headline, events: &[Event]) -> Cycles {
+/// The cycles of all events that begin with one of `events`, the first of them.
+fn cycles(all: &[Event], events: &[Event]) -> Cycles {
+    let mut statistics = CycleStatistics::default();
+    let cycles: Vec<Cycle> = all
+        .iter()
+        .filter_map(|event| statistics.push(event.time, event.kind))
+        .collect();
     let sticks = events.iter().filter(|e| e.kind == EventKind::Stick).map(|e| e.time);
     let (mut start, mut stick, mut slip) = (Vec::new(), Vec::new(), Vec::new());
-    for (time, cycle) in sticks.zip(&headline.cycles) {
+    for (time, cycle) in sticks.zip(&cycles) {
         start.push(time);
         stick.push(cycle.stick_duration);
         slip.push(cycle.slip_duration);
@@ -274,8 +308,10 @@ fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultErro
             "The modes are shaded in their first {MODES} stretches only, up to t = {} s.",
             starts[MODES]
         ));
-        starts.truncate(MODES);
+        starts.truncate(MODES + 1);
         codes.truncate(MODES);
+        // From there on the ground that has no colour.
+        codes.push(Mode::SlipForward.code());
     }
     Ok(Modes {
         names: Mode::ALL.iter().map(|mode| mode.name()).collect(),

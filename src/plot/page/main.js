@@ -19,8 +19,8 @@ if (run.breakaway_arm !== null) {
   const times = (values, factor) => values.map(value => value * factor);
   const high = factor => (force.high === force.low ? null : times(force.high, factor));
   const low = times(force.low, run.breakaway_arm), back = times(force.low, -run.breakaway_arm);
-  trajectory.add("breakaway_torque", low, high(run.breakaway_arm) || low, "N m");
-  trajectory.add("breakaway_torque_backward", high(-run.breakaway_arm) || back, back, "N m");
+  trajectory.add("breakaway_torque", low, high(run.breakaway_arm) || low, "{{torque}}");
+  trajectory.add("breakaway_torque_backward", high(-run.breakaway_arm) || back, back, "{{torque}}");
 }
 
 showTexts(run, trajectory.json);
@@ -28,10 +28,7 @@ const root = byId("chart");
 const chart = new Chart(root, trajectory, run, afterDraw);
 const list = new EventList(byId("events"), events, goToEvent);
 const portraits = [
-  new Portrait(byId("portrait-stator"), trajectory, run.modes, { name: "phi1", label: "φ₁" }, { name: "phi1_dot", label: "φ₁′" }),
-  new Portrait(byId("portrait-rotor"), trajectory, run.modes, { name: "rotor_twist", label: "θ − φ₂" }, { name: "rotor_twist_rate", label: "θ′ − φ₂′" }),
-  new Portrait(byId("portrait-friction"), trajectory, run.modes, { name: "relative_velocity", label: "ω_r" }, { name: "friction_torque", label: "torque", jumps: true }),
-];
+{{portraits}}];
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
 
 // Portraits of more entries than this wait until the view rests.

@@ -37,8 +37,9 @@ pub(super) struct Plan {
 
 impl Plan {
     /// Of `rows` samples as many as fit into the room that `room` samples take; a bucket takes as much as two.
-    /// `events` are the rows at which events are, in order.
-    pub(super) fn new(rows: usize, events: &[usize], room: usize) -> Plan {
+    /// `events` are the rows at which events are, in order; rows from `whole`, which goes to the last, are kept before
+    /// those around events: as many of the last of them as half of that room takes.
+    pub(super) fn new(rows: usize, events: &[usize], whole: Range<usize>, room: usize) -> Plan {
         if rows <= room {
             return Plan {
                 stretches: vec![Stretch {
@@ -49,12 +50,14 @@ impl Plan {
             };
         }
         let near = (NEAR_EVENTS * room as f64) as usize;
-        let size = |events: &[usize], reach: usize| around(events, reach, rows).iter().map(Range::len).sum::<usize>();
+        let whole = whole.start.max(rows.saturating_sub(near / 2)).min(rows)..rows;
+        let full = |events: &[usize], reach: usize| with_end(around(events, reach, rows), whole.clone());
+        let size = |events: &[usize], reach: usize| full(events, reach).iter().map(Range::len).sum::<usize>();
         // Both searches: the largest value that fits, as what it takes grows with it.
         let covered = largest(events.len(), |n| size(&events[..n], LEAST_REACH) <= near);
         let events = &events[..covered];
         let reach = largest(rows, |reach| size(events, reach) <= near);
-        let full = around(events, reach, rows);
+        let full = full(events, reach);
         let kept = full.iter().map(Range::len).sum::<usize>();
         // A gap ends with a bucket of its own, which is why each takes one of the buckets.
         let buckets = ((room - kept) / 2).saturating_sub(full.len() + 1).max(1);
@@ -156,6 +159,19 @@ fn around(events: &[usize], reach: usize, rows: usize) -> Vec<Range<usize>> {
             _ => {}
         }
     }
+    ranges
+}
+
+/// Ranges in order that do not touch, with one more that goes beyond all of them or to where the last of them ends.
+fn with_end(mut ranges: Vec<Range<usize>>, end: Range<usize>) -> Vec<Range<usize>> {
+    if end.is_empty() {
+        return ranges;
+    }
+    let mut start = end.start;
+    while let Some(last) = ranges.pop_if(|last| last.end >= start) {
+        start = start.min(last.start);
+    }
+    ranges.push(start..end.end);
     ranges
 }
 

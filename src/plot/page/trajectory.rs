@@ -3,31 +3,9 @@
 use serde::Serialize;
 
 use super::encoding::{self, BLOCK, Packed};
+use super::form::Form;
 use super::thinning::{Column, Plan};
-use crate::results::{ResultError, ResultFile, schema};
-
-/// The columns of the trajectory that the page has.
-pub(super) const CHANNELS: [&str; 19] = [
-    "theta_dot",
-    "phi1_dot",
-    "phi2_dot",
-    "relative_velocity",
-    "rotor_twist",
-    "rotor_twist_rate",
-    "phi1",
-    "slip_displacement",
-    "z",
-    "applied_force",
-    "normal_force",
-    "friction_torque",
-    "transmitted_torque",
-    "energy_kinetic",
-    "energy_elastic",
-    "work_applied",
-    "dissipated_friction",
-    "dissipated_damping",
-    "energy_residual",
-];
+use crate::results::{ResultError, ResultFile};
 
 /// The samples, or what stands for them.
 #[derive(Debug, Serialize)]
@@ -70,18 +48,22 @@ struct Channel {
 
 impl Trajectory {
     /// What fits into `room` bytes of a trajectory that has samples.
-    pub(super) fn of(file: &ResultFile, room: usize) -> Result<Trajectory, ResultError> {
+    pub(super) fn of(file: &ResultFile, form: &Form, room: usize) -> Result<Trajectory, ResultError> {
         let samples = file.sample_count()?;
         // A sample takes a time, and an offset and its share of a base for every channel; base64 adds a third.
-        let bytes = 8 + CHANNELS.len() * 4 + (CHANNELS.len() * 8).div_ceil(BLOCK);
+        let columns = form.variables.len();
+        let bytes = 8 + columns * 4 + (columns * 8).div_ceil(BLOCK);
         let room = room / (4 * bytes).div_ceil(3);
         let events = if samples > room { event_rows(file)? } else { Vec::new() };
-        let plan = Plan::new(samples, &events, room);
+        let whole = match form.whole_from.filter(|_| samples > room) {
+            Some(from) => first_row(file, from)?..samples,
+            None => samples..samples,
+        };
+        let plan = Plan::new(samples, &events, whole.clone(), room);
         let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(file.column_blocks(name)?) };
         let time = fold("time")?;
-        let mut channels = Vec::with_capacity(CHANNELS.len());
-        let described = schema::trajectory().variables;
-        for variable in described.into_iter().filter(|v| CHANNELS.contains(&v.name.as_str())) {
+        let mut channels = Vec::with_capacity(columns);
+        for variable in form.variables.iter().cloned() {
             let Column { values, highs, .. } = fold(&variable.name)?;
             channels.push(Channel {
                 name: variable.name,
@@ -104,20 +86,25 @@ impl Trajectory {
             time: encoding::doubles(&time.firsts),
             bucket_end: encoding::doubles(&time.lasts),
             channels,
-            notes: notes(&plan, samples, events.len()),
+            notes: notes(&plan, samples, events.len(), !whole.is_empty()),
         })
     }
 }
 
 /// What the page keeps, for its reader.
-fn notes(plan: &Plan, samples: usize, events: usize) -> Vec<String> {
+fn notes(plan: &Plan, samples: usize, events: usize, last_period: bool) -> Vec<String> {
     let kept = plan.kept();
     if kept == samples {
         return vec![format!("All {samples} samples of the file are on this page.")];
     }
     let each = plan.stretches.iter().find_map(|stretch| stretch.bucket).unwrap_or(1);
+    let period = if last_period {
+        ", and those of the last period"
+    } else {
+        ""
+    };
     let mut notes = vec![format!(
-        "Of the {samples} samples in the file, {kept} are on this page as they are: those around the events. For \
+        "Of the {samples} samples in the file, {kept} are on this page as they are: those around the events{period}. For \
          every {each} consecutive ones of the others it has the least and the largest value of each channel, drawn \
          as a band; so every extreme is there, and single samples between are not."
     )];
@@ -128,6 +115,24 @@ fn notes(plan: &Plan, samples: usize, events: usize) -> Vec<String> {
         ));
     }
     notes
+}
+
+/// The first row whose time is not before `t`.
+fn first_row(file: &ResultFile, t: f64) -> Result<usize, ResultError> {
+    let (mut low, mut high) = (0, file.sample_count()?);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if file
+            .column("time", middle..middle + 1)?
+            .first()
+            .is_some_and(|&time| time < t)
+        {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(low)
 }
 
 /// For each event the first row that is not before it, in order.

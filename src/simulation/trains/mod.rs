@@ -20,7 +20,7 @@ mod rules;
 mod series;
 
 pub use dynamics::{TrainDynamics, TrainLocation};
-pub(crate) use portrait::{PortraitPoint, Section, portrait};
+pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use readings::Further;
 
 use super::options::{OutputOptions, SolverOptions};
@@ -108,6 +108,7 @@ pub(crate) fn simulate(
         state,
     };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
+    report.of_trains = true;
     report.kicks_never_given = trains.kicks.len().saturating_sub(rules.kicks_given());
     report.ended(result)
 }

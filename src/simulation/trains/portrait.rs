@@ -82,6 +82,11 @@ fn shown(dynamics: &TrainDynamics) -> Option<(&Side, &'static str, usize, f64)> 
     }
 }
 
+/// What [`Portrait::of`] is of a case.
+pub(crate) fn position_of(trains: &Trains) -> &'static str {
+    shown(&TrainDynamics::new(trains, 0.0)).map_or("slip", |shown| shown.1)
+}
+
 impl Points<'_> {
     fn add(&mut self, t: f64, location: &TrainLocation, y: &[f64]) {
         let system = &self.dynamics.system;
