@@ -176,6 +176,13 @@ pub(crate) fn mode_flags() -> Vec<Flag> {
     modes.map(|mode| (mode.code(), mode.name())).collect()
 }
 
+/// Codes of `mode` and `mode_after` of trains.
+pub(crate) fn all_mode_flags() -> Vec<Flag> {
+    let mut flags = mode_flags();
+    flags.push((Mode::Engaged.code(), Mode::Engaged.name()));
+    flags
+}
+
 /// Codes of `kind`.
 pub(crate) fn kind_flags() -> Vec<Flag> {
     EventKind::ALL.iter().map(|kind| (kind.code(), kind.name())).collect()
@@ -401,10 +408,10 @@ pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
         }
     }
     if extension.trains {
-        let (brake, engaged) = (mode_flags(), (Mode::Engaged.code(), Mode::Engaged.name()));
+        let (brake, all) = (mode_flags(), all_mode_flags());
         for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
             if variable.flags == brake {
-                variable.flags.push(engaged);
+                variable.flags.clone_from(&all);
             }
         }
         for (name, long_name) in [

@@ -5,7 +5,8 @@
 
 mod conditions;
 mod exact;
-mod keys;
+pub(super) mod keys;
+mod places;
 mod reader;
 mod resolved;
 mod signals;
@@ -20,6 +21,13 @@ use crate::model::trains::Trains;
 use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
+pub(super) use places::{is_signal, misplaced, slot};
+pub(super) use reader::motion_of;
+
+/// The paths of all keys of a case of trains, with `[]` for indices.
+pub(super) fn known_keys() -> Vec<&'static str> {
+    keys::known()
+}
 
 /// Every key that only a case of trains has. The others of such a case are those of [`super::schema::keys`], but for
 /// `[torsion]` and `contact.breakaway_test`.
