@@ -97,7 +97,7 @@ pub struct TargetResult {
 }
 
 /// Quantities that tell of the computation, not of what was computed.
-const NOT_MEASURED: [&str; 11] = [
+const NOT_MEASURED: [&str; 12] = [
     "noise_determined",
     "kicks_never_given",
     "energy_residual",
@@ -109,6 +109,7 @@ const NOT_MEASURED: [&str; 11] = [
     "attractor_distance",
     "attractor_since",
     "stick_threshold",
+    "end_time",
 ];
 
 fn is_measured(quantity: &Quantity) -> bool {

@@ -31,7 +31,7 @@ struct SweepDocument<'a> {
     run_now: u64,
     failed: u64,
     failures: Vec<Failure>,
-    /// Points whose runs end before a stick that lasts; of trains, before the motion repeats itself or comes to rest.
+    /// Points whose runs end before a stick that lasts; of trains, before the motion repeats itself or settles.
     #[serde(skip_serializing_if = "Option::is_none")]
     unfinished: Option<u64>,
     jobs: usize,
@@ -281,7 +281,7 @@ fn text_report(
                  would show them\n"
             }
             Form::Trains(_) => {
-                " before the motion repeats itself or comes to rest (motion is not-periodic); a later output.end_time may show \
+                " before the motion repeats itself or settles (motion is not-periodic); a later output.end_time may show \
                  what it comes to\n"
             }
         };

@@ -3,7 +3,7 @@
 use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
-use super::quantities::{NO_COUNT, NOT_PERIODIC};
+use super::quantities::{NO_COUNT, is_open};
 use super::report::NAMED_FAILURES;
 use super::running::Points;
 use super::shard::Part;
@@ -96,13 +96,6 @@ pub(super) fn write(
     let mut writer = SweepWriter::create(path, overwrite, &study.files, &header(study), &plan)?;
     let (mut done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
-    // What says that more would come after the end.
-    let unsettled: Option<(usize, fn(f64) -> bool)> = match study.form {
-        Form::Brake => study
-            .quantity("final_stick_time")
-            .map(|k| (k, f64::is_nan as fn(f64) -> bool)),
-        Form::Trains(_) => study.quantity("motion").map(|k| (k, is_open as fn(f64) -> bool)),
-    };
     for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
         let coordinates = match layout {
             SweepLayout::Grid => Vec::new(),
@@ -137,7 +130,7 @@ pub(super) fn write(
                 .collect();
             match outcome.result {
                 Ok(values) => {
-                    unfinished += u64::from(unsettled.is_some_and(|(k, is_open)| is_open(values[k])));
+                    unfinished += u64::from(is_open(study.form, &values));
                     row.values = Some(values);
                 }
                 Err(message) => {
@@ -166,11 +159,6 @@ pub(super) fn write(
         failures,
         unfinished,
     })
-}
-
-/// Whether a motion of trains neither repeats itself nor has come to rest by the end.
-fn is_open(motion: f64) -> bool {
-    motion == NOT_PERIODIC
 }
 
 /// In what words the events of a study are.

@@ -190,7 +190,7 @@ const MOTIONS: [(i64, &str); 7] = [
 ];
 
 /// The code of a motion that neither repeats itself nor ends in a stick.
-pub(super) const NOT_PERIODIC: f64 = 2.0;
+const NOT_PERIODIC: f64 = 2.0;
 
 fn motion(summary: &TrainSummary) -> Option<f64> {
     Some(match &summary.outcome {
@@ -215,7 +215,7 @@ fn extremes(summary: &TrainSummary, of: fn(&Extremes) -> Option<f64>) -> Option<
 }
 
 /// Every quantity of a run of two trains, in the order of the variables in a sweep file; `angle` is the unit of positions.
-const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 32] {
+const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
     [
         Quantity {
             flags: &MOTIONS,
@@ -331,6 +331,13 @@ const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 32] {
             "speed below which a contact without stick counts as stuck; NaN of one that sticks",
             |s| s.stick_threshold,
         ),
+        train_number(
+            "last_event_time",
+            "s",
+            "time of the last stick, slip, reversal, separation or contact",
+            |s| s.last_event_time,
+        ),
+        train_number("end_time", "s", "time at which the run ends", |s| Some(s.end)),
         train_number("energy_residual", "J", "largest residual of the energy balance", |s| {
             Some(s.energy_residual)
         }),
@@ -349,8 +356,8 @@ const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 32] {
     ]
 }
 
-static OF_ROTATION: [Quantity; 32] = of_trains("rad", "rad s-1");
-static OF_TRANSLATION: [Quantity; 32] = of_trains("m", "m s-1");
+static OF_ROTATION: [Quantity; 34] = of_trains("rad", "rad s-1");
+static OF_TRANSLATION: [Quantity; 34] = of_trains("m", "m s-1");
 static OF_BRAKES: [Quantity; 24] = QUANTITIES;
 
 /// What is kept of every run of a case of this form, in the order of the variables in a sweep file.
@@ -394,6 +401,19 @@ pub(crate) fn unknown_quantity(form: Form, name: &str, purpose: &str, fits: fn(&
     match suggest(name, names.iter().copied()) {
         Some(close) => format!("a run has no quantity \"{quoted}\"{purpose}; did you mean {close}?"),
         None => format!("a run has no quantity \"{quoted}\"{purpose}; there are {listed}"),
+    }
+}
+
+/// Whether a longer run might show what the motion comes to: a brake's has not come to a stick that lasts; one of trains
+/// neither repeats itself nor ends in a stick, and the contact still changes what it does in the second half of the run.
+pub(super) fn is_open(form: Form, values: &Values) -> bool {
+    let value = |name: &str| {
+        let place = quantities(form).iter().position(|quantity| quantity.name == name);
+        place.map_or(f64::NAN, |place| values[place])
+    };
+    match form {
+        Form::Brake => value("final_stick_time").is_nan(),
+        Form::Trains(_) => value("motion") == NOT_PERIODIC && value("last_event_time") > 0.5 * value("end_time"),
     }
 }
 

@@ -242,9 +242,11 @@ impl<'a> Recurrence<'a> {
         };
     }
 
-    /// What the contact did at the end.
-    pub fn mode(&self) -> Mode {
-        self.mode
+    /// When the contact last changed what it did, s, and what it did at the end.
+    pub fn end(&self) -> (Option<f64>, Mode) {
+        let mut back = self.events.iter().rev();
+        let last = back.find(|(_, kind)| kind.in_event_sequence());
+        (last.map(|(time, _)| *time), self.mode)
     }
 
     /// Times and kinds of all events.

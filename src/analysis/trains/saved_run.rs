@@ -28,7 +28,7 @@ pub fn summarised(
         .control(control)
         .start()?;
     let attractor = recurrence.attractor(trains, threshold);
-    let summary = TrainSummary::new(&report, attractor, case.threshold, recurrence.mode());
+    let summary = TrainSummary::new(&report, attractor, case.threshold, recurrence.end());
     Ok((report, summary))
 }
 
@@ -166,12 +166,12 @@ impl<'a> SavedTrainRun<'a> {
             })
             .start();
         let attractor = recurrence.attractor(trains, threshold);
-        let (mode, events) = (recurrence.mode(), recurrence.into_events());
+        let (end, events) = (recurrence.end(), recurrence.into_events());
         let (report, failure) = match result {
             Ok(report) => (report, None),
             Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
         };
-        let summary = TrainSummary::new(&report, attractor, case.threshold, mode);
+        let summary = TrainSummary::new(&report, attractor, case.threshold, end);
         let status = match &failure {
             Some(error) => Status::Failed(error.to_string()),
             None if report.interrupted => Status::Interrupted,
