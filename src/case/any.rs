@@ -126,8 +126,17 @@ impl CaseKeys {
 
     /// The known path that an unknown one most likely means, as it is written.
     pub(crate) fn suggestion(&self, path: &str) -> Option<String> {
+        if let Form::Trains(_) = self.form
+            && let Some(close) = trains::close_in_signal(path)
+        {
+            return Some(close);
+        }
         let close = suggest(path, self.known().into_iter())?;
-        Some(close.replace("[]", ".0"))
+        let last = path.rsplit('.').next().unwrap_or_default();
+        Some(match last.parse::<usize>() {
+            Ok(index) if trains::keys::is_list(close) => format!("{close}.{index}"),
+            _ => close.replace("[]", ".0"),
+        })
     }
 
     /// Whether a value at this path takes the place of all that the case has there: a signal.

@@ -191,6 +191,15 @@ fn in_signal(root: &Node, signal: &str, rest: &str) -> Option<String> {
     }
 }
 
+/// The path into a signal that an unknown one most likely means.
+pub(in crate::case) fn close_in_signal(path: &str) -> Option<String> {
+    let (key, _) = key_at(path)?;
+    let (before, last) = path.rsplit_once('.')?;
+    let known = PROFILES.iter().flat_map(|profile| keys_of(profile).iter().copied());
+    let close = suggest(last, known).filter(|_| matches!(key.kind, TrainKind::Signal(_)))?;
+    Some(format!("{before}.{close}"))
+}
+
 /// Whether the path is that of a signal, or of one in a sum.
 pub(in crate::case) fn is_signal(path: &str) -> bool {
     key_at(path).is_some_and(|(key, rest)| {
