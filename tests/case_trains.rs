@@ -701,7 +701,7 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
     for (change, words) in [
         (
             "rotor.viscous.2=0.1",
-            "rotor.viscous: there is no rotor.viscous.2: the last element is rotor.viscous.1",
+            "--set rotor.viscous.2: there is no rotor.viscous.2: the last element is rotor.viscous.1",
         ),
         (
             "stator.viscous.1=0.1",

@@ -76,7 +76,7 @@ fn analytic_a_grid_of_coulomb_belts() {
     let (speeds, springs) = (numbers("rotor_speed"), numbers("stator_stiffness_0"));
     let [slip, stick, period, amplitude, sticks, motion] = [
         "last_slip_duration",
-        "longest_stick_duration",
+        "last_stick_duration",
         "attractor_period",
         "attractor_amplitude",
         "attractor_sticks",
@@ -151,7 +151,8 @@ fn regression_points_are_the_single_runs_of_their_cases() {
         ("solver.rtol", "1e-9"),
     ];
     let drive = "rotor.speed = { profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }\n";
-    let base = format!("[set]\noutput.end_time = 1\nsolver.method = \"series\"\n{drive}");
+    let start = "initial.rotor_speed = [0.1, 0.1]\n";
+    let base = format!("[set]\noutput.end_time = 1\nsolver.method = \"series\"\n{start}{drive}");
     let axes: String = settings
         .iter()
         .map(|(key, value)| format!("[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"))
@@ -159,6 +160,7 @@ fn regression_points_are_the_single_runs_of_their_cases() {
     let mut single = vec!["run", "groan", "--json", "--no-witness", "--method", "series"];
     let mut sets = vec![
         "output.end_time=1".to_owned(),
+        "initial.rotor_speed=[0.1, 0.1]".to_owned(),
         "rotor.speed={ profile = \"sine\", mean = 0.3, amplitude = 0.1, frequency = \"2 Hz\" }".to_owned(),
     ];
     sets.extend(settings.iter().map(|(key, value)| format!("{key}={value}")));

@@ -259,7 +259,7 @@ impl TrainReader<'_> {
                 1 => format!("there is no {path}.{index}: the only element is {path}.0"),
                 _ => format!("there is no {path}.{index}: the last element is {path}.{}", count - 1),
             };
-            self.report(path, message);
+            self.report(&format!("{path}.{index}"), message);
             take(&mut self.reader.root, path);
             return;
         }
