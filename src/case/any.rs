@@ -11,9 +11,9 @@ use crate::simulation::{OutputOptions, SolverOptions};
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyCase {
     /// A brake.
-    Brake(Case),
+    Brake(Box<Case>),
     /// Two trains.
-    Trains(TrainCase),
+    Trains(Box<TrainCase>),
 }
 
 impl AnyCase {
@@ -23,15 +23,15 @@ impl AnyCase {
     /// All problems that were found, each with its place, its key and what to do.
     pub fn parse(form: Form, source: &CaseSource, overrides: &[Override]) -> Result<AnyCase, CaseError> {
         match form {
-            Form::Brake => Case::parse(source, overrides).map(AnyCase::Brake),
-            Form::Trains(_) => TrainCase::parse(source, overrides).map(AnyCase::Trains),
+            Form::Brake => Case::parse(source, overrides).map(|case| AnyCase::Brake(Box::new(case))),
+            Form::Trains(_) => TrainCase::parse(source, overrides).map(|case| AnyCase::Trains(Box::new(case))),
         }
     }
 
     /// The brake, if it is one.
     pub fn into_brake(self) -> Option<Case> {
         match self {
-            AnyCase::Brake(case) => Some(case),
+            AnyCase::Brake(case) => Some(*case),
             AnyCase::Trains(_) => None,
         }
     }
@@ -40,7 +40,7 @@ impl AnyCase {
     pub fn into_trains(self) -> Option<TrainCase> {
         match self {
             AnyCase::Brake(_) => None,
-            AnyCase::Trains(case) => Some(case),
+            AnyCase::Trains(case) => Some(*case),
         }
     }
 

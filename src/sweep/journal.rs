@@ -333,7 +333,8 @@ mod tests {
         let result = if number % 3 == 1 {
             Err(format!("point {number} failed: ä"))
         } else {
-            Ok(std::array::from_fn(|k| number as f64 + k as f64 / 7.0))
+            // As many values as the study has quantities.
+            Ok((0..20 + number).map(|k| number as f64 + k as f64 / 7.0).collect())
         };
         let events = (0..number % 4)
             .map(|k| EventRow {
