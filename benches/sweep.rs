@@ -90,6 +90,7 @@ fn phases(study: &Study) -> [f64; 5] {
         let point = study.point(number).expect("a point");
         let start = Instant::now();
         let case = study.case_at(&point.coordinates).expect("a valid point");
+        let case = case.into_brake().expect("a brake");
         let made = Instant::now();
         let mut stopwatch = Stopwatch::default();
         let report = Run::new(&case).record(&mut stopwatch).start().expect("a run");

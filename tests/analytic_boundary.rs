@@ -45,7 +45,7 @@ fn analytic_the_traced_loss_of_stability_is_the_linear_limit() {
     assert_eq!(found.curves.len(), 1);
     let points = &found.curves[0].points;
     assert!(points.len() > 8, "{}", points.len());
-    let case = study.case_at(&study_corner(&study)).unwrap();
+    let case = study.case_at(&study_corner(&study)).unwrap().into_brake().unwrap();
     let p = &case.parameters;
     let force = p.largest_force();
     let law = p.friction.law.as_exponential().unwrap();
@@ -141,6 +141,8 @@ spacing = "log"
 fn growth(study: &Study, [decay, damping]: [f64; 2]) -> f64 {
     let case = study
         .case_at(&[decay, damping].map(stickslip::case::Setting::Number))
+        .unwrap()
+        .into_brake()
         .unwrap();
     foreseen_exponent(&case.parameters, case.output.end_time).expect("the force is at rest")
 }

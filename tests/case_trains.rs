@@ -677,3 +677,51 @@ drive.toml:12: rotor.stator: unknown key; [rotor] has inertia, stiffness, dampin
 drive.toml: stator: missing: the train of the stator; write [stator] with inertia, stiffness and end, or with end = "fixed" alone for rigid ground
 "#);
 }
+
+/// One element of a list by `--set`, whether the case gives the list, a number for a list of one, or nothing.
+#[test]
+fn case_trains_elements_of_lists_are_set_by_their_index() {
+    let with = |case: &str, changes: &[&str]| {
+        let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
+        TrainCase::parse(&CaseSource::built_in(case).unwrap(), &changes).map_err(|error| error.to_string())
+    };
+    let groan = with(
+        "groan",
+        &[
+            "rotor.inertia.1=1.3",
+            "rotor.viscous.1=0.1",
+            "initial.rotor_twist[1]=1 mrad",
+        ],
+    )
+    .unwrap();
+    let rotor = &groan.parameters.rotor;
+    assert_eq!((&rotor.inertia, &rotor.viscous), (&vec![0.15, 1.3], &vec![0.0, 0.1]));
+    assert_eq!(groan.parameters.initial.rotor_twist, [0.0, 1e-3]);
+    // What is not set turns with the driven end.
+    let turning = with("groan", &["initial.rotor_speed.0=0.05"]).unwrap();
+    assert_eq!(turning.parameters.initial.rotor_speed, [0.05, 0.1]);
+    let belt = with("belt-leine", &["stator.inertia.0=2 kg", "stator.damping.0=0.1"]).unwrap();
+    assert_eq!(
+        (&belt.parameters.stator.inertia, &belt.parameters.stator.damping),
+        (&vec![2.0], &vec![0.1])
+    );
+    assert_eq!(TrainCase::parse(&source(&belt.resolved()), &[]).unwrap(), belt);
+    for (change, words) in [
+        (
+            "rotor.viscous.2=0.1",
+            "--set rotor.viscous.2: there is no rotor.viscous.2: the last element is rotor.viscous.1",
+        ),
+        (
+            "stator.viscous.1=0.1",
+            "there is no stator.viscous.1: the only element is stator.viscous.0",
+        ),
+        ("rotor.viscous.0=-1", "rotor.viscous.0: must not be negative"),
+        ("rotor.viscous.x=1", "expected a list of numbers"),
+    ] {
+        let said = with("groan", &[change]).unwrap_err();
+        assert!(said.contains(words), "{words} in {said}");
+    }
+    let exact = [Override::parse("rotor.viscous.1=0.1").unwrap()];
+    let exact = TrainCase::exact_parameters(&CaseSource::built_in("groan").unwrap(), &exact).unwrap();
+    assert_eq!(exact.rotor.viscous[1].to_string(), "1/10");
+}

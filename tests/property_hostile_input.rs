@@ -419,7 +419,7 @@ fn journals() {
             number: if number == 7 { 1 << 60 } else { number },
             result: match number % 3 {
                 0 => Err(format!("point {number} failed")),
-                _ => Ok([0.5; QUANTITIES.len()]),
+                _ => Ok(vec![0.5; QUANTITIES.len()]),
             },
             events: Vec::<EventRow>::new(),
         })

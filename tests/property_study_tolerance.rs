@@ -90,7 +90,7 @@ const AXIS: &str = "[[axis]]\nkey = \"friction.decay\"\nvalues = [5]\n";
 fn property_a_tolerance_that_is_given_wins() {
     let rtol = |study: &Study| {
         let point = study.point(0).unwrap();
-        study.case_at(&point.coordinates).unwrap().solver.rtol
+        study.case_at(&point.coordinates).unwrap().solver().rtol
     };
     let plain = study(&format!("case = \"paper\"\n{AXIS}"));
     assert_eq!(rtol(&plain), STUDY_RTOL);
@@ -142,5 +142,52 @@ fn property_a_run_ends_its_work_when_it_sticks_for_good() {
                 "{method}, point {number}"
             );
         }
+    }
+}
+
+/// Of trains: periods and onsets at the default are within 1e-8 s of those at 1e-12, amplitudes within 1e-8 of themselves, and
+/// the counts are the same. By `series` nothing depends on the tolerance.
+#[test]
+fn property_periods_and_amplitudes_of_trains_hold_to_1e_8() {
+    for (case, key, from, to) in [
+        ("belt-leine", "rotor.speed", 0.05, 0.5),
+        ("belt-exponential", "rotor.speed", 0.1, 0.4),
+        ("belt-leine-tanh", "rotor.speed", 0.1, 0.4),
+        ("drill-string", "friction.breakaway", 0.8, 0.9),
+    ] {
+        let study = study(&format!(
+            "case = \"{case}\"\n[[axis]]\nkey = \"{key}\"\nfrom = {from}\nto = {to}\ncount = 3\n"
+        ));
+        assert_eq!(study.default_tolerance(), Some(STUDY_RTOL));
+        let place = |name: &str| study.quantity(name).unwrap();
+        let counts = ["motion", "stick_count", "event_count", "attractor_sticks"].map(place);
+        let times = [
+            "onset_time",
+            "attractor_period",
+            "last_stick_duration",
+            "last_slip_duration",
+        ]
+        .map(place);
+        let amplitude = place("attractor_amplitude");
+        let tight = values(&study, &["solver.rtol=1e-12"]);
+        let loose = values(&study, &[]);
+        for (number, values) in &loose {
+            let reference = &tight[number];
+            for k in counts {
+                assert_eq!(values[k], reference[k], "{case}, point {number}");
+            }
+            assert!(values[times[1]] > 0.0, "{case}, point {number} is not periodic");
+            for k in times {
+                let error = (values[k] - reference[k]).abs();
+                assert!(error <= 1e-8, "{case}, point {number}: {error:e} s");
+            }
+            let error = (values[amplitude] / reference[amplitude] - 1.0).abs();
+            assert!(error <= 1e-8, "{case}, point {number}: {error:e}");
+        }
+        let series = ["solver.method=series", "solver.rtol=1e-13"];
+        assert_eq!(
+            format!("{:?}", values(&study, &series[..1])),
+            format!("{:?}", values(&study, &series))
+        );
     }
 }

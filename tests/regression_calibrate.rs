@@ -41,7 +41,7 @@ fn regression_the_us_values_meet_the_papers_numbers_near_five() {
     assert_eq!(decay.determined, Determined::Both);
     assert!(decay.least > 4.97 && decay.largest < 5.01, "{decay:?}");
     // Calibrations run by series; by the SUNDIALS solvers the optimum meets the same numbers.
-    let mut case = study.case_at(&calibration.shares).unwrap();
+    let mut case = study.case_at(&calibration.shares).unwrap().into_brake().unwrap();
     case.solver.method = Case::parse(&CaseSource::built_in("paper").unwrap(), &[])
         .unwrap()
         .solver

@@ -44,16 +44,16 @@ pub fn write_file(
         shard: None,
         layout: SweepLayout::Table,
         axes: axes.collect(),
-        variables: sweep_variables(),
+        variables: sweep_variables(&study.runs),
         points: calibration.runs.len(),
-        keep_events: false,
+        events: None,
     };
     let mut writer = SweepWriter::create(path, overwrite, &study.runs.files, &header, &plan)?;
     for (number, (shares, result)) in (0..).zip(&calibration.runs) {
         writer.push(SweepRow {
             number,
             coordinates: study.parameters(shares),
-            values: result.as_ref().ok().map(|values| values.to_vec()),
+            values: result.as_ref().ok().cloned(),
             failure: result.as_ref().err().cloned(),
             events: Vec::new(),
         })?;

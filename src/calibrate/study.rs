@@ -3,8 +3,10 @@
 use super::target::{self, Target};
 use crate::case::builtin::BuiltIn;
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, Override, Setting};
-use crate::sweep::{Axis, Reader, Study, StudySource, read_axis, read_base, read_settings, relabelled, whole_number};
+use crate::case::{AnyCase, CaseError, CaseKeys, Form, Override, Setting};
+use crate::sweep::{
+    Axis, Reader, Study, StudySource, keys_of, read_axis, read_base, read_settings, relabelled, whole_number,
+};
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
@@ -80,18 +82,19 @@ impl CalibrationStudy {
         // Thousands of runs: the fastest engine, unless the study says otherwise.
         let mut settings = vec![Override::setting("solver.method", &Setting::Text("series".to_owned()))];
         if let Some(set) = root.at("set") {
-            read_settings(&mut reader, set, "", &mut settings);
+            read_settings(&mut reader, &keys_of(base.as_ref(), &[]), set, "", &mut settings);
         }
         settings.extend(overrides.iter().cloned());
-        let free = read_free(&mut reader, &root);
-        let targets = read_targets(&mut reader, &root);
+        let known = keys_of(base.as_ref(), &settings);
+        let free = read_free(&mut reader, &known, &root);
+        let targets = read_targets(&mut reader, known.form, &root);
         let search = read_search(&mut reader, &root);
         let (Some(base), Some(search), true) = (base, search, reader.is_clean()) else {
             return Err(reader.into_error());
         };
         let title = title.unwrap_or_else(|| source.name.clone());
         let study = CalibrationStudy {
-            runs: Study::of_ranges(title, source, base, settings, free, files),
+            runs: Study::of_ranges(title, source, (base, known.form), settings, free, files),
             targets,
             search,
         };
@@ -116,12 +119,12 @@ impl CalibrationStudy {
     ///
     /// # Errors
     /// If they do not make a valid case.
-    pub fn case_at(&self, shares: &[f64]) -> Result<Case, CaseError> {
+    pub fn case_at(&self, shares: &[f64]) -> Result<AnyCase, CaseError> {
         let mut overrides = self.runs.settings.clone();
         for (axis, value) in self.runs.axes.iter().zip(self.coordinates(shares)) {
             overrides.extend(axis.keys.iter().map(|key| Override::setting(key, &value)));
         }
-        Case::parse(&self.runs.base, &overrides)
+        AnyCase::parse(self.runs.form, &self.runs.base, &overrides)
     }
 
     /// What identifies the study, as 64 hexadecimal digits: everything that decides its numbers, and the version of the
@@ -175,7 +178,7 @@ fn tables<'a>(reader: &mut Reader, root: &'a Node, name: &str, missing: &str) ->
     }
 }
 
-fn read_free(reader: &mut Reader, root: &Node) -> Vec<Axis> {
+fn read_free(reader: &mut Reader, known: &CaseKeys, root: &Node) -> Vec<Axis> {
     let missing = "missing: what is looked for; write [[free]] with a key and the range from, to";
     let mut free: Vec<Axis> = Vec::new();
     for (path, node) in tables(reader, root, "free", missing) {
@@ -192,7 +195,7 @@ fn read_free(reader: &mut Reader, root: &Node) -> Vec<Axis> {
         if ["values", "count"].iter().any(|name| node.at(name).is_some()) {
             continue;
         }
-        let Some(axis) = read_axis(reader, node, &path, true) else {
+        let Some(axis) = read_axis(reader, known, node, &path, true) else {
             continue;
         };
         let mut before = free.iter().flat_map(|other| &other.keys);
@@ -212,11 +215,11 @@ fn read_free(reader: &mut Reader, root: &Node) -> Vec<Axis> {
     free
 }
 
-fn read_targets(reader: &mut Reader, root: &Node) -> Vec<Target> {
+fn read_targets(reader: &mut Reader, form: Form, root: &Node) -> Vec<Target> {
     let missing = "missing: what was measured; write [[target]] with a quantity and its value";
     let mut targets: Vec<Target> = Vec::new();
     for (path, node) in tables(reader, root, "target", missing) {
-        let Some(target) = target::read(reader, node, &path) else {
+        let Some(target) = target::read(reader, form, node, &path) else {
             continue;
         };
         if targets.iter().any(|other| other.quantity == target.quantity) {

@@ -1,16 +1,16 @@
 //! Measured numbers: which quantity of a run, what it was read as, and how far it may be off.
 
+use crate::case::Form;
 use crate::case::document::{Node, Value};
 use crate::case::quantity::{self, Dimension};
-use crate::case::suggest;
-use crate::quote::shown;
-use crate::sweep::{QUANTITIES, Quantity, Reader, Values, quantity_index};
+use crate::sweep::{Quantity, Reader, Values, quantities, unknown_quantity};
 
 /// A measured number.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Target {
-    /// Place in [`QUANTITIES`].
+    /// Place among the quantities of the study.
     pub quantity: usize,
+    of: &'static Quantity,
     /// In the quantity's unit.
     pub value: f64,
     /// The quantity lies within this of `value`; greater than 0.
@@ -19,15 +19,28 @@ pub struct Target {
     pub weight: f64,
 }
 
+/// What decides it: part of what identifies a study.
+impl std::fmt::Debug for Target {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Target")
+            .field("quantity", &self.quantity)
+            .field("value", &self.value)
+            .field("half_width", &self.half_width)
+            .field("weight", &self.weight)
+            .finish()
+    }
+}
+
 impl Target {
     /// The name of the quantity.
     pub fn name(&self) -> &'static str {
-        QUANTITIES[self.quantity].name
+        self.of.name
     }
 
     /// Its unit, as UDUNITS.
     pub fn unit(&self) -> &'static str {
-        QUANTITIES[self.quantity].unit
+        self.of.unit
     }
 
     /// Distance of a run's quantity from the measured value in half-widths; the target holds up to 1 either way. NaN
@@ -83,13 +96,20 @@ pub struct TargetResult {
     pub instead: Vec<usize>,
 }
 
-/// Quantities that tell of the computation, not of the brake.
-const NOT_MEASURED: [&str; 5] = [
+/// Quantities that tell of the computation, not of what was computed.
+const NOT_MEASURED: [&str; 12] = [
     "noise_determined",
     "kicks_never_given",
     "energy_residual",
     "steps",
     "rhs_evaluations",
+    "jacobian_evaluations",
+    "motion",
+    "attractor_agreement",
+    "attractor_distance",
+    "attractor_since",
+    "stick_threshold",
+    "end_time",
 ];
 
 fn is_measured(quantity: &Quantity) -> bool {
@@ -97,7 +117,7 @@ fn is_measured(quantity: &Quantity) -> bool {
 }
 
 /// Reads one `[[target]]`.
-pub(super) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Target> {
+pub(super) fn read(reader: &mut Reader, form: Form, node: &Node, path: &str) -> Option<Target> {
     let Value::Table(_) = &node.value else {
         let message = format!("expected a table, but got {}", node.value.describe());
         reader.report(node, path, message);
@@ -114,9 +134,11 @@ pub(super) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Targe
     let quantity = match node.at("quantity") {
         Some(given) => {
             let name = reader.text(given, &at("quantity"))?;
-            let found = quantity_index(&name).filter(|&index| is_measured(&QUANTITIES[index]));
+            let place = quantities(form).iter().position(|quantity| quantity.name == name);
+            let found = place.filter(|&index| is_measured(&quantities(form)[index]));
             if found.is_none() {
-                reader.report(given, &at("quantity"), unknown(&name));
+                let message = unknown_quantity(form, &name, " to measure", is_measured);
+                reader.report(given, &at("quantity"), message);
             }
             found
         }
@@ -137,7 +159,7 @@ pub(super) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Targe
         );
         return None;
     };
-    let QuantityUnit { dimension, count } = QuantityUnit::of(&QUANTITIES[quantity?]);
+    let QuantityUnit { dimension, count } = QuantityUnit::of(&quantities(form)[quantity?]);
     let mut failed = |given: &Node, name: &str, message: String| {
         reader.report(given, &at(name), message);
         None
@@ -188,6 +210,7 @@ pub(super) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Targe
     };
     Some(Target {
         quantity: quantity?,
+        of: &quantities(form)[quantity?],
         value,
         half_width,
         weight: weight?,
@@ -208,34 +231,19 @@ struct QuantityUnit {
 }
 
 impl QuantityUnit {
-    /// What is measured is a time or a plain number.
+    /// What is measured is a time, a position, a speed or a plain number.
     fn of(quantity: &Quantity) -> QuantityUnit {
         QuantityUnit {
-            dimension: if quantity.unit == "s" {
-                Dimension::Time
-            } else {
-                Dimension::Number
+            dimension: match quantity.unit {
+                "s" => Dimension::Time,
+                "rad" => Dimension::Angle,
+                "m" => Dimension::Length,
+                "rad s-1" => Dimension::AngularVelocity,
+                "m s-1" => Dimension::Velocity,
+                _ => Dimension::Number,
             },
             count: quantity.count,
         }
-    }
-}
-
-fn unknown(name: &str) -> String {
-    let names = QUANTITIES
-        .iter()
-        .filter(|quantity| is_measured(quantity))
-        .map(|quantity| quantity.name);
-    match suggest(name, names.clone()) {
-        Some(close) => format!(
-            "a run has no quantity \"{name}\" to measure; did you mean {close}?",
-            name = shown(name)
-        ),
-        None => format!(
-            "a run has no quantity \"{name}\" to measure; there are {}",
-            names.collect::<Vec<_>>().join(", "),
-            name = shown(name)
-        ),
     }
 }
 

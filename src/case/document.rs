@@ -331,8 +331,14 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
     let mut node = root;
     let mut walked: Vec<&str> = Vec::new();
     for segment in change.path.split('.') {
-        // The first element of an array that is not there yet makes the array.
-        if segment == "0" && matches!(&node.value, Value::Table(entries) if entries.is_empty()) {
+        let of_list = super::trains::keys::is_list(&walked.join("."));
+        // A number stands for a list of one.
+        if of_list && matches!(node.value, Value::Integer(_) | Value::Float(_) | Value::Text(_)) {
+            node.value = Value::Array(vec![node.clone()]);
+        }
+        // The first element of an array that is not there yet makes the array. A list of trains has the length that its train
+        // gives it: the elements that are set wait for the reader of the case.
+        if segment == "0" && !of_list && matches!(&node.value, Value::Table(entries) if entries.is_empty()) {
             node.value = Value::Array(Vec::new());
         }
         node = match &mut node.value {

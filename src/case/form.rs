@@ -1,9 +1,30 @@
 //! The two forms of a case: the short one of the brake, `[torsion]`, and that of trains, `[rotor]` and `[stator]`.
 
+use super::Motion;
 use super::document::Node;
 
+/// Which form a case has, and with it which keys there are and what a run comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// A brake: `[torsion]`.
+    Brake,
+    /// Two trains, and what their coordinates are.
+    Trains(Motion),
+}
+
 /// The commands that take a case of trains.
-pub const COMMANDS_OF_TRAINS: &[&str] = &["run", "certify", "modes", "plot", "case", "inspect", "check"];
+pub const COMMANDS_OF_TRAINS: &[&str] = &[
+    "run",
+    "certify",
+    "sweep",
+    "merge",
+    "calibrate",
+    "modes",
+    "plot",
+    "case",
+    "inspect",
+    "check",
+];
 
 /// The first table of trains in a tree.
 pub(super) fn table_of(root: &Node) -> Option<&'static str> {

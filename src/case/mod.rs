@@ -17,6 +17,7 @@ pub mod builtin;
 pub mod quantity;
 pub mod schema;
 
+mod any;
 mod conditions;
 pub(crate) mod document;
 mod error;
@@ -31,13 +32,14 @@ mod source;
 mod trains;
 mod value;
 
+pub use any::AnyCase;
+pub(crate) use any::CaseKeys;
 pub use document::Override;
 pub use error::{CaseError, Problem};
-pub use form::COMMANDS_OF_TRAINS;
+pub use form::{COMMANDS_OF_TRAINS, Form};
 pub use motion::Motion;
 pub use setting::Setting;
-pub(crate) use setting::key_of;
-pub(crate) use setting::read_setting;
+pub(crate) use setting::{Slot, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
 pub use trains::{TrainCase, TrainKey, TrainKind, TrainNumber, train_keys};

@@ -75,8 +75,69 @@ pub(crate) fn key_of(path: &str) -> Option<&'static Key> {
         .find(|key| key.path == path || in_array(key) || element_of(key))
 }
 
+/// What one concrete path of a case takes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slot {
+    /// One line about the key.
+    pub(crate) description: &'static str,
+    pub(super) takes: Takes,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Takes {
+    /// What a key of the schema takes.
+    Key(&'static Key),
+    Number(Dimension, Domain),
+    /// One of these words.
+    Words(fn() -> Vec<&'static str>),
+    /// A whole number, 0 or more.
+    Index,
+}
+
+impl Slot {
+    pub(super) fn of_key(key: &'static Key) -> Slot {
+        Slot {
+            description: key.description,
+            takes: Takes::Key(key),
+        }
+    }
+
+    /// What its number measures; `None` if it takes none.
+    pub(crate) fn dimension(&self) -> Option<Dimension> {
+        match self.takes {
+            Takes::Key(key) => key.dimension(),
+            Takes::Number(dimension, _) => Some(dimension),
+            Takes::Index => Some(Dimension::Number),
+            Takes::Words(_) => None,
+        }
+    }
+
+    /// The SI unit of a number, `1` if it is a plain one; `None` for words and switches.
+    pub(crate) fn unit(&self) -> Option<&'static str> {
+        self.dimension().map(Dimension::unit)
+    }
+
+    /// Reads one value, as far as it can be judged without the rest of the case.
+    pub(crate) fn read(&self, value: &Value) -> Result<Setting, String> {
+        match self.takes {
+            Takes::Key(key) => read_setting(key, value),
+            Takes::Number(dimension, domain) => number(value, dimension, domain).map(Setting::Number),
+            Takes::Words(words) => choice(value, &words()).map(|name| Setting::Text(name.to_owned())),
+            Takes::Index => match value {
+                Value::Integer(index) if *index >= 0 => {
+                    Ok(Setting::Count(usize::try_from(*index).unwrap_or(usize::MAX)))
+                }
+                other => Err(format!(
+                    "expected a whole number, 0 or more, but got {}",
+                    other.describe()
+                )),
+            },
+        }
+    }
+}
+
 /// Reads one value for `key`, as far as it can be judged without the rest of the case.
-pub(crate) fn read_setting(key: &Key, value: &Value) -> Result<Setting, String> {
+pub(super) fn read_setting(key: &Key, value: &Value) -> Result<Setting, String> {
     match &key.kind {
         Kind::Text(_) => match value {
             Value::Text(text) => Ok(Setting::Text(text.clone())),

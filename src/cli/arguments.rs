@@ -180,7 +180,7 @@ pub(super) struct CertifyOptions {
 
 #[derive(Debug, Args)]
 pub(super) struct SweepOptions {
-    /// A TOML file, or a built-in study.
+    /// A TOML file, or a built-in study; of a brake or of trains.
     #[arg(value_name = "STUDY")]
     pub study: String,
     /// Sweep file [default: STUDY.h5, or STUDY.shard-K-of-N.h5].
@@ -198,10 +198,10 @@ pub(super) struct SweepOptions {
     /// Threads [default: one for each processor; one for each rank].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
-    /// Integration method, the same as --set solver.method=M.
+    /// Integration method, the same as --set solver.method=M; series is the fastest.
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
-    /// Override a key of the base case.
+    /// Override a key of the base case, such as torsion.damping=20 or, of trains, stator.damping.0=2.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     #[command(flatten)]

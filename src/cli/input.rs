@@ -3,7 +3,7 @@
 use super::{CommandError, End, complain};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
-use crate::results::{ResultError, ResultFile};
+use crate::results::{ResultError, ResultFile, is_hdf5};
 use crate::simulation::{RunFailure, RunReport};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -112,16 +112,6 @@ pub(super) fn overrides(set: &[String], method: Option<&str>) -> Result<Vec<Over
 
 pub(super) fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
-}
-
-/// By the signature, as HDF5 files may have any name. (One named so without a signature is a damaged one, not a case.)
-fn is_hdf5(path: &Path) -> bool {
-    use std::io::Read;
-    let mut head = [0u8; 8];
-    std::fs::File::open(path)
-        .and_then(|mut f| f.read_exact(&mut head))
-        .is_ok()
-        && head == *b"\x89HDF\r\n\x1a\n"
 }
 
 pub(super) fn default_output(source: &CaseSource) -> PathBuf {

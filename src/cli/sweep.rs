@@ -5,7 +5,7 @@ use super::input::{interrupt_flag, looks_like_a_path, overrides};
 use super::progress::SweepBar;
 use super::ranks::Ranks;
 use super::{CommandError, End, complain, print, print_json};
-use crate::case::CaseError;
+use crate::case::{CaseError, Form};
 use crate::results::{Overwrite, ResultError};
 use crate::sweep::{
     Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
@@ -31,7 +31,7 @@ struct SweepDocument<'a> {
     run_now: u64,
     failed: u64,
     failures: Vec<Failure>,
-    /// Points whose runs end before a stick that lasts.
+    /// Points whose runs end before a stick that lasts; of trains, before the motion repeats itself or settles.
     #[serde(skip_serializing_if = "Option::is_none")]
     unfinished: Option<u64>,
     jobs: usize,
@@ -275,8 +275,16 @@ fn text_report(
             1 => "1 run ends".to_owned(),
             many => format!("{many} runs end"),
         };
-        text += " before a stick that lasts (final_stick_time is NaN), so that sticks may be missing; a later \
-                 output.end_time would show them\n";
+        text += match study.form {
+            Form::Brake => {
+                " before a stick that lasts (final_stick_time is NaN), so that sticks may be missing; a later output.end_time \
+                 would show them\n"
+            }
+            Form::Trains(_) => {
+                " before the motion repeats itself or settles (motion is not-periodic); a later output.end_time may show \
+                 what it comes to\n"
+            }
+        };
     }
     if let (Design::Boundary(spec), Some(_), true) = (&study.design, &report.boundaries, curves.is_empty()) {
         let [columns, rows] = spec.nodes;

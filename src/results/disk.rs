@@ -36,6 +36,12 @@ pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
     Ok(())
 }
 
+/// Whether a file begins as HDF5 does. (One named so without a signature is a damaged one, not a case.)
+pub(crate) fn is_hdf5(path: &Path) -> bool {
+    let mut head = [0u8; 8];
+    File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && head == *b"\x89HDF\r\n\x1a\n"
+}
+
 /// Whether the file starts as HDF5 files do (after a user block of 0, 512, 1024, ... bytes).
 pub(super) fn has_hdf5_signature(path: &Path) -> Result<bool, ResultError> {
     use std::io::{Seek, SeekFrom};

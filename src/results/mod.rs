@@ -28,7 +28,7 @@ pub use attributes::{AttributeValue, MetaValue};
 pub use certificate::{BandColumns, CertificateTables, SensitivityTables, write_certified};
 pub use check::{CheckReport, Problem, check};
 pub use contents::{AddedColumn, AddedGroup, AttributeInfo, Contents, FlagInfo, VariableInfo};
-pub(crate) use disk::folder_of;
+pub(crate) use disk::{folder_of, is_hdf5};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
 pub use reader::ResultFile;
@@ -36,7 +36,9 @@ pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
 pub(crate) use sweep::SweepHeader;
 pub use sweep::{Column, ColumnData, MergeError, MergeOptions, MergeReport, SweepFile, SweepLayout, merge};
-pub(crate) use sweep::{Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter};
+pub(crate) use sweep::{
+    EventForm, Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter,
+};
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
 pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttributes};

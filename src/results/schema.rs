@@ -176,8 +176,8 @@ pub(crate) fn mode_flags() -> Vec<Flag> {
     modes.map(|mode| (mode.code(), mode.name())).collect()
 }
 
-/// Codes of `mode` and `mode_after` of two trains.
-pub(crate) fn train_mode_flags() -> Vec<Flag> {
+/// Codes of `mode` and `mode_after` of trains.
+pub(crate) fn all_mode_flags() -> Vec<Flag> {
     let mut flags = mode_flags();
     flags.push((Mode::Engaged.code(), Mode::Engaged.name()));
     flags
@@ -408,10 +408,10 @@ pub(crate) fn extended_tables(extension: &Extension) -> [Table; 4] {
         }
     }
     if extension.trains {
-        let brake = mode_flags();
+        let (brake, all) = (mode_flags(), all_mode_flags());
         for variable in tables.iter_mut().flat_map(|table| &mut table.variables) {
             if variable.flags == brake {
-                variable.flags = train_mode_flags();
+                variable.flags.clone_from(&all);
             }
         }
         for (name, long_name) in [

@@ -2,8 +2,7 @@
 
 use super::reading::{Reader, keys_of, whole_number};
 use crate::case::document::{Node, Value};
-use crate::case::schema::Key;
-use crate::case::{Setting, key_of, read_setting};
+use crate::case::{CaseKeys, Setting, Slot};
 
 /// How the values of a range are spread, and on which scale a boundary is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,11 +76,11 @@ impl Axis {
         }
     }
 
-    pub(super) fn of_keys(keys: Vec<String>, key: &Key) -> Axis {
+    pub(super) fn of_keys(keys: Vec<String>, key: &Slot) -> Axis {
         Axis {
             name: keys[0].replace('.', "_"),
             keys,
-            unit: key.dimension().map(|_| key.unit().unwrap_or("1")),
+            unit: key.unit(),
             description: key.description,
             range: None,
             levels: Vec::new(),
@@ -99,8 +98,8 @@ const MOST_LEVELS: u64 = 4_000_000;
 
 const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
 
-/// Reads one `[[axis]]`; `sampled` says that a range has no count, because a sample is drawn from it.
-pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
+/// Reads one `[[axis]]` over `known` keys; `sampled` says that a range has no count, because a sample is drawn from it.
+pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
     let Value::Table(entries) = &node.value else {
         reader.report(
             node,
@@ -122,15 +121,13 @@ pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str, sampled: bool) 
     let paths = keys_of(reader, key_node, &format!("{path}.key"))?;
     let mut keys = Vec::with_capacity(paths.len());
     for name in &paths {
-        match key_of(name) {
-            Some(key) => keys.push(key),
-            None => {
-                let hint = reader.unknown_case_key(name);
-                reader.report(key_node, &format!("{path}.key"), hint);
-            }
+        match (known.slot(name), known.misplaced(name)) {
+            (Some(key), None) => keys.push(key),
+            (Some(_), Some(why)) => reader.report(key_node, &format!("{path}.key"), why),
+            (None, _) => reader.report(key_node, &format!("{path}.key"), known.unknown(name)),
         }
     }
-    let (Some(&first), true) = (keys.first(), keys.len() == paths.len()) else {
+    let (Some(first), true) = (keys.first(), keys.len() == paths.len()) else {
         return None;
     };
     if keys.iter().any(|key| key.dimension() != first.dimension()) {
@@ -176,7 +173,7 @@ pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str, sampled: bool) 
     }
 }
 
-fn read_values(reader: &mut Reader, values: &Node, keys: &[&Key], path: &str) -> Option<Vec<Setting>> {
+fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) -> Option<Vec<Setting>> {
     let Value::Array(elements) = &values.value else {
         let message = format!(
             "expected a list, as in values = [1, 2, 3], but got {}",
@@ -213,15 +210,15 @@ fn read_values(reader: &mut Reader, values: &Node, keys: &[&Key], path: &str) ->
 }
 
 /// The value, if it fits every one of the keys.
-pub(super) fn one_for_all(keys: &[&Key], value: &Value) -> Result<Setting, String> {
+pub(super) fn one_for_all(keys: &[Slot], value: &Value) -> Result<Setting, String> {
     let mut setting = None;
     for key in keys {
-        setting = Some(read_setting(key, value)?);
+        setting = Some(key.read(value)?);
     }
     setting.ok_or_else(|| "an axis without a key".to_owned())
 }
 
-fn read_range(reader: &mut Reader, node: &Node, keys: &[&Key], path: &str, sampled: bool) -> Option<(Range, usize)> {
+fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampled: bool) -> Option<(Range, usize)> {
     let mut end = |name: &str| {
         let path = format!("{path}.{name}");
         let Some(given) = node.at(name) else {

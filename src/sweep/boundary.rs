@@ -12,12 +12,12 @@ use super::error::SweepEnd;
 use super::fold;
 use super::lattice::{Edge, Lattice};
 use super::limit::linear_limit;
-use super::quantities::{Outcome, quantity_index};
+use super::quantities::Outcome;
 use super::running::{Points, Running};
 use super::study::Study;
 use super::tracer::{Crossing, Tracer, place_in_plane};
 use crate::analysis::growth::foreseen_exponent;
-use crate::case::Setting;
+use crate::case::{AnyCase, Setting};
 use std::collections::BTreeSet;
 
 /// Contours of G are looked for on a grid of at most about so many nodes, and so many times finer than the first one.
@@ -173,7 +173,8 @@ fn planes(study: &Study, spec: &BoundarySpec) -> Vec<Vec<Setting>> {
 /// Contours of G in the first `planes`. Where it is known without a run the grid is a finer one, and the contours are
 /// exact; else they are from the `outcomes` of the first grid, in which x runs slowest.
 fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<Line> {
-    let (Some(quantity), study) = (quantity_index("growth_exponent"), tracer.running.work.study) else {
+    let study = tracer.running.work.study;
+    let Some(quantity) = study.quantity("growth_exponent") else {
         return Vec::new();
     };
     if tracer.spec.growth_contours.is_empty() {
@@ -191,8 +192,9 @@ fn growth_contours(tracer: &Tracer, outcomes: &[Outcome], planes: usize) -> Vec<
                 tracer.ranges,
                 share,
             ));
-            let growth = case.map(|case| foreseen_exponent(&case.parameters, case.output.end_time));
-            growth.ok().flatten().unwrap_or(f64::NAN)
+            let brake = case.ok().and_then(AnyCase::into_brake);
+            let growth = brake.and_then(|case| foreseen_exponent(&case.parameters, case.output.end_time));
+            growth.unwrap_or(f64::NAN)
         };
         let node = |k: usize| {
             let [i, j] = [k % fine[0], k / fine[0]];

@@ -2,6 +2,7 @@
 
 use super::curves::{Boundaries, BoundaryPoint, Line};
 use super::study::{Design, Study};
+use crate::case::Form;
 use crate::results::{Column, ColumnData, ResultError, SweepWriter};
 
 fn spacing(axis: &super::axis::Axis) -> &'static str {
@@ -108,12 +109,20 @@ impl Boundaries {
         ];
         writer.add_table("boundary", &attributes, &columns)?;
         for (group, dimension, what, lines) in [
-            (
-                "linear_limit",
-                "limit_point",
-                "margin of steady sliding at standstill, N m s/rad",
-                &self.linear_limit,
-            ),
+            match study.form {
+                Form::Brake => (
+                    "linear_limit",
+                    "limit_point",
+                    "margin of steady sliding at standstill, N m s/rad",
+                    &self.linear_limit,
+                ),
+                Form::Trains(_) => (
+                    "stability_limit",
+                    "limit_point",
+                    "margin of steady sliding under the drives of the case",
+                    &self.linear_limit,
+                ),
+            },
             ("growth_contours", "contour_point", "growth exponent G", &self.growth),
         ] {
             let rows: Vec<(usize, &Line, [f64; 2])> = lines

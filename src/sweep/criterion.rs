@@ -1,21 +1,34 @@
 //! What a study of a boundary asks for: a plane, a criterion on the summary of a run, and how finely.
 
 use super::axis::{Axis, Range};
-use super::quantities::{Outcome, QUANTITIES, quantity_index};
+use super::quantities::{Outcome, Quantity, quantities, unknown_quantity};
 use super::reading::{Reader, whole_number};
 use crate::case::document::{Node, Value};
-use crate::case::{Setting, suggest};
+use crate::case::{Form, Setting};
 use crate::quote::shown;
 
 /// A condition on one quantity of a run's summary.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Criterion {
-    /// Place in [`QUANTITIES`].
+    /// Place among the quantities of the study.
     pub quantity: usize,
+    of: &'static Quantity,
     /// Between quantity and value.
     pub comparison: Comparison,
     /// In the quantity's unit.
     pub threshold: f64,
+}
+
+/// What decides it: part of what identifies a study.
+impl std::fmt::Debug for Criterion {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Criterion")
+            .field("quantity", &self.quantity)
+            .field("comparison", &self.comparison)
+            .field("threshold", &self.threshold)
+            .finish()
+    }
 }
 
 /// How a value is held against a threshold.
@@ -39,11 +52,11 @@ const COMPARISONS: [(&str, Comparison); 4] = [
 ];
 
 impl Criterion {
-    /// Reads a text such as `stick_count >= 2`.
+    /// Reads a text such as `stick_count >= 2`, on a run of this form.
     ///
     /// # Errors
     /// A text that says what was expected instead.
-    pub fn parse(text: &str) -> Result<Criterion, String> {
+    pub fn parse(form: Form, text: &str) -> Result<Criterion, String> {
         let Some((sign, comparison)) = COMPARISONS.into_iter().find(|(sign, _)| text.contains(sign)) else {
             return Err(format!(
                 "expected a quantity, one of >= > <= <, and a number, as in \"stick_count >= 2\", but got \"{text}\"",
@@ -52,23 +65,13 @@ impl Criterion {
         };
         let (name, number) = text.split_once(sign).unwrap_or((text, ""));
         let (name, number) = (name.trim(), number.trim());
-        let Some(quantity) = quantity_index(name) else {
-            let names = QUANTITIES.iter().map(|quantity| quantity.name);
-            return Err(match suggest(name, names.clone()) {
-                Some(close) => format!(
-                    "a run has no quantity \"{name}\"; did you mean {close}?",
-                    name = shown(name)
-                ),
-                None => format!(
-                    "a run has no quantity \"{name}\"; there are {}",
-                    names.collect::<Vec<_>>().join(", "),
-                    name = shown(name)
-                ),
-            });
+        let Some(quantity) = quantities(form).iter().position(|quantity| quantity.name == name) else {
+            return Err(unknown_quantity(form, name, "", |_| true));
         };
         match number.parse::<f64>() {
             Ok(threshold) if threshold.is_finite() => Ok(Criterion {
                 quantity,
+                of: &quantities(form)[quantity],
                 comparison,
                 threshold,
             }),
@@ -97,7 +100,7 @@ impl Criterion {
             .iter()
             .find(|entry| entry.1 == self.comparison)
             .map_or("", |entry| entry.0);
-        format!("{} {sign} {}", QUANTITIES[self.quantity].name, self.threshold)
+        format!("{} {sign} {}", self.of.name, self.threshold)
     }
 }
 
@@ -139,7 +142,7 @@ const DEFAULT_REFINEMENTS: u64 = 2;
 const DEFAULT_WIDTH: f64 = 1e-4;
 
 /// Reads `[boundary]`.
-pub(super) fn read_boundary(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<BoundarySpec> {
+pub(super) fn read_boundary(reader: &mut Reader, form: Form, node: &Node, axes: &[Axis]) -> Option<BoundarySpec> {
     if let Value::Table(_) = node.value {
         reader.check_keys(node, "boundary", BOUNDARY_KEYS);
     } else {
@@ -183,10 +186,10 @@ pub(super) fn read_boundary(reader: &mut Reader, node: &Node, axes: &[Axis]) -> 
     let x = axis("x", ranges.first().copied());
     let y = axis("y", ranges.iter().copied().find(|&k| Some(k) != x));
     let criterion = match node.at("criterion") {
-        None => Criterion::parse(DEFAULT_CRITERION).ok(),
+        None => Criterion::parse(form, DEFAULT_CRITERION).ok(),
         Some(given) => {
             let text = reader.text(given, "boundary.criterion")?;
-            Criterion::parse(&text)
+            Criterion::parse(form, &text)
                 .map_err(|message| reader.report(given, "boundary.criterion", message))
                 .ok()
         }
@@ -206,6 +209,12 @@ pub(super) fn read_boundary(reader: &mut Reader, node: &Node, axes: &[Axis]) -> 
     };
     let mut growth_contours = Vec::new();
     if let Some(given) = node.at("growth_contours") {
+        if form != Form::Brake {
+            let message = "the growth exponent is that of a brake that slows down through the loss of stability of its sliding; \
+                           trains have none: remove it (the line where steady sliding loses its stability is given beside)";
+            reader.report(given, "boundary.growth_contours", message);
+            return None;
+        }
         let Value::Array(elements) = &given.value else {
             reader.report(
                 given,

@@ -58,8 +58,8 @@ pub struct Boundaries {
     pub planes: Vec<Vec<Setting>>,
     /// In the order of the planes.
     pub curves: Vec<Curve>,
-    /// Where steady sliding loses its stability only in the limit of standstill: c_t = -2 r F mu'(0) under
-    /// the largest force.
+    /// Of a brake, where steady sliding loses its stability only in the limit of standstill: c_t = -2 r F mu'(0) under the
+    /// largest force. Of trains, where that under their drives changes its stability.
     pub linear_limit: Vec<Line>,
     /// Contours of the growth exponent G.
     pub growth: Vec<Line>,

@@ -3,16 +3,17 @@
 use super::curves::Boundaries;
 use super::error::SweepError;
 use super::journal::Journal;
-use super::quantities::{NO_COUNT, QUANTITIES, quantity_index};
+use super::quantities::{NO_COUNT, is_open};
 use super::report::NAMED_FAILURES;
 use super::running::Points;
 use super::shard::Part;
 use super::study::{Design, Study};
-use crate::case::Setting;
+use crate::case::{Form, Motion, Setting};
 use crate::provenance::{self, REFERENCES};
+use crate::results::schema::META_MOTION;
 use crate::results::{
-    MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
-    SweepWriter,
+    EventForm, MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
+    SweepVariable, SweepWriter,
 };
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,9 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
     let mut meta = provenance::build();
     if let Some(tolerance) = study.default_tolerance() {
         meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
+    }
+    if let Form::Trains(motion) = study.form {
+        meta.push((META_MOTION.to_owned(), MetaValue::Text(motion.name().to_owned())));
     }
     SweepHeader {
         title: study.title.clone(),
@@ -79,9 +83,9 @@ pub(super) fn write(
     let plan = SweepPlan {
         layout,
         axes: axes.collect(),
-        variables: sweep_variables(),
+        variables: sweep_variables(study),
         points: part.map_or(count as usize, |part| part.partition.size(part.shard)),
-        keep_events: study.keep.events,
+        events: study.keep.events.then(|| event_form(study)),
         shard: part.map(|part| ShardPlan {
             shard: part.shard,
             partition: part.partition.clone(),
@@ -92,7 +96,6 @@ pub(super) fn write(
     let mut writer = SweepWriter::create(path, overwrite, &study.files, &header(study), &plan)?;
     let (mut done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
-    let final_stick = quantity_index("final_stick_time");
     for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
         let coordinates = match layout {
             SweepLayout::Grid => Vec::new(),
@@ -127,8 +130,8 @@ pub(super) fn write(
                 .collect();
             match outcome.result {
                 Ok(values) => {
-                    unfinished += u64::from(final_stick.is_some_and(|k| values[k].is_nan()));
-                    row.values = Some(values.to_vec());
+                    unfinished += u64::from(is_open(study.form, &values));
+                    row.values = Some(values);
                 }
                 Err(message) => {
                     failed += 1;
@@ -158,13 +161,29 @@ pub(super) fn write(
     })
 }
 
-/// The variables of a sweep file: one for each of [`QUANTITIES`].
-pub(crate) fn sweep_variables() -> Vec<SweepVariable> {
-    let variables = QUANTITIES.iter().map(|quantity| SweepVariable {
+/// In what words the events of a study are.
+pub(crate) fn event_form(study: &Study) -> EventForm {
+    match study.form {
+        Form::Brake => EventForm::default(),
+        Form::Trains(motion) => EventForm {
+            trains: true,
+            translation: motion == Motion::Translation,
+        },
+    }
+}
+
+/// The variables of a sweep file: one for each quantity of the study.
+pub(crate) fn sweep_variables(study: &Study) -> Vec<SweepVariable> {
+    let variables = study.quantities().iter().map(|quantity| SweepVariable {
         name: quantity.name.to_owned(),
         units: quantity.unit.to_owned(),
         long_name: quantity.description.to_owned(),
         count_fill: quantity.count.then_some(NO_COUNT),
+        flags: quantity
+            .flags
+            .iter()
+            .map(|&(code, word)| (code, word.to_owned()))
+            .collect(),
     });
     variables.collect()
 }

@@ -12,7 +12,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-const MAGIC: &[u8; 8] = b"SSJRNL1\n";
+const MAGIC: &[u8; 8] = b"SSJRNL2\n";
 
 /// A longer record is damage: a run of 100,000 events takes 3 MB.
 const LONGEST_RECORD: u32 = 1 << 30;
@@ -62,7 +62,9 @@ pub enum JournalError {
         found: String,
         expected: String,
     },
-    #[error("{path}: not the journal of a sweep; choose another name with -o, or replace it with --force")]
+    #[error(
+        "{path}: not the journal of a sweep by this version of the program; choose another name with -o, or replace it with --force"
+    )]
     Foreign { path: PathBuf },
     #[error("{path}: another sweep is writing there; wait for its end, or choose another name with -o")]
     InUse { path: PathBuf },
@@ -331,7 +333,8 @@ mod tests {
         let result = if number % 3 == 1 {
             Err(format!("point {number} failed: ä"))
         } else {
-            Ok(std::array::from_fn(|k| number as f64 + k as f64 / 7.0))
+            // As many values as the study has quantities.
+            Ok((0..20 + number).map(|k| number as f64 + k as f64 / 7.0).collect())
         };
         let events = (0..number % 4)
             .map(|k| EventRow {

@@ -1,11 +1,12 @@
-//! The linear limit: where steady sliding loses its stability at a single speed, which is standstill with a law that is
-//! steepest there.
+//! The linear limit: of a brake, where steady sliding loses its stability at a single speed, which is standstill with a law that
+//! is steepest there; of trains, where that under their drives does.
 
 use super::axis::Range;
 use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
-use crate::case::{Case, Setting};
+use crate::analysis::trains::steady_stability;
+use crate::case::{AnyCase, Case, Setting};
 use crate::friction::Law;
 use crate::model::torsion::TorsionModel;
 
@@ -15,11 +16,17 @@ const LIMIT_POINTS: usize = 61;
 /// Halvings of the range of x: to the rounding of a double.
 const LIMIT_HALVINGS: usize = 50;
 
-/// Where the least margin of steady sliding under the largest force is zero, for even values of y.
+/// Where the margin of steady sliding is zero, for even values of y: of a brake the least one, under the largest force.
 pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
     let margin = |x: f64, y: f64| {
         let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
-        Some(least_margin(&case))
+        match &case {
+            AnyCase::Brake(case) => Some(least_margin(case)),
+            // Of trains the sign is all that is asked for.
+            AnyCase::Trains(case) => {
+                steady_stability(&case.parameters).map(|found| if found.is_unstable() { -1.0 } else { 1.0 })
+            }
+        }
     };
     let mut points = Vec::new();
     for k in 0..LIMIT_POINTS {

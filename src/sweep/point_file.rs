@@ -1,11 +1,13 @@
 //! A result file for each point.
 
-use super::runner::IntegrateError;
+use super::quantities::AnySummary;
+use super::runner::{IntegrateError, Integrated};
 use super::study::Study;
-use crate::analysis::SavedRun;
-use crate::case::Case;
+use crate::analysis::{SavedRun, SavedTrainRun};
+use crate::case::AnyCase;
 use crate::hybrid::RunError;
-use crate::simulation::{Progress, RunReport};
+use crate::results::ResultError;
+use crate::simulation::{Progress, RunFailure};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -19,9 +21,9 @@ pub(super) fn into_a_file(
     folder: &Path,
     study: &Study,
     number: u64,
-    case: &Case,
+    case: &AnyCase,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<RunReport, IntegrateError> {
+) -> Result<Integrated, IntegrateError> {
     std::fs::create_dir_all(folder).map_err(|error| {
         IntegrateError::Storage(format!(
             "{}: cannot be created: {error}; check its folder",
@@ -29,19 +31,45 @@ pub(super) fn into_a_file(
         ))
     })?;
     let path = folder.join(format!("{number:06}.h5"));
-    let saved = SavedRun::new(case, &path)
-        .title(format!("{}, point {number}", study.title))
-        .inputs(&study.files)
-        .keep_events()
-        .control(control)
-        .start()
-        .map_err(|error| IntegrateError::Storage(error.to_string()))?;
-    match (saved.unsaved, saved.failure) {
-        (Some(error), _) => Err(IntegrateError::Storage(error.to_string())),
-        (None, Some(failure)) => match &failure.error {
-            RunError::Observer(error) => Err(IntegrateError::Storage(error.to_string())),
-            _ => Err(IntegrateError::Run(failure)),
-        },
-        (None, None) => Ok(saved.report),
+    let title = format!("{}, point {number}", study.title);
+    let storage = |error: ResultError| IntegrateError::Storage(error.to_string());
+    let (integrated, unsaved, failure) = match case {
+        AnyCase::Brake(case) => {
+            let saved = SavedRun::new(case, &path)
+                .title(title)
+                .inputs(&study.files)
+                .keep_events()
+                .control(control)
+                .start()
+                .map_err(storage)?;
+            let summary = saved.summary;
+            let integrated = Integrated::new(saved.report, |_| AnySummary::Brake(summary));
+            (integrated, saved.unsaved, saved.failure)
+        }
+        AnyCase::Trains(case) => {
+            let saved = SavedTrainRun::new(case, &path)
+                .title(title)
+                .inputs(&study.files)
+                .keep_events()
+                .control(control)
+                .start()
+                .map_err(storage)?;
+            let summary = saved.summary;
+            let integrated = Integrated::new(saved.report, |_| AnySummary::Trains(summary));
+            (integrated, saved.unsaved, saved.failure)
+        }
+    };
+    why_not(unsaved, failure).map_or(Ok(integrated), Err)
+}
+
+/// Why a run into a file is none.
+fn why_not(unsaved: Option<ResultError>, failure: Option<Box<RunFailure>>) -> Option<IntegrateError> {
+    match (unsaved, failure) {
+        (Some(error), _) => Some(IntegrateError::Storage(error.to_string())),
+        (None, Some(failure)) => Some(match &failure.error {
+            RunError::Observer(error) => IntegrateError::Storage(error.to_string()),
+            _ => IntegrateError::Run(failure),
+        }),
+        (None, None) => None,
     }
 }

@@ -1,8 +1,10 @@
-//! What is kept of every run: the one list of summary quantities, and the outcome of a point.
+//! What is kept of every run: the list of summary quantities that each form of a case has, and the outcome of a point.
 
-use crate::analysis::Summary;
+use crate::analysis::trains::{self, Attractor, Extremes};
+use crate::analysis::{Summary, TrainSummary};
+use crate::case::{Form, Motion, suggest};
+use crate::quote::shown;
 use crate::record::{Event, EventKind};
-use crate::simulation::RunReport;
 
 /// One quantity of the summary of a run.
 pub struct Quantity {
@@ -14,11 +16,43 @@ pub struct Quantity {
     pub description: &'static str,
     /// Whether it is a whole number, stored as int64 with `NO_COUNT` for nothing; else float64 with NaN.
     pub count: bool,
-    get: fn(&Summary) -> Option<f64>,
+    /// Of a count that is a code: the codes and what they mean.
+    pub flags: &'static [(i64, &'static str)],
+    get: Get,
+}
+
+/// Quantities are the same if they have the same name and unit.
+impl PartialEq for Quantity {
+    fn eq(&self, other: &Quantity) -> bool {
+        (self.name, self.unit) == (other.name, other.unit)
+    }
+}
+
+impl std::fmt::Debug for Quantity {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(self.name)
+    }
+}
+
+/// Where its value is.
+enum Get {
+    Brake(fn(&Summary) -> Option<f64>),
+    Trains(fn(&TrainSummary) -> Option<f64>),
 }
 
 /// Stands for a count of a run that failed.
 pub(crate) const NO_COUNT: i64 = -1;
+
+const fn new(name: &'static str, unit: &'static str, description: &'static str, count: bool, get: Get) -> Quantity {
+    Quantity {
+        name,
+        unit,
+        description,
+        count,
+        flags: &[],
+        get,
+    }
+}
 
 const fn number(
     name: &'static str,
@@ -26,26 +60,27 @@ const fn number(
     description: &'static str,
     get: fn(&Summary) -> Option<f64>,
 ) -> Quantity {
-    Quantity {
-        name,
-        unit,
-        description,
-        count: false,
-        get,
-    }
+    new(name, unit, description, false, Get::Brake(get))
 }
 
 const fn count(name: &'static str, description: &'static str, get: fn(&Summary) -> Option<f64>) -> Quantity {
-    Quantity {
-        name,
-        unit: "1",
-        description,
-        count: true,
-        get,
-    }
+    new(name, "1", description, true, Get::Brake(get))
 }
 
-/// Every quantity, in the order of the variables in a sweep file.
+const fn train_number(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    get: fn(&TrainSummary) -> Option<f64>,
+) -> Quantity {
+    new(name, unit, description, false, Get::Trains(get))
+}
+
+const fn train_count(name: &'static str, description: &'static str, get: fn(&TrainSummary) -> Option<f64>) -> Quantity {
+    new(name, "1", description, true, Get::Trains(get))
+}
+
+/// Every quantity of a brake's run, in the order of the variables in a sweep file.
 pub const QUANTITIES: [Quantity; 24] = [
     count("stick_count", "number of sticks", |s| Some(s.sticks as f64)),
     count("slip_count", "number of breakaways from stick", |s| {
@@ -143,13 +178,247 @@ pub const QUANTITIES: [Quantity; 24] = [
     }),
 ];
 
-/// The place of a quantity in [`QUANTITIES`].
+/// The codes of `motion`: what a motion comes to.
+const MOTIONS: [(i64, &str); 7] = [
+    (0, "periodic"),
+    (1, "stuck"),
+    (2, "not-periodic"),
+    (3, "steady-slip"),
+    (4, "steady-stick"),
+    (5, "steady-separated"),
+    (6, "steady-engaged"),
+];
+
+/// The code of a motion that neither repeats itself nor ends in a stick.
+const NOT_PERIODIC: f64 = 2.0;
+
+fn motion(summary: &TrainSummary) -> Option<f64> {
+    Some(match &summary.outcome {
+        trains::Outcome::Periodic(_) => 0.0,
+        trains::Outcome::Stuck { .. } => 1.0,
+        trains::Outcome::NotPeriodic => NOT_PERIODIC,
+        trains::Outcome::Steady { mode } => match *mode {
+            "stick" => 4.0,
+            "separated" => 5.0,
+            "engaged" => 6.0,
+            _ => 3.0,
+        },
+    })
+}
+
+fn attractor(summary: &TrainSummary, of: fn(&Attractor) -> f64) -> Option<f64> {
+    summary.attractor().map(of)
+}
+
+fn extremes(summary: &TrainSummary, of: fn(&Extremes) -> Option<f64>) -> Option<f64> {
+    summary.attractor()?.extremes.as_ref().and_then(of)
+}
+
+/// Every quantity of a run of two trains, in the order of the variables in a sweep file; `angle` is the unit of positions.
+const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
+    [
+        Quantity {
+            flags: &MOTIONS,
+            ..train_count("motion", "what the motion comes to by the end of the run", motion)
+        },
+        train_count("event_count", "number of events", |s| Some(s.events as f64)),
+        train_count("stick_count", "number of sticks", |s| Some(s.sticks as f64)),
+        train_count("slip_count", "number of breakaways from stick", |s| {
+            Some(s.slips as f64)
+        }),
+        train_number("onset_time", "s", "time of the first stick that begins", |s| {
+            s.onset_time
+        }),
+        train_number(
+            "final_stick_time",
+            "s",
+            "begin of the stick in which the run ends",
+            |s| s.final_stick_time,
+        ),
+        train_number("first_stick_duration", "s", "duration of the first stick", |s| {
+            s.stick_slip.first.map(|cycle| cycle.stick_duration)
+        }),
+        train_number(
+            "last_stick_duration",
+            "s",
+            "duration of the last stick that ends",
+            |s| s.stick_slip.last.map(|cycle| cycle.stick_duration),
+        ),
+        train_number("shortest_stick_duration", "s", "shortest stick that ends", |s| {
+            s.stick_duration_range.map(|range| range.0)
+        }),
+        train_number("longest_stick_duration", "s", "longest stick that ends", |s| {
+            s.stick_duration_range.map(|range| range.1)
+        }),
+        train_number(
+            "first_slip_duration",
+            "s",
+            "duration of the slip after the first stick",
+            |s| s.stick_slip.first.map(|cycle| cycle.slip_duration),
+        ),
+        train_number(
+            "last_slip_duration",
+            "s",
+            "duration of the last slip between sticks",
+            |s| s.stick_slip.last.map(|cycle| cycle.slip_duration),
+        ),
+        train_number("shortest_slip_duration", "s", "shortest slip between sticks", |s| {
+            s.slip_duration_range.map(|range| range.0)
+        }),
+        train_number("longest_slip_duration", "s", "longest slip between sticks", |s| {
+            s.slip_duration_range.map(|range| range.1)
+        }),
+        train_number("first_period", "s", "from the first stick to the second", |s| {
+            s.stick_slip.first_period()
+        }),
+        train_number("last_period", "s", "from the last stick but one to the last", |s| {
+            s.stick_slip.last_period()
+        }),
+        train_number(
+            "attractor_period",
+            "s",
+            "period of the motion that the run has come to, NaN where it does not repeat itself",
+            |s| attractor(s, |a| a.period),
+        ),
+        train_count("attractor_sticks", "sticks in a period of that motion", |s| {
+            attractor(s, |a| a.sticks as f64)
+        }),
+        train_number(
+            "attractor_agreement",
+            "1",
+            "relative difference of its last two cycles",
+            |s| attractor(s, |a| a.agreement),
+        ),
+        train_number(
+            "attractor_distance",
+            "1",
+            "relative distance of the last cycle from the periodic motion",
+            |s| attractor(s, |a| a.distance),
+        ),
+        train_number(
+            "attractor_since",
+            "s",
+            "when two successive cycles had come to agree",
+            |s| attractor(s, |a| a.since),
+        ),
+        train_number(
+            "attractor_amplitude",
+            angle,
+            "half of the range of the position over a period",
+            |s| extremes(s, |e| e.amplitude),
+        ),
+        train_number("attractor_position_min", angle, "least position over a period", |s| {
+            extremes(s, |e| Some(e.position.0))
+        }),
+        train_number("attractor_position_max", angle, "largest position over a period", |s| {
+            extremes(s, |e| Some(e.position.1))
+        }),
+        train_number(
+            "attractor_velocity_min",
+            speed,
+            "least relative velocity omega_r over a period",
+            |s| extremes(s, |e| Some(e.relative_velocity.0)),
+        ),
+        train_number(
+            "attractor_velocity_max",
+            speed,
+            "largest relative velocity omega_r over a period",
+            |s| extremes(s, |e| Some(e.relative_velocity.1)),
+        ),
+        train_number(
+            "stick_threshold",
+            speed,
+            "speed below which a contact without stick counts as stuck; NaN of one that sticks",
+            |s| s.stick_threshold,
+        ),
+        train_number(
+            "last_event_time",
+            "s",
+            "time of the last stick, slip, reversal, separation or contact",
+            |s| s.last_event_time,
+        ),
+        train_number("end_time", "s", "time at which the run ends", |s| Some(s.end)),
+        train_number("energy_residual", "J", "largest residual of the energy balance", |s| {
+            Some(s.energy_residual)
+        }),
+        train_count("kicks_never_given", "kicks that come after the end of the run", |s| {
+            Some(s.kicks_never_given as f64)
+        }),
+        train_count("steps", "steps of all solvers", |s| {
+            Some(s.work.iter().map(|w| w.steps as f64).sum())
+        }),
+        train_count("rhs_evaluations", "right-hand sides of all solvers", |s| {
+            Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum())
+        }),
+        train_count("jacobian_evaluations", "Jacobians of all solvers", |s| {
+            Some(s.work.iter().map(|w| w.jacobian_evaluations as f64).sum())
+        }),
+    ]
+}
+
+static OF_ROTATION: [Quantity; 34] = of_trains("rad", "rad s-1");
+static OF_TRANSLATION: [Quantity; 34] = of_trains("m", "m s-1");
+static OF_BRAKES: [Quantity; 24] = QUANTITIES;
+
+/// What is kept of every run of a case of this form, in the order of the variables in a sweep file.
+pub fn quantities(form: Form) -> &'static [Quantity] {
+    match form {
+        Form::Brake => &OF_BRAKES,
+        Form::Trains(Motion::Rotation) => &OF_ROTATION,
+        Form::Trains(Motion::Translation) => &OF_TRANSLATION,
+    }
+}
+
+/// The place of a quantity of brakes in [`QUANTITIES`].
 pub fn quantity_index(name: &str) -> Option<usize> {
     QUANTITIES.iter().position(|quantity| quantity.name == name)
 }
 
-/// One value for each of [`QUANTITIES`]; NaN where the run has none.
-pub type Values = [f64; QUANTITIES.len()];
+/// What to say about a name that is no quantity of a run of this form, of which `fits` are asked for.
+pub(crate) fn unknown_quantity(form: Form, name: &str, purpose: &str, fits: fn(&Quantity) -> bool) -> String {
+    let own = quantities(form).iter().filter(|quantity| fits(quantity));
+    let names: Vec<&str> = own.map(|quantity| quantity.name).collect();
+    let quoted = shown(name);
+    let other = match form {
+        Form::Brake => Form::Trains(Motion::Rotation),
+        Form::Trains(_) => Form::Brake,
+    };
+    let listed = names.join(", ");
+    if quantities(other).iter().any(|quantity| quantity.name == name)
+        && !quantities(form).iter().any(|q| q.name == name)
+    {
+        return match form {
+            Form::Brake => format!(
+                "\"{quoted}\" is a quantity of a run of trains, and the base case is a brake, whose runs have no attractor; there are \
+                 {listed}"
+            ),
+            Form::Trains(_) => format!(
+                "\"{quoted}\" is a quantity of a brake that slows down through the loss of stability of its sliding, and the base \
+                 case is one of trains, for which there is no such story; there are {listed}"
+            ),
+        };
+    }
+    match suggest(name, names.iter().copied()) {
+        Some(close) => format!("a run has no quantity \"{quoted}\"{purpose}; did you mean {close}?"),
+        None => format!("a run has no quantity \"{quoted}\"{purpose}; there are {listed}"),
+    }
+}
+
+/// Whether a longer run might show what the motion comes to: a brake's has not come to a stick that lasts; one of trains
+/// neither repeats itself nor ends in a stick, and the contact still changes what it does in the second half of the run.
+pub(super) fn is_open(form: Form, values: &Values) -> bool {
+    let value = |name: &str| {
+        let place = quantities(form).iter().position(|quantity| quantity.name == name);
+        place.map_or(f64::NAN, |place| values[place])
+    };
+    match form {
+        Form::Brake => value("final_stick_time").is_nan(),
+        Form::Trains(_) => value("motion") == NOT_PERIODIC && value("last_event_time") > 0.5 * value("end_time"),
+    }
+}
+
+/// One value for each of the quantities of a study; NaN where the run has none.
+pub type Values = Vec<f64>;
 
 /// One event of a run, as a sweep keeps it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -190,14 +459,32 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The value of one of [`QUANTITIES`]; NaN for a run that failed or has none.
+    /// The value of a quantity by its place; NaN for a run that failed or has none.
     pub fn value(&self, index: usize) -> f64 {
         self.result.as_ref().map_or(f64::NAN, |values| values[index])
     }
 }
 
-/// The values of a run that is complete.
-pub(super) fn values_of(parameters: &crate::model::Parameters, report: &RunReport) -> Values {
-    let summary = Summary::of_run(parameters, report);
-    std::array::from_fn(|k| (QUANTITIES[k].get)(&summary).unwrap_or(f64::NAN))
+/// The summary of a run of either form.
+pub(super) enum AnySummary {
+    Brake(Summary),
+    Trains(TrainSummary),
+}
+
+impl AnySummary {
+    /// Its quantities.
+    pub(super) fn values(&self) -> Values {
+        let form = match self {
+            AnySummary::Brake(_) => Form::Brake,
+            // Units are all that the motion changes.
+            AnySummary::Trains(_) => Form::Trains(Motion::Rotation),
+        };
+        let value = |quantity: &Quantity| match (&quantity.get, self) {
+            (Get::Brake(get), AnySummary::Brake(summary)) => get(summary),
+            (Get::Trains(get), AnySummary::Trains(summary)) => get(summary),
+            _ => None,
+        };
+        let values = quantities(form).iter();
+        values.map(|quantity| value(quantity).unwrap_or(f64::NAN)).collect()
+    }
 }

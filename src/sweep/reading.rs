@@ -1,8 +1,7 @@
 //! Reading the tables of a study, with every problem on the way by file, line and key.
 
 use crate::case::document::{Node, Value};
-use crate::case::{CaseError, Problem, schema, suggest};
-use crate::quote::shown;
+use crate::case::{CaseError, Problem, suggest};
 
 /// Collects what is wrong with a study.
 pub(crate) struct Reader {
@@ -56,23 +55,6 @@ impl Reader {
                 };
                 self.report(child, &join(path, name), message);
             }
-        }
-    }
-
-    /// What to say about a path that is no key of a case.
-    pub(crate) fn unknown_case_key(&self, path: &str) -> String {
-        let known = schema::keys().iter().map(|key| key.path);
-        match suggest(path, known) {
-            Some(close) => format!(
-                "a case has no key \"{path}\"; did you mean {}?",
-                close.replace("[]", ".0"),
-                path = shown(path)
-            ),
-            None => format!(
-                "a case has no key \"{path}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
-                 perturbation.0.relative_velocity",
-                path = shown(path)
-            ),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The record of an outcome, in a journal and between the processes of a pool.
 
-use super::quantities::{EventRow, Outcome, QUANTITIES, Values};
+use super::quantities::{EventRow, Outcome};
 use crate::record::EventKind;
 
 /// Length and checksum before each record.
@@ -12,7 +12,8 @@ pub(super) fn checked<'a>(frame: &[u8; FRAME], record: &'a [u8]) -> Option<&'a [
     (crc32fast::hash(record) == sum).then_some(record)
 }
 
-/// Appends a record with its frame: the number; the values, or the length and text of an error; the events.
+/// Appends a record with its frame: the number; how many values and the values, or the length and text of an error; the
+/// events.
 pub(super) fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
     let start = bytes.len();
     bytes.extend_from_slice(&[0; FRAME]);
@@ -20,6 +21,7 @@ pub(super) fn encode(outcome: &Outcome, bytes: &mut Vec<u8>) {
     match &outcome.result {
         Ok(values) => {
             bytes.push(0);
+            bytes.extend_from_slice(&(values.len() as u64).to_le_bytes());
             for value in values {
                 bytes.extend_from_slice(&value.to_le_bytes());
             }
@@ -94,11 +96,12 @@ pub(super) fn decode(record: &[u8]) -> Option<Outcome> {
     let number = cursor.whole()?;
     let result = match cursor.byte()? {
         0 => {
-            let mut values: Values = [f64::NAN; QUANTITIES.len()];
-            for value in &mut values {
-                *value = cursor.float()?;
+            let count = usize::try_from(cursor.whole()?).ok()?;
+            // Each takes eight bytes of what is there.
+            if count > cursor.0.len() / 8 {
+                return None;
             }
-            Ok(values)
+            Ok((0..count).map(|_| cursor.float()).collect::<Option<Vec<f64>>>()?)
         }
         _ => {
             let length = usize::try_from(cursor.whole()?).ok()?;

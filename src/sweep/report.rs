@@ -31,8 +31,8 @@ pub struct SweepReport {
     pub failures: Vec<(u64, String)>,
     /// Number of points whose run failed.
     pub failed: u64,
-    /// Points whose runs end before a stick that lasts, so that their sticks may not be all; not counted again for a
-    /// sweep that had been complete before.
+    /// Points whose runs end before a stick that lasts, so that their sticks may not be all; of trains, before the motion
+    /// repeats itself or settles. Not counted again for a sweep that had been complete before.
     pub unfinished: Option<u64>,
     /// Of a study of a boundary.
     pub boundaries: Option<Boundaries>,

@@ -1,8 +1,9 @@
 //! Runs points on a pool of threads, and hands the outcomes to one place.
 
-use super::quantities::{EventRow, Outcome, values_of};
+use super::quantities::{AnySummary, EventRow, Outcome, Values};
 use super::study::{Point, Study};
-use crate::case::{Case, CaseError};
+use crate::analysis::{Summary, trains};
+use crate::case::{AnyCase, CaseError};
 use crate::run::Run;
 use crate::simulation::{Progress, RunFailure, RunReport};
 use crate::workers::on_threads;
@@ -12,8 +13,26 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Integrates one case for a sweep: into nothing, or into a file of its own.
-pub type Integrate<'a> =
-    dyn Fn(u64, &Case, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<RunReport, IntegrateError> + Sync + 'a;
+pub type Integrate<'a> = dyn Fn(u64, &AnyCase, &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Integrated, IntegrateError>
+    + Sync
+    + 'a;
+
+/// What a run of a sweep came to.
+#[derive(Debug)]
+pub struct Integrated {
+    /// As it ended.
+    pub report: RunReport,
+    /// Its quantities; `None` of a run that was stopped.
+    pub values: Option<Values>,
+}
+
+impl Integrated {
+    /// Of a run of a case, with its summary if that is known.
+    pub(super) fn new(report: RunReport, summary: impl FnOnce(&RunReport) -> AnySummary) -> Integrated {
+        let values = (!report.interrupted).then(|| summary(&report).values());
+        Integrated { report, values }
+    }
+}
 
 /// Why a case of a sweep has no report.
 #[derive(Debug, thiserror::Error)]
@@ -32,10 +51,21 @@ pub enum IntegrateError {
 /// Those of [`Run::start`].
 pub fn without_a_file(
     _number: u64,
-    case: &Case,
+    case: &AnyCase,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<RunReport, IntegrateError> {
-    Run::new(case).control(control).start().map_err(IntegrateError::Run)
+) -> Result<Integrated, IntegrateError> {
+    match case {
+        AnyCase::Brake(case) => {
+            let report = Run::new(case).control(control).start().map_err(IntegrateError::Run)?;
+            Ok(Integrated::new(report, |report| {
+                AnySummary::Brake(Summary::of_run(&case.parameters, report))
+            }))
+        }
+        AnyCase::Trains(case) => {
+            let (report, summary) = trains::summarised(case, control).map_err(IntegrateError::Run)?;
+            Ok(Integrated::new(report, |_| AnySummary::Trains(summary)))
+        }
+    }
 }
 
 /// Why a pool stopped before the points were done.
@@ -140,14 +170,13 @@ pub fn run_point(
         }
     };
     // A defect in one run must not take the others along.
-    let result = catch_unwind(AssertUnwindSafe(|| {
-        let report = integrate(point.number, &case, &mut control)?;
-        let values = (!report.interrupted).then(|| values_of(&case.parameters, &report));
-        Ok((report, values))
-    }));
+    let result = catch_unwind(AssertUnwindSafe(|| integrate(point.number, &case, &mut control)));
     match result {
-        Ok(Ok((_, None))) => Ok(None),
-        Ok(Ok((report, Some(values)))) => {
+        Ok(Ok(Integrated { values: None, .. })) => Ok(None),
+        Ok(Ok(Integrated {
+            report,
+            values: Some(values),
+        })) => {
             let events = if study.keep.events {
                 report.events.iter().map(EventRow::from).collect()
             } else {

@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, one_for_all};
 use crate::case::document::Value;
-use crate::case::{Setting, key_of};
+use crate::case::{CaseKeys, Setting};
 use crate::quote::quoted;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -76,11 +76,11 @@ fn unit(random: &mut impl Rng) -> f64 {
     (random.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
-/// Axes and rows of a CSV file whose first line has the keys.
+/// Axes and rows of a CSV file whose first line has keys among those `known`.
 ///
 /// # Errors
 /// A text that says what is wrong with the file, and in which line.
-pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), String> {
+pub(super) fn read_table(path: &Path, known: &CaseKeys) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), String> {
     let file = path.display();
     let unreadable = |error: &std::io::Error| {
         let what = crate::case::words(error).replace("TOML", "CSV");
@@ -114,11 +114,10 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
     let mut keys = Vec::new();
     for (column, name) in table.headers().map_err(bad)?.iter().enumerate() {
         let name = name.trim_start_matches('\u{feff}').replace('[', ".").replace(']', "");
-        let Some(key) = key_of(&name) else {
+        let Some(key) = known.slot(&name) else {
             // What is neither a misspelt number nor a word is not quoted: the file may be no table of points, and what it
             // says none of our business.
-            let known = crate::case::schema::keys().iter().map(|key| key.path);
-            let what = match crate::case::suggest(&name, known) {
+            let what = match known.suggestion(&name) {
                 Some(close) => format!("a case has no key {} (did you mean {close}?)", quoted(&name)),
                 None if is_word(&name) => format!("a case has no key {}", quoted(&name)),
                 None => format!("column {} is not named after a key of a case", column + 1),
@@ -127,11 +126,14 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
                 "{file}:1: {what}; the first line names the keys, such as friction.decay,torsion.damping"
             ));
         };
+        if let Some(why) = known.misplaced(&name) {
+            return Err(format!("{file}:1: {why}"));
+        }
         if axes.iter().any(|axis: &Axis| axis.keys[0] == name) {
             return Err(format!("{file}:1: {name} has two columns; keep one"));
         }
-        axes.push(Axis::of_keys(vec![name], key));
-        keys.push(key);
+        axes.push(Axis::of_keys(vec![name.clone()], &key));
+        keys.push((name, key));
     }
     let mut rows = Vec::new();
     let mut record = csv::StringRecord::new();
@@ -146,9 +148,9 @@ pub(super) fn read_table(path: &Path) -> Result<(Vec<Axis>, Vec<Vec<Setting>>), 
         let row: Result<Vec<Setting>, String> = record
             .iter()
             .zip(&keys)
-            .map(|(cell, key)| {
-                one_for_all(&[key], &cell_value(cell))
-                    .map_err(|message| format!("{file}:{line}: {}: {message}", key.path))
+            .map(|(cell, (name, key))| {
+                one_for_all(std::slice::from_ref(key), &cell_value(cell))
+                    .map_err(|message| format!("{file}:{line}: {name}: {message}"))
             })
             .collect();
         rows.push(row?);

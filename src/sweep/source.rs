@@ -5,10 +5,20 @@ use crate::case::{CaseError, toml_text};
 use std::path::{Path, PathBuf};
 
 /// Every built-in study: the files of `data/studies`.
-pub const STUDIES: &[BuiltIn] = &[BuiltIn {
-    name: "critical-curve",
-    text: include_str!("../../data/studies/critical-curve.toml"),
-}];
+pub const STUDIES: &[BuiltIn] = &[
+    BuiltIn {
+        name: "critical-curve",
+        text: include_str!("../../data/studies/critical-curve.toml"),
+    },
+    BuiltIn {
+        name: "groan-speed",
+        text: include_str!("../../data/studies/groan-speed.toml"),
+    },
+    BuiltIn {
+        name: "belt-stability",
+        text: include_str!("../../data/studies/belt-stability.toml"),
+    },
+];
 
 /// The text of a study, and where it is from.
 #[derive(Debug, Clone, PartialEq, Eq)]

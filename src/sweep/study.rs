@@ -2,11 +2,13 @@
 
 use super::axis::{self, Axis};
 use super::criterion::{BoundarySpec, read_boundary};
+use super::quantities::{Quantity, quantities};
 use super::reading::{Reader, join, whole_number};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseSource, Override, Problem, Setting, key_of};
+use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Override, Problem, Setting};
+use crate::results::{ResultFile, is_hdf5};
 use crate::simulation::Method;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -45,6 +47,8 @@ pub struct Study {
     pub source: StudySource,
     /// The base case, as text.
     pub base: CaseSource,
+    /// Whether that is a brake or two trains.
+    pub form: Form,
     /// What the study sets in it.
     pub settings: Vec<Override>,
     /// In the order of the text; the last one varies fastest.
@@ -97,16 +101,17 @@ impl Study {
         let base = read_base(&mut reader, &root, &source, &mut files);
         let mut settings = Vec::new();
         if let Some(set) = root.at("set") {
-            read_settings(&mut reader, set, "", &mut settings);
+            read_settings(&mut reader, &keys_of(base.as_ref(), &[]), set, "", &mut settings);
         }
         settings.extend(overrides.iter().cloned());
+        let known = keys_of(base.as_ref(), &settings);
         let sampled = root.at("sample").is_some();
         let (mut axes, mut levels) = (Vec::new(), 0);
         match root.at("axis").map(|node| (node, &node.value)) {
             None => {}
             Some((_, Value::Array(elements))) => {
                 for (index, element) in elements.iter().enumerate() {
-                    let axis = axis::read(&mut reader, element, &format!("axis.{index}"), sampled);
+                    let axis = axis::read(&mut reader, &known, element, &format!("axis.{index}"), sampled);
                     if let Some(axis) = axis {
                         levels += axis.levels.len();
                         if levels > MOST_LEVELS {
@@ -128,7 +133,7 @@ impl Study {
                 );
             }
         }
-        let design = read_design(&mut reader, &root, &source, &mut axes, &mut files);
+        let design = read_design(&mut reader, &known, &root, &source, &mut axes, &mut files);
         let keep = match root.at("keep") {
             None => Keep::default(),
             Some(node) => {
@@ -142,9 +147,9 @@ impl Study {
         let (Some(base), Some(design), true) = (base, design, reader.is_clean()) else {
             return Err(reader.into_error());
         };
-        let resolved = resolve(&base, &settings, &axes);
         let study = Study {
-            resolved,
+            resolved: resolve(known.form, &base, &settings, &axes),
+            form: known.form,
             gives_tolerance: gives_tolerance(&base, &settings, &axes),
             title: title.unwrap_or_else(|| source.name.clone()),
             source,
@@ -163,13 +168,14 @@ impl Study {
     pub(crate) fn of_ranges(
         title: String,
         source: StudySource,
-        base: CaseSource,
+        (base, form): (CaseSource, Form),
         settings: Vec<Override>,
         axes: Vec<Axis>,
         files: Vec<PathBuf>,
     ) -> Study {
         Study {
-            resolved: resolve(&base, &settings, &axes),
+            resolved: resolve(form, &base, &settings, &axes),
+            form,
             // A search wants runs that change smoothly with the parameters: at the case's own tolerance.
             gives_tolerance: true,
             title,
@@ -186,6 +192,16 @@ impl Study {
     /// The tolerance that its points have by default, where neither it nor the case gives one.
     pub fn default_tolerance(&self) -> Option<f64> {
         (!self.gives_tolerance).then_some(STUDY_RTOL)
+    }
+
+    /// What is kept of each of its runs, in the order of the variables of its file.
+    pub fn quantities(&self) -> &'static [Quantity] {
+        quantities(self.form)
+    }
+
+    /// The place of a quantity among them.
+    pub fn quantity(&self, name: &str) -> Option<usize> {
+        self.quantities().iter().position(|quantity| quantity.name == name)
     }
 
     /// How many points it has; `None` if that shows only on the way.
@@ -227,7 +243,7 @@ impl Study {
     ///
     /// # Errors
     /// If these values do not make a valid case.
-    pub fn case_at(&self, coordinates: &[Setting]) -> Result<Case, CaseError> {
+    pub fn case_at(&self, coordinates: &[Setting]) -> Result<AnyCase, CaseError> {
         let (base, mut overrides) = match &self.resolved {
             Some(resolved) => (resolved, Vec::with_capacity(self.axes.len())),
             None => (&self.base, self.settings.clone()),
@@ -235,15 +251,16 @@ impl Study {
         for (axis, value) in self.axes.iter().zip(coordinates) {
             overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
         }
-        let mut case = Case::parse(base, &overrides)?;
-        if !self.gives_tolerance && matches!(case.solver.method, Method::Auto | Method::Series) {
-            case.solver.rtol = STUDY_RTOL;
+        let mut case = AnyCase::parse(self.form, base, &overrides)?;
+        let (solver, output) = case.options_mut();
+        if !self.gives_tolerance && matches!(solver.method, Method::Auto | Method::Series) {
+            solver.rtol = STUDY_RTOL;
         }
         if !self.keep.trajectory {
             // A sweep keeps no samples, so none are made.
-            case.output.interval = case.output.end_time;
-            case.output.windows.clear();
-            case.output.steps = false;
+            output.interval = output.end_time;
+            output.windows.clear();
+            output.steps = false;
         }
         Ok(case)
     }
@@ -252,7 +269,7 @@ impl Study {
     pub fn with(&self, overrides: &[Override]) -> Study {
         let mut study = self.clone();
         study.settings.extend(overrides.iter().cloned());
-        study.resolved = resolve(&study.base, &study.settings, &study.axes);
+        study.resolved = resolve(study.form, &study.base, &study.settings, &study.axes);
         study.gives_tolerance = gives_tolerance(&study.base, &study.settings, &study.axes);
         study
     }
@@ -316,15 +333,44 @@ impl Study {
     }
 }
 
+/// The keys of the base case, of which form it is; those of a brake where there is none.
+pub(crate) fn keys_of(base: Option<&CaseSource>, settings: &[Override]) -> CaseKeys {
+    base.map_or(CaseKeys::OF_BRAKES, |base| CaseKeys::of(base, settings))
+}
+
 /// Keys whose meaning depends on others that a resolved case no longer has, or that others hang on.
 const ENTANGLED: [&str; 3] = ["contact.", "actuation.profile", "output."];
 
-fn resolve(base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
+/// The same of trains: by default the threshold hangs on the smoothness of the contact, and the speeds at the start on those of
+/// driven ends.
+const ENTANGLED_OF_TRAINS: [&str; 15] = [
+    "motion",
+    "rotor.end",
+    "rotor.speed",
+    "rotor.torque_on",
+    "stator.end",
+    "stator.speed",
+    "stator.torque_on",
+    "contact.radius",
+    "contact.outer_diameter",
+    "contact.inner_diameter",
+    "contact.wear",
+    "actuation.profile",
+    "friction.",
+    "initial.speed",
+    "output.",
+];
+
+fn resolve(form: Form, base: &CaseSource, settings: &[Override], axes: &[Axis]) -> Option<CaseSource> {
     let mut keys = axes.iter().flat_map(|axis| &axis.keys);
-    if keys.any(|key| ENTANGLED.iter().any(|start| key.starts_with(start))) {
+    let entangled: &[&str] = match form {
+        Form::Brake => &ENTANGLED,
+        Form::Trains(_) => &ENTANGLED_OF_TRAINS,
+    };
+    if keys.any(|key| entangled.iter().any(|start| key.starts_with(start))) {
         return None;
     }
-    let case = Case::parse(base, settings).ok()?;
+    let case = AnyCase::parse(form, base, settings).ok()?;
     Some(CaseSource {
         text: case.resolved(),
         origin: base.origin.clone(),
@@ -382,6 +428,16 @@ pub(crate) fn read_base(
     let path = source.folder().join(&name);
     let found = if path.is_file() || Path::new(&name).extension().is_some() {
         files.push(path.clone());
+        if path.is_file() && (is_hdf5(&path) || path.extension().is_some_and(|extension| extension == "h5")) {
+            let resolved = ResultFile::open(&path).and_then(|file| file.resolved());
+            match resolved {
+                Ok(resolved) => return Some(CaseSource::result(&path, resolved)),
+                Err(error) => {
+                    reader.report(node, "case", error.to_string());
+                    return None;
+                }
+            }
+        }
         CaseSource::file(&path)
     } else {
         CaseSource::built_in(&name)
@@ -398,8 +454,18 @@ pub(crate) fn read_base(
 }
 
 /// The leaves of `[set]`, whether written as tables, as dotted keys or as quoted paths.
-pub(crate) fn read_settings(reader: &mut Reader, node: &Node, path: &str, settings: &mut Vec<Override>) {
+pub(crate) fn read_settings(
+    reader: &mut Reader,
+    known: &CaseKeys,
+    node: &Node,
+    path: &str,
+    settings: &mut Vec<Override>,
+) {
     match &node.value {
+        // What a signal is, is said as a whole; the case finds what is wrong inside.
+        _ if known.is_whole(path) && (node.at("profile").is_some() || matches!(node.value, Value::Array(_))) => {
+            settings.push(Override::of_node(path, node, &reader.label));
+        }
         // Another law has other keys: such a table takes the place of the case's, as with --set.
         Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
             settings.push(Override::of_node(path, node, &reader.label));
@@ -407,7 +473,7 @@ pub(crate) fn read_settings(reader: &mut Reader, node: &Node, path: &str, settin
         Value::Table(entries) => {
             for (name, child) in entries {
                 let inner = join(path, &name.replace('[', ".").replace(']', ""));
-                read_settings(reader, child, &inner, settings);
+                read_settings(reader, known, child, &inner, settings);
             }
         }
         _ if path.is_empty() => {
@@ -416,9 +482,8 @@ pub(crate) fn read_settings(reader: &mut Reader, node: &Node, path: &str, settin
         }
         _ => {
             let whole_array = matches!(node.value, Value::Array(_));
-            if key_of(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
-                let hint = reader.unknown_case_key(path);
-                reader.report(node, &format!("set.{path}"), hint);
+            if known.slot(path).is_none() && !(whole_array && matches!(path, "perturbation" | "output.window")) {
+                reader.report(node, &format!("set.{path}"), known.unknown(path));
             }
             settings.push(Override::of_node(path, node, &reader.label));
         }
@@ -444,6 +509,7 @@ fn check_keys_once(reader: &mut Reader, node: &Node, path: &str, axes: &[Axis], 
 
 fn read_design(
     reader: &mut Reader,
+    known: &CaseKeys,
     root: &Node,
     source: &StudySource,
     axes: &mut Vec<Axis>,
@@ -474,7 +540,7 @@ fn read_design(
                 return None;
             }
             let path = source.folder().join(reader.text(node, "points")?);
-            match sampling::read_table(&path) {
+            match sampling::read_table(&path, known) {
                 Ok((columns, rows)) => {
                     files.push(path);
                     *axes = columns;
@@ -497,7 +563,7 @@ fn read_design(
             None
         }
         Some(&"sample") => read_sample(reader, root.at("sample")?, axes).map(Design::Rows),
-        Some(_) => read_boundary(reader, root.at("boundary")?, axes).map(Design::Boundary),
+        Some(_) => read_boundary(reader, known.form, root.at("boundary")?, axes).map(Design::Boundary),
         None => Some(Design::Grid),
     }
 }

@@ -81,6 +81,8 @@ struct Hit {
 /// Looks for the attractor in the events of a run, and passes the run on.
 pub(super) struct Recurrence<'a> {
     inner: &'a mut dyn Recorder,
+    /// The report of the run is to have the events although they are stored.
+    keeps_events: bool,
     further: Vec<f64>,
     hits: VecDeque<Hit>,
     /// Of each component, what it is measured with: the angles, the speeds, or the bristles.
@@ -120,6 +122,7 @@ impl<'a> Recurrence<'a> {
     pub fn new(trains: &Trains, inner: &'a mut dyn Recorder) -> Self {
         Recurrence {
             inner,
+            keeps_events: false,
             further: Vec::new(),
             hits: VecDeque::new(),
             groups: further(trains)
@@ -135,6 +138,11 @@ impl<'a> Recurrence<'a> {
             frequencies: frequencies(trains.drives()),
             known: None,
         }
+    }
+
+    /// Leaves the events in the report of the run, wherever they are stored.
+    pub fn keep_events(&mut self) {
+        self.keeps_events = true;
     }
 
     /// The largest angle, speed and deflection of the last sections.
@@ -234,9 +242,11 @@ impl<'a> Recurrence<'a> {
         };
     }
 
-    /// What the contact did at the end.
-    pub fn mode(&self) -> Mode {
-        self.mode
+    /// When the contact last changed what it did, s, and what it did at the end.
+    pub fn end(&self) -> (Option<f64>, Mode) {
+        let mut back = self.events.iter().rev();
+        let last = back.find(|(_, kind)| kind.in_event_sequence());
+        (last.map(|(time, _)| *time), self.mode)
     }
 
     /// Times and kinds of all events.
@@ -343,6 +353,6 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn stores_events(&self) -> bool {
-        self.inner.stores_events()
+        !self.keeps_events && self.inner.stores_events()
     }
 }

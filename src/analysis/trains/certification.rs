@@ -14,7 +14,7 @@ use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
 use crate::oracle::{OracleError, OracleProgress, OracleRequest};
 use crate::record::Event;
 use crate::results::CertificateTables;
-use crate::results::schema::train_mode_flags;
+use crate::results::schema::all_mode_flags;
 use crate::run::Run;
 use crate::simulation::Method;
 use num_rational::BigRational;
@@ -362,7 +362,7 @@ impl TrainCertificate {
                 .iter()
                 .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
                 .collect(),
-            modes: train_mode_flags(),
+            modes: all_mode_flags(),
             bands: self.bands.columns(),
             parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
             sensitivities,

@@ -176,6 +176,10 @@ fn summary_of(
         slips: stick_slip.slip_count,
         onset_time: stick_slip.onset_time,
         final_stick_time: since,
+        last_event_time: events
+            .iter()
+            .rfind(|event| event.kind.in_event_sequence())
+            .map(|event| event.time),
         stick_duration_range: stick_slip.stick_range,
         slip_duration_range: stick_slip.slip_range,
         stick_threshold: case.threshold,

@@ -1,5 +1,6 @@
 //! The linear modes of two trains, whether they slide steadily, and where that changes.
 
+use super::impedance::Verdict;
 use super::linear::{jacobian, modes_of, state, stuck};
 use super::sliding::{Balance, Base, Sliding, balance};
 use crate::analysis::modes::axial_modes;
@@ -155,6 +156,22 @@ impl TrainModes {
             absent,
         }
     }
+}
+
+/// What becomes of a small disturbance of the fastest steady sliding of a case; `None` where there is no steady sliding.
+pub fn steady_stability(trains: &Trains) -> Option<Verdict> {
+    let sliding = Sliding::new(trains);
+    let mut driving = Vec::new();
+    let rotor = base(&trains.rotor, ["rotor.speed", "rotor.torque"], &mut driving);
+    let stator = base(&trains.stator, ["stator.speed", "stator.torque"], &mut driving);
+    let force = pressing(trains, &mut driving);
+    let start = at_start(trains).abs();
+    let found = [1.0, -1.0].into_iter().flat_map(|sense| {
+        let steady = sliding.steady(balance(&rotor, &stator, sense), force, start);
+        steady.into_iter().map(move |x| (sense, x))
+    });
+    let (sense, x) = found.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(sliding.operating(sense, x, force, Some((&rotor, &stator))).stability)
 }
 
 /// What holds a train, with its signals as numbers.

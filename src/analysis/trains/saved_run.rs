@@ -4,12 +4,33 @@ use super::TrainSummary;
 use super::attractor::Recurrence;
 use super::witness::{TrainWitness, witness};
 use crate::case::TrainCase;
+use crate::record::NoRecorder;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
 use crate::run::Run;
 use crate::simulation::{Progress, RunFailure, RunReport};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A run of trains without a file: its report, which has the events, and what it comes to.
+///
+/// # Errors
+/// Those of [`Run::start`].
+pub fn summarised(
+    case: &TrainCase,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<(RunReport, TrainSummary), Box<RunFailure>> {
+    let (trains, threshold) = (&case.parameters, case.threshold.unwrap_or(0.0));
+    let mut nobody = NoRecorder;
+    let mut recurrence = Recurrence::new(trains, &mut nobody);
+    let report = Run::of_trains(trains, threshold, &case.solver, &case.output)
+        .record(&mut recurrence)
+        .control(control)
+        .start()?;
+    let attractor = recurrence.attractor(trains, threshold);
+    let summary = TrainSummary::new(&report, attractor, case.threshold, recurrence.end());
+    Ok((report, summary))
+}
 
 /// A run of trains into a result file that is being prepared; [`SavedTrainRun::start`] computes it. The counterpart of
 /// [`SavedRun`](crate::SavedRun).
@@ -20,6 +41,7 @@ pub struct SavedTrainRun<'a> {
     header: Header,
     overwrite: Overwrite,
     inputs: &'a [PathBuf],
+    keeps_events: bool,
     witness: bool,
     stop: Option<&'a AtomicBool>,
     control: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + 'a>>,
@@ -59,6 +81,7 @@ impl<'a> SavedTrainRun<'a> {
             header,
             overwrite: Overwrite::OwnResults,
             inputs: &[],
+            keeps_events: false,
             witness: false,
             stop: None,
             control: None,
@@ -68,6 +91,18 @@ impl<'a> SavedTrainRun<'a> {
     /// The case as it was given, for the file; else it holds the resolved one twice.
     pub fn text(mut self, text: &str) -> Self {
         text.clone_into(&mut self.header.case_text);
+        self
+    }
+
+    /// Another title than the case's.
+    pub fn title(mut self, title: String) -> Self {
+        self.header.title = title;
+        self
+    }
+
+    /// Keep the events in the report, too.
+    pub fn keep_events(mut self) -> Self {
+        self.keeps_events = true;
         self
     }
 
@@ -115,6 +150,9 @@ impl<'a> SavedTrainRun<'a> {
         let threshold = case.threshold.unwrap_or(0.0);
         let trains = &case.parameters;
         let mut recurrence = Recurrence::new(trains, &mut writer);
+        if self.keeps_events {
+            recurrence.keep_events();
+        }
         let result = Run::of_trains(trains, threshold, &case.solver, &case.output)
             .record(&mut recurrence)
             .control(|progress| {
@@ -128,12 +166,12 @@ impl<'a> SavedTrainRun<'a> {
             })
             .start();
         let attractor = recurrence.attractor(trains, threshold);
-        let (mode, events) = (recurrence.mode(), recurrence.into_events());
+        let (end, events) = (recurrence.end(), recurrence.into_events());
         let (report, failure) = match result {
             Ok(report) => (report, None),
             Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
         };
-        let summary = TrainSummary::new(&report, attractor, case.threshold, mode);
+        let summary = TrainSummary::new(&report, attractor, case.threshold, end);
         let status = match &failure {
             Some(error) => Status::Failed(error.to_string()),
             None if report.interrupted => Status::Interrupted,

@@ -60,18 +60,21 @@ pub struct TrainSummary {
     pub interrupted: bool,
     /// One row for each solver.
     pub work: Vec<SolverWorkRow>,
+    /// Time of the last stick, slip, reversal, separation or contact, s.
+    #[serde(skip)]
+    pub last_event_time: Option<f64>,
     /// Statistics of its cycles.
     #[serde(skip)]
     pub stick_slip: CycleStatistics,
 }
 
 impl TrainSummary {
-    /// Of a run in memory.
+    /// Of a run in memory whose contact had its last event then, and was in that mode at the end.
     pub(super) fn new(
         report: &RunReport,
         attractor: Option<Attractor>,
         threshold: Option<f64>,
-        mode: Mode,
+        (last_event_time, mode): (Option<f64>, Mode),
     ) -> TrainSummary {
         let stick_slip = report.digest.cycles.clone();
         let since = stick_slip.final_stick_time;
@@ -96,6 +99,7 @@ impl TrainSummary {
             kicks_never_given: report.kicks_never_given,
             interrupted: report.interrupted,
             work: report.work.iter().map(SolverWorkRow::from).collect(),
+            last_event_time,
             stick_slip,
         }
     }

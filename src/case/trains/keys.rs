@@ -2,7 +2,7 @@
 
 use crate::case::Motion;
 use crate::case::quantity::Dimension;
-use crate::case::schema;
+use crate::case::schema::{self, Domain};
 use crate::friction::FrictionLaw;
 
 /// One key of a case of trains.
@@ -251,6 +251,21 @@ pub(super) fn find(path: &str) -> &'static TrainKey {
     KEYS.iter()
         .find(|key| key.path == path)
         .unwrap_or_else(|| unreachable!("{path} is a key of trains"))
+}
+
+/// Whether the key at a path takes a list, of which a case may give one element.
+pub(in crate::case) fn is_list(path: &str) -> bool {
+    KEYS.iter().any(|key| key.path == path && matches!(key.kind, List(_)))
+}
+
+/// The limits of the numbers of a key of `KEYS`, but for those of a signal.
+pub(super) fn domain_of(path: &str) -> Domain {
+    match path.rsplit('.').next().unwrap_or(path) {
+        "inertia" | "stiffness" | "bristle_stiffness" | "threshold" => Domain::Positive,
+        "damping" | "viscous" | "bristle_damping" => Domain::NotNegative,
+        "speed" if path.starts_with("friction.") => Domain::Positive,
+        _ => Domain::Any,
+    }
 }
 
 /// The words of `friction.law`.

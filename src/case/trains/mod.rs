@@ -5,8 +5,9 @@
 
 mod conditions;
 mod exact;
-mod keys;
+pub(super) mod keys;
 mod numbers;
+mod places;
 mod reader;
 mod resolved;
 mod signals;
@@ -22,6 +23,13 @@ use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
 pub use numbers::TrainNumber;
+pub(super) use places::{close_in_signal, is_signal, misplaced, slot};
+pub(super) use reader::motion_of;
+
+/// The paths of all keys of a case of trains, with `[]` for indices.
+pub(super) fn known_keys() -> Vec<&'static str> {
+    keys::known()
+}
 
 /// Every key that only a case of trains has. The others of such a case are those of [`super::schema::keys`], but for
 /// `[torsion]` and `contact.breakaway_test`.

@@ -65,6 +65,21 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, 
     reader.finish(read)
 }
 
+/// What the coordinates of a case are that may be wrong in other respects.
+pub(in crate::case) fn motion_of(source: &CaseSource, overrides: &[Override]) -> Motion {
+    let Ok(mut root) = document::read(&source.text, &source.label()) else {
+        return Motion::default();
+    };
+    for change in overrides {
+        let _ = document::apply(&mut root, change);
+    }
+    let name = root
+        .at("motion")
+        .and_then(|node| choice(&node.value, names_of_motion()).ok());
+    let named = Motion::ALL.into_iter().find(|motion| Some(motion.name()) == name);
+    named.unwrap_or_default()
+}
+
 fn names_of_motion() -> &'static [&'static str] {
     match keys::find("motion").kind {
         TrainKind::Choice(words) => words,
@@ -162,7 +177,8 @@ impl TrainReader<'_> {
     }
 
     /// A number at a path of the tree.
-    fn number(&mut self, path: &str, dimension: Dimension, domain: Domain) -> Given<f64> {
+    fn number(&mut self, path: &str, dimension: Dimension) -> Given<f64> {
+        let domain = keys::domain_of(path);
         let Some(node) = self.reader.root.at(path).cloned() else {
             return Given::Absent;
         };
@@ -194,10 +210,11 @@ impl TrainReader<'_> {
     }
 
     /// A list of numbers, or a number for a list of one.
-    fn list(&mut self, path: &str, domain: Domain) -> Given<Vec<f64>> {
+    fn list(&mut self, path: &str) -> Given<Vec<f64>> {
         let TrainKind::List(dimension) = keys::find(path).kind else {
             unreachable!("{path} is a list");
         };
+        let domain = keys::domain_of(path);
         let dimension = self.motion.dimension(dimension);
         let numbers = match self.reader.root.at(path).map(|node| node.value.clone()) {
             None => return Given::Absent,
@@ -226,9 +243,51 @@ impl TrainReader<'_> {
         numbers.map_or(Given::Wrong, Given::Value)
     }
 
+    /// Makes a list of one that was set element by element: what was not set is `default`. Elements beyond the list stay, and
+    /// are reported.
+    fn fill_list(&mut self, path: &str, count: usize, default: f64) {
+        let Some(node) = node_mut(&mut self.reader.root, path) else {
+            return;
+        };
+        let Value::Table(entries) = &node.value else { return };
+        let elements: Option<Vec<(usize, Node)>> = entries
+            .iter()
+            .map(|(name, element)| Some((name.parse().ok()?, element.clone())))
+            .collect();
+        let Some(elements) = elements.filter(|elements| !elements.is_empty()) else {
+            return;
+        };
+        let place = node.place.clone();
+        if let Some((index, _)) = elements.iter().find(|(index, _)| *index >= count) {
+            let message = match count {
+                0 => format!("there is no {path}.{index}: the list has no element here"),
+                1 => format!("there is no {path}.{index}: the only element is {path}.0"),
+                _ => format!("there is no {path}.{index}: the last element is {path}.{}", count - 1),
+            };
+            self.report(&format!("{path}.{index}"), message);
+            take(&mut self.reader.root, path);
+            return;
+        }
+        let mut list = vec![
+            Node {
+                value: Value::Float(default),
+                place: place.clone(),
+            };
+            count
+        ];
+        for (index, element) in elements {
+            list[index] = element;
+        }
+        *node = Node {
+            value: Value::Array(list),
+            place,
+        };
+    }
+
     /// A list that has to have `count` elements, because of `why`; `default` for each if it is left out.
-    fn counted(&mut self, path: &str, domain: Domain, count: usize, why: &str, default: f64) -> Vec<f64> {
-        match self.list(path, domain) {
+    fn counted(&mut self, path: &str, count: usize, why: &str, default: f64) -> Vec<f64> {
+        self.fill_list(path, count, default);
+        match self.list(path) {
             Given::Value(values) if values.len() == count => return values,
             Given::Value(values) => {
                 let remedy = if count == 0 { "; remove it" } else { "" };
@@ -273,7 +332,7 @@ impl TrainReader<'_> {
         };
         let speed = self.optional_signal(&path("speed"));
         let torque = self.optional_signal(&path("torque"));
-        let inertia = self.list(&path("inertia"), Domain::Positive);
+        let inertia = self.list(&path("inertia"));
         // What follows from wrong values would only confuse.
         let end = end?;
         if matches!(inertia, Given::Wrong) {
@@ -334,13 +393,13 @@ impl TrainReader<'_> {
             );
             self.report(&path("stiffness"), message);
         }
-        train.stiffness = self.counted(&path("stiffness"), Domain::Positive, shafts, &why, f64::NAN);
-        train.damping = self.counted(&path("damping"), Domain::NotNegative, shafts, &why, 0.0);
+        train.stiffness = self.counted(&path("stiffness"), shafts, &why, f64::NAN);
+        train.damping = self.counted(&path("damping"), shafts, &why, 0.0);
         let why = match count {
             0 => "there is no inertia".to_owned(),
             _ => format!("one for each inertia of the {side}"),
         };
-        train.viscous = self.counted(&path("viscous"), Domain::NotNegative, count, &why, 0.0);
+        train.viscous = self.counted(&path("viscous"), count, &why, 0.0);
         train.torque = self.torque(side, count, torque);
         Some(train)
     }
@@ -488,7 +547,7 @@ impl TrainReader<'_> {
             }
             return None;
         }
-        let stiffness = self.number("friction.bristle_stiffness", Dimension::InverseAngle, Domain::Positive);
+        let stiffness = self.number("friction.bristle_stiffness", Dimension::InverseAngle);
         if stiffness.is_absent() {
             let key = keys::find("friction.bristle_stiffness");
             let message = format!(
@@ -501,15 +560,9 @@ impl TrainReader<'_> {
         let bristles = Bristles {
             stiffness: stiffness.or(f64::NAN),
             damping: self
-                .number(
-                    "friction.bristle_damping",
-                    Dimension::FrictionDecay,
-                    Domain::NotNegative,
-                )
+                .number("friction.bristle_damping", Dimension::FrictionDecay)
                 .or(0.0),
-            viscous: self
-                .number("friction.viscous", Dimension::FrictionDecay, Domain::NotNegative)
-                .or(0.0),
+            viscous: self.number("friction.viscous", Dimension::FrictionDecay).or(0.0),
         };
         if self.has("friction.regularisation") {
             let message = "a contact with bristles is smooth already: remove regularisation, or change friction.law";
@@ -562,7 +615,7 @@ impl TrainReader<'_> {
                 None
             }
         };
-        let speed = self.number(&speed_path, Dimension::AngularVelocity, Domain::Positive);
+        let speed = self.number(&speed_path, Dimension::AngularVelocity);
         if speed.is_absent() {
             self.missing(&speed_path);
         }
@@ -614,10 +667,7 @@ impl TrainReader<'_> {
             ContactLaw::Regularised(regularisation) => 10.0 * regularisation.speed,
             ContactLaw::Bristles(_) => scratch.parameters.friction.law.number("scale").unwrap_or(f64::NAN) / 10.0,
         };
-        Some(
-            self.number(path, Dimension::AngularVelocity, Domain::Positive)
-                .or(default),
-        )
+        Some(self.number(path, Dimension::AngularVelocity).or(default))
     }
 
     fn kicks(&mut self, scratch: &Case) -> Vec<Kick> {
@@ -662,13 +712,13 @@ impl TrainReader<'_> {
             let twist = format!("initial.{side}_twist");
             let shafts = format!("one for each shaft of the {side}");
             (
-                self.counted(&twist, Domain::Any, train.stiffness.len(), &shafts, 0.0),
-                self.counted(&path, Domain::Any, train.inertia.len(), &why, turning),
+                self.counted(&twist, train.stiffness.len(), &shafts, 0.0),
+                self.counted(&path, train.inertia.len(), &why, turning),
             )
         };
         let (rotor_twist, mut rotor_speed) = speeds("rotor", rotor);
         let (stator_twist, stator_speed) = speeds("stator", stator);
-        let speed = self.number("initial.speed", Dimension::AngularVelocity, Domain::Any);
+        let speed = self.number("initial.speed", Dimension::AngularVelocity);
         if !speed.is_absent() {
             if !matches!(rotor.end, End::Free) {
                 let message = "is that of every inertia of a rotor with a free end, which this one has not: remove it, or give \

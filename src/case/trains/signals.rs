@@ -15,7 +15,7 @@ use crate::signal::{Drive, Frequency, Ramp, SIGNALS, Shape, Signal, Table, Timel
 const DEEPEST: usize = 4;
 
 /// The keys of a profile besides `profile`.
-fn keys_of(profile: &str) -> &'static [&'static str] {
+pub(super) fn keys_of(profile: &str) -> &'static [&'static str] {
     const WAVE: &[&str] = &[
         "mean",
         "amplitude",
@@ -46,6 +46,15 @@ pub(super) fn dimension_of(path: &str, dimension: Dimension, motion: Motion) -> 
         "angular_frequency" => Dimension::AngularVelocity,
         "phase" => Dimension::Angle,
         _ => motion.dimension(dimension),
+    }
+}
+
+/// The limits of a number of a signal, by its key.
+pub(super) fn domain_of(name: &str) -> Domain {
+    match name {
+        "rise_time" | "from" | "to" => Domain::NotNegative,
+        "frequency" | "angular_frequency" => Domain::Positive,
+        _ => Domain::Any,
     }
 }
 
@@ -134,11 +143,10 @@ impl TrainReader<'_> {
         (path, node): (&str, &Node),
         name: &str,
         dimension: Dimension,
-        domain: Domain,
         default: Option<f64>,
     ) -> Option<f64> {
         let path = format!("{path}.{name}");
-        let dimension = dimension_of(name, dimension, self.motion);
+        let (dimension, domain) = (dimension_of(name, dimension, self.motion), domain_of(name));
         match (node.at(name), default) {
             (Some(node), _) => match number(&node.value, dimension, domain) {
                 Ok(number) => Some(number),
@@ -158,8 +166,8 @@ impl TrainReader<'_> {
 
     fn ramp(&mut self, path: &str, node: &Node, dimension: Dimension) -> Option<Drive> {
         let at = (path, node);
-        let value = self.element(at, "value", dimension, Domain::Any, None);
-        let rise_time = self.element(at, "rise_time", dimension, Domain::NotNegative, None)?;
+        let value = self.element(at, "value", dimension, None);
+        let rise_time = self.element(at, "rise_time", dimension, None)?;
         if rise_time > 0.0 && rise_time < SHORTEST_RUN {
             let message = format!("must be 0 (a step) or at least {SHORTEST_RUN:?} s, but is {rise_time:?} s");
             return self.wrong(&format!("{path}.rise_time"), message);
@@ -205,9 +213,9 @@ impl TrainReader<'_> {
 
     fn wave(&mut self, shape: Shape, path: &str, node: &Node, dimension: Dimension) -> Option<Drive> {
         let at = (path, node);
-        let mean = self.element(at, "mean", dimension, Domain::Any, Some(0.0));
-        let amplitude = self.element(at, "amplitude", dimension, Domain::Any, None);
-        let mut frequency = |name: &'static str| self.element(at, name, dimension, Domain::Positive, None);
+        let mean = self.element(at, "mean", dimension, Some(0.0));
+        let amplitude = self.element(at, "amplitude", dimension, None);
+        let mut frequency = |name: &'static str| self.element(at, name, dimension, None);
         let frequency = match (node.at("frequency").is_some(), node.at("angular_frequency").is_some()) {
             (true, true) => {
                 let message = "the frequency is given twice, with frequency: keep either frequency, in Hz, or \
@@ -222,9 +230,9 @@ impl TrainReader<'_> {
                 self.wrong(&format!("{path}.frequency"), message)
             }
         };
-        let phase = self.element(at, "phase", dimension, Domain::Any, Some(0.0));
+        let phase = self.element(at, "phase", dimension, Some(0.0));
         let mut time = |name: &str| match node.at(name) {
-            Some(_) => self.element(at, name, dimension, Domain::NotNegative, None).map(Some),
+            Some(_) => self.element(at, name, dimension, None).map(Some),
             None => Some(None),
         };
         let (from, to) = (time("from")?, time("to")?);

@@ -4,8 +4,8 @@ use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayViewD, IxDyn};
 
 use super::schema::{
-    Column, ColumnData, EVENTS, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell, SweepLayout,
-    SweepPlan, SweepRow,
+    Column, ColumnData, EVENTS, EventForm, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell,
+    SweepLayout, SweepPlan, SweepRow,
 };
 use super::storage::{Rows, Storage, Stored};
 use crate::results::attributes::write_text_attribute;
@@ -57,7 +57,7 @@ impl Columns {
             ref axes,
             ref variables,
             points,
-            keep_events,
+            events,
             shard: _,
         } = plan;
         let mut scales = Vec::new();
@@ -107,6 +107,10 @@ impl Columns {
                         .new_attr_builder()
                         .with_data(&[fill])
                         .create(attribute::FILL_VALUE)?;
+                    if !variable.flags.is_empty() {
+                        let flags = &variable.flags;
+                        write_codes(&dataset, flags.iter().map(|(code, word)| (*code, word.as_str())))?;
+                    }
                     (dataset, Buffer::Counts(Vec::new(), fill))
                 }
                 None => {
@@ -128,11 +132,11 @@ impl Columns {
             values,
             failures: Vec::new(),
             sums: Sums::default(),
-            events: match (keep_events, storage) {
-                (false, _) => None,
-                (true, Storage::Own) => Some(Events::create(file)?),
-                (true, Storage::Shards(_)) => {
-                    Events::create_virtual(file, storage)?;
+            events: match (events, storage) {
+                (None, _) => None,
+                (Some(form), Storage::Own) => Some(Events::create(file, form)?),
+                (Some(form), Storage::Shards(_)) => {
+                    Events::create_virtual(file, form, storage)?;
                     None
                 }
             },
@@ -249,8 +253,24 @@ const EVENT_POINT: [&str; 3] = [POINT, "1", "number of the point that the event 
 const EVENT_KIND: [&str; 3] = ["kind", "1", "what happened"];
 const EVENT_MODE: [&str; 3] = ["mode_after", "1", "mode after the event"];
 
+impl EventForm {
+    /// Codes of the mode.
+    fn modes(self) -> Vec<(i8, &'static str)> {
+        match self.trains {
+            true => schema::all_mode_flags(),
+            false => schema::mode_flags(),
+        }
+    }
+
+    /// The column of the relative velocity.
+    fn velocity(self) -> [&'static str; 3] {
+        let [name, units, long_name] = EVENT_VELOCITY;
+        [name, if self.translation { "m s-1" } else { units }, long_name]
+    }
+}
+
 impl Events {
-    fn create(file: &hdf5::File) -> hdf5::Result<Self> {
+    fn create(file: &hdf5::File, form: EventForm) -> hdf5::Result<Self> {
         let (group, dimension) = EVENTS;
         let group = create_group(file, group)?;
         fn column<T: H5Type>(group: &Group, [name, units, long_name]: [&str; 3]) -> hdf5::Result<(Dataset, Vec<T>)> {
@@ -274,8 +294,8 @@ impl Events {
         let kind = column::<i8>(&group, EVENT_KIND)?;
         write_flags(&kind.0, &schema::kind_flags())?;
         let mode_after = column::<i8>(&group, EVENT_MODE)?;
-        write_flags(&mode_after.0, &schema::mode_flags())?;
-        let relative_velocity = column::<f64>(&group, EVENT_VELOCITY)?;
+        write_flags(&mode_after.0, &form.modes())?;
+        let relative_velocity = column::<f64>(&group, form.velocity())?;
         let internal_force = column::<f64>(&group, EVENT_FORCE)?;
         raw::set_scale(&index.0, dimension)?;
         for dataset in [
@@ -301,7 +321,7 @@ impl Events {
     }
 
     /// The same columns over those of the shards, one shard after the other.
-    fn create_virtual(file: &hdf5::File, storage: Storage) -> hdf5::Result<()> {
+    fn create_virtual(file: &hdf5::File, form: EventForm, storage: Storage) -> hdf5::Result<()> {
         let (group, dimension) = EVENTS;
         let length = [storage.events()];
         let storage = storage.of(Rows::Events);
@@ -325,8 +345,8 @@ impl Events {
         let kind = column::<i8>(&group, EVENT_KIND, length, storage, &index)?;
         write_flags(&kind, &schema::kind_flags())?;
         let mode_after = column::<i8>(&group, EVENT_MODE, length, storage, &index)?;
-        write_flags(&mode_after, &schema::mode_flags())?;
-        column::<f64>(&group, EVENT_VELOCITY, length, storage, &index)?;
+        write_flags(&mode_after, &form.modes())?;
+        column::<f64>(&group, form.velocity(), length, storage, &index)?;
         column::<f64>(&group, EVENT_FORCE, length, storage, &index)?;
         Ok(())
     }
@@ -450,7 +470,11 @@ fn create<T: Stored>(
 }
 
 fn write_flags(dataset: &Dataset, flags: &[(i8, &str)]) -> hdf5::Result<()> {
-    let (values, meanings): (Vec<i8>, Vec<&str>) = flags.iter().copied().unzip();
+    write_codes(dataset, flags.iter().copied())
+}
+
+fn write_codes<'a, T: H5Type>(dataset: &Dataset, flags: impl Iterator<Item = (T, &'a str)>) -> hdf5::Result<()> {
+    let (values, meanings): (Vec<T>, Vec<&str>) = flags.unzip();
     dataset
         .new_attr_builder()
         .with_data(&values[..])

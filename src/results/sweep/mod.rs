@@ -24,6 +24,6 @@ pub use merge::{MergeError, MergeOptions, MergeReport, merge};
 pub(crate) use partition::Partition;
 pub(crate) use schema::SweepHeader;
 pub use schema::{Column, ColumnData, SweepLayout};
-pub(crate) use schema::{ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable};
+pub(crate) use schema::{EventForm, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable};
 pub(crate) use shard::ShardFile;
 pub(crate) use writer::SweepWriter;

@@ -64,6 +64,17 @@ pub(crate) struct SweepVariable {
     pub long_name: String,
     /// Stored as int64, with this value for nothing; else float64 with NaN.
     pub count_fill: Option<i64>,
+    /// Of a code: what its values mean.
+    pub flags: Vec<(i64, String)>,
+}
+
+/// In what words the events of a study are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct EventForm {
+    /// Of trains, whose contact may be engaged.
+    pub trains: bool,
+    /// Metres for radians.
+    pub translation: bool,
 }
 
 /// How the points lie in the file.
@@ -83,7 +94,8 @@ pub(crate) struct SweepPlan {
     pub variables: Vec<SweepVariable>,
     /// How many points there are.
     pub points: usize,
-    pub keep_events: bool,
+    /// Where the events of the points are kept: in what words.
+    pub events: Option<EventForm>,
     /// Where the file holds a shard of the study and not the whole: which. Its points lie in a table.
     pub shard: Option<ShardPlan>,
 }

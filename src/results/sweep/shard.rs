@@ -10,8 +10,8 @@ use super::columns::write_axis;
 use super::file::{SweepFile, open_checked};
 use super::partition::Partition;
 use super::schema::{
-    DIGEST, EVENTS, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis, SweepCell,
-    SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
+    DIGEST, EVENTS, EventForm, INPUT_CASE, INPUT_STUDY, POINT, POINT_STATUS, POINT_STATUSES, ShardPlan, SweepAxis,
+    SweepCell, SweepHeader, SweepLayout, SweepPlan, SweepRow, SweepVariable,
 };
 use crate::results::ResultError;
 use crate::results::attributes::{AttributeValue, MetaValue, write_text_attribute};
@@ -195,6 +195,21 @@ impl ShardFile {
         Ok(members.iter().any(|member| member.name == EVENTS.0))
     }
 
+    /// In what words its events are, if it keeps them.
+    fn event_form(&self) -> Result<Option<EventForm>, ResultError> {
+        if !self.keeps_events()? {
+            return Ok(None);
+        }
+        let motion = match self.inner.source.attribute(schema::group::META, schema::META_MOTION)? {
+            Some(AttributeValue::Text(motion)) => Some(motion),
+            _ => None,
+        };
+        Ok(Some(EventForm {
+            trains: motion.is_some(),
+            translation: motion.as_deref() == Some(schema::TRANSLATION),
+        }))
+    }
+
     /// What it says about its study.
     pub(super) fn header(&self) -> Result<SweepHeader, ResultError> {
         let text = |name: &str| self.inner.text(name).ok_or_else(|| self.inner.missing(name));
@@ -262,7 +277,16 @@ impl ShardFile {
                 Some(AttributeValue::Integers(fill)) => fill.first().copied(),
                 _ => None,
             };
+            let codes = match self.inner.source.attribute(&name, attribute::FLAG_VALUES)? {
+                Some(AttributeValue::Integers(codes)) => codes,
+                _ => Vec::new(),
+            };
+            let meanings = attribute(attribute::FLAG_MEANINGS);
             variables.push(SweepVariable {
+                flags: codes
+                    .into_iter()
+                    .zip(meanings.split_whitespace().map(str::to_owned))
+                    .collect(),
                 units: attribute(attribute::UNITS),
                 long_name: attribute(attribute::LONG_NAME),
                 count_fill,
@@ -284,7 +308,7 @@ impl ShardFile {
             axes,
             variables,
             points: self.shape.iter().product(),
-            keep_events: self.keeps_events()?,
+            events: self.event_form()?,
             shard: None,
         })
     }
@@ -296,7 +320,7 @@ impl ShardFile {
             SweepLayout::Table => &plan.axes,
         };
         let mut events = None;
-        if plan.keep_events {
+        if plan.events.is_some() {
             let name = |name: &str| format!("{}/{name}", EVENTS.0);
             events = Some(EventRows {
                 point: self.column(&name(POINT))?,

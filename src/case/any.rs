@@ -1,0 +1,182 @@
+//! A case of either form, and the keys that one has.
+
+use super::document::{self, Node};
+use super::setting::Slot;
+use super::trains;
+use super::{Case, CaseError, CaseSource, Form, Override, TrainCase, key_of, schema, suggest};
+use crate::quote::shown;
+use crate::simulation::{OutputOptions, SolverOptions};
+
+/// A case of either form.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnyCase {
+    /// A brake.
+    Brake(Box<Case>),
+    /// Two trains.
+    Trains(Box<TrainCase>),
+}
+
+impl AnyCase {
+    /// Reads a case of this form and applies the overrides, in their order.
+    ///
+    /// # Errors
+    /// All problems that were found, each with its place, its key and what to do.
+    pub fn parse(form: Form, source: &CaseSource, overrides: &[Override]) -> Result<AnyCase, CaseError> {
+        match form {
+            Form::Brake => Case::parse(source, overrides).map(|case| AnyCase::Brake(Box::new(case))),
+            Form::Trains(_) => TrainCase::parse(source, overrides).map(|case| AnyCase::Trains(Box::new(case))),
+        }
+    }
+
+    /// The brake, if it is one.
+    pub fn into_brake(self) -> Option<Case> {
+        match self {
+            AnyCase::Brake(case) => Some(*case),
+            AnyCase::Trains(_) => None,
+        }
+    }
+
+    /// The trains, if there are.
+    pub fn into_trains(self) -> Option<TrainCase> {
+        match self {
+            AnyCase::Brake(_) => None,
+            AnyCase::Trains(case) => Some(*case),
+        }
+    }
+
+    /// How it is computed.
+    pub fn solver(&self) -> &SolverOptions {
+        match self {
+            AnyCase::Brake(case) => &case.solver,
+            AnyCase::Trains(case) => &case.solver,
+        }
+    }
+
+    pub(crate) fn options_mut(&mut self) -> (&mut SolverOptions, &mut OutputOptions) {
+        match self {
+            AnyCase::Brake(case) => (&mut case.solver, &mut case.output),
+            AnyCase::Trains(case) => (&mut case.solver, &mut case.output),
+        }
+    }
+
+    /// The case as a TOML text in SI, which reads back as the identical case.
+    pub fn resolved(&self) -> String {
+        match self {
+            AnyCase::Brake(case) => case.resolved(),
+            AnyCase::Trains(case) => case.resolved(),
+        }
+    }
+}
+
+/// The keys that the cases of a study have: those of the form of its base case, and in its lists and signals.
+#[derive(Debug)]
+pub(crate) struct CaseKeys {
+    /// Of the base case.
+    pub(crate) form: Form,
+    /// Of trains, the resolved case: what its lists and signals are. None of one that cannot be read.
+    resolved: Option<Node>,
+}
+
+impl CaseKeys {
+    /// Of a brake.
+    pub(crate) const OF_BRAKES: CaseKeys = CaseKeys {
+        form: Form::Brake,
+        resolved: None,
+    };
+
+    /// Of a base case with what a study sets in it. The base case alone decides which form it is.
+    pub(crate) fn of(base: &CaseSource, settings: &[Override]) -> CaseKeys {
+        if !TrainCase::is_one(base, &[]) {
+            return CaseKeys::OF_BRAKES;
+        }
+        let case = TrainCase::parse(base, settings).ok();
+        let motion = case.as_ref().map(|case| case.motion);
+        CaseKeys {
+            form: Form::Trains(motion.unwrap_or_else(|| trains::motion_of(base, settings))),
+            resolved: case.and_then(|case| document::read(&case.resolved(), "").ok()),
+        }
+    }
+
+    /// What the path takes; `None` if no case of this form has such a key.
+    pub(crate) fn slot(&self, path: &str) -> Option<Slot> {
+        match self.form {
+            Form::Brake => key_of(path).map(Slot::of_key),
+            Form::Trains(motion) => trains::slot(path, motion),
+        }
+    }
+
+    /// Why this case has no value at a path that cases of its form may have: an element beyond a list, a list without an
+    /// index, a part that its signal has not.
+    pub(crate) fn misplaced(&self, path: &str) -> Option<String> {
+        match self.form {
+            Form::Trains(_) if path == "motion" => {
+                Some("what is kept of the runs has one unit: make one study for each motion".to_owned())
+            }
+            _ => trains::misplaced(self.resolved.as_ref()?, path),
+        }
+    }
+
+    /// The paths of all keys, with `[]` for indices.
+    pub(crate) fn known(&self) -> Vec<&'static str> {
+        match self.form {
+            Form::Brake => schema::keys().iter().map(|key| key.path).collect(),
+            Form::Trains(_) => trains::known_keys(),
+        }
+    }
+
+    /// The known path that an unknown one most likely means, as it is written.
+    pub(crate) fn suggestion(&self, path: &str) -> Option<String> {
+        if let Form::Trains(_) = self.form
+            && let Some(close) = trains::close_in_signal(path)
+        {
+            return Some(close);
+        }
+        let close = suggest(path, self.known().into_iter())?;
+        let last = path.rsplit('.').next().unwrap_or_default();
+        Some(match last.parse::<usize>() {
+            Ok(index) if trains::keys::is_list(close) => format!("{close}.{index}"),
+            _ => close.replace("[]", ".0"),
+        })
+    }
+
+    /// Whether a value at this path takes the place of all that the case has there: a signal.
+    pub(crate) fn is_whole(&self, path: &str) -> bool {
+        matches!(self.form, Form::Trains(_)) && trains::is_signal(path)
+    }
+
+    /// What to say about a path that is no key of a case.
+    pub(crate) fn unknown(&self, path: &str) -> String {
+        let quoted = shown(path);
+        let first = path.split('.').next().unwrap_or(path);
+        match self.form {
+            Form::Brake if trains::slot(path, super::Motion::Rotation).is_some() => format!(
+                "\"{quoted}\" is a key of a case of trains, [rotor] and [stator], but the base case is of the short form, \
+                 [torsion]; its keys are dotted paths, such as friction.decay, torsion.damping or \
+                 perturbation.0.relative_velocity"
+            ),
+            Form::Trains(_) if key_of(path).is_some() && first == "torsion" => {
+                let name = path.strip_prefix("torsion.").unwrap_or(path);
+                let close = match name {
+                    "rotor_inertia" => "rotor.inertia.1",
+                    "surface_inertia" => "rotor.inertia.0 and stator.inertia.0",
+                    "stiffness" => "rotor.stiffness.0 and stator.stiffness.0",
+                    _ => "rotor.damping.0 and stator.damping.0",
+                };
+                format!(
+                    "\"{quoted}\" is a key of the short form, and the base case has [rotor] and [stator] instead; write {close}"
+                )
+            }
+            _ => match (self.suggestion(path), self.form) {
+                (Some(close), _) => format!("a case has no key \"{quoted}\"; did you mean {close}?"),
+                (None, Form::Brake) => format!(
+                    "a case has no key \"{quoted}\"; its keys are dotted paths, such as friction.decay, torsion.damping or \
+                     perturbation.0.relative_velocity"
+                ),
+                (None, Form::Trains(_)) => format!(
+                    "a case of trains has no key \"{quoted}\"; its keys are dotted paths, such as stator.damping.0, rotor.speed, \
+                     rotor.speed.amplitude of a harmonic, contact.normal_force, friction.breakaway or initial.stator_twist.0"
+                ),
+            },
+        }
+    }
+}
