@@ -5,7 +5,7 @@
 use super::case_differences::{CaseDifference, NOT_SET};
 use super::detect::Found;
 use super::event_errors::EventErrors;
-use super::reference::Physics;
+use super::reference::Subject;
 use super::states::{Grid, Probe};
 use super::units::UnitFault;
 use crate::model::BreakawayTest;
@@ -55,7 +55,7 @@ pub(super) struct Kick {
 
 /// Everything that the rules look at.
 pub(super) struct Evidence<'a> {
-    pub physics: &'a Physics,
+    pub subject: &'a Subject,
     pub reference: &'a [SequenceEvent],
     pub found: &'a [Found],
     pub alignment: &'a Alignment,
@@ -126,7 +126,7 @@ fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
     let [before, after, _] = e.probes else {
         return None;
     };
-    let quarter = kick.time + 0.25 * e.physics.natural_period;
+    let quarter = kick.time + 0.25 * e.subject.natural_period();
     let errors: Vec<f64> = after
         .points
         .iter()
@@ -169,7 +169,7 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// have before the first event is less than half as large although the candidate was kicked.
 fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     const PER_PERIOD: f64 = 8.0;
-    let period = e.physics.natural_period;
+    let period = e.subject.natural_period();
     if let Some(interval) = e.interval.filter(|interval| interval * PER_PERIOD > period) {
         return diagnosis(
             Cause::UnresolvedMode,
@@ -228,7 +228,7 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// At half of its sticks or more the candidate still slid when it stuck, by more than the parabola through its samples
 /// can err; or omega_r stands still at a value outside the tolerance.
 fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
-    let speed = e.physics.speed();
+    let speed = e.subject.speed();
     if e.plateau > 0.0 && e.plateau < speed {
         return diagnosis(
             Cause::VelocityTolerance,
@@ -246,7 +246,7 @@ fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
         .filter_map(|f| f.dropped.filter(|_| f.kind == EventKind::Stick))
         .collect();
     let typical = median(dropped)?;
-    let omega = e.physics.torsion.natural_angular_frequency();
+    let omega = e.subject.natural_angular_frequency();
     let unseen = if e.detected { (omega * e.interval?).powi(3) } else { 0.0 };
     if typical <= speed * (unseen + 1e-6) {
         return None;
@@ -266,7 +266,6 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
         BreakawayTest::Stator => "the stator torque T_s",
         BreakawayTest::Rotor => "the rotor torque T_r",
     };
-    let model = &e.physics.torsion;
     let ratios = |test| -> Vec<f64> {
         let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
         slips
@@ -277,13 +276,16 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
                     BreakawayTest::Stator => stator,
                     BreakawayTest::Rotor => rotor,
                 };
-                let limit = model.breakaway_torque(e.physics.axial.at(f.time).pressing_force);
+                let limit = e.subject.limit(f.time);
                 (limit > 0.0).then(|| torque.abs() / limit)
             })
             .collect()
     };
     let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
-    let ours = model.contact.breakaway_test;
+    let ours = match e.subject {
+        Subject::Brake(physics, _) => physics.torsion.contact.breakaway_test,
+        Subject::Trains(_) => BreakawayTest::Transmitted,
+    };
     let expected = deviation_of(ours)?;
     let (best, least) = tests
         .into_iter()
@@ -318,7 +320,10 @@ fn absolute_angles(e: &Evidence<'_>) -> Option<Diagnosis> {
     if e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
         return None;
     }
-    let floor = e.physics.torsion.torsion.stiffness * f64::EPSILON * 256.0;
+    let Subject::Brake(physics, _) = e.subject else {
+        return None;
+    };
+    let floor = physics.torsion.torsion.stiffness * f64::EPSILON * 256.0;
     diagnosis(
         Cause::AbsoluteAngles,
         format!(

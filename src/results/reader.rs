@@ -234,6 +234,12 @@ impl ResultFile {
         (0..all.len()).map(event).collect()
     }
 
+    /// A column of the events, as numbers.
+    pub fn event_column(&self, name: &str) -> Result<Vec<f64>, ResultError> {
+        let rows = self.few(&schema::events())?;
+        self.values(group::EVENTS, name, 0..rows)
+    }
+
     /// Every segment, in order of time.
     pub fn segments(&self) -> Result<Vec<Segment>, ResultError> {
         let all = 0..self.few(&schema::segments())?;
