@@ -11,7 +11,7 @@ use super::event_errors::EventErrors;
 use super::reference::{Subject, TimeScale};
 use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
-use super::{Cause, Channel, States};
+use super::{Channel, States};
 use crate::case::quantity::Dimension;
 use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
@@ -310,16 +310,7 @@ fn verdict(parts: &Parts<'_>, channels: &[ChannelErrors]) -> String {
         text += &format!("; states agree to {digits:.1} digits");
     }
     if let Some(first) = parts.causes.first() {
-        let label = match first.cause {
-            Cause::WrongUnits => "wrong units",
-            Cause::AnotherCase => "another case",
-            Cause::UnperturbedRun => "unperturbed run",
-            Cause::UnresolvedMode => "unresolved mode",
-            Cause::StepTooLarge => "step too large",
-            Cause::VelocityTolerance => "velocity tolerance too wide",
-            Cause::StickTest => "another stick test",
-            Cause::AbsoluteAngles => "absolute angles",
-        };
+        let label = first.cause.name();
         text += &format!("; likely cause: {label}: {}", first.evidence);
     }
     text

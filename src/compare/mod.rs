@@ -20,11 +20,13 @@ mod attractor;
 mod case_differences;
 mod channel;
 mod comparison;
+mod creep;
 mod cycles;
 mod error;
 mod requirement;
 mod saved_case;
 mod statistics;
+mod terms;
 mod torques;
 mod units;
 mod vocabulary;
@@ -50,6 +52,7 @@ use crate::results::ResultFile;
 use attractor::Range;
 use candidate::Block;
 use case_differences::case_differences;
+use creep::{Creep, CreepPass};
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
 use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
@@ -58,6 +61,7 @@ use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk,
 use saved_case::SavedCase;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
+use terms::{OtherTerm, TermPass};
 use torques::TorqueWatch;
 
 /// Events of a candidate beyond this are chattering.
@@ -269,6 +273,8 @@ impl Reference {
             interval: survey.interval,
             plateau: survey.plateau,
             detected: !events_given,
+            terms: states.as_ref().map_or(&[][..], |s| &s.terms),
+            creep: states.as_ref().and_then(|s| s.creep),
         };
         let mut causes = diagnosis::diagnose(&evidence);
         let comparable = candidate.resolved().filter(|resolved| !resolved.is_empty());
@@ -494,10 +500,21 @@ impl Reference {
         let energy_columns = energy_columns.filter(|columns| !columns.is_empty());
         let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
         let mut energy = EnergyPass::new(&self.subject, detection.velocity_tolerance, self.kick_works()?);
+        // What a candidate of another program does in its equations.
+        let foreign = self.subject.trains().filter(|_| candidate.resolved().is_none());
+        let foreign = foreign.zip(energy_columns.as_ref());
+        let mut own = foreign.map(|(physics, columns)| {
+            let terms = TermPass::new(physics, detection.velocity_tolerance);
+            (terms, CreepPass::new(physics), columns)
+        });
         let mut rows = candidate.rows(&channels, &self.subject)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
+            if let Some((terms, creep, columns)) = &mut own {
+                terms.add(&block, columns);
+                creep.add(&block, columns);
+            }
             watch_progress(PASSES, block.time[block.time.len() - 1]);
             if let Some(columns) = &energy_columns {
                 energy.add(&block, columns);
@@ -506,7 +523,10 @@ impl Reference {
                 range.add(&block, *column);
             }
         }
+        let (terms, creep) = own.map_or((Vec::new(), None), |(terms, creep, _)| (terms.finish(), creep.finish()));
         Ok(States {
+            terms,
+            creep: creep.filter(|_| self.subject.trains().is_some_and(TrainPhysics::sticks)),
             filled: pass.was_filled(),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             channels,
@@ -567,6 +587,9 @@ struct States {
     probes: Vec<Probe>,
     grid: Grid,
     energy: Option<EnergyDrift>,
+    /// Of a candidate of trains by another program: terms of its equations with other factors, and how it creeps.
+    terms: Vec<OtherTerm>,
+    creep: Option<Creep>,
     /// The equations of trains were integrated again between samples.
     filled: bool,
     /// Half of the range of a candidate's position over its last period, rad.

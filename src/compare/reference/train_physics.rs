@@ -19,6 +19,9 @@ pub struct TimeScale {
     pub period: f64,
     /// What has this period, in words.
     pub of: String,
+    /// It is a mode of the trains.
+    #[serde(skip)]
+    pub is_mode: bool,
 }
 
 /// The physics of a reference of two trains.
@@ -103,6 +106,11 @@ impl TrainPhysics {
     /// mu_0 r F_n, N m.
     pub(crate) fn limit(&self, t: f64) -> f64 {
         self.system().breakaway_torque(self.course.outside(t).normal_force)
+    }
+
+    /// Whether the contact has a stick.
+    pub(crate) fn sticks(&self) -> bool {
+        self.system().engagement == Engagement::StickSlip
     }
 
     /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.
@@ -249,12 +257,14 @@ fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
         return TimeScale {
             period,
             of: format!("the surface of the {name} on its shaft"),
+            is_mode: true,
         };
     }
     if let Some(period) = course.period_of_signals() {
         return TimeScale {
             period,
             of: "the fastest harmonic that drives the case".to_owned(),
+            is_mode: false,
         };
     }
     let mut intervals: Vec<f64> = word.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
@@ -264,10 +274,12 @@ fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
         Some(&period) => TimeScale {
             period,
             of: "the middle time between two events: nothing in the case has a period".to_owned(),
+            is_mode: false,
         },
         None => TimeScale {
             period: if end > 0.0 { 0.1 * end } else { 1.0 },
             of: "a tenth of the run: nothing in the case has a period".to_owned(),
+            is_mode: false,
         },
     }
 }
