@@ -3,7 +3,17 @@
 use super::document::Node;
 
 /// The commands that take a case of trains.
-pub const COMMANDS_OF_TRAINS: &[&str] = &["run", "certify", "modes", "compare", "plot", "case", "inspect", "check"];
+pub const COMMANDS_OF_TRAINS: &[&str] = &[
+    "run",
+    "certify",
+    "modes",
+    "compare",
+    "work-precision",
+    "plot",
+    "case",
+    "inspect",
+    "check",
+];
 
 /// The first table of trains in a tree.
 pub(super) fn table_of(root: &Node) -> Option<&'static str> {

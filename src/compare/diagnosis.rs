@@ -118,6 +118,10 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
         return causes;
     }
     if e.subject.trains().is_some() {
+        // By another clock nothing else can be said.
+        if e.units.iter().any(|fault| fault.name == "time") {
+            return causes;
+        }
         let rules = [
             another_term,
             regularised,
@@ -389,12 +393,23 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// At half of its sticks or more the candidate still slid when it stuck, by more than the parabola through its samples
 /// can err; or omega_r stands still at a value outside the tolerance.
 fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
+    // What creeps does not stand still.
+    if e.creep.is_some() {
+        return None;
+    }
     let speed = e.subject.speed();
+    let (unit, bodies) = match e.subject {
+        Subject::Brake(..) => ("rad/s", "disks"),
+        Subject::Trains(_) => (
+            e.subject.vocabulary().unit(super::Channel::RelativeVelocity),
+            "surfaces",
+        ),
+    };
     if e.plateau > 0.0 && e.plateau < speed {
         return diagnosis(
             Cause::VelocityTolerance,
             format!(
-                "its relative velocity stands still at up to {:.1e} rad/s: sticks that were declared before the disks had \
+                "its relative velocity stands still at up to {:.1e} {unit}: sticks that were declared before the {bodies} had \
                  stopped; --velocity-tolerance {:.0e} makes them count",
                 e.plateau,
                 1.5 * e.plateau
@@ -414,13 +429,16 @@ fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
     }
     diagnosis(
         Cause::VelocityTolerance,
-        format!("it sticks while the disks still slide, typically at {typical:.1e} rad/s: sticks begin too early"),
+        format!("it sticks while the {bodies} still slide, typically at {typical:.1e} {unit}: sticks begin too early"),
     )
 }
 
 /// At the candidate's breakaways another torque than the one that the reference tests stands at mu_0 r F_n, much closer
 /// and in most of them; or the tested torque stands at another multiple of it.
 fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
+    if e.creep.is_some() {
+        return None;
+    }
     let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
     let name = |test| match test {
         BreakawayTest::Transmitted => "T_f = (T_r + T_s)/2",
@@ -556,5 +574,9 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         Cause::AnotherCase
     };
     causes.retain(|known| known.cause != cause);
+    if cause == Cause::RegularisedLaw {
+        // They follow from it.
+        causes.retain(|known| !matches!(known.cause, Cause::VelocityTolerance | Cause::StickTest));
+    }
     causes.insert(0, Diagnosis { cause, evidence });
 }

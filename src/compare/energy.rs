@@ -79,7 +79,11 @@ impl<'a> EnergyPass<'a> {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
             if h * PER_PERIOD <= self.subject.natural_period() {
-                let mut change = sample.energy - last.energy + dissipated(&last, &sample, h);
+                let lost = match self.subject {
+                    Subject::Brake(..) => dissipated(&last, &sample, h),
+                    Subject::Trains(_) => dissipated_by_trains(&last, &sample, h),
+                };
+                let mut change = sample.energy - last.energy + lost;
                 let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
                 change -= kicks.map(|(_, work)| work).sum::<f64>();
                 drift.covered += h;
@@ -172,6 +176,27 @@ impl<'a> EnergyPass<'a> {
     /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
         self.drift.filter(|drift| drift.covered > 0.0)
+    }
+}
+
+/// The same of trains, whose drives put in another power from the stop on: the torque of the contact jumps there.
+fn dissipated_by_trains(a: &Sample, b: &Sample, h: f64) -> f64 {
+    // Before and after the time x at which the mode changes.
+    let around = |x: f64| {
+        let rest = h - x;
+        x * (a.damping.0 + a.damping.1 * x / 2.0) + rest * (b.damping.0 - b.damping.1 * rest / 2.0)
+    };
+    let part = |time: f64| if time > 0.0 { time.min(h) } else { h };
+    match (a.at_rest, b.at_rest) {
+        (false, true) => {
+            let x = part(-a.friction.0 / a.friction.1);
+            a.friction.0 * x / 2.0 + around(x)
+        }
+        (true, false) => {
+            let x = part(2.0 * b.friction.0 / b.friction.1);
+            b.friction.0 * x / 3.0 + around(h - x)
+        }
+        _ => dissipated(a, b, h),
     }
 }
 

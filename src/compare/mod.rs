@@ -222,7 +222,9 @@ impl Reference {
         if self.subject.trains().is_some()
             && !alignment.differences.is_empty()
             && let Some(in_step) = Alignment::in_step(&reference_word, &word, period)
-            && in_step.differences.len() < alignment.differences.len()
+            && in_step.differences.len() <= alignment.differences.len()
+            // A drift begins small.
+            && reference_word.iter().zip(&word).take(1).all(|(r, c)| (c.time - r.time).abs() <= 0.25 * period)
         {
             alignment = in_step;
         }
