@@ -197,8 +197,8 @@ fn published_a_sound_solver_is_judged_by_its_true_error() {
     );
     assert_eq!(causes(&c), [], "{}", c.verdict);
     assert_eq!((c.missing, c.spurious, c.reference_events), (0, 0, 16), "{}", c.verdict);
-    // Slip and period of PHYSICS: Leine and others; the first slip begins at 5 s.
-    let (slip, period) = (4.295999525480154883, 12.00103129483057865);
+    // Slip and period as in the case belt-leine; the first slip begins at 5 s.
+    let (slip, period) = (4.295_999_525_480_155, 12.001_031_294_830_579);
     let exact = |k: usize| 5.0 + period * (k / 2) as f64 + if k % 2 == 1 { slip } else { 0.0 };
     for (k, (time, _)) in events.iter().enumerate() {
         let error = c.event_errors.events[k].error;
@@ -219,7 +219,9 @@ fn published_a_sound_solver_is_judged_by_its_true_error() {
         .min_by(f64::total_cmp)
         .unwrap();
     assert!(fewest > 7.0, "{fewest}");
-    assert!(c.energy_drift.unwrap().max < 1e-6, "{:?}", c.energy_drift);
+    // The time of a stop is known to some 1e-4 s between samples of 0.01 s, and the power of the belt jumps there by 0.3 W: 3e-5 J in
+    // each of 16 events.
+    assert!(c.energy_drift.unwrap().max < 1e-3, "{:?}", c.energy_drift);
 }
 
 #[test]
@@ -266,10 +268,29 @@ fn published_a_regularised_period_is_short_by_what_is_known() {
     assert!((cycles.per_cycle + 0.10043135).abs() < 1e-4, "{cycles:?}");
     let theirs = c.attractors.unwrap()[1].unwrap();
     assert!(
-        (theirs.period - 11.90059994).abs() < 1e-4 && theirs.sticks == 1,
+        // The ends of a single period are known to a sample.
+        (theirs.period - 11.90059994).abs() < 1e-3 && theirs.sticks == 1,
         "{theirs:?}"
     );
     evidence(&c, Cause::RegularisedLaw);
+}
+
+/// Where the reference is regularised too, the same threshold is crossed.
+#[test]
+fn property_a_regularised_reference_is_compared_by_its_threshold() {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let reference = made(&FILE, "belt-leine-tanh", &[]);
+    let solver = Solver {
+        smooth: Some((f64::tanh, 1e-3)),
+        step: 1e-3,
+        ..SOUND
+    };
+    let c = judged(reference, &[("mine.csv", csv("t,x,v", &solver.run().0))], |_| {});
+    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
+    assert_eq!(causes(&c), [], "{}", c.verdict);
+    // Parabolas through samples of 1 ms; near |w| = 10 mm/s it changes over milliseconds.
+    assert!(c.event_errors.max.unwrap() < 1e-4, "{}", c.verdict);
+    assert!(c.cycles.unwrap().per_cycle.abs() < 1e-5);
 }
 
 /// A result of the program itself says by its case what it is.

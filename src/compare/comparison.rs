@@ -66,7 +66,8 @@ pub struct Comparison {
     pub samples_outside: u64,
     /// Samples in gaps of the reference that are too wide to interpolate.
     pub samples_too_sparse: u64,
-    /// Whether the reference's run was repeated to have its states where its samples are too sparse.
+    /// Whether the reference's run was repeated to have its states where its samples are too sparse; of trains, whether their
+    /// equations were integrated again between samples in more than one step.
     pub reference_repeated: bool,
     /// The energy balance of the candidate's own channels, if it has the twists, their rates and the rotor speed.
     pub energy_drift: Option<EnergyDrift>,

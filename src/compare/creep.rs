@@ -27,8 +27,11 @@ pub(super) struct CreepPass<'a> {
     count: u64,
 }
 
+/// A name, and the inverse.
+type Function = (&'static str, fn(f64) -> f64);
+
 /// Functions whose inverse at a share of the torque is omega_r/eps.
-const FUNCTIONS: [(&str, fn(f64) -> f64); 3] = [
+const FUNCTIONS: [Function; 3] = [
     ("tanh(omega_r/eps)", f64::atanh),
     ("(2/pi) arctan(omega_r/eps)", |z| {
         (std::f64::consts::FRAC_PI_2 * z).tan()

@@ -117,22 +117,17 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     if agrees {
         return causes;
     }
-    if e.subject.trains().is_some() {
+    if let Some(physics) = e.subject.trains() {
         // By another clock nothing else can be said.
         if e.units.iter().any(|fault| fault.name == "time") {
             return causes;
         }
-        let rules = [
-            another_term,
-            regularised,
-            unperturbed,
-            unresolved,
-            step_too_large,
-            velocity_tolerance,
-            stick_test,
-            events_late,
-            time_offset,
-        ];
+        // What torques say, a state in other units makes wrong.
+        if e.units.is_empty() && physics.sticks() {
+            let of_torques = [another_term, regularised, stick_test, events_late];
+            causes.extend(of_torques.iter().filter_map(|rule| rule(e)));
+        }
+        let rules = [unperturbed, unresolved, step_too_large, velocity_tolerance, time_offset];
         causes.extend(rules.iter().filter_map(|rule| rule(e)));
         return causes;
     }
@@ -394,7 +389,7 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// can err; or omega_r stands still at a value outside the tolerance.
 fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
     // What creeps does not stand still.
-    if e.creep.is_some() {
+    if e.creep.is_some() || e.subject.trains().is_some_and(|physics| !physics.sticks()) {
         return None;
     }
     let speed = e.subject.speed();

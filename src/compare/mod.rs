@@ -21,8 +21,10 @@ mod case_differences;
 mod channel;
 mod comparison;
 mod creep;
+mod crossings;
 mod cycles;
 mod error;
+mod range;
 mod requirement;
 mod saved_case;
 mod statistics;
@@ -49,14 +51,15 @@ pub use vocabulary::Vocabulary;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
-use attractor::Range;
 use candidate::Block;
 use case_differences::case_differences;
 use creep::{Creep, CreepPass};
+use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
 use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
+use range::Range;
 use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
 use saved_case::SavedCase;
 use states::{Grid, Probe, StatePass, Tally};
@@ -198,9 +201,14 @@ impl Reference {
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
             watch(CompareProgress { done, time, pass });
         };
+        // A contact without stick counts one below a threshold, and for as long.
+        let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
         let detection = Detection {
-            velocity_tolerance: mapping.velocity_tolerance.unwrap_or(DEFAULT_TOLERANCE),
-            hysteresis: mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
+            hysteresis: match threshold {
+                Some(_) => 1.0,
+                None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+            },
         };
         let (survey, found) = self.survey(&candidate, detection, &mut watch)?;
         let span = self.span(&candidate, &survey);
@@ -332,6 +340,8 @@ impl Reference {
             channels.extend_from_slice(twists);
         }
         let mut detector = Detector::new(detection);
+        let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
+        let mut crossings = threshold.map(|_| Crossings::new(detection.velocity_tolerance));
         let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
         let mut rows = candidate.rows(&channels, &self.subject)?;
         let mut block = Block::default();
@@ -354,8 +364,18 @@ impl Reference {
                 inside.2 = block.time[last - 1];
             }
             if detects {
-                self.detect(&mut detector, &block, twist, with_twists);
-                if detector.count() > MOST_EVENTS {
+                let count = match &mut crossings {
+                    Some(crossings) => {
+                        let rows = block.time.iter().zip(&block.columns[0]);
+                        rows.for_each(|(&time, &velocity)| crossings.add(time, velocity));
+                        crossings.count()
+                    }
+                    None => {
+                        self.detect(&mut detector, &block, twist, with_twists);
+                        detector.count()
+                    }
+                };
+                if count > MOST_EVENTS {
                     let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
                     let remedy = "raise --velocity-tolerance above the size of the chatter";
                     return Err(CompareError::content(
@@ -384,7 +404,12 @@ impl Reference {
         survey.span = Some((from, to));
         survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
         survey.plateau = detector.plateau();
-        Ok((survey, if detects { detector.finish() } else { watch.finish() }))
+        let found = match crossings {
+            _ if !detects => watch.finish(),
+            Some(crossings) => crossings.finish(),
+            None => detector.finish(),
+        };
+        Ok((survey, found))
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
@@ -488,7 +513,7 @@ impl Reference {
         ];
         let walk = match (&self.subject, &self.rerun) {
             (Subject::Brake(physics, _), Some(rerun)) => {
-                AnyWalk::Brake(Walk::new(&self.file, physics, rerun, &self.events)?)
+                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
             }
             (Subject::Trains(physics), _) => {
                 AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))

@@ -145,7 +145,7 @@ impl Subject {
 /// A walk in order of time through a reference.
 #[derive(Debug)]
 pub(crate) enum AnyWalk<'a> {
-    Brake(Walk<'a>),
+    Brake(Box<Walk<'a>>),
     Trains(Box<TrainWalk<'a>>),
 }
 

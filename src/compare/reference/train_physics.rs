@@ -113,6 +113,11 @@ impl TrainPhysics {
         self.system().engagement == Engagement::StickSlip
     }
 
+    /// The speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
+    pub(crate) fn threshold(&self) -> Option<f64> {
+        self.case.threshold.filter(|_| !self.sticks())
+    }
+
     /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.
     pub(crate) fn mode(&self, w: f64, tolerance: f64) -> Mode {
         match self.system().engagement {

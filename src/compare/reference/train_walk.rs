@@ -90,12 +90,15 @@ pub(crate) struct TrainWalk<'a> {
     filled: bool,
 }
 
-/// The states before and after each event of a file.
+/// The states before and after an event.
+type BeforeAndAfter = (Vec<f64>, Vec<f64>);
+
+/// Those of each event of a file.
 pub(crate) fn states_at_events(
     file: &ResultFile,
     physics: &TrainPhysics,
     events: &[Event],
-) -> Result<Vec<(Vec<f64>, Vec<f64>)>, ResultError> {
+) -> Result<Vec<BeforeAndAfter>, ResultError> {
     let names = further(&physics.case.parameters);
     let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {
         names

@@ -213,10 +213,10 @@ impl Course {
         self.expansion.expand(&dynamics, &self.location, t, y, unit);
         let system = &dynamics.system;
         let mut shares = [0.0f64; 2];
-        for k in 0..system.mechanical() {
-            let weight = TOLERANCE * (self.sizes[k] + y[k].abs());
+        let sizes = self.sizes.iter().zip(y).map(|(size, y)| size + y.abs());
+        for (series, size) in self.expansion.state[..system.mechanical()].iter().zip(sizes) {
             for (share, n) in shares.iter_mut().zip([TERMS - 1, TERMS - 2]) {
-                *share = share.max(self.expansion.state[k][n].abs() / weight);
+                *share = share.max(series[n].abs() / (TOLERANCE * size));
             }
         }
         let mut step = taylor::step(TERMS - 1, |n| shares[TERMS - 1 - n]) * unit;
