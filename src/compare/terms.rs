@@ -123,11 +123,11 @@ impl<'a> TermPass<'a> {
         ] {
             for (i, speed) in side.speeds(driving, y).into_iter().enumerate() {
                 let (mut terms, mut named) = (Vec::new(), Vec::new());
-                let mut add = |what: String, present: bool, torque: f64| {
+                let mut add = |what: &dyn Fn() -> String, present: bool, torque: f64| {
                     terms.push(torque);
                     if naming {
                         named.push(Term {
-                            name: what,
+                            name: what(),
                             present,
                             sums: [0.0; 2],
                         });
@@ -135,13 +135,13 @@ impl<'a> TermPass<'a> {
                 };
                 let mut shaft = |k: usize, sign: f64| {
                     add(
-                        format!("the stiffness of shaft {k}"),
+                        &|| format!("the stiffness of shaft {k}"),
                         true,
                         sign * side.stiffness[k] * side.twist(k, y),
                     );
                     let (damping, present) = or_one(side.damping[k]);
                     add(
-                        format!("the damping of shaft {k}"),
+                        &|| format!("the damping of shaft {k}"),
                         present,
                         sign * damping * side.twist_rate(k, y),
                     );
@@ -153,12 +153,12 @@ impl<'a> TermPass<'a> {
                     shaft(i - 1, -side.sign);
                 }
                 let (viscous, present) = or_one(side.viscous[i]);
-                add("its damping to the ground".to_owned(), present, -viscous * speed);
+                add(&|| "its damping to the ground".to_owned(), present, -viscous * speed);
                 if side.torque_on == Some(i) {
-                    add("its external torque".to_owned(), true, driving.torque);
+                    add(&|| "its external torque".to_owned(), true, driving.torque);
                 }
                 if i == 0 {
-                    add("the torque of friction".to_owned(), true, -side.sign * interface);
+                    add(&|| "the torque of friction".to_owned(), true, -side.sign * interface);
                 }
                 if naming {
                     self.inertias.push(Inertia {
