@@ -80,7 +80,7 @@ def main(program, result, truth, folder):
 def belt(program, folder):
     """The block on a belt of Leine and others, by its known slip and period, s."""
     reference = folder / "belt-leine.h5"
-    subprocess.run([program, "run", "belt-leine", "-q", "--force", "-o", reference], check=True)
+    subprocess.run([program, "run", "belt-leine", "-q", "--method", "series", "--force", "-o", reference], check=True)
     series, table = folder / "belt.csv", folder / "belt.events.csv"
     make("belt.py", "events", series)
     with open(table) as file:
