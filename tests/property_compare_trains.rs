@@ -453,6 +453,22 @@ fn property_absolute_coordinates_become_the_channels() {
     );
 }
 
+/// omega_r = 0 in the first sample of what slips at once is no stick.
+#[test]
+fn property_a_run_that_slips_from_rest_has_no_first_slip() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("block.h5");
+    run(&path, "block", &[]);
+    let file = ResultFile::open(&path).unwrap();
+    let rows = file.sample_count().unwrap();
+    let column = |name: &str| file.column(name, 0..rows).unwrap();
+    let (time, x, v) = (column("time"), column("theta"), column("theta_dot"));
+    let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
+    let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
+    assert_eq!((c.missing, c.spurious), (0, 0), "{}", c.verdict);
+    assert_eq!(causes(&c), [], "{}", c.verdict);
+}
+
 /// The equations lead from one sample to the next, however far that is.
 #[test]
 fn property_a_sparse_reference_is_a_function_of_time() {

@@ -81,6 +81,8 @@ pub struct Reference {
     resolved: String,
     /// The periodic motion of two trains.
     attractor: Option<Attractor>,
+    /// Two trains that slip from the first sample on.
+    starts_in_slip: bool,
     events: Vec<Event>,
     word: Vec<SequenceEvent>,
     /// Its first sample, s.
@@ -138,6 +140,7 @@ impl Reference {
             })
             .collect();
         let resolved = case.resolved();
+        let mut starts_in_slip = false;
         let (subject, rerun, attractor) = match case {
             SavedCase::Brake(case) => {
                 let physics = Physics::new(&case.parameters);
@@ -148,6 +151,8 @@ impl Reference {
             SavedCase::Trains(case) => {
                 let physics = TrainPhysics::new(*case, &word, end);
                 let attractor = Attractor::of_file(&file)?;
+                let first = file.states(0..rows.min(1))?;
+                starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
                 (Subject::Trains(Box::new(physics)), None, attractor)
             }
         };
@@ -157,6 +162,7 @@ impl Reference {
             subject,
             resolved,
             attractor,
+            starts_in_slip,
             file,
             events,
             start,
@@ -210,7 +216,16 @@ impl Reference {
                 None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
             },
         };
-        let (survey, found) = self.survey(&candidate, detection, &mut watch)?;
+        let (survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
+        // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
+        let at_once = |event: &detect::Found| {
+            let (from, _) = survey.span.unwrap_or_default();
+            event.kind == EventKind::Slip && event.time - from <= survey.interval.unwrap_or(0.0)
+        };
+        if self.subject.trains().is_some() && self.starts_in_slip && candidate.events().is_none() {
+            let begins = found.first().is_some_and(at_once);
+            found.drain(..usize::from(begins));
+        }
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
