@@ -74,6 +74,29 @@ def main(program, result, truth, folder):
     assert rk4["missing"] == rk4["spurious"] == 0 and 1e-7 < rk4["event_errors"]["max"] < 5e-6
     assert not rk4["causes"]
 
+    belt(program, folder)
+
+
+def belt(program, folder):
+    """The block on a belt of Leine and others, by its known slip and period, s."""
+    reference = folder / "belt-leine.h5"
+    subprocess.run([program, "run", "belt-leine", "-q", "--method", "series", "--force", "-o", reference], check=True)
+    series, table = folder / "belt.csv", folder / "belt.events.csv"
+    make("belt.py", "events", series)
+    with open(table) as file:
+        events = [(float(row["time"]), row["kind"]) for row in csv.DictReader(file)]
+    slip, period = 4.295999525480154883, 12.00103129483057865
+    truth = [(5 + period * (k // 2) + slip * (k % 2), "stick" if k % 2 else "slip") for k in range(len(events))]
+    agree("belt", compare(program, reference, series, "--events", table), events, truth)
+    smooth = folder / "tanh.csv"
+    make("belt.py", "tanh", smooth)
+    found = compare(program, reference, smooth, "--velocity-tolerance", "1e-2")
+    print(f"belt, tanh: {found['verdict']}")
+    assert found["missing"] == 0 and found["causes"][0]["cause"] == "regularised-law"
+    assert "tanh" in found["causes"][0]["evidence"]
+    # The period of the regularised law is 11.90059994 s.
+    assert abs(found["cycles"]["per_cycle"] - (11.90059994 - period)) < 1e-4
+
 
 if __name__ == "__main__":
     if len(sys.argv) != 5:

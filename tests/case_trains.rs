@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 use proptest::prelude::*;
-use stickslip::case::{
-    COMMANDS_OF_TRAINS, Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys,
-};
+use stickslip::case::{Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys};
 use stickslip::friction::{FrictionLaw, Law as _};
 use stickslip::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing};
 use stickslip::signal::{Drive, Frequency, Shape, Signal};
@@ -405,10 +403,7 @@ fn case_trains_are_told_from_brakes() {
         said.starts_with("drive.toml:3: rotor: a case of trains, [rotor] and [stator]"),
         "{said}"
     );
-    assert!(
-        said.ends_with(&format!("stickslip {}", COMMANDS_OF_TRAINS.join(", "))),
-        "{said}"
-    );
+    assert!(said.ends_with("the short form [torsion] only"), "{said}");
     let said = Case::parse(&paper, &[rotor]).unwrap_err().to_string();
     assert!(said.starts_with("--set rotor.end: a case of trains"), "{said}");
 }

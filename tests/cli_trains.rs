@@ -3,7 +3,6 @@
 mod cli_common;
 
 use cli_common::{Folder, json, output, refusal};
-use stickslip::case::COMMANDS_OF_TRAINS;
 use stickslip::results::Status;
 
 #[test]
@@ -254,20 +253,37 @@ fn cli_certify_of_trains_has_no_figure() {
     assert_eq!(folder.names(), Vec::<String>::new());
 }
 
-/// Commands that do not take trains say so, and which do.
+/// A case of trains of one's own goes through every command.
 #[test]
-fn cli_commands_without_trains_name_those_that_take_them() {
+fn cli_every_command_takes_trains() {
     let folder = Folder::new();
     folder.write(
         "belt.toml",
-        stickslip::case::CaseSource::built_in("belt-leine").unwrap().text,
+        stickslip::case::CaseSource::built_in("belt-coulomb").unwrap().text,
     );
-    output(&mut folder.stickslip(&["run", "belt.toml", "-q"]), 0);
-    for arguments in [&["compare", "belt.h5", "belt.h5"][..]] {
-        let stderr = refusal(&mut folder.stickslip(arguments));
-        for command in COMMANDS_OF_TRAINS {
-            assert!(stderr.contains(command), "{command} in {stderr}");
-        }
+    folder.write(
+        "study.toml",
+        "case = \"belt.toml\"\n[[axis]]\nkey = \"rotor.speed\"\nvalues = [0.08, 0.1]\n",
+    );
+    folder.write(
+        "precision.toml",
+        "case = \"belt.toml\"\n[[series]]\nmethods = [\"auto\", \"series\"]\ntolerances = [1e-8, 1e-10]\n",
+    );
+    for arguments in [
+        &["run", "belt.toml", "-q"][..],
+        &["certify", "belt.h5"],
+        &["check", "belt.certified.h5"],
+        &["inspect", "belt.certified.h5"],
+        &["modes", "belt.toml"],
+        &["plot", "belt.h5"],
+        &["plot", "belt.h5", "--html", "belt.html"],
+        &["compare", "belt.h5", "belt.certified.h5"],
+        &["sweep", "study.toml"],
+        &["work-precision", "precision.toml"],
+        &["run", "belt.certified.h5"],
+    ] {
+        let (_, stderr) = output(&mut folder.stickslip(arguments), 0);
+        assert!(!stderr.contains("error"), "{arguments:?}: {stderr}");
     }
 }
 

@@ -36,7 +36,7 @@ pub use any::AnyCase;
 pub(crate) use any::CaseKeys;
 pub use document::Override;
 pub use error::{CaseError, Problem};
-pub use form::{COMMANDS_OF_TRAINS, Form};
+pub use form::Form;
 pub use motion::Motion;
 pub use setting::Setting;
 pub(crate) use setting::{Slot, key_of};

@@ -134,7 +134,8 @@ pub(super) struct CompareOptions {
     /// A table of the candidate's events, instead of finding them by the relative velocity.
     #[arg(long, value_name = "FILE")]
     pub events: Option<PathBuf>,
-    /// A relative velocity up to this counts as zero, rad/s or with a unit [default: 1e-8].
+    /// A relative velocity up to this counts as zero, rad/s (m/s in translation) or with a unit [default: 1e-8; of a contact
+    /// without stick friction.threshold].
     #[arg(long, value_name = "V")]
     pub velocity_tolerance: Option<String>,
     /// A stick ends where the relative velocity exceeds this many tolerances [default: 2].

@@ -47,24 +47,29 @@ fn keys(resolved: &str) -> Vec<(String, String)> {
         return Vec::new();
     };
     let mut keys = Vec::new();
-    let mut add = |prefix: &str, table: &toml_edit::Table| {
-        for (name, item) in table {
-            if let Some(value) = item.as_value() {
-                keys.push((format!("{prefix}.{name}"), value.clone().decorated("", "").to_string()));
-            }
-        }
-    };
     for (name, item) in document.iter() {
         match item {
             _ if matches!(name, "solver" | "output") => {}
-            toml_edit::Item::Table(table) => add(name, table),
+            toml_edit::Item::Table(table) => add(&mut keys, name, table),
             toml_edit::Item::ArrayOfTables(tables) => {
                 for (index, table) in tables.iter().enumerate() {
-                    add(&format!("{name}.{index}"), table);
+                    add(&mut keys, &format!("{name}.{index}"), table);
                 }
             }
             _ => {}
         }
     }
     keys
+}
+
+/// Those of a table and of the tables in it.
+fn add(keys: &mut Vec<(String, String)>, prefix: &str, table: &toml_edit::Table) {
+    for (name, item) in table {
+        let path = format!("{prefix}.{name}");
+        match item {
+            toml_edit::Item::Value(value) => keys.push((path, value.clone().decorated("", "").to_string())),
+            toml_edit::Item::Table(table) => add(keys, &path, table),
+            _ => {}
+        }
+    }
 }

@@ -1,6 +1,8 @@
 //! The channels that are compared, the names that other programs give them, and how one follows from others.
 
 use crate::case::quantity::Dimension;
+use crate::simulation::trains::Part;
+use std::borrow::Cow;
 
 /// A quantity over time that both runs have, in SI units and radians. Names and signs are those of /trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,13 +37,23 @@ pub enum Channel {
     FrictionTorque,
     /// T_f = (T_r + T_s)/2, N m.
     TransmittedTorque,
+    /// Of a shaft of two trains, rad.
+    Twist(Part),
+    /// Of a shaft of two trains, rad/s.
+    TwistRate(Part),
+    /// Of an inertia of two trains, rad/s.
+    Speed(Part),
+    /// Of an inertia of two trains, rad: no column of a result, but what a plain solver integrates.
+    Angle(Part),
+    /// z of the bristles.
+    Deflection,
 }
 
 /// Channels with their factors, which add up to another channel.
 pub(crate) type Sum = &'static [(f64, Channel)];
 
 impl Channel {
-    /// Every channel, in the order of reports.
+    /// Every channel of a brake, in the order of reports.
     pub const ALL: [Channel; 15] = [
         Channel::RelativeVelocity,
         Channel::RotorTwist,
@@ -61,18 +73,20 @@ impl Channel {
     ];
 
     /// The variable of /trajectory that holds it.
-    pub fn name(self) -> &'static str {
-        self.facts().0
+    pub fn name(self) -> Cow<'static, str> {
+        let of = |part: Part, what: &str| Cow::Owned(format!("{}_{what}_{}", part.of.name(), part.index));
+        match self {
+            Channel::Twist(part) => of(part, "twist"),
+            Channel::TwistRate(part) => of(part, "twist_rate"),
+            Channel::Speed(part) => of(part, "speed"),
+            Channel::Angle(part) => of(part, "angle"),
+            _ => Cow::Borrowed(self.facts().0),
+        }
     }
 
-    /// What it measures.
+    /// What it measures, in rotation.
     pub fn dimension(self) -> Dimension {
         self.facts().1
-    }
-
-    /// Its SI unit, for people.
-    pub fn unit(self) -> &'static str {
-        self.dimension().unit()
     }
 
     /// Names by which it is known elsewhere, in lower case.
@@ -80,14 +94,7 @@ impl Channel {
         self.facts().2
     }
 
-    /// The channel of a name, which is this program's or an alias; upper and lower case are alike.
-    pub fn find(name: &str) -> Option<Channel> {
-        let name = name.to_lowercase();
-        let known = |channel: &Channel| channel.name() == name || channel.aliases().contains(&name.as_str());
-        Channel::ALL.into_iter().find(known)
-    }
-
-    /// How the channel follows from others, the best way first.
+    /// How the channel of a brake follows from others, the best way first.
     pub fn sums(self) -> &'static [Sum] {
         use Channel::*;
         match self {
@@ -135,6 +142,9 @@ impl Channel {
             Channel::NormalForce => ("normal_force", Force, &["f_n", "fn", "contact_force"]),
             Channel::FrictionTorque => ("friction_torque", Torque, &["t_friction"]),
             Channel::TransmittedTorque => ("transmitted_torque", Torque, &["t_f"]),
+            Channel::Twist(_) | Channel::Angle(_) => ("angle", Angle, &[]),
+            Channel::TwistRate(_) | Channel::Speed(_) => ("speed", AngularVelocity, &[]),
+            Channel::Deflection => ("bristle_deflection", Angle, &["z"]),
         }
     }
 }

@@ -1,16 +1,21 @@
 //! The outcome of a comparison.
 
+use super::attractor::Attractor;
 use super::candidate::Candidate;
 use super::case_differences::CaseDifference;
+use super::cycles::CycleErrors;
 use super::detect::Detection;
 use super::diagnosis::Diagnosis;
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
-use super::statistics::{Statistic, statistics};
+use super::reference::{Subject, TimeScale};
+use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
-use super::{Cause, Channel, States};
+use super::{Channel, States};
+use crate::case::quantity::Dimension;
 use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// How far a candidate agrees with its reference. Errors are candidate minus reference.
@@ -30,6 +35,9 @@ pub struct Comparison {
     pub case_differences: Vec<CaseDifference>,
     /// How events were found by the relative velocity; `None` if the candidate states them.
     pub detection: Option<Detection>,
+    /// The unit of its tolerance: "rad/s", or "m/s" in translation.
+    #[serde(skip)]
+    pub velocity_unit: &'static str,
     /// What the candidate covers; `None` for a table of events.
     pub span: Option<Span>,
     /// Mean interval of the candidate's samples in the reference's stick-slip, s.
@@ -58,10 +66,32 @@ pub struct Comparison {
     pub samples_outside: u64,
     /// Samples in gaps of the reference that are too wide to interpolate.
     pub samples_too_sparse: u64,
-    /// Whether the reference's run was repeated to have its states where its samples are too sparse.
+    /// Whether the reference's run was repeated to have its states where its samples are too sparse; of trains, whether their
+    /// equations were integrated again between samples in more than one step.
     pub reference_repeated: bool,
     /// The energy balance of the candidate's own channels, if it has the twists, their rates and the rotor speed.
     pub energy_drift: Option<EnergyDrift>,
+    /// By which times are measured in a case of trains; a brake has its natural period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_scale: Option<TimeScale>,
+    /// Of trains: how the errors of events grow, if there are some cycles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<CycleErrors>,
+    /// Of trains: the periodic motion of reference and candidate, each `None` where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attractors: Option<[Option<Attractor>; 2]>,
+    /// Of trains: what is not here, with the reason.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<Absent>,
+}
+
+/// Something that a comparison does not have.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Absent {
+    /// Its name.
+    pub what: &'static str,
+    /// Why.
+    pub why: String,
 }
 
 /// The part of the reference that a candidate covers.
@@ -83,7 +113,7 @@ pub struct ChannelErrors {
     /// What part of the run.
     pub phase: Phase,
     /// The channel's name in /trajectory.
-    pub channel: &'static str,
+    pub channel: Cow<'static, str>,
     /// Its SI unit.
     pub unit: &'static str,
     /// How many were compared.
@@ -115,13 +145,31 @@ pub(super) struct Parts<'a> {
     pub states: Option<&'a States>,
     pub interval: Option<f64>,
     pub rerun: bool,
+    pub subject: &'a Subject,
+    pub attractors: Option<[Option<Attractor>; 2]>,
 }
 
 pub(super) fn compose(parts: Parts<'_>) -> Comparison {
     let (reference, candidate) = parts.words;
-    let channels = parts.states.map_or_else(Vec::new, channel_errors);
+    let channels = parts
+        .states
+        .map_or_else(Vec::new, |states| channel_errors(states, parts.subject));
     let verdict = verdict(&parts, &channels);
     let Span { from_start, to_end, .. } = parts.span;
+    let is_trains = parts.subject.trains().is_some();
+    let mut statistics = statistics(reference, candidate, from_start, to_end, parts.uncovered);
+    if let Some(attractors) = &parts.attractors {
+        // In a cycle there is no last stick.
+        statistics.retain(|statistic| statistic.name != "final_stick");
+        let unit = parts.subject.vocabulary().motion().dimension(Dimension::Angle).unit();
+        statistics.extend(of_attractors(attractors, unit));
+    }
+    let absent = if is_trains { absent(&parts) } else { Vec::new() };
+    let cycles = if is_trains {
+        CycleErrors::of(&parts.errors)
+    } else {
+        None
+    };
     Comparison {
         reference: parts.reference.display().to_string(),
         candidate: parts.candidate.path().display().to_string(),
@@ -130,6 +178,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         causes: parts.causes,
         case_differences: parts.case_differences,
         detection: parts.detection,
+        velocity_unit: parts.subject.vocabulary().unit(Channel::RelativeVelocity),
         span: parts.candidate.has_rows().then_some(parts.span),
         interval: parts.interval,
         reference_events: reference.len(),
@@ -139,7 +188,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         spurious: parts.alignment.spurious(),
         sequence: parts.alignment.differences,
         event_errors: parts.errors,
-        statistics: statistics(reference, candidate, from_start, to_end, parts.uncovered),
+        statistics,
         // All channels have the same samples.
         samples: parts.states.map_or(0, |s| {
             s.tallies
@@ -152,11 +201,63 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         samples_too_sparse: parts.states.map_or(0, |s| s.too_sparse),
         reference_repeated: parts.rerun,
         energy_drift: parts.states.and_then(|s| s.energy),
+        time_scale: parts.subject.time_scale().cloned(),
+        cycles,
+        attractors: parts.attractors,
+        absent,
         channels,
     }
 }
 
-fn channel_errors(states: &States) -> Vec<ChannelErrors> {
+/// What a comparison of trains does not have, and why.
+fn absent(parts: &Parts<'_>) -> Vec<Absent> {
+    let mut found = Vec::new();
+    let mut add = |what: &'static str, why: String| found.push(Absent { what, why });
+    add(
+        "final_stick",
+        "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead"
+            .to_owned(),
+    );
+    if let Some([reference, candidate]) = &parts.attractors {
+        match (reference, candidate) {
+            (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {
+                add(
+                    "amplitude",
+                    "the candidate has no column of the position over its last period".to_owned(),
+                );
+            }
+            (Some(_), None) => add(
+                "attractor of the candidate",
+                "its last two periods do not agree to 1e-4, or are not in what it covers".to_owned(),
+            ),
+            (None, _) => add(
+                "attractor of the reference",
+                "its run does not repeat itself by the end, or was not run to it".to_owned(),
+            ),
+            _ => {}
+        }
+    }
+    match parts.states {
+        None => add("states", "the candidate is a table of events".to_owned()),
+        Some(states) if states.energy.is_none() => {
+            let lacking = parts.subject.energy_channels().iter();
+            let lacking: Vec<_> = lacking
+                .filter(|channel| !states.channels.contains(channel))
+                .map(|channel| channel.name())
+                .collect();
+            let why = if lacking.is_empty() {
+                "the samples are nowhere eight to a natural period".to_owned()
+            } else {
+                format!("the candidate has no {}", lacking.join(", "))
+            };
+            add("energy_drift", why);
+        }
+        Some(_) => {}
+    }
+    found
+}
+
+fn channel_errors(states: &States, subject: &Subject) -> Vec<ChannelErrors> {
     let mut rows = Vec::new();
     for phase in Phase::ALL {
         for (channel, tally) in states.channels.iter().copied().zip(&states.tallies[phase as usize]) {
@@ -165,7 +266,7 @@ fn channel_errors(states: &States) -> Vec<ChannelErrors> {
                 rows.push(ChannelErrors {
                     phase,
                     channel: channel.name(),
-                    unit: channel.unit(),
+                    unit: subject.vocabulary().unit(channel),
                     samples: tally.samples,
                     max: tally.max,
                     max_at: tally.max_at,
@@ -210,16 +311,7 @@ fn verdict(parts: &Parts<'_>, channels: &[ChannelErrors]) -> String {
         text += &format!("; states agree to {digits:.1} digits");
     }
     if let Some(first) = parts.causes.first() {
-        let label = match first.cause {
-            Cause::WrongUnits => "wrong units",
-            Cause::AnotherCase => "another case",
-            Cause::UnperturbedRun => "unperturbed run",
-            Cause::UnresolvedMode => "unresolved mode",
-            Cause::StepTooLarge => "step too large",
-            Cause::VelocityTolerance => "velocity tolerance too wide",
-            Cause::StickTest => "another stick test",
-            Cause::AbsoluteAngles => "absolute angles",
-        };
+        let label = first.cause.name();
         text += &format!("; likely cause: {label}: {}", first.evidence);
     }
     text

@@ -17,6 +17,8 @@ pub struct Found {
     pub kind: EventKind,
     /// T_r and T_s just before, N m, if the candidate has the twists.
     pub torques: Option<(f64, f64)>,
+    /// How fast T_f changes just before, N m/s, if the candidate has the twists.
+    pub torque_rate: Option<f64>,
     /// Of a stick: the relative velocity that was left when it began, rad/s, as far as the samples show.
     pub dropped: Option<f64>,
 }
@@ -28,6 +30,7 @@ impl Found {
             time,
             kind,
             torques: None,
+            torque_rate: None,
             dropped: None,
         }
     }
@@ -310,14 +313,16 @@ fn breakaway(leaving: &Leaving) -> Found {
         .unwrap_or(0.5 * (last.time + p.time))
         .clamp(last.time, p.time);
     // Torques run on smoothly until the end of the stick.
-    let torques = last.torques.and_then(|(r1, s1)| {
+    let straight = last.torques.and_then(|(r1, s1)| {
         let before = leaving.stick.before?;
         let (r0, s0) = before.torques?;
         let part = (time - last.time) / (last.time - before.time);
-        Some((r1 + (r1 - r0) * part, s1 + (s1 - s0) * part))
+        let torques = (r1 + (r1 - r0) * part, s1 + (s1 - s0) * part);
+        Some((torques, ((r1 - r0) + (s1 - s0)) / 2.0 / (last.time - before.time)))
     });
     Found {
-        torques,
+        torques: straight.map(|(torques, _)| torques),
+        torque_rate: straight.map(|(_, rate)| rate),
         ..Found::new(time, EventKind::Slip)
     }
 }

@@ -3,11 +3,14 @@
 //! Each cause has a rule, stated at its function. A rule that does not hold says nothing; none guesses.
 
 use super::case_differences::{CaseDifference, NOT_SET};
+use super::creep::Creep;
 use super::detect::Found;
 use super::event_errors::EventErrors;
-use super::reference::Physics;
+use super::reference::Subject;
 use super::states::{Grid, Probe};
+use super::terms::OtherTerm;
 use super::units::UnitFault;
+use crate::friction::Law;
 use crate::model::BreakawayTest;
 use crate::record::EventKind;
 use crate::record::sequence::{Alignment, Fault, SequenceEvent};
@@ -33,6 +36,34 @@ pub enum Cause {
     StickTest,
     /// Angles instead of twists: their rounding is a floor under the torques.
     AbsoluteAngles,
+    /// Of trains: friction is smooth at rest, so that sticks creep.
+    RegularisedLaw,
+    /// Of trains: a term of the equations has another factor, or is missing.
+    AnotherTerm,
+    /// Of trains: sticks end at the step after the one at which they should.
+    EventsLate,
+    /// Of trains: all times differ by the same.
+    TimeOffset,
+}
+
+impl Cause {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Cause::WrongUnits => "wrong units",
+            Cause::AnotherCase => "another case",
+            Cause::UnperturbedRun => "unperturbed run",
+            Cause::UnresolvedMode => "unresolved mode",
+            Cause::StepTooLarge => "step too large",
+            Cause::VelocityTolerance => "velocity tolerance too wide",
+            Cause::StickTest => "another stick test",
+            Cause::AbsoluteAngles => "absolute angles",
+            Cause::RegularisedLaw => "regularised friction law",
+            Cause::AnotherTerm => "another term in the equations",
+            Cause::EventsLate => "events late by a step",
+            Cause::TimeOffset => "times offset",
+        }
+    }
 }
 
 /// A cause with its evidence in words.
@@ -55,7 +86,7 @@ pub(super) struct Kick {
 
 /// Everything that the rules look at.
 pub(super) struct Evidence<'a> {
-    pub physics: &'a Physics,
+    pub subject: &'a Subject,
     pub reference: &'a [SequenceEvent],
     pub found: &'a [Found],
     pub alignment: &'a Alignment,
@@ -71,6 +102,9 @@ pub(super) struct Evidence<'a> {
     pub plateau: f64,
     /// Whether events were found by the relative velocity, and not given.
     pub detected: bool,
+    /// Of a candidate of trains by another program.
+    pub terms: &'a [OtherTerm],
+    pub creep: Option<Creep>,
 }
 
 /// Event times that agree to this, s, need no explanation: it is what the references promise.
@@ -83,6 +117,20 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     if agrees {
         return causes;
     }
+    if let Some(physics) = e.subject.trains() {
+        // By another clock nothing else can be said.
+        if e.units.iter().any(|fault| fault.name == "time") {
+            return causes;
+        }
+        // What torques say, a state in other units makes wrong.
+        if e.units.is_empty() && physics.sticks() {
+            let of_torques = [another_term, regularised, stick_test, events_late];
+            causes.extend(of_torques.iter().filter_map(|rule| rule(e)));
+        }
+        let rules = [unperturbed, unresolved, step_too_large, velocity_tolerance, time_offset];
+        causes.extend(rules.iter().filter_map(|rule| rule(e)));
+        return causes;
+    }
     let rules = [
         unperturbed,
         unresolved,
@@ -93,6 +141,99 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     ];
     causes.extend(rules.iter().filter_map(|rule| rule(e)));
     causes
+}
+
+/// Its samples satisfy the equations of an inertia with another factor of one term; see [`super::terms`].
+fn another_term(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let say = |OtherTerm { of, term, factor }: &OtherTerm| match factor {
+        None => format!("the equation of {of} has {term}, which the case does not have"),
+        Some(factor) if factor.abs() < 0.01 => format!("the equation of {of} is without {term}"),
+        Some(factor) if (factor + 1.0).abs() < 0.01 => {
+            format!("the equation of {of} has {term} with the opposite sign")
+        }
+        Some(factor) => format!("the equation of {of} has {factor:.4} times {term}"),
+    };
+    let all: Vec<String> = e.terms.iter().map(say).collect();
+    if all.is_empty() {
+        return None;
+    }
+    diagnosis(
+        Cause::AnotherTerm,
+        format!("in its samples in slip {}", all.join(", and ")),
+    )
+}
+
+/// Where it should stick it creeps, at a speed that follows from T_f as with a smooth function in the place of the sign; see
+/// [`super::creep`].
+fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let Creep {
+        function,
+        speed,
+        largest,
+    } = e.creep?;
+    let unit = e.subject.vocabulary().unit(super::Channel::RelativeVelocity);
+    diagnosis(
+        Cause::RegularisedLaw,
+        format!(
+            "where it should stick it creeps at up to {largest:.1e} {unit}, as friction with {function} does, eps = {speed:.2e} \
+             {unit}; --velocity-tolerance {:.0e} counts that as sticks",
+            10.0 * speed
+        ),
+    )
+}
+
+/// At its breakaways T_f has passed mu_0 r F_n, never the other way round, and for no longer than a step.
+fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
+    /// In steps: what a breakaway that is found in samples may be early, what it is late at least on average, and at most.
+    const STEPS: (f64, f64, f64) = (0.05, 0.1, 1.5);
+    let (interval, physics) = (e.interval?, e.subject.trains()?);
+    let system = physics.system();
+    // Where the friction jumps at the breakaway, the samples after it do not tell its time so well.
+    if e.detected && system.breakaway > (1.0 + 1e-9) * system.law.coefficient(0.0) {
+        return None;
+    }
+    let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
+    let late: Vec<f64> = slips
+        .filter_map(|f| {
+            let (torque, rate) = (f.torques?.0, f.torque_rate?);
+            (rate != 0.0).then(|| (torque.abs() - e.subject.limit(f.time)) / rate.abs() / interval)
+        })
+        .collect();
+    let typical = median(late.clone())?;
+    let within = |&steps: &f64| (-STEPS.0..=STEPS.2).contains(&steps);
+    if late.len() < 3 || typical < STEPS.1 || !late.iter().all(within) {
+        return None;
+    }
+    diagnosis(
+        Cause::EventsLate,
+        format!(
+            "at its breakaways T_f has passed mu_0 r F_n, typically since {:.1e} s of the {interval:.1e} s between its samples: \
+             events are taken at the end of a step",
+            typical * interval
+        ),
+    )
+}
+
+/// The errors of all events are the same.
+fn time_offset(e: &Evidence<'_>) -> Option<Diagnosis> {
+    /// Fewest events, and by which part of the offset the errors may differ.
+    const FEWEST: usize = 4;
+    const SAME: f64 = 1e-3;
+    let errors = &e.errors.events;
+    let offset = errors.iter().map(|event| event.error).sum::<f64>() / errors.len() as f64;
+    let same = |event: &super::event_errors::EventError| (event.error - offset).abs() <= SAME * offset.abs();
+    // What the first event does, the later ones of a cycle that needs no clock repeat.
+    if errors.len() < FEWEST || offset.abs() <= AGREED || !errors.iter().all(same) {
+        return None;
+    }
+    let way = if offset > 0.0 { "later" } else { "earlier" };
+    diagnosis(
+        Cause::TimeOffset,
+        format!(
+            "all its events are {way} by {:.6e} s: its times count from another start, or it begins in another state",
+            offset.abs()
+        ),
+    )
 }
 
 fn diagnosis(cause: Cause, evidence: String) -> Option<Diagnosis> {
@@ -126,7 +267,7 @@ fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
     let [before, after, _] = e.probes else {
         return None;
     };
-    let quarter = kick.time + 0.25 * e.physics.natural_period;
+    let quarter = kick.time + 0.25 * e.subject.natural_period();
     let errors: Vec<f64> = after
         .points
         .iter()
@@ -169,7 +310,17 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// have before the first event is less than half as large although the candidate was kicked.
 fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     const PER_PERIOD: f64 = 8.0;
-    let period = e.physics.natural_period;
+    let period = e.subject.natural_period();
+    if let Some(scale) = e.subject.time_scale() {
+        let interval = e
+            .interval
+            .filter(|interval| interval * PER_PERIOD > period && scale.is_mode)?;
+        let of = &scale.of;
+        return diagnosis(
+            Cause::UnresolvedMode,
+            format!("its samples are {interval:.1e} s apart, where a period of {of} takes {period:.1e} s"),
+        );
+    }
     if let Some(interval) = e.interval.filter(|interval| interval * PER_PERIOD > period) {
         return diagnosis(
             Cause::UnresolvedMode,
@@ -213,6 +364,15 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
         .filter(|d| *d < STEPS * interval)
         .collect();
     let shortest = short.iter().copied().min_by(f64::total_cmp)?;
+    if e.subject.trains().is_some() {
+        let count = short.len();
+        return diagnosis(
+            Cause::StepTooLarge,
+            format!(
+                "{count} missing sticks are shorter than four of its steps of {interval:.1e} s, the shortest {shortest:.1e} s"
+            ),
+        );
+    }
     diagnosis(
         Cause::StepTooLarge,
         format!(
@@ -228,12 +388,23 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// At half of its sticks or more the candidate still slid when it stuck, by more than the parabola through its samples
 /// can err; or omega_r stands still at a value outside the tolerance.
 fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
-    let speed = e.physics.speed();
+    // What creeps does not stand still.
+    if e.creep.is_some() || e.subject.trains().is_some_and(|physics| !physics.sticks()) {
+        return None;
+    }
+    let speed = e.subject.speed();
+    let (unit, bodies) = match e.subject {
+        Subject::Brake(..) => ("rad/s", "disks"),
+        Subject::Trains(_) => (
+            e.subject.vocabulary().unit(super::Channel::RelativeVelocity),
+            "surfaces",
+        ),
+    };
     if e.plateau > 0.0 && e.plateau < speed {
         return diagnosis(
             Cause::VelocityTolerance,
             format!(
-                "its relative velocity stands still at up to {:.1e} rad/s: sticks that were declared before the disks had \
+                "its relative velocity stands still at up to {:.1e} {unit}: sticks that were declared before the {bodies} had \
                  stopped; --velocity-tolerance {:.0e} makes them count",
                 e.plateau,
                 1.5 * e.plateau
@@ -246,27 +417,29 @@ fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
         .filter_map(|f| f.dropped.filter(|_| f.kind == EventKind::Stick))
         .collect();
     let typical = median(dropped)?;
-    let omega = e.physics.torsion.natural_angular_frequency();
+    let omega = e.subject.natural_angular_frequency();
     let unseen = if e.detected { (omega * e.interval?).powi(3) } else { 0.0 };
     if typical <= speed * (unseen + 1e-6) {
         return None;
     }
     diagnosis(
         Cause::VelocityTolerance,
-        format!("it sticks while the disks still slide, typically at {typical:.1e} rad/s: sticks begin too early"),
+        format!("it sticks while the {bodies} still slide, typically at {typical:.1e} {unit}: sticks begin too early"),
     )
 }
 
 /// At the candidate's breakaways another torque than the one that the reference tests stands at mu_0 r F_n, much closer
 /// and in most of them; or the tested torque stands at another multiple of it.
 fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
+    if e.creep.is_some() {
+        return None;
+    }
     let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
     let name = |test| match test {
         BreakawayTest::Transmitted => "T_f = (T_r + T_s)/2",
         BreakawayTest::Stator => "the stator torque T_s",
         BreakawayTest::Rotor => "the rotor torque T_r",
     };
-    let model = &e.physics.torsion;
     let ratios = |test| -> Vec<f64> {
         let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
         slips
@@ -277,13 +450,16 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
                     BreakawayTest::Stator => stator,
                     BreakawayTest::Rotor => rotor,
                 };
-                let limit = model.breakaway_torque(e.physics.axial.at(f.time).pressing_force);
+                let limit = e.subject.limit(f.time);
                 (limit > 0.0).then(|| torque.abs() / limit)
             })
             .collect()
     };
     let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
-    let ours = model.contact.breakaway_test;
+    let ours = match e.subject {
+        Subject::Brake(physics, _) => physics.torsion.contact.breakaway_test,
+        Subject::Trains(_) => BreakawayTest::Transmitted,
+    };
     let expected = deviation_of(ours)?;
     let (best, least) = tests
         .into_iter()
@@ -310,7 +486,15 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
     if tested.len() < 3 || (middle - 1.0).abs() < 0.01 || !same {
         return None;
     }
-    diagnosis(Cause::StickTest, format!("it breaks away at {middle:.3} mu_0 r F_n"))
+    let mut evidence = format!("it breaks away at {middle:.3} mu_0 r F_n");
+    if let Some(physics) = e.subject.trains() {
+        let system = physics.system();
+        let (at_rest, sliding) = (system.breakaway, system.law.coefficient(0.0));
+        if (middle * at_rest / sliding - 1.0).abs() < 0.01 {
+            evidence += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {at_rest}");
+        }
+    }
+    diagnosis(Cause::StickTest, evidence)
 }
 
 /// The rotor twist is a multiple of the last digit of the rotor's angle, in nearly all samples.
@@ -318,7 +502,10 @@ fn absolute_angles(e: &Evidence<'_>) -> Option<Diagnosis> {
     if e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
         return None;
     }
-    let floor = e.physics.torsion.torsion.stiffness * f64::EPSILON * 256.0;
+    let Subject::Brake(physics, _) = e.subject else {
+        return None;
+    };
+    let floor = physics.torsion.torsion.stiffness * f64::EPSILON * 256.0;
     diagnosis(
         Cause::AbsoluteAngles,
         format!(
@@ -364,7 +551,17 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         names.join(", ")
     );
     let all = |test: fn(&CaseDifference) -> bool| differences.iter().all(test);
-    let cause = if all(|d| d.key == "contact.breakaway_test") {
+    let smooth = |d: &CaseDifference| {
+        let known = ["friction.regularisation.", "friction.breakaway", "friction.threshold"];
+        known.iter().any(|key| d.key.starts_with(key))
+    };
+    let cause = if all(smooth)
+        && differences
+            .iter()
+            .any(|d| d.key.starts_with("friction.regularisation."))
+    {
+        Cause::RegularisedLaw
+    } else if all(|d| d.key == "contact.breakaway_test") {
         Cause::StickTest
     } else if all(|d| d.key.starts_with("perturbation") && d.candidate == NOT_SET) {
         Cause::UnperturbedRun
@@ -372,5 +569,9 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         Cause::AnotherCase
     };
     causes.retain(|known| known.cause != cause);
+    if cause == Cause::RegularisedLaw {
+        // They follow from it.
+        causes.retain(|known| !matches!(known.cause, Cause::VelocityTolerance | Cause::StickTest));
+    }
     causes.insert(0, Diagnosis { cause, evidence });
 }

@@ -1,26 +1,16 @@
 //! The energy balance of a candidate, from its own channels and the reference's parameters.
 
-use super::Channel;
 use super::candidate::Block;
-use super::reference::Physics;
+use super::reference::{Physics, Subject, TrainPhysics};
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::state::{Components, TorsionState};
 use serde::Serialize;
 
-/// The channels that it takes, in this order.
-pub const CHANNELS: [Channel; 5] = [
-    Channel::RotorTwist,
-    Channel::RotorTwistRate,
-    Channel::Phi1,
-    Channel::Phi1Dot,
-    Channel::ThetaDot,
-];
-
 /// How far a candidate's energy balance is from closing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EnergyDrift {
-    /// Largest |kinetic + elastic + dissipated - work of kicks - initial| of the torsional motion, J.
+    /// Largest |kinetic + elastic + dissipated - work of kicks and of the drives of trains - initial| of the torsional motion, J.
     pub max: f64,
     /// The time of it, s.
     pub max_at: f64,
@@ -43,7 +33,7 @@ struct Sample {
     at_rest: bool,
     /// Power that friction dissipates, W, and its rate, W/s.
     friction: (f64, f64),
-    /// Power that the dampers dissipate, W, and its rate, W/s.
+    /// Power that the dampers dissipate, less that of the drives of trains, W, and its rate, W/s.
     damping: (f64, f64),
 }
 
@@ -52,7 +42,7 @@ struct Sample {
 /// period are left out.
 #[derive(Debug)]
 pub(crate) struct EnergyPass<'a> {
-    physics: &'a Physics,
+    subject: &'a Subject,
     /// A relative velocity up to this is none, rad/s.
     tolerance: f64,
     /// Time (s) and work (J) of kicks.
@@ -63,9 +53,9 @@ pub(crate) struct EnergyPass<'a> {
 
 impl<'a> EnergyPass<'a> {
     /// Before the first sample.
-    pub fn new(physics: &'a Physics, tolerance: f64, kicks: Vec<(f64, f64)>) -> EnergyPass<'a> {
+    pub fn new(subject: &'a Subject, tolerance: f64, kicks: Vec<(f64, f64)>) -> EnergyPass<'a> {
         EnergyPass {
-            physics,
+            subject,
             tolerance,
             kicks,
             last: None,
@@ -73,39 +63,27 @@ impl<'a> EnergyPass<'a> {
         }
     }
 
-    /// Takes the next samples; `columns` are the positions of [`CHANNELS`] in the block.
-    pub fn add(&mut self, block: &Block, columns: &[usize; 5]) {
+    /// Takes the next samples; `columns` are the positions of [`Subject::energy_channels`] in the block.
+    pub fn add(&mut self, block: &Block, columns: &[usize]) {
         for (row, &time) in block.time.iter().enumerate() {
-            let [
-                rotor_twist,
-                rotor_twist_rate,
-                stator_twist,
-                stator_twist_rate,
-                rotor_speed,
-            ] = columns.map(|column| block.columns[column][row]);
-            let y = Components {
-                rotor_twist,
-                rotor_twist_rate,
-                stator_twist,
-                stator_twist_rate,
-                rotor_speed,
-                ..Components::default()
+            let value = |k: usize| block.columns[columns[k]][row];
+            let sample = match self.subject {
+                Subject::Brake(physics, _) => self.of_brake(physics, time, value),
+                Subject::Trains(physics) => self.of_trains(physics, time, value),
             };
-            self.sample(time, &y.state());
+            self.sample(time, sample);
         }
     }
 
-    fn sample(&mut self, time: f64, y: &TorsionState) {
-        let model = &self.physics.torsion;
-        let energy = model.torsion.kinetic_energy(y) + model.torsion.elastic_energy(y);
-        let sample = Sample {
-            energy,
-            ..self.power(time, y)
-        };
+    fn sample(&mut self, time: f64, sample: Sample) {
         if let (Some(last), Some(drift)) = (self.last, &mut self.drift) {
             let h = time - last.time;
-            if h * PER_PERIOD <= self.physics.natural_period {
-                let mut change = sample.energy - last.energy + dissipated(&last, &sample, h);
+            if h * PER_PERIOD <= self.subject.natural_period() {
+                let lost = match self.subject {
+                    Subject::Brake(..) => dissipated(&last, &sample, h),
+                    Subject::Trains(_) => dissipated_by_trains(&last, &sample, h),
+                };
+                let mut change = sample.energy - last.energy + lost;
                 let kicks = self.kicks.iter().filter(|(at, _)| last.time < *at && *at <= time);
                 change -= kicks.map(|(_, work)| work).sum::<f64>();
                 drift.covered += h;
@@ -119,18 +97,59 @@ impl<'a> EnergyPass<'a> {
                 max: 0.0,
                 max_at: time,
                 last: 0.0,
-                initial: energy,
+                initial: sample.energy,
                 covered: 0.0,
             });
         }
         self.last = Some(sample);
     }
 
-    fn power(&self, time: f64, y: &TorsionState) -> Sample {
-        let model = &self.physics.torsion;
+    fn of_brake(&self, physics: &Physics, time: f64, value: impl Fn(usize) -> f64) -> Sample {
+        let y = Components {
+            rotor_twist: value(0),
+            rotor_twist_rate: value(1),
+            stator_twist: value(2),
+            stator_twist_rate: value(3),
+            rotor_speed: value(4),
+            ..Components::default()
+        };
+        let y = y.state();
+        let energy = physics.torsion.torsion.kinetic_energy(&y) + physics.torsion.torsion.elastic_energy(&y);
+        Sample {
+            energy,
+            ..self.power(physics, time, &y)
+        }
+    }
+
+    /// The rates of the powers are central differences along the motion.
+    fn of_trains(&self, physics: &TrainPhysics, time: f64, value: impl Fn(usize) -> f64) -> Sample {
+        /// A share of the natural period over which a power is straight: the difference errs by (2 pi 1e-4)^2/6 of it.
+        const STRAIGHT: f64 = 1e-4;
+        let y = physics.y(value);
+        let w = physics.system().relative_velocity(&physics.course.outside(time), &y);
+        let mode = physics.mode(w, self.tolerance);
+        let (energy, friction, loss) = physics.energy(mode, time, &y);
+        let mut rates = vec![0.0; y.len()];
+        physics.course.rates(mode, time, &y, &mut rates);
+        let step = STRAIGHT * physics.scale.period;
+        let [ahead, behind] = [step, -step].map(|step| {
+            let there: Vec<f64> = y.iter().zip(&rates).map(|(y, rate)| y + step * rate).collect();
+            physics.energy(mode, time + step, &there)
+        });
+        Sample {
+            time,
+            energy,
+            at_rest: mode == Mode::Stick,
+            friction: (friction, (ahead.1 - behind.1) / (2.0 * step)),
+            damping: (loss, (ahead.2 - behind.2) / (2.0 * step)),
+        }
+    }
+
+    fn power(&self, physics: &Physics, time: f64, y: &TorsionState) -> Sample {
+        let model = &physics.torsion;
         let radius = model.contact.radius;
         let w = model.relative_velocity(y);
-        let axial = self.physics.axial.at(time);
+        let axial = physics.axial.at(time);
         let (force, force_rate) = (axial.pressing_force.max(0.0), axial.pressing_rate);
         let at_rest = w.abs() <= self.tolerance;
         let mode = if at_rest { Mode::Stick } else { Mode::sliding(w) };
@@ -157,6 +176,27 @@ impl<'a> EnergyPass<'a> {
     /// The drift, after the last sample; `None` if the samples are nowhere dense enough.
     pub fn finish(self) -> Option<EnergyDrift> {
         self.drift.filter(|drift| drift.covered > 0.0)
+    }
+}
+
+/// The same of trains, whose drives put in another power from the stop on: the torque of the contact jumps there.
+fn dissipated_by_trains(a: &Sample, b: &Sample, h: f64) -> f64 {
+    // Before and after the time x at which the mode changes.
+    let around = |x: f64| {
+        let rest = h - x;
+        x * (a.damping.0 + a.damping.1 * x / 2.0) + rest * (b.damping.0 - b.damping.1 * rest / 2.0)
+    };
+    let part = |time: f64| if time > 0.0 { time.min(h) } else { h };
+    match (a.at_rest, b.at_rest) {
+        (false, true) => {
+            let x = part(-a.friction.0 / a.friction.1);
+            a.friction.0 * x / 2.0 + around(x)
+        }
+        (true, false) => {
+            let x = part(2.0 * b.friction.0 / b.friction.1);
+            b.friction.0 * x / 3.0 + around(h - x)
+        }
+        _ => dissipated(a, b, h),
     }
 }
 

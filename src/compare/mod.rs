@@ -16,40 +16,55 @@ pub mod reference;
 pub mod states;
 pub mod windows;
 
+mod attractor;
 mod case_differences;
 mod channel;
 mod comparison;
+mod creep;
+mod crossings;
+mod cycles;
 mod error;
+mod range;
 mod requirement;
+mod saved_case;
 mod statistics;
+mod terms;
 mod torques;
 mod units;
+mod vocabulary;
 
 pub(crate) use candidate::Candidate;
 
+pub use attractor::Attractor;
 pub use candidate::Mapping;
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
-pub use comparison::{ChannelErrors, Comparison, Span};
+pub use comparison::{Absent, ChannelErrors, Comparison, Span};
+pub use cycles::CycleErrors;
 pub use detect::{Detection, Found};
 pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
 pub use requirement::Requirement;
 pub use statistics::Statistic;
+pub use vocabulary::Vocabulary;
 
-use crate::case::Case;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
-use candidate::{Block, case_of};
+use candidate::Block;
 use case_differences::case_differences;
+use creep::{Creep, CreepPass};
+use crossings::Crossings;
 use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
 use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
-use reference::{Physics, Rerun, Walk};
+use range::Range;
+use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
+use saved_case::SavedCase;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
+use terms::{OtherTerm, TermPass};
 use torques::TorqueWatch;
 
 /// Events of a candidate beyond this are chattering.
@@ -59,9 +74,15 @@ const MOST_EVENTS: usize = 1_000_000;
 #[derive(Debug)]
 pub struct Reference {
     file: ResultFile,
-    case: Case,
-    physics: Physics,
-    rerun: Rerun,
+    subject: Subject,
+    /// Of a brake.
+    rerun: Option<Rerun>,
+    /// Its case, every value in SI.
+    resolved: String,
+    /// The periodic motion of two trains.
+    attractor: Option<Attractor>,
+    /// Two trains that slip from the first sample on.
+    starts_in_slip: bool,
     events: Vec<Event>,
     word: Vec<SequenceEvent>,
     /// Its first sample, s.
@@ -100,7 +121,7 @@ impl Reference {
     /// If it is no result file, damaged, or its case or events are unreadable.
     pub fn open(path: &Path) -> Result<Reference, CompareError> {
         let file = ResultFile::open(path)?;
-        let case = case_of(path, &file)?;
+        let case = SavedCase::of(path, &file)?;
         let events = file.events()?;
         let last = candidate::events::last_in_order(path, &events)?;
         let rows = file.sample_count()?;
@@ -112,17 +133,36 @@ impl Reference {
             (0.0, last.max(0.0))
         };
         let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
-        let physics = Physics::new(&case.parameters);
+        let word: Vec<SequenceEvent> = in_word
+            .map(|e| SequenceEvent {
+                time: e.time,
+                kind: e.kind,
+            })
+            .collect();
+        let resolved = case.resolved();
+        let mut starts_in_slip = false;
+        let (subject, rerun, attractor) = match case {
+            SavedCase::Brake(case) => {
+                let physics = Physics::new(&case.parameters);
+                let rerun = Rerun::new(&case, &physics, &events);
+                let subject = Subject::Brake(Box::new(physics), Vocabulary::default());
+                (subject, Some(rerun), None)
+            }
+            SavedCase::Trains(case) => {
+                let physics = TrainPhysics::new(*case, &word, end);
+                let attractor = Attractor::of_file(&file)?;
+                let first = file.states(0..rows.min(1))?;
+                starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
+                (Subject::Trains(Box::new(physics)), None, attractor)
+            }
+        };
         Ok(Reference {
-            word: in_word
-                .map(|e| SequenceEvent {
-                    time: e.time,
-                    kind: e.kind,
-                })
-                .collect(),
-            rerun: Rerun::new(&case, &physics, &events),
-            physics,
-            case,
+            word,
+            rerun,
+            subject,
+            resolved,
+            attractor,
+            starts_in_slip,
             file,
             events,
             start,
@@ -130,9 +170,17 @@ impl Reference {
         })
     }
 
-    /// What its channels are measured by, which a candidate needs to be opened.
-    pub fn physics(&self) -> &Physics {
-        &self.physics
+    /// What it is a run of.
+    pub fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// A mapping in which nothing is said yet, by the names and units of this reference.
+    pub fn mapping(&self) -> Mapping {
+        Mapping {
+            vocabulary: self.subject.vocabulary().clone(),
+            ..Mapping::default()
+        }
     }
 
     /// Opens and compares a candidate, block by block.
@@ -153,17 +201,31 @@ impl Reference {
         mapping: &Mapping,
         watch: &mut dyn FnMut(CompareProgress),
     ) -> Result<Comparison, CompareError> {
-        let candidate = Candidate::open(path, mapping, &self.physics)?;
+        let candidate = Candidate::open(path, mapping, &self.subject)?;
         let mut watch = |pass: u8, time: f64| {
             let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
             watch(CompareProgress { done, time, pass });
         };
+        // A contact without stick counts one below a threshold, and for as long.
+        let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
         let detection = Detection {
-            velocity_tolerance: mapping.velocity_tolerance.unwrap_or(DEFAULT_TOLERANCE),
-            hysteresis: mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+            velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
+            hysteresis: match threshold {
+                Some(_) => 1.0,
+                None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
+            },
         };
-        let (survey, found) = self.survey(&candidate, detection, &mut watch)?;
+        let (survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
+        // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
+        let at_once = |event: &detect::Found| {
+            let (from, _) = survey.span.unwrap_or_default();
+            event.kind == EventKind::Slip && event.time - from <= survey.interval.unwrap_or(0.0)
+        };
+        if self.subject.trains().is_some() && self.starts_in_slip && candidate.events().is_none() {
+            let begins = found.first().is_some_and(at_once);
+            found.drain(..usize::from(begins));
+        }
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
@@ -177,7 +239,18 @@ impl Reference {
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
-        let alignment = Alignment::of(&reference_word, &word, self.physics.natural_period);
+        let period = self.subject.natural_period();
+        let mut alignment = Alignment::of(&reference_word, &word, period);
+        // In a run of many cycles a drift of the times is no exchange of events.
+        if self.subject.trains().is_some()
+            && !alignment.differences.is_empty()
+            && let Some(in_step) = Alignment::in_step(&reference_word, &word, period)
+            && in_step.differences.len() <= alignment.differences.len()
+            // A drift begins small.
+            && reference_word.iter().zip(&word).take(1).all(|(r, c)| (c.time - r.time).abs() <= 0.25 * period)
+        {
+            alignment = in_step;
+        }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
 
         let onset = [reference_word.first(), word.first()]
@@ -190,21 +263,30 @@ impl Reference {
             if !events_given {
                 windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
             }
-            Some(self.states(&candidate, windows, (detection, onset), &mut watch)?)
+            let position = self.position(&candidate, &found);
+            Some(self.states(&candidate, windows, (detection, onset), position, &mut watch)?)
         } else {
             None
         };
+        let attractors = self.subject.trains().map(|_| {
+            let found = candidate.attractor().or_else(|| {
+                let (attractor, _) = Attractor::of_events(&found).filter(|_| candidate.resolved().is_none())?;
+                let amplitude = states.as_ref().and_then(|states| states.amplitude);
+                Some(Attractor { amplitude, ..attractor })
+            });
+            [self.attractor, found]
+        });
 
         let mut unit_faults: Vec<_> = units::of_time(&self.time_pairs(&all, &survey)).into_iter().collect();
         if let Some(states) = &states {
             let of_channel = |(k, &channel): (usize, &Channel)| {
                 let tallies = states.tallies.each_ref().map(|phase| phase[k]);
-                units::of_channel(channel, &tallies)
+                units::of_channel(channel, self.subject.vocabulary(), &tallies)
             };
             unit_faults.extend(states.channels.iter().enumerate().filter_map(of_channel));
         }
         let evidence = Evidence {
-            physics: &self.physics,
+            subject: &self.subject,
             reference: &reference_word,
             found: &found,
             alignment: &alignment,
@@ -216,11 +298,12 @@ impl Reference {
             interval: survey.interval,
             plateau: survey.plateau,
             detected: !events_given,
+            terms: states.as_ref().map_or(&[][..], |s| &s.terms),
+            creep: states.as_ref().and_then(|s| s.creep),
         };
         let mut causes = diagnosis::diagnose(&evidence);
-        let case_differences = candidate.case().map_or_else(Vec::new, |case| {
-            case_differences(&self.case.resolved(), &case.resolved())
-        });
+        let comparable = candidate.resolved().filter(|resolved| !resolved.is_empty());
+        let case_differences = comparable.map_or_else(Vec::new, |resolved| case_differences(&self.resolved, resolved));
         diagnosis::add_case(&mut causes, &case_differences);
 
         Ok(comparison::compose(comparison::Parts {
@@ -236,7 +319,12 @@ impl Reference {
             errors,
             states: states.as_ref(),
             interval: survey.interval,
-            rerun: self.rerun.was_made(),
+            rerun: match &self.rerun {
+                Some(rerun) => rerun.was_made(),
+                None => states.as_ref().is_some_and(|states| states.filled),
+            },
+            subject: &self.subject,
+            attractors,
         }))
     }
 
@@ -253,12 +341,7 @@ impl Reference {
             return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
         }
         let detects = candidate.events().is_none();
-        let twists = [
-            Channel::RotorTwist,
-            Channel::RotorTwistRate,
-            Channel::Phi1,
-            Channel::Phi1Dot,
-        ];
+        let twists = self.subject.torque_channels();
         let mut channels = Vec::new();
         if detects {
             channels.push(Channel::RelativeVelocity);
@@ -267,13 +350,15 @@ impl Reference {
             }
         }
         let twist = channels.len();
-        let with_twists = candidate.case().is_none() && twists.iter().all(|&channel| candidate.has(channel));
+        let with_twists = candidate.resolved().is_none() && twists.iter().all(|&channel| candidate.has(channel));
         if with_twists {
-            channels.extend(twists);
+            channels.extend_from_slice(twists);
         }
         let mut detector = Detector::new(detection);
+        let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
+        let mut crossings = threshold.map(|_| Crossings::new(detection.velocity_tolerance));
         let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
-        let mut rows = candidate.rows(&channels)?;
+        let mut rows = candidate.rows(&channels, &self.subject)?;
         let mut block = Block::default();
         let (mut from, mut to) = (f64::NAN, f64::NAN);
         let stretch = self.stretch();
@@ -294,8 +379,18 @@ impl Reference {
                 inside.2 = block.time[last - 1];
             }
             if detects {
-                self.detect(&mut detector, &block, twist, with_twists);
-                if detector.count() > MOST_EVENTS {
+                let count = match &mut crossings {
+                    Some(crossings) => {
+                        let rows = block.time.iter().zip(&block.columns[0]);
+                        rows.for_each(|(&time, &velocity)| crossings.add(time, velocity));
+                        crossings.count()
+                    }
+                    None => {
+                        self.detect(&mut detector, &block, twist, with_twists);
+                        detector.count()
+                    }
+                };
+                if count > MOST_EVENTS {
                     let what = format!("more than {MOST_EVENTS} events up to {to:.6} s: omega_r chatters about zero");
                     let remedy = "raise --velocity-tolerance above the size of the chatter";
                     return Err(CompareError::content(
@@ -308,8 +403,8 @@ impl Reference {
             } else if with_twists {
                 let c = &block.columns;
                 for (row, &time) in block.time.iter().enumerate() {
-                    let torque = |k: usize| self.physics.twist_torque(c[k][row], c[k + 1][row]);
-                    watch.add(time, torque(twist), torque(twist + 2));
+                    let (rotor, stator) = self.subject.torques(time, |k| c[twist + k][row]);
+                    watch.add(time, rotor, stator);
                 }
             }
         }
@@ -324,7 +419,12 @@ impl Reference {
         survey.span = Some((from, to));
         survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
         survey.plateau = detector.plateau();
-        Ok((survey, if detects { detector.finish() } else { watch.finish() }))
+        let found = match crossings {
+            _ if !detects => watch.finish(),
+            Some(crossings) => crossings.finish(),
+            None => detector.finish(),
+        };
+        Ok((survey, found))
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
@@ -334,12 +434,12 @@ impl Reference {
         let mut row = 0;
         while row < block.time.len() {
             row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
-            let torque = |k: usize| self.physics.twist_torque(c[k][row], c[k + 1][row]);
+            let torques = || self.subject.torques(block.time[row], |k| c[twist + k][row]);
             detector.add(Point {
                 time: block.time[row],
                 velocity: c[0][row],
                 normal_force: if force { c[1][row] } else { f64::INFINITY },
-                torques: with_twists.then(|| (torque(twist), torque(twist + 2))),
+                torques: with_twists.then(torques),
             });
             row += 1;
         }
@@ -350,7 +450,7 @@ impl Reference {
         let first = self
             .word
             .first()
-            .map_or(0.0, |e| e.time - 10.0 * self.physics.natural_period);
+            .map_or(0.0, |e| e.time - 10.0 * self.subject.natural_period());
         (first, self.word.last().map_or(self.end, |e| e.time))
     }
 
@@ -359,7 +459,7 @@ impl Reference {
         let (first, last) = (self.word.first(), self.word.last());
         let (mut from, mut to) = survey.span.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         // Located events may lie a little outside the samples that show them.
-        let margin = 0.25 * self.physics.natural_period;
+        let margin = 0.25 * self.subject.natural_period();
         let from_start = first.is_none_or(|e| from <= e.time + margin) || !candidate.has_rows();
         let to_end = last.is_none_or(|e| to >= e.time - margin) || !candidate.has_rows();
         if from_start {
@@ -410,10 +510,11 @@ impl Reference {
         candidate: &Candidate,
         windows: Vec<windows::Window>,
         (detection, onset): (Detection, f64),
+        position: Option<(Channel, (f64, f64))>,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States, CompareError> {
-        let channels = candidate.channels();
-        let period = self.physics.natural_period;
+        let channels = candidate.channels(&self.subject);
+        let period = self.subject.natural_period();
         let probe = |from: f64, to: f64| Probe {
             from,
             to,
@@ -425,22 +526,51 @@ impl Reference {
             probe(kick, kick + 2.0 * period),
             probe(onset - 4.0 * period, onset),
         ];
-        let walk = Walk::new(&self.file, &self.physics, &self.rerun, &self.events)?;
-        let mut pass = StatePass::new(walk, &self.physics, &channels, windows, probes);
-        let position = |channel: Channel| channels.iter().position(|known| *known == channel);
-        let energy_columns: Option<Vec<usize>> = energy::CHANNELS.into_iter().map(position).collect();
-        let energy_columns: Option<[usize; 5]> = energy_columns.and_then(|columns| columns.try_into().ok());
-        let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works());
-        let mut rows = candidate.rows(&channels)?;
+        let walk = match (&self.subject, &self.rerun) {
+            (Subject::Brake(physics, _), Some(rerun)) => {
+                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
+            }
+            (Subject::Trains(physics), _) => {
+                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
+            }
+            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
+        };
+        let mut pass = StatePass::new(walk, &self.subject, &channels, windows, probes);
+        let place = |channel: &Channel| channels.iter().position(|known| known == channel);
+        let energy_channels = self.subject.energy_channels();
+        let energy_columns: Option<Vec<usize>> = energy_channels.iter().map(place).collect();
+        let energy_columns = energy_columns.filter(|columns| !columns.is_empty());
+        let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
+        let mut energy = EnergyPass::new(&self.subject, detection.velocity_tolerance, self.kick_works()?);
+        // What a candidate of another program does in its equations.
+        let foreign = self.subject.trains().filter(|_| candidate.resolved().is_none());
+        let foreign = foreign.zip(energy_columns.as_ref());
+        let mut own = foreign.map(|(physics, columns)| {
+            let terms = TermPass::new(physics, detection.velocity_tolerance);
+            (terms, CreepPass::new(physics), columns)
+        });
+        let mut rows = candidate.rows(&channels, &self.subject)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
+            if let Some((terms, creep, columns)) = &mut own {
+                terms.add(&block, columns);
+                creep.add(&block, columns);
+            }
             watch_progress(PASSES, block.time[block.time.len() - 1]);
             if let Some(columns) = &energy_columns {
                 energy.add(&block, columns);
             }
+            if let Some((column, range)) = &mut range {
+                range.add(&block, *column);
+            }
         }
+        let (terms, creep) = own.map_or((Vec::new(), None), |(terms, creep, _)| (terms.finish(), creep.finish()));
         Ok(States {
+            terms,
+            creep: creep.filter(|_| self.subject.trains().is_some_and(TrainPhysics::sticks)),
+            filled: pass.was_filled(),
+            amplitude: range.and_then(|(_, range)| range.amplitude()),
             channels,
             tallies: pass.tallies,
             outside: pass.outside,
@@ -451,14 +581,41 @@ impl Reference {
         })
     }
 
+    /// Of what a candidate's attractor has its amplitude, and over which time (s).
+    fn position(&self, candidate: &Candidate, found: &[detect::Found]) -> Option<(Channel, (f64, f64))> {
+        let position = self
+            .subject
+            .trains()?
+            .position()
+            .filter(|&channel| candidate.has(channel))?;
+        let (attractor, from) = Attractor::of_events(found)?;
+        Some((position, (from, from + attractor.period)))
+    }
+
     /// Time (s) and work (J) of each kick.
-    fn kick_works(&self) -> Vec<(f64, f64)> {
-        let j = self.physics.torsion.torsion.surface_inertia;
-        let kinetic = |s: &crate::record::State| 0.5 * j * (s.phi1_dot * s.phi1_dot + s.phi2_dot * s.phi2_dot);
-        let kicks = self.events.iter().filter(|e| e.kind == EventKind::Kick);
-        kicks
-            .map(|e| (e.time, kinetic(&e.after) - kinetic(&e.before)))
-            .collect()
+    ///
+    /// # Errors
+    /// Of the file.
+    fn kick_works(&self) -> Result<Vec<(f64, f64)>, CompareError> {
+        let is_kick = |event: &&Event| event.kind == EventKind::Kick;
+        Ok(match &self.subject {
+            Subject::Brake(physics, _) => {
+                let j = physics.torsion.torsion.surface_inertia;
+                let kinetic = |s: &crate::record::State| 0.5 * j * (s.phi1_dot * s.phi1_dot + s.phi2_dot * s.phi2_dot);
+                let kicks = self.events.iter().filter(is_kick);
+                kicks
+                    .map(|e| (e.time, kinetic(&e.after) - kinetic(&e.before)))
+                    .collect()
+            }
+            Subject::Trains(physics) => {
+                let states = states_at_events(&self.file, physics, &self.events)?;
+                let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.outside(t), y);
+                let kicks = self.events.iter().zip(&states).filter(|(e, _)| is_kick(e));
+                kicks
+                    .map(|(e, (before, after))| (e.time, kinetic(e.time, after) - kinetic(e.time, before)))
+                    .collect()
+            }
+        })
     }
 }
 
@@ -472,4 +629,11 @@ struct States {
     probes: Vec<Probe>,
     grid: Grid,
     energy: Option<EnergyDrift>,
+    /// Of a candidate of trains by another program: terms of its equations with other factors, and how it creeps.
+    terms: Vec<OtherTerm>,
+    creep: Option<Creep>,
+    /// The equations of trains were integrated again between samples.
+    filled: bool,
+    /// Half of the range of a candidate's position over its last period, rad.
+    amplitude: Option<f64>,
 }

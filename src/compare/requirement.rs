@@ -1,6 +1,6 @@
 //! What a comparison has to reach: `onset<1e-6`.
 
-use super::statistics::STATISTICS;
+use super::statistics::{OF_ATTRACTORS, STATISTICS};
 use super::{ChannelErrors, Comparison};
 use crate::quote::shown;
 
@@ -14,7 +14,7 @@ pub struct Requirement {
 }
 
 /// Numbers that are no statistic.
-const METRICS: [&str; 7] = [
+const METRICS: [&str; 8] = [
     "events",
     "events_rms",
     "missing",
@@ -22,6 +22,7 @@ const METRICS: [&str; 7] = [
     "uncovered",
     "scd",
     "mescd",
+    "drift",
 ];
 
 impl Requirement {
@@ -37,12 +38,13 @@ impl Requirement {
             return Err(format!("--require {text}: expected METRIC<BOUND, such as onset<1e-6"));
         };
         let (metric, bound) = (metric.trim(), bound.trim());
-        let mut known = METRICS.into_iter().chain(STATISTICS.map(|s| s.0));
+        let mut known = METRICS.into_iter().chain(STATISTICS.map(|s| s.0)).chain(OF_ATTRACTORS);
         if !known.any(|name| name == metric) {
             return Err(format!(
-                "--require {text}: unknown metric \"{metric}\"; there are {}, {}",
+                "--require {text}: unknown metric \"{metric}\"; there are {}, {}, and of trains {}",
                 METRICS.join(", "),
                 STATISTICS.map(|s| s.0).join(", "),
+                OF_ATTRACTORS.join(", "),
                 metric = shown(metric)
             ));
         }
@@ -97,6 +99,7 @@ impl Requirement {
             "uncovered" => Some(comparison.uncovered as f64),
             "scd" => fewest(|row| row.scd),
             "mescd" => fewest(|row| row.mescd),
+            "drift" => comparison.cycles.as_ref().map(|cycles| cycles.per_cycle.abs()),
             name => {
                 let statistic = comparison.statistics.iter().find(|s| s.name == name)?;
                 statistic.error().map(f64::abs)

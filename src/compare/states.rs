@@ -2,9 +2,8 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{Curve, Physics, Walk, horner};
+use super::reference::{AnyWalk, Curve, Subject, horner};
 use super::windows::{Phase, Window};
-use crate::model::torsion::TorsionModel;
 use crate::results::ResultError;
 
 /// The errors of one channel in one phase. Candidate minus reference, in the channel's SI unit.
@@ -100,12 +99,11 @@ pub(crate) struct Grid {
 /// The pass: fed with blocks of the candidate, it walks through the reference beside them.
 #[derive(Debug)]
 pub(crate) struct StatePass<'a> {
-    walk: Walk<'a>,
-    model: TorsionModel,
+    walk: AnyWalk<'a>,
     channels: Vec<Channel>,
     windows: Vec<Window>,
     window: usize,
-    curves: Vec<Curve>,
+    curves: Vec<Curve<'a>>,
     /// By phase, then by channel.
     pub tallies: [Vec<Tally>; 3],
     scales: [Vec<f64>; 3],
@@ -122,31 +120,19 @@ pub(crate) struct StatePass<'a> {
 impl<'a> StatePass<'a> {
     /// Before the first sample. `channels` are those of the blocks to come.
     pub fn new(
-        walk: Walk<'a>,
-        physics: &Physics,
+        walk: AnyWalk<'a>,
+        subject: &Subject,
         channels: &[Channel],
         windows: Vec<Window>,
         probes: Vec<Probe>,
     ) -> Self {
         let scales = Phase::ALL.map(|phase| {
-            let scale = |&channel: &Channel| {
-                let scale = physics.scale(channel);
-                // Until the stick-slip, speeds are of the size of the initial one.
-                let is_speed = matches!(
-                    channel,
-                    Channel::ThetaDot | Channel::Phi2Dot | Channel::RelativeVelocity
-                );
-                if phase == Phase::Sliding && is_speed {
-                    scale.max(physics.initial_speed())
-                } else {
-                    scale
-                }
-            };
+            // Until the stick-slip, speeds are of the size of the initial one.
+            let scale = |&channel: &Channel| subject.size(channel, phase == Phase::Sliding);
             channels.iter().map(scale).collect()
         });
         StatePass {
             walk,
-            model: physics.torsion.clone(),
             channels: channels.to_vec(),
             windows,
             window: 0,
@@ -181,13 +167,11 @@ impl<'a> StatePass<'a> {
                 i += skipped;
                 continue;
             }
-            let Some(gap) = self.walk.at(time[i] - window.shift)? else {
+            let Some((left, right, closes)) = self.walk.at(time[i] - window.shift)? else {
                 self.outside += 1;
                 i += 1;
                 continue;
             };
-            let (left, right) = gap.span();
-            let closes = gap.closes();
             let mut count = time[i..].partition_point(|&t| t < window.to && t - window.shift <= right);
             // At a kick or a corner it is open which side of it a sample shows.
             if closes && time[i + count - 1] - window.shift == right {
@@ -234,11 +218,11 @@ impl<'a> StatePass<'a> {
                 let part = |t: f64| (t - from) * per_width;
                 match curve {
                     Curve::Polynomial(c) => samples.for_each(|(&t, &v)| sum.add(t, v, horner(c, part(t)), scale)),
-                    _ => samples.for_each(|(&t, &v)| sum.add(t, v, curve.at(part(t), &self.model), scale)),
+                    _ => samples.for_each(|(&t, &v)| sum.add(t, v, curve.at(part(t)), scale)),
                 }
             } else {
                 for (&t, &value) in samples.filter(|&(&t, _)| usable(part(t))) {
-                    sum.add(t, value, curve.at(part(t), &self.model), scale);
+                    sum.add(t, value, curve.at(part(t)), scale);
                 }
             }
             *tally = sum;
@@ -258,11 +242,16 @@ impl<'a> StatePass<'a> {
             for i in rows.clone() {
                 let t = block.time[i];
                 if (probe.from..probe.to).contains(&t) && probe.points.len() < MOST_PROBED {
-                    let reference = self.curves[k].at(part(t), &self.model);
+                    let reference = self.curves[k].at(part(t));
                     probe.points.push((t, block.columns[k][i] - reference, reference));
                 }
             }
         }
+    }
+
+    /// Whether the equations of trains were integrated again between samples.
+    pub fn was_filled(&self) -> bool {
+        self.walk.was_filled()
     }
 
     /// A difference of two angles is a multiple of their last digit; a twist that was integrated is none.

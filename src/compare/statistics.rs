@@ -1,5 +1,6 @@
 //! The paper's numbers of both runs, side by side.
 
+use super::attractor::Attractor;
 use crate::analysis::StickSlip;
 use crate::record::sequence::SequenceEvent;
 use serde::Serialize;
@@ -9,7 +10,7 @@ use serde::Serialize;
 pub struct Statistic {
     /// As in requirements: "onset", "sticks", ...
     pub name: &'static str,
-    /// "s", or "1" for a count.
+    /// "s", "1" for a count, or the unit of a position.
     pub unit: &'static str,
     /// `None` where the run has no such number.
     pub reference: Option<f64>,
@@ -52,6 +53,29 @@ pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
     }),
     ("last_slip_duration", "s", |s| s.cycles.last().map(|c| c.slip_duration)),
 ];
+
+/// Name, and unit (of the amplitude that of a position), of what is compared of two periodic motions.
+pub(super) const OF_ATTRACTORS: [&str; 3] = ["period", "sticks_in_a_period", "amplitude"];
+
+/// The numbers of the periodic motions of reference and candidate, of trains; `unit` is that of a position.
+pub(super) fn of_attractors(attractors: &[Option<Attractor>; 2], unit: &'static str) -> [Statistic; 3] {
+    let numbers: [fn(&Attractor) -> Option<f64>; 3] = [
+        |attractor| Some(attractor.period),
+        |attractor| Some(attractor.sticks as f64),
+        |attractor| attractor.amplitude,
+    ];
+    let units = ["s", "1", unit];
+    std::array::from_fn(|k| {
+        let [reference, candidate] = attractors.map(|attractor| attractor.as_ref().and_then(numbers[k]));
+        Statistic {
+            name: OF_ATTRACTORS[k],
+            unit: units[k],
+            reference,
+            candidate,
+            covered: true,
+        }
+    })
+}
 
 /// The statistics of two words. A candidate that does not begin before the first event has no onset and no first
 /// durations, and one that ends before the reference's last event has no final stick, nor has the reference beside it.

@@ -30,6 +30,7 @@ impl TorqueWatch {
         while let Some(event) = self.events.get_mut(self.next).filter(|event| event.time <= time) {
             if event.kind == EventKind::Slip && event.torques.is_none() {
                 event.torques = extrapolated(&self.recent, self.passed, event.time);
+                event.torque_rate = rate(&self.recent, self.passed);
             }
             self.passed = event.time;
             self.next += 1;
@@ -41,6 +42,14 @@ impl TorqueWatch {
     pub fn finish(self) -> Vec<Found> {
         self.events
     }
+}
+
+/// The rate of T_f = (T_r + T_s)/2 between the last two samples of one stick, N m/s.
+fn rate(recent: &[Option<(f64, f64, f64)>; 3], from: f64) -> Option<f64> {
+    let [Some(b), Some(a), _] = *recent else {
+        return None;
+    };
+    (a.0 >= from).then(|| ((b.1 - a.1) + (b.2 - a.2)) / 2.0 / (b.0 - a.0))
 }
 
 /// The parabolas through three samples of one stick, at its end.

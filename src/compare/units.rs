@@ -1,14 +1,15 @@
 //! Units that a candidate may have been written in by mistake.
 
-use super::Channel;
 use super::states::Tally;
+use super::{Channel, Vocabulary};
 use crate::case::quantity::{self, Dimension};
+use std::borrow::Cow;
 
 /// A channel, or the time, that differs from the reference by the factor of a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct UnitFault {
     /// The channel's name, or "time".
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// What it seems to be in: a unit, or the opposite sign.
     pub found: String,
     /// What it should be in.
@@ -42,7 +43,7 @@ fn unit_of(factor: f64, dimension: Dimension) -> Option<&'static str> {
 }
 
 /// What one channel's errors over all phases say about its unit.
-pub(super) fn of_channel(channel: Channel, tallies: &[Tally]) -> Option<UnitFault> {
+pub(super) fn of_channel(channel: Channel, vocabulary: &Vocabulary, tallies: &[Tally]) -> Option<UnitFault> {
     let [product, reference, candidate] = tallies.iter().fold([0.0; 3], |sum, tally| {
         std::array::from_fn(|k| sum[k] + tally.products[k])
     });
@@ -53,12 +54,12 @@ pub(super) fn of_channel(channel: Channel, tallies: &[Tally]) -> Option<UnitFaul
     let fault = |found: String| UnitFault {
         name: channel.name(),
         found,
-        expected: channel.unit(),
+        expected: vocabulary.unit(channel),
     };
     if (factor + 1.0).abs() < FACTOR_WITHIN {
         return Some(fault("the opposite sign".to_owned()));
     }
-    unit_of(factor, channel.dimension()).map(|unit| fault(unit.to_owned()))
+    unit_of(factor, vocabulary.dimension(channel)).map(|unit| fault(unit.to_owned()))
 }
 
 /// What pairs of corresponding times (reference, candidate; s) say about the unit of time.
@@ -67,7 +68,7 @@ pub(super) fn of_time(pairs: &[(f64, f64)]) -> Option<UnitFault> {
     let unit = unit_of(first.1 / first.0, Dimension::Time)?;
     let same = pairs.iter().all(|(r, c)| unit_of(c / r, Dimension::Time) == Some(unit));
     same.then(|| UnitFault {
-        name: "time",
+        name: Cow::Borrowed("time"),
         found: unit.to_owned(),
         expected: "s",
     })

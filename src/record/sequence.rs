@@ -107,6 +107,20 @@ impl Alignment {
         Alignment { pairs, differences }
     }
 
+    /// Aligns two words event by event, whatever their times; `None` if one is not the begin of the other.
+    pub fn in_step(reference: &[SequenceEvent], candidate: &[SequenceEvent], natural_period: f64) -> Option<Alignment> {
+        if !reference.iter().zip(candidate).all(|(r, c)| r.kind == c.kind) {
+            return None;
+        }
+        let pair = |k: usize| Pair {
+            reference: (k < reference.len()).then_some(k),
+            candidate: (k < candidate.len()).then_some(k),
+        };
+        let pairs: Vec<Pair> = (0..reference.len().max(candidate.len())).map(pair).collect();
+        let differences = differences(reference, candidate, &pairs, natural_period);
+        Some(Alignment { pairs, differences })
+    }
+
     /// Indices (reference, candidate) of the matched pairs.
     pub fn matched(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.pairs.iter().filter_map(Pair::matched)

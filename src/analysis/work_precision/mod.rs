@@ -5,16 +5,21 @@
 //! events; the first two are taken where both runs have such a stick, whatever is between.
 
 mod study;
+mod study_case;
 
 pub use study::{Knob, ReferenceChoice, STUDIES, Study};
+pub use study_case::StudyCase;
+
+use study::{FALLBACK, TIGHTEST};
 
 use super::truth::{Truth, TruthError};
-use crate::case::Case;
+use crate::oracle::trains::{ExactTrains, solve};
+use crate::oracle::{OracleError, OracleRequest};
 use crate::record::{Event, EventKind, NoRecorder};
-use crate::run::Run;
 use crate::simulation::{Method, RunReport};
+use num_rational::BigRational;
 use std::ops::ControlFlow;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Why a study has no result.
 #[derive(Debug, thiserror::Error)]
@@ -184,9 +189,9 @@ fn sequence(events: &[Event]) -> Sequence {
 }
 
 /// A run without any record; `None` if it was interrupted.
-fn integrate(case: &Case, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
+fn integrate(case: &StudyCase, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
     let mut recorder = NoRecorder;
-    match Run::new(case).record(&mut recorder).control(|_| control()).start() {
+    match case.run().record(&mut recorder).control(|_| control()).start() {
         Ok(report) => Ok((!report.interrupted).then_some(report)),
         Err(failure) => Err(failure.to_string()),
     }
@@ -199,7 +204,7 @@ fn reference(
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path)?;
-            if let Some((_, _, case)) = study.runs.first() {
+            if let Some((_, _, StudyCase::Brake(case))) = study.runs.first() {
                 truth.check_case(&case.parameters, case.output.end_time)?;
             }
             Reference {
@@ -208,56 +213,141 @@ fn reference(
                 events: truth.events,
             }
         }
-        ReferenceChoice::Runs { method, check, rtol } => {
-            let mut sequences = Vec::with_capacity(2);
-            for case in &study.reference_cases {
-                let by = case.solver.method;
-                let report = integrate(case, &mut || control(by, false));
-                let report = report.map_err(|failure| StudyError::ReferenceFailed {
-                    method: by.name(),
-                    failure,
-                })?;
-                let Some(report) = report else {
-                    return Ok(None);
-                };
-                if control(by, true).is_break() {
-                    return Ok(None);
+        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control)? {
+            Asked::Found(reference) => reference,
+            Asked::Interrupted => return Ok(None),
+            Asked::Without(why) => {
+                let (method, check) = FALLBACK;
+                match by_runs(study, [method, check], TIGHTEST, control)? {
+                    Some(mut reference) => {
+                        reference.description += &format!("; the oracle was not used: {why}");
+                        reference
+                    }
+                    None => return Ok(None),
                 }
-                sequences.push(sequence(&report.events));
             }
-            let checked = sequences.pop().unwrap_or_default();
-            let events = sequences.pop().unwrap_or_default();
-            if !alike(&events, &checked) {
-                let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
-                let parting = parting.unwrap_or(events.len().min(checked.len()));
-                let time = events
-                    .get(parting)
-                    .or(checked.get(parting))
-                    .map_or(f64::NAN, |event| event.1);
-                return Err(StudyError::NoReference {
-                    method: method.name(),
-                    check: check.name(),
-                    rtol: *rtol,
-                    events: events.len(),
-                    check_events: checked.len(),
-                    time,
-                });
-            }
-            Reference {
-                description: format!(
-                    "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
-                    method.name(),
-                    check.name()
-                ),
-                uncertainties: events.iter().zip(&checked).map(|(a, b)| (a.1 - b.1).abs()).collect(),
-                events,
-            }
-        }
+        },
+        ReferenceChoice::Runs { method, check, rtol } => match by_runs(study, [*method, *check], *rtol, control)? {
+            Some(reference) => reference,
+            None => return Ok(None),
+        },
     };
     if reference.events.is_empty() {
         return Err(StudyError::NoEvents);
     }
     Ok(Some(reference))
+}
+
+/// A run, and how far another by an independent method is from it; `None` if it was interrupted.
+fn by_runs(
+    study: &Study,
+    [method, check]: [Method; 2],
+    rtol: f64,
+    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+) -> Result<Option<Reference>, StudyError> {
+    let mut sequences = Vec::with_capacity(2);
+    for case in &study.reference_cases {
+        let by = case.method();
+        let report = integrate(case, &mut || control(by, false));
+        let report = report.map_err(|failure| StudyError::ReferenceFailed {
+            method: by.name(),
+            failure,
+        })?;
+        let Some(report) = report else {
+            return Ok(None);
+        };
+        if control(by, true).is_break() {
+            return Ok(None);
+        }
+        sequences.push(sequence(&report.events));
+    }
+    let checked = sequences.pop().unwrap_or_default();
+    let events = sequences.pop().unwrap_or_default();
+    if !alike(&events, &checked) {
+        let parting = events.iter().zip(&checked).position(|(a, b)| a.0 != b.0);
+        let parting = parting.unwrap_or(events.len().min(checked.len()));
+        let time = events
+            .get(parting)
+            .or(checked.get(parting))
+            .map_or(f64::NAN, |event| event.1);
+        return Err(StudyError::NoReference {
+            method: method.name(),
+            check: check.name(),
+            rtol,
+            events: events.len(),
+            check_events: checked.len(),
+            time,
+        });
+    }
+    Ok(Some(Reference {
+        description: format!(
+            "{} at rtol {rtol:e}; its uncertainty is the distance of {} at the same tolerance",
+            method.name(),
+            check.name()
+        ),
+        uncertainties: events.iter().zip(&checked).map(|(a, b)| (a.1 - b.1).abs()).collect(),
+        events,
+    }))
+}
+
+/// What came of asking the oracle.
+enum Asked {
+    Found(Reference),
+    Interrupted,
+    /// Why it has no answer.
+    Without(String),
+}
+
+/// The oracle is given up where it would take longer.
+const LONGEST: Duration = Duration::from_secs(30);
+
+/// Digits of the events by the oracle: more than a double has.
+const DIGITS: u32 = 18;
+
+/// The exact events of two trains.
+fn by_oracle(
+    study: &Study,
+    exact: &ExactTrains,
+    control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
+) -> Result<Asked, StudyError> {
+    let Some((by, _, StudyCase::Trains(case))) = study.runs.first() else {
+        return Ok(Asked::Without("the case is none of trains".to_owned()));
+    };
+    let rational = |value: f64| BigRational::from_float(value).unwrap_or_default();
+    let request = OracleRequest {
+        digits: DIGITS,
+        growth: 0.0,
+        end_time: rational(case.output.end_time),
+        max_events: case.solver.max_events,
+        longest: LONGEST,
+    };
+    let threshold = case.threshold.map(rational);
+    let solution = match solve(exact, &request, threshold.as_ref(), &mut |_| control(*by, false)) {
+        Ok(solution) => solution,
+        Err(OracleError::Interrupted(_)) => return Ok(Asked::Interrupted),
+        Err(error) => return Ok(Asked::Without(error.to_string())),
+    };
+    for _ in &study.reference_cases {
+        if control(*by, true).is_break() {
+            return Ok(Asked::Interrupted);
+        }
+    }
+    let events = solution.report.events.iter().zip(&solution.errors);
+    let in_word = events.filter(|(event, _)| event.kind.in_event_sequence());
+    let (events, uncertainties) = in_word
+        .map(|(event, error)| {
+            let time = event.time.to_f64();
+            ((event.kind, time), error.max(time.next_up() - time))
+        })
+        .unzip();
+    Ok(Asked::Found(Reference {
+        description: format!(
+            "the oracle with {} digits; its uncertainty is the distance of neighbouring doubles",
+            solution.digits_computed
+        ),
+        events,
+        uncertainties,
+    }))
 }
 
 fn alike(a: &[(EventKind, f64)], b: &[(EventKind, f64)]) -> bool {
@@ -301,7 +391,7 @@ fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
 fn measure(
     method: Method,
     knob: Knob,
-    case: &Case,
+    case: &StudyCase,
     reference: &Reference,
     repeat: usize,
     control: &mut dyn FnMut() -> ControlFlow<()>,

@@ -1,8 +1,10 @@
 //! The study file: TOML, with the same care for places and remedies as a case.
 
+use super::StudyCase;
 use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
-use crate::case::{Case, CaseError, CaseSource, Override, Problem, number_of, suggest, toml_text};
+use crate::case::{CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
+use crate::oracle::trains::ExactTrains;
 use crate::quote::shown;
 use crate::simulation::Method;
 use std::path::{Path, PathBuf};
@@ -14,7 +16,10 @@ pub const STUDIES: &[BuiltIn] = &[BuiltIn {
 }];
 
 /// Relative tolerance of the reference runs, if the study says nothing.
-const TIGHTEST: f64 = 1e-13;
+pub(super) const TIGHTEST: f64 = 1e-13;
+
+/// The methods of the reference of trains, and of its check, where the oracle takes too long.
+pub(super) const FALLBACK: (Method, Method) = (Method::Series, Method::Auto);
 
 /// Runs of a study: each is a case of its own, kept in memory, and takes milliseconds at the least.
 const MOST_RUNS: usize = 10_000;
@@ -24,6 +29,8 @@ const MOST_RUNS: usize = 10_000;
 pub enum ReferenceChoice {
     /// A file of true events.
     Truth(PathBuf),
+    /// The exact solution of two trains; where that takes too long, a run by `series` with a check by `auto`.
+    Oracle(Box<ExactTrains>),
     /// A run by `method`; how far another by `check` is from it is the uncertainty. Both at `rtol`.
     Runs {
         /// The reference.
@@ -56,11 +63,11 @@ pub struct Study {
     /// Of the case that all runs share.
     pub case_label: String,
     /// The case of every run, in the order of the study; only method and tolerance or step differ.
-    pub runs: Vec<(Method, Knob, Case)>,
+    pub runs: Vec<(Method, Knob, StudyCase)>,
     /// Against which they are held.
     pub reference: ReferenceChoice,
     /// The cases of the reference and of its check, if they are computed.
-    pub reference_cases: Vec<Case>,
+    pub reference_cases: Vec<StudyCase>,
     /// Each run is repeated so often, and its least time counts.
     pub repeat: usize,
     /// Files that it read, which must not be overwritten.
@@ -106,7 +113,7 @@ impl Study {
         let shared = reader.overrides(&root)?;
         // What is wrong with the case itself is said at its own keys, not at the first run's.
         let key = if shared.is_empty() { "case" } else { "set" };
-        Case::parse(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
+        let plain = StudyCase::parse(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
         let series = reader.list(&root, "series")?;
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
         for (index, node) in series.iter().enumerate() {
@@ -135,30 +142,47 @@ impl Study {
                 "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
             return Err(reader.problem(&root, "series", message.to_owned()));
         }
-        let case = |key: &str, method: Method, knob: Knob| -> Result<Case, CaseError> {
+        let case = |key: &str, method: Method, knob: Knob| -> Result<StudyCase, CaseError> {
             let mut overrides = shared.clone();
             overrides.push(Override::parse(&format!("solver.method={}", method.name()))?);
             overrides.push(match knob {
                 Knob::Tolerance(rtol) => Override::number("solver.rtol", rtol),
                 Knob::FixedStep(step) => Override::number("solver.fixed_step", step),
             });
-            let mut case = Case::parse(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
+            let mut case = StudyCase::parse(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
             // What is measured is the integration, not the samples.
-            case.output.interval = case.output.end_time;
-            case.output.windows.clear();
-            case.output.steps = false;
+            let output = case.output();
+            output.interval = output.end_time;
+            output.windows.clear();
+            output.steps = false;
             Ok(case)
         };
         let runs = pairs
             .into_iter()
             .map(|(method, knob, key)| Ok((method, knob, case(&key, method, knob)?)))
             .collect::<Result<Vec<_>, CaseError>>()?;
-        let reference = reader.reference(&root)?;
+        let reference = match (&plain, root.at("reference")) {
+            (StudyCase::Trains(_), None) => {
+                let exact = TrainCase::exact_parameters(&source, &shared);
+                let exact = exact.map_err(|error| reader.of_case(&root, key, &error))?;
+                ReferenceChoice::Oracle(Box::new(exact))
+            }
+            _ => reader.reference(&root)?,
+        };
+        if let (StudyCase::Trains(_), ReferenceChoice::Truth(_)) = (&plain, &reference) {
+            let message =
+                "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
+            return Err(reader.problem(&root, "reference.truth", message.to_owned()));
+        }
         let reference_cases = match &reference {
             ReferenceChoice::Truth(path) => {
                 files.push(path.clone());
                 Vec::new()
             }
+            ReferenceChoice::Oracle(_) => [FALLBACK.0, FALLBACK.1]
+                .into_iter()
+                .map(|method| case(key, method, Knob::Tolerance(TIGHTEST)))
+                .collect::<Result<_, _>>()?,
             ReferenceChoice::Runs { method, check, rtol } => [method, check]
                 .into_iter()
                 .map(|&method| case("reference", method, Knob::Tolerance(*rtol)))

@@ -34,8 +34,8 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         CompareError::Result(error) => bad_file(error),
         error => CommandError::Input(error.to_string()),
     };
-    let mapping = mapping(options).map_err(input)?;
     let reference = Reference::open(&options.reference).map_err(input)?;
+    let mapping = mapping(options, reference.mapping()).map_err(input)?;
     let comparisons = options.candidates.iter().map(|path| {
         let bar = CompareBar::new(common, path);
         let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.show(progress));
@@ -74,10 +74,10 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
 }
 
 /// The mapping file with the options over it.
-fn mapping(options: &CompareOptions) -> Result<Mapping, CompareError> {
+fn mapping(options: &CompareOptions, names: Mapping) -> Result<Mapping, CompareError> {
     let mut mapping = match &options.map {
-        Some(path) => Mapping::file(path)?,
-        None => Mapping::default(),
+        Some(path) => names.with_file(path)?,
+        None => names,
     };
     for column in &options.columns {
         mapping.add_option(column)?;

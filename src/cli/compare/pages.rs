@@ -50,6 +50,9 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             e.matched
         )));
     }
+    if let Some(cycles) = &c.cycles {
+        parts.push(Part::Text(growth(cycles)));
+    }
     if !c.sequence.is_empty() {
         let shown = if length == Length::Screen { LISTED } else { usize::MAX };
         parts.push(Part::Table(sequence(&c.sequence, shown)));
@@ -68,8 +71,20 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
             drift.max, drift.max_at, drift.last, drift.covered
         )));
     }
+    if !c.absent.is_empty() {
+        let why = c.absent.iter().map(|absent| format!("{}: {}", absent.what, absent.why));
+        parts.push(Part::Text(format!(
+            "not compared: {}",
+            why.collect::<Vec<_>>().join("; ")
+        )));
+    }
     if length == Length::Whole && e.matched > 0 {
         parts.push(Part::Table(events(c)));
+        // What a run of many cycles does says the growth; --json has every event.
+        let more = e.events.len().saturating_sub(most_events(c));
+        if more > 0 {
+            parts.push(Part::Text(format!("and {more} more, which --json has")));
+        }
     }
     if !c.case_differences.is_empty() {
         let row = |d: &crate::compare::CaseDifference| vec![d.key.clone(), d.reference.clone(), d.candidate.clone()];
@@ -87,6 +102,22 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
     }
 }
 
+/// How the errors of the events grow from cycle to cycle.
+fn growth(cycles: &crate::compare::CycleErrors) -> String {
+    let of = format!("{}s", cycles.of);
+    format!(
+        "{} matched {of}: the error grows from {:.2e} to {:.2e} s, by {:.2e} s a cycle ({:.1e} of its duration), with a scatter of \
+         {:.1e} s",
+        cycles.cycles, cycles.first, cycles.last, cycles.per_cycle, cycles.relative, cycles.scatter
+    )
+}
+
+/// Matched events that a report lists: all of a brake, the first of trains.
+fn most_events(c: &Comparison) -> usize {
+    const OF_TRAINS: usize = 100;
+    if c.time_scale.is_some() { OF_TRAINS } else { usize::MAX }
+}
+
 /// Format, span and where the events are from.
 fn what_was_read(c: &Comparison) -> String {
     let mut text = c.format.to_owned();
@@ -96,14 +127,21 @@ fn what_was_read(c: &Comparison) -> String {
     if let Some(interval) = c.interval {
         text += &format!(", a sample every {interval:.3e} s in the stick-slip");
     }
-    match &c.detection {
-        Some(d) => format!(
-            "{text}; events found where |omega_r| <= {:.0e} rad/s, a stick ends above {:.0e} rad/s",
+    if let Some(d) = &c.detection {
+        text += &format!(
+            "; events found where |omega_r| <= {:.0e} {unit}, a stick ends above {:.0e} {unit}",
             d.velocity_tolerance,
-            d.velocity_tolerance * d.hysteresis
-        ),
-        None => text,
+            d.velocity_tolerance * d.hysteresis,
+            unit = c.velocity_unit
+        );
     }
+    if let Some(scale) = &c.time_scale {
+        text += &format!(
+            "; times are measured by {:.4e} s, the period of {}",
+            scale.period, scale.of
+        );
+    }
+    text
 }
 
 /// A time with nine decimals at most.
@@ -116,12 +154,12 @@ fn statistics(c: &Comparison) -> Table {
     let number = |unit: &str, value: Option<f64>| match value {
         None => "none".to_owned(),
         Some(value) if unit == "1" => format!("{value}"),
-        Some(value) => format!("{value:.9} s"),
+        Some(value) => format!("{value:.9} {unit}"),
     };
     let error = |s: &Statistic| match (s.reference.is_some(), s.unit, s.error()) {
         (false, _, _) | (_, _, None) => String::new(),
         (_, "1", Some(error)) => format!("{error}"),
-        (_, _, Some(error)) => format!("{error:.2e} s"),
+        (_, unit, Some(error)) => format!("{error:.2e} {unit}"),
     };
     let mut rows = vec![vec![
         "events".to_owned(),
@@ -174,7 +212,7 @@ fn channels(c: &Comparison) -> Vec<Table> {
         let count = rows.iter().take_while(|row| row.phase == first.phase).count();
         let line = |row: &crate::compare::ChannelErrors| {
             vec![
-                row.channel.to_owned(),
+                row.channel.clone().into_owned(),
                 format!("{:.2e} {}", row.max, row.unit),
                 format!("{:.6}", row.max_at),
                 format!("{:.1e}", row.rms),
@@ -202,7 +240,9 @@ fn samples(c: &Comparison) -> Option<String> {
     if c.samples_too_sparse > 0 {
         text += &format!("; {} where the reference is too sparse", c.samples_too_sparse);
     }
-    if c.reference_repeated {
+    if c.reference_repeated && c.time_scale.is_some() {
+        text += "; the reference's equations were integrated again between its samples";
+    } else if c.reference_repeated {
         text += "; the reference's run was repeated for its states between samples";
     }
     Some(text)
@@ -220,7 +260,7 @@ fn events(c: &Comparison) -> Table {
     Table {
         title: "matched events".to_owned(),
         header: vec!["kind", "event", "time in the reference, s", "error, s"],
-        rows: c.event_errors.events.iter().map(row).collect(),
+        rows: c.event_errors.events.iter().take(most_events(c)).map(row).collect(),
         texts: 1,
     }
 }

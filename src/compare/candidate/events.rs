@@ -1,6 +1,5 @@
 //! Tables of events of candidates.
 
-use super::super::reference::Physics;
 use super::super::{CompareError, Found};
 use super::csv::CsvTable;
 use super::hdf5::ForeignTable;
@@ -40,17 +39,18 @@ pub(in super::super) fn last_in_order(path: &Path, events: &[Event]) -> Result<f
     Ok(last)
 }
 
-/// Events of one of this program's results.
-pub(super) fn own(path: &Path, events: &[Event], physics: &Physics) -> Result<Vec<Found>, CompareError> {
+/// T_r and T_s before an event, N m.
+pub(super) type Torques = Option<(f64, f64)>;
+
+/// Events of one of this program's results, with the torques before them.
+pub(super) fn own(path: &Path, events: &[Event], states: &[Torques]) -> Result<Vec<Found>, CompareError> {
     last_in_order(path, events)?;
     let mut found = Vec::new();
-    for event in events {
+    for (event, &torques) in events.iter().zip(states) {
         if event.kind.in_event_sequence() {
-            let s = &event.before;
-            let torque = |twist: f64, rate: f64| physics.twist_torque(twist, rate);
             found.push(Found {
-                torques: Some((torque(s.rotor_twist, s.rotor_twist_rate), torque(s.phi1, s.phi1_dot))),
-                dropped: Some(s.relative_velocity.abs()),
+                torques,
+                dropped: Some(event.before.relative_velocity.abs()),
                 ..Found::new(event.time, event.kind)
             });
         }

@@ -1,6 +1,6 @@
 //! Which column of a candidate is which channel, and in which unit.
 
-use super::super::{Channel, CompareError};
+use super::super::{Channel, CompareError, Vocabulary};
 use crate::case::quantity::{self, Dimension};
 use crate::case::suggest;
 use crate::quote::shown;
@@ -37,6 +37,8 @@ pub struct Mapping {
     pub velocity_tolerance: Option<f64>,
     /// A stick ends where the relative velocity exceeds this many tolerances.
     pub hysteresis: Option<f64>,
+    /// By which channels are named, and what they measure: that of the reference.
+    pub vocabulary: Vocabulary,
 }
 
 /// What `[time]`, a channel or an event column measures.
@@ -63,11 +65,19 @@ pub(super) fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
 }
 
 impl Mapping {
-    /// Reads a mapping file.
+    /// Reads a mapping file for a brake.
     ///
     /// # Errors
     /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
     pub fn file(path: &Path) -> Result<Mapping, CompareError> {
+        Mapping::default().with_file(path)
+    }
+
+    /// Reads a mapping file over what is known.
+    ///
+    /// # Errors
+    /// Those of [`Self::file`].
+    pub fn with_file(self, path: &Path) -> Result<Mapping, CompareError> {
         let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
         let text = text.map_err(|line| {
             let what = "not a mapping: expected TOML, which is UTF-8 text";
@@ -79,7 +89,7 @@ impl Mapping {
             let what = format!("not TOML: {}", error.message().trim());
             CompareError::content(path, format!("line {line}"), what, "correct the mapping")
         })?;
-        let mut mapping = Mapping::default();
+        let mut mapping = self;
         for (key, item) in document.iter() {
             let line = item.span().map_or(1, |span| line_of(&text, span.start));
             mapping.entry(key, item).map_err(|what| {
@@ -104,8 +114,8 @@ impl Mapping {
             "time" => self.time = Some(column(item, key, Dimension::Time)?),
             "channels" => {
                 for (name, item) in table(item, key)?.iter() {
-                    let channel = known_channel(name)?;
-                    self.add(channel, column(item, name, channel.dimension())?);
+                    let channel = self.known_channel(name)?;
+                    self.add(channel, column(item, name, self.vocabulary.dimension(channel))?);
                 }
             }
             "events" => {
@@ -129,7 +139,7 @@ impl Mapping {
             "detection" => {
                 for (name, item) in table(item, key)?.iter() {
                     match name {
-                        "velocity_tolerance" => self.velocity_tolerance = Some(velocity(item)?),
+                        "velocity_tolerance" => self.velocity_tolerance = Some(velocity(item, self.velocity())?),
                         "hysteresis" => {
                             let factor = item.as_float().or_else(|| item.as_integer().map(|n| n as f64));
                             self.set_hysteresis(factor.unwrap_or(f64::NAN))?;
@@ -171,8 +181,8 @@ impl Mapping {
             "events.time" => self.event_time = Some(parse(Dimension::Time)?),
             "events.kind" => self.event_kind = Some(parse(Dimension::Number)?),
             _ => {
-                let channel = known_channel(name).map_err(fault)?;
-                self.add(channel, parse(channel.dimension())?);
+                let channel = self.known_channel(name).map_err(fault)?;
+                self.add(channel, parse(self.vocabulary.dimension(channel))?);
             }
         }
         Ok(())
@@ -185,7 +195,7 @@ impl Mapping {
     pub fn set_tolerance(&mut self, text: &str) -> Result<(), CompareError> {
         let value = match text.trim().parse::<f64>() {
             Ok(value) => Ok(value),
-            Err(_) => quantity::parse(text, Dimension::AngularVelocity),
+            Err(_) => quantity::parse(text, self.velocity()),
         };
         let value = value.and_then(not_negative);
         self.velocity_tolerance =
@@ -203,6 +213,18 @@ impl Mapping {
         }
         self.hysteresis = Some(factor);
         Ok(())
+    }
+
+    fn velocity(&self) -> Dimension {
+        self.vocabulary.motion().dimension(Dimension::AngularVelocity)
+    }
+
+    fn known_channel(&self, name: &str) -> Result<Channel, String> {
+        self.vocabulary.find(name).ok_or_else(|| {
+            let names: Vec<String> = self.vocabulary.channels().map(|c| c.name().into_owned()).collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            unknown("the channels", name, &names)
+        })
     }
 
     fn add(&mut self, channel: Channel, column: Column) {
@@ -241,12 +263,17 @@ fn column(item: &Item, key: &str, dimension: Dimension) -> Result<Column, String
         .map_err(|what| format!("{key}: {what}"))
 }
 
-fn velocity(item: &Item) -> Result<f64, String> {
+fn velocity(item: &Item, dimension: Dimension) -> Result<f64, String> {
     let value = match (item.as_float(), item.as_integer(), item.as_str()) {
         (Some(value), _, _) => value,
         (_, Some(value), _) => value as f64,
-        (_, _, Some(text)) => quantity::parse(text, Dimension::AngularVelocity)?,
-        _ => return Err("velocity_tolerance is a number in rad/s, or a text with a unit".to_owned()),
+        (_, _, Some(text)) => quantity::parse(text, dimension)?,
+        _ => {
+            return Err(format!(
+                "velocity_tolerance is a number in {}, or a text with a unit",
+                dimension.unit()
+            ));
+        }
     };
     not_negative(value)
 }
@@ -257,13 +284,6 @@ fn not_negative(value: f64) -> Result<f64, String> {
     } else {
         Err(format!("a velocity tolerance is a number of at least 0, not {value}"))
     }
-}
-
-fn known_channel(name: &str) -> Result<Channel, String> {
-    Channel::find(name).ok_or_else(|| {
-        let names = Channel::ALL.map(Channel::name);
-        unknown("the channels", name, &names)
-    })
 }
 
 /// The kind of a name; case does not matter.

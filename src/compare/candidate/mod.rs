@@ -13,12 +13,15 @@ pub use mapping::{Column, Mapping};
 pub use rows::{Block, Rows};
 pub use table::{Pass, Table};
 
-use super::reference::Physics;
+use super::attractor::Attractor;
+use super::reference::{Subject, is_brake};
+use super::saved_case::SavedCase;
 use super::{Channel, CompareError, Found};
 use crate::case::quantity::Dimension;
-use crate::case::{Case, CaseSource};
+use crate::model::trains::Pressing;
 use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile};
+use crate::simulation::trains::further;
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
 use npz::NpzTable;
@@ -41,7 +44,10 @@ pub(crate) struct Candidate {
     supplies: Vec<Supply>,
     direct: Vec<Channel>,
     events: Option<Vec<Found>>,
-    case: Option<Case>,
+    /// The case of one of this program's results, every value in SI; empty where it is of the other form than the reference's.
+    resolved: Option<String>,
+    /// What one of this program's results of trains says of its motion.
+    attractor: Option<Attractor>,
 }
 
 impl Candidate {
@@ -50,22 +56,22 @@ impl Candidate {
     /// # Errors
     /// If it is of no known format, damaged, lacks a time column, has neither events nor a relative velocity, or if
     /// the mapping names what it does not have.
-    pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
+    pub fn open(path: &Path, mapping: &Mapping, subject: &Subject) -> Result<Candidate, CompareError> {
         let source = Source::open(path)?;
         let start = source.head()?;
         if start.starts_with(b"\x89HDF") {
             refuse_pipe(&source)?;
             return match ResultFile::open(path) {
-                Ok(file) => Candidate::own(path, file, physics),
+                Ok(file) => Candidate::own(path, file, subject),
                 Err(ResultError::NotAResult { .. }) => {
                     let file = ForeignFile::open(path)?;
-                    Candidate::foreign(path, "HDF5", Box::new(ForeignTable { file }), mapping)
+                    Candidate::foreign(path, "HDF5", Box::new(ForeignTable { file }), mapping, subject)
                 }
                 Err(error) => Err(error.into()),
             };
         }
         if start.starts_with(b"PK") {
-            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping);
+            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping, subject);
         }
         let named_hdf5 = path
             .extension()
@@ -79,27 +85,96 @@ impl Candidate {
                 remedy,
             ));
         }
-        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(source)?), mapping)
+        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(source)?), mapping, subject)
     }
 
     /// One of this program's results.
-    fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
-        let case = case_of(path, &file)?;
-        let events = events::own(path, &file.events()?, physics)?;
+    fn own(path: &Path, file: ResultFile, subject: &Subject) -> Result<Candidate, CompareError> {
+        let case = SavedCase::of(path, &file)?;
+        let events = file.events()?;
+        let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
+        let same = "the same motion can be compared in both forms where it is the brake of the short form: a rotor of two \
+                    inertias on one shaft, free, and a stator of one on a fixed shaft";
+        let mut channels: Vec<Channel> = match (&case, subject) {
+            (SavedCase::Brake(_), Subject::Brake(..)) => Channel::ALL.to_vec(),
+            (SavedCase::Trains(case), Subject::Trains(physics)) => {
+                if case.motion != physics.case.motion {
+                    let what = "is a run of another motion than the reference: one is of rotation, one of translation";
+                    return refuse(what, "compare runs of one motion");
+                }
+                let further: Vec<String> = further(&case.parameters).into_iter().map(|one| one.name).collect();
+                let is_there = |channel: &Channel| {
+                    Channel::ALL.contains(channel) || further.iter().any(|name| *name == channel.name())
+                };
+                subject.vocabulary().channels().filter(is_there).collect()
+            }
+            (SavedCase::Brake(_), Subject::Trains(physics)) if is_brake(&physics.case.parameters) => {
+                let of_brake = |channel: &Channel| Channel::ALL.contains(channel);
+                subject.vocabulary().channels().filter(of_brake).collect()
+            }
+            (SavedCase::Trains(case), Subject::Brake(..)) if is_brake(&case.parameters) => Channel::ALL.to_vec(),
+            (SavedCase::Brake(_), Subject::Trains(_)) => {
+                return refuse("is a result of a brake, [torsion], the reference one of trains", same);
+            }
+            (SavedCase::Trains(_), Subject::Brake(..)) => {
+                return refuse(
+                    "is a result of trains, [rotor] and [stator], the reference one of a brake",
+                    same,
+                );
+            }
+        };
+        if let (SavedCase::Trains(case), Subject::Brake(..)) = (&case, subject)
+            && matches!(case.parameters.pressing, Pressing::Force(_))
+        {
+            channels.retain(|channel| !matches!(channel, Channel::Z | Channel::ZDot));
+        }
+        let torques: Vec<_> = match subject {
+            Subject::Brake(physics, _) => events
+                .iter()
+                .map(|event| {
+                    let s = &event.before;
+                    Some((
+                        physics.twist_torque(s.rotor_twist, s.rotor_twist_rate),
+                        physics.twist_torque(s.phi1, s.phi1_dot),
+                    ))
+                })
+                .collect(),
+            Subject::Trains(_) => {
+                let radius = match &case {
+                    SavedCase::Brake(case) => case.parameters.contact.radius,
+                    SavedCase::Trains(case) => case.parameters.radius,
+                };
+                let torque = |event: &crate::record::Event| event.internal_force * radius;
+                events
+                    .iter()
+                    .map(|event| Some((torque(event), torque(event))))
+                    .collect()
+            }
+        };
+        let of_one_form = matches!(
+            (&case, subject),
+            (SavedCase::Brake(_), Subject::Brake(..)) | (SavedCase::Trains(_), Subject::Trains(_))
+        );
         Ok(Candidate {
             path: path.to_owned(),
             format: "result file",
             columns: std::iter::once("time".to_owned())
-                .chain(Channel::ALL.map(|c| c.name().to_owned()))
+                .chain(channels.iter().map(|c| c.name().into_owned()))
                 .collect(),
             time_factor: 1.0,
-            supplies: (0..Channel::ALL.len())
-                .map(|k| Supply::direct(Channel::ALL[k], 1.0, k + 1))
+            supplies: channels
+                .iter()
+                .enumerate()
+                .map(|(k, &channel)| Supply::direct(channel, 1.0, k + 1))
                 .collect(),
-            direct: Channel::ALL.to_vec(),
+            direct: channels,
+            events: Some(events::own(path, &events, &torques)?),
+            resolved: Some(if of_one_form { case.resolved() } else { String::new() }),
+            attractor: match subject {
+                Subject::Trains(_) => Attractor::of_file(&file)?,
+                Subject::Brake(..) => None,
+            },
             table: Some(Box::new(OwnTable { file })),
-            events: Some(events),
-            case: Some(case),
         })
     }
 
@@ -108,6 +183,7 @@ impl Candidate {
         format: &'static str,
         table: Box<dyn Table>,
         mapping: &Mapping,
+        subject: &Subject,
     ) -> Result<Candidate, CompareError> {
         let mut candidate = Candidate {
             path: path.to_owned(),
@@ -117,11 +193,12 @@ impl Candidate {
             supplies: Vec::new(),
             direct: Vec::new(),
             events: None,
-            case: None,
+            resolved: None,
+            attractor: None,
             table: None,
         };
-        for channel in Channel::ALL {
-            if let Some((name, factor)) = candidate.find(&*table, channel, mapping)? {
+        for channel in subject.vocabulary().channels() {
+            if let Some((name, factor)) = candidate.find(&*table, channel, mapping, subject)? {
                 if candidate.columns.is_empty() {
                     candidate.find_time(&*table, mapping)?;
                 }
@@ -132,7 +209,7 @@ impl Candidate {
                 candidate.direct.push(channel);
             }
         }
-        rows::derive(&mut candidate.supplies);
+        rows::derive(&mut candidate.supplies, subject);
         candidate.events = events::find(&*table, mapping, candidate.direct.is_empty())?;
         if candidate.direct.is_empty() {
             if candidate.events.is_none() {
@@ -145,12 +222,15 @@ impl Candidate {
             candidate.table = Some(table);
         }
         if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
-            let given: Vec<&str> = candidate.direct.iter().map(|c| c.name()).collect();
+            let given: Vec<_> = candidate.direct.iter().map(|c| c.name()).collect();
             let what = format!(
                 "has neither events nor a relative velocity to find them by, but {}",
                 given.join(", ")
             );
-            let remedy = "add relative_velocity, or phi1_dot and phi2_dot, or a table of events";
+            let remedy = match subject {
+                Subject::Brake(..) => "add relative_velocity, or phi1_dot and phi2_dot, or a table of events",
+                Subject::Trains(_) => "add relative_velocity, or the speeds of both surfaces, or a table of events",
+            };
             return Err(CompareError::content(path, "", what, remedy));
         }
         Ok(candidate)
@@ -186,25 +266,27 @@ impl Candidate {
         table: &dyn Table,
         channel: Channel,
         mapping: &Mapping,
+        subject: &Subject,
     ) -> Result<Option<(String, f64)>, CompareError> {
+        let vocabulary = subject.vocabulary();
         let mapped = mapping
             .channels
             .iter()
-            .find(|(known, _)| *known == channel)
+            .find(|(known, _)| vocabulary.canonical(*known) == Some(channel))
             .map(|(_, column)| column);
         let name = match mapped {
             Some(column) if table.has(&column.name) => column.name.clone(),
             Some(column) => return Err(absent(table, &column.name)),
             None => {
-                let mut names = std::iter::once(channel.name()).chain(channel.aliases().iter().copied());
+                let mut names = vocabulary.names(channel).into_iter();
                 let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
                 match names.find(|name| table.has(name) && !taken(name)) {
-                    Some(name) => name.to_owned(),
+                    Some(name) => name,
                     None => return Ok(None),
                 }
             }
         };
-        let factor = unit_factor(table, &name, mapped, channel.dimension())?;
+        let factor = unit_factor(table, &name, mapped, vocabulary.dimension(channel))?;
         Ok(Some((name, factor)))
     }
 
@@ -223,9 +305,14 @@ impl Candidate {
         self.events.as_deref()
     }
 
-    /// Its case, of one of this program's results.
-    pub fn case(&self) -> Option<&Case> {
-        self.case.as_ref()
+    /// Its case, of one of this program's results, every value in SI; empty where the reference's is of the other form.
+    pub fn resolved(&self) -> Option<&str> {
+        self.resolved.as_deref()
+    }
+
+    /// What one of this program's results of trains says of its motion.
+    pub fn attractor(&self) -> Option<Attractor> {
+        self.attractor
     }
 
     /// Whether it is a time series, and not a table of events alone.
@@ -233,9 +320,10 @@ impl Candidate {
         self.table.is_some()
     }
 
-    /// The channels that it has or that follow from them.
-    pub fn channels(&self) -> Vec<Channel> {
-        Channel::ALL.into_iter().filter(|&channel| self.has(channel)).collect()
+    /// The channels that it has or that follow from them, in the order of the reference's.
+    pub fn channels(&self, subject: &Subject) -> Vec<Channel> {
+        let all = subject.vocabulary().channels();
+        all.filter(|&channel| self.has(channel)).collect()
     }
 
     /// Whether a channel is there or follows from others.
@@ -247,7 +335,7 @@ impl Candidate {
     ///
     /// # Errors
     /// Of the file.
-    pub fn rows(&self, channels: &[Channel]) -> Result<Rows<'_>, CompareError> {
+    pub fn rows<'a>(&'a self, channels: &[Channel], subject: &'a Subject) -> Result<Rows<'a>, CompareError> {
         let table = self.table.as_deref().ok_or_else(|| {
             CompareError::content(
                 &self.path,
@@ -258,7 +346,7 @@ impl Candidate {
         })?;
         let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
         let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
-        Rows::new(table, &self.columns, self.time_factor, supplies)
+        Rows::new(table, &self.columns, self.time_factor, supplies, subject)
     }
 }
 
@@ -274,14 +362,6 @@ fn refuse_pipe(source: &Source) -> Result<(), CompareError> {
         ));
     }
     Ok(())
-}
-
-/// The case kept in a result file.
-pub(super) fn case_of(path: &Path, file: &ResultFile) -> Result<Case, CompareError> {
-    Case::parse(&CaseSource::result(path, file.resolved()?), &[]).map_err(|source| CompareError::Case {
-        path: path.to_owned(),
-        source,
-    })
 }
 
 /// The factor to SI: as the mapping says, as the file says, or 1.

@@ -1,5 +1,7 @@
 //! Rows of a candidate in SI units, checked as they are read.
 
+use super::super::reference::Subject;
+use super::super::vocabulary::{Known, Sum};
 use super::super::{Channel, CompareError};
 use super::table::{Pass, Table};
 
@@ -18,6 +20,8 @@ pub(super) struct Supply {
     pub channel: Channel,
     /// Factors and positions of the columns that add up to it.
     terms: Vec<(f64, usize)>,
+    /// The motion of driven ends that is added, with factors.
+    known: Vec<(f64, Known)>,
 }
 
 impl Supply {
@@ -26,28 +30,25 @@ impl Supply {
         Supply {
             channel,
             terms: vec![(factor, column)],
+            known: Vec::new(),
         }
     }
 }
 
 /// Adds the channels that follow from those of the file.
-pub(super) fn derive(supplies: &mut Vec<Supply>) {
+pub(super) fn derive(supplies: &mut Vec<Supply>, subject: &Subject) {
     let direct = supplies.clone();
-    for channel in Channel::ALL {
-        if direct.iter().any(|supply| supply.channel == channel) {
-            continue;
-        }
-        let sums = channel.sums().iter();
-        let terms = sums.filter_map(|sum| {
-            let term = |&(sign, part): &(f64, Channel)| {
-                let supply = direct.iter().find(|supply| supply.channel == part)?;
-                supply.terms.first().map(|&(factor, column)| (sign * factor, column))
-            };
-            sum.iter().map(term).collect::<Option<Vec<_>>>()
+    let channels: Vec<Channel> = direct.iter().map(|supply| supply.channel).collect();
+    for (channel, Sum { terms, known }) in subject.vocabulary().derived(&channels) {
+        let column = |(sign, place): (f64, usize)| {
+            let (factor, column) = direct[place].terms[0];
+            (sign * factor, column)
+        };
+        supplies.push(Supply {
+            channel,
+            terms: terms.into_iter().map(column).collect(),
+            known,
         });
-        if let Some(terms) = terms.into_iter().next() {
-            supplies.push(Supply { channel, terms });
-        }
     }
 }
 
@@ -60,6 +61,7 @@ pub struct Rows<'a> {
     raw: Vec<Vec<f64>>,
     time_factor: f64,
     supplies: Vec<Supply>,
+    subject: &'a Subject,
     row: u64,
     last: f64,
 }
@@ -70,6 +72,7 @@ impl<'a> Rows<'a> {
         columns: &[String],
         time_factor: f64,
         mut supplies: Vec<Supply>,
+        subject: &'a Subject,
     ) -> Result<Rows<'a>, CompareError> {
         let mut names = vec![columns[0].clone()];
         for (_, column) in supplies.iter_mut().flat_map(|supply| &mut supply.terms) {
@@ -86,6 +89,7 @@ impl<'a> Rows<'a> {
             names,
             time_factor,
             supplies,
+            subject,
             row: 0,
             last: f64::NEG_INFINITY,
         })
@@ -125,6 +129,11 @@ impl<'a> Rows<'a> {
                 ref terms => {
                     let sum = |row: usize| terms.iter().map(|&(f, k)| f * self.raw[k][row]).sum::<f64>();
                     column.extend((0..rows).map(sum));
+                }
+            }
+            for (factor, known) in &supply.known {
+                for (value, &time) in column.iter_mut().zip(&block.time) {
+                    *value += factor * self.subject.driven(*known, time);
                 }
             }
         }

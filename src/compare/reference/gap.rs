@@ -3,11 +3,11 @@
 
 use super::super::Channel;
 use super::Physics;
-use crate::friction::Law;
+use crate::friction::{FrictionLaw, Law};
 use crate::model::Mode;
 use crate::model::state::{Components, DIMENSION};
-use crate::model::torsion::TorsionModel;
 use crate::record::State;
+use crate::simulation::trains::TERMS;
 
 /// A gap in which the polynomial misses the equations of motion by more than this part of their own size is not used.
 const LARGEST_DEFECT: f64 = 1e-9;
@@ -110,11 +110,13 @@ fn derivatives(physics: &Physics, time: f64, mode: Mode, x: &[f64; BASES]) -> ([
 
 /// A channel in one gap: a polynomial of degree 5 in the part of the gap that has passed, or a function of others.
 #[derive(Debug, Clone, Copy)]
-pub enum Curve {
+pub enum Curve<'a> {
     /// A polynomial.
     Polynomial([f64; 6]),
     /// max(0, p): the contact force.
     Clipped([f64; 6]),
+    /// A polynomial of which so many coefficients count.
+    Series([f64; TERMS], usize),
     /// s mu(s omega_r) r F_n: relative velocity, contact force.
     Sliding {
         /// s.
@@ -123,6 +125,10 @@ pub enum Curve {
         velocity: [f64; 6],
         /// The pressing force, N.
         force: [f64; 6],
+        /// mu.
+        law: &'a FrictionLaw,
+        /// r, m.
+        radius: f64,
     },
 }
 
@@ -131,19 +137,21 @@ pub(in super::super) fn horner(c: &[f64; 6], s: f64) -> f64 {
     c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
 }
 
-impl Curve {
+impl Curve<'_> {
     /// The channel's value at `s` in [0, 1].
     #[inline]
-    pub fn at(&self, s: f64, model: &TorsionModel) -> f64 {
+    pub fn at(&self, s: f64) -> f64 {
         match self {
             Curve::Polynomial(c) => horner(c, s),
             Curve::Clipped(c) => horner(c, s).max(0.0),
-            Curve::Sliding { sense, velocity, force } => {
-                sense
-                    * model.friction.law.coefficient(sense * horner(velocity, s))
-                    * model.contact.radius
-                    * horner(force, s).max(0.0)
-            }
+            Curve::Series(c, terms) => c[..*terms].iter().rev().fold(0.0, |sum, c| sum * s + c),
+            Curve::Sliding {
+                sense,
+                velocity,
+                force,
+                law,
+                radius,
+            } => sense * law.coefficient(sense * horner(velocity, s)) * radius * horner(force, s).max(0.0),
         }
     }
 }
@@ -226,7 +234,7 @@ impl Gap {
     }
 
     /// The channel in this gap.
-    pub(super) fn curve(&self, physics: &Physics, channel: Channel) -> Curve {
+    pub(super) fn curve<'a>(&self, physics: &'a Physics, channel: Channel) -> Curve<'a> {
         let c = self.coefficients.as_ref().expect("prepared before");
         let sum = |terms: &[(f64, usize)]| -> [f64; 6] {
             std::array::from_fn(|n| terms.iter().map(|(factor, k)| factor * c[*k][n]).sum())
@@ -254,6 +262,10 @@ impl Gap {
             Channel::SlipDisplacement => c[SLIDE],
             Channel::NormalForce => return Curve::Clipped(force()),
             Channel::TransmittedTorque => transmitted(),
+            // Of trains alone.
+            Channel::Twist(_) | Channel::TwistRate(_) | Channel::Speed(_) | Channel::Angle(_) | Channel::Deflection => {
+                [f64::NAN; 6]
+            }
             Channel::FrictionTorque => match self.mode() {
                 Mode::Stick => transmitted(),
                 Mode::Separated => [0.0; 6],
@@ -262,6 +274,8 @@ impl Gap {
                         sense: f64::from(mode.sense()),
                         velocity: velocity(),
                         force: force(),
+                        law: &physics.torsion.friction.law,
+                        radius: physics.torsion.contact.radius,
                     };
                 }
             },

@@ -1,6 +1,7 @@
 //! The run of the reference, repeated with samples as dense as interpolation needs them.
 
-use super::{Node, Physics, breaks_segment};
+use super::nodes::breaks_segment;
+use super::{Node, Physics};
 use crate::case::Case;
 use crate::record::{Event, Recorder, RecorderError, Sample, Segment};
 use crate::run::Run;

@@ -1,38 +1,47 @@
 //! Walks through the reference from its start to its end, gap by gap.
 
 use super::super::Channel;
+use super::nodes::{Nodes, Samples, breaks_segment};
 use super::{Curve, Gap, Node, Physics, Rerun};
-use crate::record::{Event, EventKind};
+use crate::record::Event;
 use crate::results::{ResultError, ResultFile};
+use std::ops::Range;
 
-/// Samples read at a time.
-const BLOCK: usize = 16_384;
+/// The states of a brake.
+#[derive(Debug)]
+struct States<'a> {
+    file: &'a ResultFile,
+    rows: usize,
+}
 
-/// Whether a segment ends at an event of this kind.
-pub(crate) fn breaks_segment(kind: EventKind) -> bool {
-    kind.in_event_sequence() || matches!(kind, EventKind::Kick | EventKind::Corner)
+impl Samples for States<'_> {
+    type Node = Node;
+
+    fn rows(&self) -> usize {
+        self.rows
+    }
+
+    fn read(&self, rows: Range<usize>) -> Result<Vec<Node>, ResultError> {
+        let states = self.file.states(rows)?.into_iter();
+        Ok(states.map(|(t, mode, s)| Node::new(t, mode, false, &s)).collect())
+    }
+
+    fn time(node: &Node) -> f64 {
+        node.time
+    }
 }
 
 /// A walk in order of time over the samples of a reference's file, and over those of its repeated run where the file's
 /// are too sparse.
 #[derive(Debug)]
 pub(crate) struct Walk<'a> {
-    file: &'a ResultFile,
+    nodes: Nodes<States<'a>>,
     physics: &'a Physics,
     rerun: &'a Rerun,
     /// Nodes that stand between the last one and the rest of the file, the next one last.
     inserted: Vec<Node>,
     /// Until here, s, gaps have been filled.
     filled: f64,
-    /// Events at which a derivative or a value jumps, in order of time.
-    breaks: Vec<Event>,
-    next_break: usize,
-    /// The state after an event whose state before it was the last node.
-    after: Option<Node>,
-    rows: usize,
-    row: usize,
-    block: Vec<Node>,
-    block_start: usize,
     gap: Option<Gap>,
     last: Option<Node>,
 }
@@ -48,19 +57,17 @@ impl<'a> Walk<'a> {
         rerun: &'a Rerun,
         events: &[Event],
     ) -> Result<Walk<'a>, ResultError> {
+        let breaks = events.iter().filter(|e| breaks_segment(e.kind)).map(|e| {
+            let before = Node::new(e.time, e.mode_after, true, &e.before);
+            (e.time, before, Node::new(e.time, e.mode_after, false, &e.after))
+        });
+        let rows = file.sample_count()?;
         let mut walk = Walk {
-            file,
+            nodes: Nodes::new(States { file, rows }, breaks.collect()),
             physics,
             rerun,
             inserted: Vec::new(),
             filled: f64::NEG_INFINITY,
-            breaks: events.iter().filter(|e| breaks_segment(e.kind)).copied().collect(),
-            next_break: 0,
-            after: None,
-            rows: file.sample_count()?,
-            row: 0,
-            block: Vec::new(),
-            block_start: 0,
             gap: None,
             last: None,
         };
@@ -69,50 +76,10 @@ impl<'a> Walk<'a> {
         Ok(walk)
     }
 
-    fn sample(&mut self) -> Result<Option<Node>, ResultError> {
-        if self.row >= self.rows {
-            return Ok(None);
-        }
-        if self.row >= self.block_start + self.block.len() {
-            self.block_start = self.row;
-            let range = self.row..self.rows.min(self.row + BLOCK);
-            let states = self.file.states(range)?;
-            self.block = states
-                .into_iter()
-                .map(|(t, mode, s)| Node::new(t, mode, false, &s))
-                .collect();
-        }
-        Ok(self.block.get(self.row - self.block_start).copied())
-    }
-
-    /// Samples and events in order of time; a sample at the time of an event is left out.
     fn next_node(&mut self) -> Result<Option<Node>, ResultError> {
-        if let Some(node) = self.inserted.pop() {
-            return Ok(Some(node));
-        }
-        if let Some(after) = self.after.take() {
-            return Ok(Some(after));
-        }
-        loop {
-            let sample = self.sample()?;
-            let event = self.breaks.get(self.next_break);
-            match (sample, event) {
-                (Some(s), Some(e)) if s.time == e.time => self.row += 1,
-                (Some(s), Some(e)) if s.time < e.time => {
-                    self.row += 1;
-                    return Ok(Some(s));
-                }
-                (_, Some(e)) => {
-                    self.next_break += 1;
-                    self.after = Some(Node::new(e.time, e.mode_after, false, &e.after));
-                    return Ok(Some(Node::new(e.time, e.mode_after, true, &e.before)));
-                }
-                (Some(s), None) => {
-                    self.row += 1;
-                    return Ok(Some(s));
-                }
-                (None, None) => return Ok(None),
-            }
+        match self.inserted.pop() {
+            Some(node) => Ok(Some(node)),
+            None => self.nodes.next(),
         }
     }
 
@@ -179,7 +146,7 @@ impl<'a> Walk<'a> {
 
     /// The curves of `channels` in the present gap; `false` if its samples are too sparse for its inside, `None` past the
     /// end.
-    pub fn curves(&mut self, channels: &[Channel], curves: &mut Vec<Curve>) -> Option<bool> {
+    pub fn curves(&mut self, channels: &[Channel], curves: &mut Vec<Curve<'a>>) -> Option<bool> {
         let gap = self.gap.as_mut()?;
         let sound = gap.prepare(self.physics);
         curves.clear();

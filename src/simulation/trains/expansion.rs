@@ -13,7 +13,7 @@ use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOS
 use crate::numerics::taylor;
 
 /// Coefficients of an expansion: order 27, as that of the brake.
-pub(super) const TERMS: usize = 28;
+pub(crate) const TERMS: usize = 28;
 
 /// Coefficients by powers of time over the unit.
 pub(super) type Series = [f64; TERMS];
@@ -184,6 +184,28 @@ impl Expansion {
                 self.state[at + ANGLE][n + 1] = step * self.state[index][n];
             }
         }
+    }
+
+    /// Speed of inertia `i`, rad/s, of the rotor (0) or the stator (1).
+    pub fn speed(&self, side: usize, i: usize) -> &Series {
+        &self.sides[side].speed[i]
+    }
+
+    /// Speed of the far end, rad/s, of the rotor (0) or the stator (1).
+    pub fn end_speed(&self, side: usize) -> &Series {
+        &self.outside.sides[side].speed
+    }
+
+    /// F_n, N, without the clamp at zero.
+    pub fn normal_force(&self) -> &Series {
+        &self.outside.normal_force
+    }
+
+    /// T_f, N m, in any mode.
+    pub fn transmitted(&self, system: &TrainSystem) -> Series {
+        let surface = |side: usize, n: usize| self.sides[side].surface[n];
+        let acceleration = |side: usize, n: usize| self.outside.sides[side].acceleration[n];
+        std::array::from_fn(|n| system.shared(surface(0, n), surface(1, n), acceleration(0, n), acceleration(1, n)))
     }
 
     /// The state at the time `x` units after the start.

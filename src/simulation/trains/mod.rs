@@ -9,7 +9,9 @@
 //! | `series`, `expansion` | the trains' own solver, by Taylor series |
 //! | `readings` | what is recorded of a state |
 //! | `portrait` | one period of a motion, densely |
+//! | `course` | the motion from a known state on, within one mode |
 
+mod course;
 mod dynamics;
 mod excitation;
 mod expansion;
@@ -19,6 +21,8 @@ mod readings;
 mod rules;
 mod series;
 
+pub(crate) use course::{Course, Quantity, TERMS};
+pub use course::{Part, Which};
 pub use dynamics::{TrainDynamics, TrainLocation};
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use readings::Further;

@@ -136,6 +136,11 @@ impl TrainPlan {
         }
     }
 
+    /// The size of every component of the state.
+    pub fn sizes(&self) -> &[f64] {
+        &self.scale
+    }
+
     /// Whether `auto` takes a location by its series: it is linear.
     fn is_linear(&self, location: &TrainLocation) -> bool {
         match location.mode {

@@ -63,7 +63,7 @@ struct Points<'a> {
 
 /// What a portrait shows: the position of a tied surface, or the twist of the first shaft of a free train; the stator first.
 /// With the name of it, how many shafts it sums, and the sign of the sum.
-fn shown(dynamics: &TrainDynamics) -> Option<(&Side, &'static str, usize, f64)> {
+pub(super) fn shown(dynamics: &TrainDynamics) -> Option<(&Side, &'static str, usize, f64)> {
     let system = &dynamics.system;
     let sides = [&system.stator, &system.rotor];
     let tied = sides.into_iter().find(|side| side.speed.is_none() && side.shafts() > 0);
@@ -156,7 +156,7 @@ impl Observer<TrainLocation, EventKind> for Points<'_> {
 }
 
 /// The state of which a recorder got these further values; slip, losses and work start at zero.
-fn state_of(dynamics: &TrainDynamics, further: &[f64]) -> Vec<f64> {
+pub(super) fn state_of(dynamics: &TrainDynamics, further: &[f64]) -> Vec<f64> {
     let system = &dynamics.system;
     let mut y = vec![0.0; system.dimension];
     let mut values = further.iter().copied();

@@ -1,0 +1,116 @@
+//! Whether a candidate of two trains creeps where it should stick, as regularised friction does.
+
+use super::candidate::Block;
+use super::reference::TrainPhysics;
+use crate::friction::Law;
+
+/// How a candidate creeps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Creep {
+    /// In words.
+    pub function: &'static str,
+    /// eps, rad/s.
+    pub speed: f64,
+    /// The largest |omega_r| that was looked at, rad/s.
+    pub largest: f64,
+}
+
+/// Collects omega_r and T_f where omega_r is small and hardly changes: there friction balances T_f.
+#[derive(Debug)]
+pub(super) struct CreepPass<'a> {
+    physics: &'a TrainPhysics,
+    last: Option<(f64, f64)>,
+    /// Sums of w^2, and for each function of w a and a^2, where a is its inverse at T_f/(mu(0) r F_n).
+    squares: f64,
+    sums: [[f64; 2]; 3],
+    largest: f64,
+    count: u64,
+}
+
+/// A name, and the inverse.
+type Function = (&'static str, fn(f64) -> f64);
+
+/// Functions whose inverse at a share of the torque is omega_r/eps.
+const FUNCTIONS: [Function; 3] = [
+    ("tanh(omega_r/eps)", f64::atanh),
+    ("(2/pi) arctan(omega_r/eps)", |z| {
+        (std::f64::consts::FRAC_PI_2 * z).tan()
+    }),
+    ("omega_r/eps up to 1", |z| z),
+];
+
+/// Near its limit a torque says little of the speed, near zero too.
+const SHARES: (f64, f64) = (0.05, 0.9);
+/// Creep is slower than this part of the speeds of slip, and changes slower than this part of what friction accelerates by.
+const SLOW: f64 = 0.05;
+const STEADY: f64 = 0.02;
+/// Fewer samples are no evidence.
+const FEWEST: u64 = 20;
+/// What the function may leave of the square of the speeds.
+const LEFT: f64 = 1e-2;
+/// Slower than this part of the speeds of slip is at rest.
+const AT_REST: f64 = 1e-9;
+
+impl<'a> CreepPass<'a> {
+    /// Before the first sample.
+    pub fn new(physics: &'a TrainPhysics) -> CreepPass<'a> {
+        CreepPass {
+            physics,
+            last: None,
+            squares: 0.0,
+            sums: [[0.0; 2]; 3],
+            largest: 0.0,
+            count: 0,
+        }
+    }
+
+    /// Takes the next samples; `columns` are the positions of the channels of the state in the block.
+    pub fn add(&mut self, block: &Block, columns: &[usize]) {
+        let physics = self.physics;
+        let system = physics.system();
+        let (rotor, stator) = (system.rotor.surface_inertia(), system.stator.surface_inertia());
+        let (slow, per_torque) = (SLOW * physics.speed(), 1.0 / rotor + 1.0 / stator);
+        for (row, &time) in block.time.iter().enumerate() {
+            let y = physics.y(|k| block.columns[columns[k]][row]);
+            let outside = physics.course.outside(time);
+            let w = system.relative_velocity(&outside, &y);
+            let before = self.last.replace((time, w));
+            let limit = system.law.coefficient(0.0) * system.radius * outside.normal_force;
+            let (Some((earlier, was)), true) = (before, limit > 0.0 && w.abs() < slow) else {
+                continue;
+            };
+            let share = system.transmitted_torque(&outside, &y) / limit;
+            let steady = (w - was).abs() <= STEADY * limit * per_torque * (time - earlier);
+            if !steady || !(SHARES.0..SHARES.1).contains(&share.abs()) {
+                continue;
+            }
+            self.count += 1;
+            self.squares += w * w;
+            self.largest = self.largest.max(w.abs());
+            for (sums, (_, inverse)) in self.sums.iter_mut().zip(FUNCTIONS) {
+                let a = inverse(share);
+                sums[0] += w * a;
+                sums[1] += a * a;
+            }
+        }
+    }
+
+    /// How it creeps, after the last sample; `None` if it does not.
+    pub fn finish(self) -> Option<Creep> {
+        if self.count < FEWEST || self.largest <= AT_REST * self.physics.speed() {
+            return None;
+        }
+        let left = |sums: &[f64; 2]| 1.0 - sums[0] * sums[0] / (sums[1] * self.squares);
+        let fits = self
+            .sums
+            .iter()
+            .zip(FUNCTIONS)
+            .map(|(sums, (name, _))| (left(sums), name, sums));
+        let (least, function, sums) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (least <= LEFT).then(|| Creep {
+            function,
+            speed: sums[0] / sums[1],
+            largest: self.largest,
+        })
+    }
+}

@@ -1,0 +1,438 @@
+//! The channels of a reference: their names, their units, and how one follows from others.
+
+use super::Channel;
+use crate::case::Motion;
+use crate::case::quantity::Dimension;
+use crate::model::trains::{ContactLaw, End, Trains};
+use crate::simulation::trains::{Part, Which};
+
+/// What a reference has to be compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vocabulary {
+    motion: Motion,
+    entries: Vec<Entry>,
+    /// Other channels with the one that is the same.
+    same: Vec<(Channel, Channel)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Entry {
+    channel: Channel,
+    /// By which it is known elsewhere, in lower case.
+    aliases: Vec<String>,
+    /// What it is made of; `None` of what follows from no positions and speeds.
+    form: Option<Form>,
+}
+
+/// A sum of angles and speeds of inertias, and of the motion of driven ends.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Form {
+    /// Indices of angles, then of speeds, with their factors; in the order of the indices.
+    unknown: Vec<(usize, f64)>,
+    known: Vec<(Known, f64)>,
+}
+
+/// The motion of a driven end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Known {
+    /// Whose.
+    pub of: Which,
+    /// Its speed, not its angle.
+    pub is_rate: bool,
+}
+
+/// How a channel follows from those at hand: their positions with factors, and motions of driven ends.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Sum {
+    pub terms: Vec<(f64, usize)>,
+    pub known: Vec<(f64, Known)>,
+}
+
+impl Default for Vocabulary {
+    /// That of a brake.
+    fn default() -> Self {
+        let entry = |channel: Channel| Entry {
+            channel,
+            aliases: channel.aliases().iter().map(|&alias| alias.to_owned()).collect(),
+            form: None,
+        };
+        Vocabulary {
+            motion: Motion::Rotation,
+            entries: Channel::ALL.into_iter().map(entry).collect(),
+            same: Vec::new(),
+        }
+    }
+}
+
+/// The names of the quantities that a case of trains has, in the order of reports, as sums of what its inertias do.
+struct Forms<'a> {
+    trains: &'a Trains,
+}
+
+impl Forms<'_> {
+    fn count(&self, of: Which) -> usize {
+        match of {
+            Which::Rotor => self.trains.rotor.inertia.len(),
+            Which::Stator => self.trains.stator.inertia.len(),
+        }
+    }
+
+    fn shafts(&self, of: Which) -> usize {
+        match of {
+            Which::Rotor => self.trains.rotor.shafts(),
+            Which::Stator => self.trains.stator.shafts(),
+        }
+    }
+
+    /// Of an inertia, or of the end beyond the outermost.
+    fn inertia(&self, of: Which, index: usize, is_rate: bool) -> Form {
+        let (rotor, all) = (
+            self.count(Which::Rotor),
+            self.count(Which::Rotor) + self.count(Which::Stator),
+        );
+        if index < self.count(of) {
+            let first = if of == Which::Rotor { 0 } else { rotor };
+            let rates = if is_rate { all } else { 0 };
+            return Form {
+                unknown: vec![(rates + first + index, 1.0)],
+                known: Vec::new(),
+            };
+        }
+        let end = if of == Which::Rotor {
+            &self.trains.rotor.end
+        } else {
+            &self.trains.stator.end
+        };
+        let driven = matches!(end, End::Driven(_));
+        Form {
+            unknown: Vec::new(),
+            known: driven.then_some((Known { of, is_rate }, 1.0)).into_iter().collect(),
+        }
+    }
+
+    fn shaft(&self, of: Which, index: usize, is_rate: bool) -> Form {
+        let sign = if of == Which::Rotor { 1.0 } else { -1.0 };
+        let (outer, inner) = (self.inertia(of, index + 1, is_rate), self.inertia(of, index, is_rate));
+        Form::difference(sign, &outer, &inner)
+    }
+
+    fn across(&self, is_rate: bool) -> Form {
+        let (rotor, stator) = (
+            self.inertia(Which::Rotor, 0, is_rate),
+            self.inertia(Which::Stator, 0, is_rate),
+        );
+        Form::difference(1.0, &rotor, &stator)
+    }
+
+    fn outermost(&self, is_rate: bool) -> Form {
+        self.inertia(Which::Rotor, self.count(Which::Rotor).saturating_sub(1), is_rate)
+    }
+
+    /// Every channel of motion: those of a brake first.
+    fn all(&self) -> Vec<(Channel, Form)> {
+        use Channel::*;
+        let (rotor, stator) = (Which::Rotor, Which::Stator);
+        let mut found = vec![(RelativeVelocity, self.across(true))];
+        if self.shafts(rotor) > 0 {
+            found.push((RotorTwist, self.shaft(rotor, 0, false)));
+            found.push((RotorTwistRate, self.shaft(rotor, 0, true)));
+        }
+        found.extend([
+            (Phi1, self.inertia(stator, 0, false)),
+            (Phi1Dot, self.inertia(stator, 0, true)),
+            (ThetaDot, self.outermost(true)),
+            (Phi2Dot, self.inertia(rotor, 0, true)),
+            (Theta, self.outermost(false)),
+            (Phi2, self.inertia(rotor, 0, false)),
+            (SlipDisplacement, self.across(false)),
+        ]);
+        for of in Which::BOTH {
+            for index in 0..self.shafts(of) {
+                let part = Part { of, index };
+                found.push((Twist(part), self.shaft(of, index, false)));
+                found.push((TwistRate(part), self.shaft(of, index, true)));
+            }
+            for index in 0..self.count(of) {
+                let part = Part { of, index };
+                found.push((Speed(part), self.inertia(of, index, true)));
+                found.push((Angle(part), self.inertia(of, index, false)));
+            }
+        }
+        found
+    }
+}
+
+impl Form {
+    /// `sign` (a - b).
+    fn difference(sign: f64, a: &Form, b: &Form) -> Form {
+        let mut sum = Form::default();
+        for (form, factor) in [(a, sign), (b, -sign)] {
+            for &(index, c) in &form.unknown {
+                match sum.unknown.iter_mut().find(|(known, _)| *known == index) {
+                    Some((_, there)) => *there += factor * c,
+                    None => sum.unknown.push((index, factor * c)),
+                }
+            }
+            sum.known
+                .extend(form.known.iter().map(|&(known, c)| (known, factor * c)));
+        }
+        sum.unknown.retain(|&(_, c)| c != 0.0);
+        sum.unknown.sort_by_key(|&(index, _)| index);
+        sum
+    }
+}
+
+impl Vocabulary {
+    /// Of two trains.
+    pub(crate) fn of_trains(trains: &Trains, motion: Motion) -> Vocabulary {
+        let forms = Forms { trains };
+        let mut entries: Vec<Entry> = Vec::new();
+        let mut same = Vec::new();
+        for (channel, form) in forms.all() {
+            // What a drive moves, or the ground, needs no comparison.
+            if form.unknown.is_empty() {
+                continue;
+            }
+            match entries.iter_mut().find(|entry| entry.form.as_ref() == Some(&form)) {
+                Some(entry) => {
+                    same.push((channel, entry.channel));
+                    entry.aliases.extend(names(channel));
+                }
+                None => entries.push(Entry {
+                    channel,
+                    aliases: names(channel).into_iter().skip(1).collect(),
+                    form: Some(form),
+                }),
+            }
+        }
+        // A single body has a position and a speed.
+        if let [(of, 1), (_, 0)] | [(_, 0), (of, 1)] = Which::BOTH.map(|of| (of, forms.count(of))) {
+            let alone = |is_rate: bool| forms.inertia(of, 0, is_rate);
+            let names: [(bool, &[&str]); 2] = [
+                (false, &["x", "position", "angle"]),
+                (true, &["v", "velocity", "speed", "x_dot", "xdot", "dx"]),
+            ];
+            for (is_rate, names) in names {
+                if let Some(entry) = entries.iter_mut().find(|entry| entry.form == Some(alone(is_rate))) {
+                    entry.aliases.extend(names.iter().map(|&name| name.to_owned()));
+                }
+            }
+        }
+        let mut direct = vec![
+            Channel::NormalForce,
+            Channel::FrictionTorque,
+            Channel::TransmittedTorque,
+        ];
+        if matches!(trains.contact, ContactLaw::Bristles(_)) {
+            direct.insert(0, Channel::Deflection);
+        }
+        entries.extend(direct.into_iter().map(|channel| Entry {
+            channel,
+            aliases: names(channel).into_iter().skip(1).collect(),
+            form: None,
+        }));
+        Vocabulary { motion, entries, same }
+    }
+
+    /// What the coordinates are.
+    pub fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// Every channel, in the order of reports.
+    pub fn channels(&self) -> impl Iterator<Item = Channel> + '_ {
+        self.entries.iter().map(|entry| entry.channel)
+    }
+
+    /// The channel of a name, which is this program's or an alias; upper and lower case are alike.
+    pub fn find(&self, name: &str) -> Option<Channel> {
+        let name = name.to_lowercase();
+        let known = |entry: &&Entry| entry.channel.name() == name || entry.aliases.contains(&name);
+        self.entries.iter().find(known).map(|entry| entry.channel)
+    }
+
+    /// The channel that stands for one, which may be itself; `None` of what the reference does not have.
+    pub fn canonical(&self, channel: Channel) -> Option<Channel> {
+        let same = self
+            .same
+            .iter()
+            .find(|(other, _)| *other == channel)
+            .map(|(_, one)| *one);
+        same.or_else(|| self.channels().find(|&one| one == channel))
+    }
+
+    /// The names of a channel, the program's own first.
+    pub(crate) fn names(&self, channel: Channel) -> Vec<String> {
+        let entry = self.entries.iter().find(|entry| entry.channel == channel);
+        let aliases = entry.map_or(&[][..], |entry| &entry.aliases);
+        std::iter::once(channel.name().into_owned())
+            .chain(aliases.iter().cloned())
+            .collect()
+    }
+
+    /// What a channel measures.
+    pub fn dimension(&self, channel: Channel) -> Dimension {
+        self.motion.dimension(channel.dimension())
+    }
+
+    /// The SI unit of a channel, for people.
+    pub fn unit(&self, channel: Channel) -> &'static str {
+        self.dimension(channel).unit()
+    }
+
+    /// How channels follow from `direct` ones, in the order of reports; those of `direct` are left out.
+    pub(crate) fn derived(&self, direct: &[Channel]) -> Vec<(Channel, Sum)> {
+        let place = |channel: Channel| direct.iter().position(|&known| known == channel);
+        let mut found = Vec::new();
+        for entry in self.entries.iter().filter(|entry| place(entry.channel).is_none()) {
+            let sum = match &entry.form {
+                Some(form) => self.solved(form, direct),
+                None => entry.channel.sums().iter().find_map(|sum| {
+                    let term = |&(sign, part): &(f64, Channel)| Some((sign, place(part)?));
+                    let terms = sum.iter().map(term).collect::<Option<Vec<_>>>()?;
+                    Some(Sum {
+                        terms,
+                        known: Vec::new(),
+                    })
+                }),
+            };
+            found.extend(sum.map(|sum| (entry.channel, sum)));
+        }
+        found
+    }
+
+    /// `form` as a sum of `direct`, of which twists and speeds are taken before absolute angles; `None` if it is none.
+    fn solved(&self, form: &Form, direct: &[Channel]) -> Option<Sum> {
+        /// A factor is a small whole number or nothing.
+        const NOTHING: f64 = 1e-9;
+        let absolute = |channel: Channel| {
+            use Channel::{Angle, Phi1, Phi2, SlipDisplacement, Theta};
+            matches!(channel, Angle(_) | Phi1 | Phi2 | Theta | SlipDisplacement)
+        };
+        let mut columns: Vec<(usize, &Form)> = Vec::new();
+        for wanted in [false, true] {
+            for (index, &channel) in direct.iter().enumerate().filter(|(_, c)| absolute(**c) == wanted) {
+                let entry = self.entries.iter().find(|entry| entry.channel == channel);
+                columns.extend(entry.and_then(|entry| entry.form.as_ref()).map(|form| (index, form)));
+            }
+        }
+        let rows = self.entries.iter().filter_map(|entry| entry.form.as_ref());
+        let rows = rows
+            .flat_map(|form| form.unknown.iter().map(|&(index, _)| index + 1))
+            .max()?;
+        let width = columns.len();
+        let mut matrix = vec![vec![0.0; width + 1]; rows];
+        for (column, of) in columns.iter().map(|(_, form)| *form).chain([form]).enumerate() {
+            for &(row, c) in &of.unknown {
+                matrix[row][column] = c;
+            }
+        }
+        let mut pivots: Vec<usize> = Vec::new();
+        for column in 0..width {
+            let done = pivots.len();
+            let Some(best) = (done..rows).max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))
+            else {
+                break;
+            };
+            if matrix[best][column].abs() < NOTHING {
+                continue;
+            }
+            matrix.swap(done, best);
+            let pivot = matrix[done].clone();
+            for (row, line) in matrix.iter_mut().enumerate() {
+                let factor = line[column] / pivot[column];
+                if row != done && factor != 0.0 {
+                    for (x, p) in line.iter_mut().zip(&pivot) {
+                        *x -= factor * p;
+                    }
+                }
+            }
+            pivots.push(column);
+        }
+        if matrix[pivots.len()..].iter().any(|row| row[width].abs() > NOTHING) {
+            return None;
+        }
+        let mut sum = Sum::default();
+        let mut known = form.known.clone();
+        for (row, &column) in pivots.iter().enumerate() {
+            let factor = matrix[row][width] / matrix[row][column];
+            if factor.abs() > NOTHING {
+                let (index, of) = columns[column];
+                sum.terms.push((factor, index));
+                known.extend(of.known.iter().map(|&(known, c)| (known, -factor * c)));
+            }
+        }
+        for (one, factor) in known {
+            match sum.known.iter_mut().find(|(_, other)| *other == one) {
+                Some((there, _)) => *there += factor,
+                None => sum.known.push((factor, one)),
+            }
+        }
+        sum.known.retain(|(factor, _)| factor.abs() > NOTHING);
+        Some(sum)
+    }
+}
+
+/// The names of a channel of trains, its own first.
+fn names(channel: Channel) -> Vec<String> {
+    let own = channel.name().into_owned();
+    let linear = match channel {
+        Channel::Angle(_) => Some(own.replace("angle", "position")),
+        Channel::Speed(_) => Some(own.replace("speed", "velocity")),
+        _ => None,
+    };
+    // In a case of trains these letters are nobody's in particular.
+    let brakes = ["u", "u_dot", "v", "v_dot", "twist", "twist_rate", "omega"];
+    let aliases = channel.aliases().iter().filter(|alias| !brakes.contains(alias));
+    std::iter::once(own)
+        .chain(aliases.map(|&alias| alias.to_owned()))
+        .chain(linear)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{CaseSource, TrainCase};
+
+    fn of(case: &str) -> Vocabulary {
+        let case = TrainCase::parse(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+        Vocabulary::of_trains(&case.parameters, case.motion)
+    }
+
+    #[test]
+    fn analytic_channels_follow_from_absolute_coordinates() {
+        let drill = of("drill-string");
+        let channels: Vec<String> = drill.channels().map(|channel| channel.name().into_owned()).collect();
+        assert_eq!(channels[..3], ["relative_velocity", "rotor_twist", "rotor_twist_rate"]);
+        let direct = [
+            drill.find("rotor_angle_0").unwrap(),
+            drill.find("rotor_angle_1").unwrap(),
+        ];
+        let derived = drill.derived(&direct);
+        let (_, twist) = derived.iter().find(|(c, _)| *c == Channel::RotorTwist).unwrap();
+        assert_eq!((twist.terms.len(), twist.known.len()), (2, 0));
+        let factor = |k: usize| twist.terms.iter().find(|t| t.1 == k).unwrap().0;
+        assert_eq!((factor(0), factor(1)), (-1.0, 1.0));
+        assert!(derived.iter().all(|(c, _)| *c != Channel::RelativeVelocity));
+    }
+
+    #[test]
+    fn analytic_the_speed_of_a_belt_is_known() {
+        let belt = of("belt-leine");
+        assert_eq!(belt.unit(Channel::Phi1), "m");
+        let velocity = belt.find("v").unwrap();
+        assert_eq!(velocity, Channel::Phi1Dot);
+        assert_eq!(belt.find("stator_twist_rate_0"), Some(Channel::Phi1Dot));
+        let derived = belt.derived(&[velocity]);
+        assert_eq!(derived.len(), 1);
+        let (channel, sum) = &derived[0];
+        assert_eq!(*channel, Channel::RelativeVelocity);
+        assert_eq!(sum.terms, [(-1.0, 0)]);
+        let end = Known {
+            of: Which::Rotor,
+            is_rate: true,
+        };
+        assert_eq!(sum.known, [(1.0, end)]);
+    }
+}

@@ -1,0 +1,357 @@
+//! The motion from a known state on, within one mode: what a comparison holds other solvers against.
+
+use super::expansion::{Expansion, Series};
+use super::plan::TrainPlan;
+use super::portrait::{shown, state_of};
+use super::{TrainDynamics, TrainLocation};
+use crate::friction::Law;
+use crate::model::Mode;
+use crate::model::trains::Trains;
+use crate::model::trains::system::{ANGLE, Engagement, Outside, Side, TrainSystem};
+use crate::numerics::taylor;
+use crate::record::State;
+use crate::simulation::options::SolverOptions;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+pub(crate) use super::expansion::TERMS;
+
+/// A step of the series errs by this share of the size of a quantity.
+const TOLERANCE: f64 = 1e-16;
+
+/// Which train.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Which {
+    /// Index 2 in the equations.
+    Rotor,
+    /// Index 1.
+    Stator,
+}
+
+impl Which {
+    /// Both.
+    pub const BOTH: [Which; 2] = [Which::Rotor, Which::Stator];
+
+    /// "rotor" or "stator".
+    pub fn name(self) -> &'static str {
+        match self {
+            Which::Rotor => "rotor",
+            Which::Stator => "stator",
+        }
+    }
+}
+
+/// An inertia or a shaft of a train, counted from the contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Part {
+    /// Whose.
+    pub of: Which,
+    /// From 0.
+    pub index: usize,
+}
+
+/// What is known as a function of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    /// Of a shaft, rad.
+    Twist(Part),
+    /// Of a shaft, rad/s.
+    TwistRate(Part),
+    /// Of an inertia, or of what is beyond the outermost, rad/s.
+    Speed(Part),
+    /// Of an inertia, or of what is beyond the outermost, rad.
+    Angle(Part),
+    /// phi_2 - phi_1, rad.
+    Slip,
+    /// omega_r, rad/s.
+    RelativeVelocity,
+    /// Of bristles.
+    Deflection,
+    /// F_n, N.
+    NormalForce,
+    /// Of the interface, N m.
+    Interface,
+    /// T_f, N m.
+    Transmitted,
+}
+
+/// The motion of one case.
+#[derive(Debug)]
+pub(crate) struct Course {
+    dynamics: Arc<TrainDynamics>,
+    expansion: Expansion,
+    location: TrainLocation,
+    /// s, of the expansion.
+    time: f64,
+    y: Vec<f64>,
+    sizes: Vec<f64>,
+}
+
+impl Course {
+    /// Of a case; `threshold` (rad/s) as for a run.
+    pub fn new(trains: &Trains, threshold: f64, solver: &SolverOptions) -> Course {
+        let dynamics = Arc::new(TrainDynamics::new(trains, threshold));
+        let start = super::start(trains, &dynamics);
+        let plan = TrainPlan::new(trains, &dynamics, &start, solver);
+        Course {
+            expansion: Expansion::new(&dynamics),
+            location: TrainLocation {
+                mode: Mode::Separated,
+                sense: 0,
+                piece: 0,
+                stretch: 0,
+                slow: false,
+            },
+            time: 0.0,
+            y: vec![0.0; dynamics.system.dimension],
+            sizes: plan.sizes().to_vec(),
+            dynamics,
+        }
+    }
+
+    pub fn system(&self) -> &TrainSystem {
+        &self.dynamics.system
+    }
+
+    fn side(&self, of: Which) -> &Side {
+        match of {
+            Which::Rotor => &self.dynamics.system.rotor,
+            Which::Stator => &self.dynamics.system.stator,
+        }
+    }
+
+    /// The size of every component of the state.
+    pub fn sizes(&self) -> &[f64] {
+        &self.sizes
+    }
+
+    /// The largest force that presses, N.
+    pub fn largest_force(&self) -> f64 {
+        self.dynamics.excitation.largest_force()
+    }
+
+    /// The shortest period of a harmonic that drives the case, s.
+    pub fn period_of_signals(&self) -> Option<f64> {
+        let corners = self.dynamics.excitation.corners().len();
+        let fastest = (0..=corners).map(|stretch| self.dynamics.excitation.fastest(stretch));
+        let fastest = fastest.fold(0.0, f64::max);
+        (fastest > 0.0).then(|| TAU / fastest)
+    }
+
+    /// What acts from outside at a time (s).
+    pub fn outside(&self, t: f64) -> Outside {
+        let excitation = &self.dynamics.excitation;
+        excitation.at(excitation.stretch(t), t)
+    }
+
+    /// Angle (rad) and speed (rad/s) of the driven ends, rotor first; 0 of others.
+    pub fn ends(&self, t: f64) -> [(f64, f64); 2] {
+        let (outside, angles) = (self.outside(t), self.dynamics.excitation.angles(t));
+        [(angles.0, outside.rotor.speed), (angles.1, outside.stator.speed)]
+    }
+
+    /// What the position of a case is, as [`Portrait::of`](super::portrait::Portrait) has it: with the inertia or shaft that it is of.
+    pub fn position(&self) -> Option<Quantity> {
+        let (side, name, ..) = shown(&self.dynamics)?;
+        let part = Part {
+            of: if side.sign > 0.0 { Which::Rotor } else { Which::Stator },
+            index: 0,
+        };
+        Some(match name {
+            "stator" | "rotor" => Quantity::Angle(part),
+            _ => Quantity::Twist(part),
+        })
+    }
+
+    /// The state that a file holds as its columns and further ones; losses and work are zero.
+    pub fn state(&self, state: &State, further: &[f64]) -> Vec<f64> {
+        let mut y = state_of(&self.dynamics, further);
+        let system = self.system();
+        y[system.slip] = state.slip_displacement;
+        if system.dimension > system.slip + ANGLE {
+            let twists: f64 = (0..system.stator.shafts()).map(|i| system.stator.twist(i, &y)).sum();
+            y[system.slip + ANGLE] = state.phi1 - twists;
+        }
+        y
+    }
+
+    fn place(&self, mode: Mode, t: f64, y: &[f64], forward: bool) -> TrainLocation {
+        let excitation = &self.dynamics.excitation;
+        let mut location = TrainLocation {
+            mode,
+            sense: mode.sense(),
+            piece: 0,
+            // At a corner, the stretch that begins or the one that ends.
+            stretch: excitation.stretch(if forward { t } else { t.next_down() }),
+            slow: false,
+        };
+        if !matches!(mode, Mode::Stick | Mode::Separated) {
+            if mode == Mode::Engaged {
+                location.sense = self.dynamics.side(&location, t, y);
+            }
+            let outside = self.dynamics.outside(&location, t);
+            location.piece = self.system().piece_of(self.system().relative_velocity(&outside, y));
+        }
+        location
+    }
+
+    /// Rates of all components in a mode.
+    pub fn rates(&self, mode: Mode, t: f64, y: &[f64], rates: &mut [f64]) {
+        let location = self.place(mode, t, y, true);
+        let outside = self.dynamics.outside(&location, t);
+        let system = self.system();
+        system.rates(mode, location.sign(), location.piece, &outside, y, rates);
+    }
+
+    /// Goes on from a state, and returns how long (s) that is good; no longer than `longest` (s).
+    pub fn expand(&mut self, mode: Mode, t: f64, y: &[f64], longest: f64) -> f64 {
+        self.location = self.place(mode, t, y, true);
+        let unit = self.dynamics.unit(self.location.stretch);
+        self.time = t;
+        self.y.copy_from_slice(y);
+        let dynamics = self.dynamics.clone();
+        self.expansion.expand(&dynamics, &self.location, t, y, unit);
+        let system = &dynamics.system;
+        let mut shares = [0.0f64; 2];
+        let sizes = self.sizes.iter().zip(y).map(|(size, y)| size + y.abs());
+        for (series, size) in self.expansion.state[..system.mechanical()].iter().zip(sizes) {
+            for (share, n) in shares.iter_mut().zip([TERMS - 1, TERMS - 2]) {
+                *share = share.max(series[n].abs() / (TOLERANCE * size));
+            }
+        }
+        let mut step = taylor::step(TERMS - 1, |n| shares[TERMS - 1 - n]) * unit;
+        step = step.min(longest);
+        if !matches!(mode, Mode::Stick | Mode::Separated) {
+            let w = &self.expansion.relative_velocity;
+            let x = step / unit;
+            let change = w[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
+            step *= system.law_in(self.location.piece).expandable_share(w[0].abs(), change);
+            step = self.within_piece(step);
+        }
+        step
+    }
+
+    /// Up to where the sliding speed leaves the piece of the law, or an engaged contact its side of rest.
+    fn within_piece(&self, step: f64) -> f64 {
+        let system = self.system();
+        if !system.has_pieces() && self.location.mode != Mode::Engaged {
+            return step;
+        }
+        let w = |x: f64| taylor::value(&self.expansion.relative_velocity, &(x / self.expansion.unit));
+        let inside = |x: f64| {
+            let w = w(x);
+            let side = self.location.mode != Mode::Engaged || w * self.location.sign() >= 0.0;
+            side && (!system.has_pieces() || system.piece_of(w) == self.location.piece)
+        };
+        if inside(step) {
+            return step;
+        }
+        let (mut low, mut high) = (0.0, step);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if inside(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        // The next expansion starts behind the knot.
+        high
+    }
+
+    /// The state of the expansion after `step` (s).
+    pub fn after(&self, step: f64, y: &mut [f64]) {
+        self.expansion.at(step / self.expansion.unit, y);
+    }
+
+    /// A quantity by powers of the share of `step` (s) that has passed, and how many of them count.
+    pub fn series(&self, quantity: Quantity, step: f64) -> ([f64; TERMS], usize) {
+        let mut series = self.quantity(quantity);
+        let x = step / self.expansion.unit;
+        let mut power = 1.0;
+        let mut largest = 0.0f64;
+        for c in &mut series {
+            *c *= power;
+            power *= x;
+            largest = largest.max(c.abs());
+        }
+        // What is below rounding need not be added up.
+        let terms = series
+            .iter()
+            .rposition(|c| c.abs() > 1e-18 * largest)
+            .map_or(1, |last| last + 1);
+        (series, terms)
+    }
+
+    fn quantity(&self, quantity: Quantity) -> Series {
+        let (expansion, system) = (&self.expansion, self.system());
+        let at = |of: Which| of as usize;
+        match quantity {
+            Quantity::Twist(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index],
+            Quantity::TwistRate(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index + 1],
+            Quantity::Speed(Part { of, index }) if index < self.side(of).inertia.len() => {
+                *expansion.speed(at(of), index)
+            }
+            Quantity::Speed(Part { of, .. }) => *expansion.end_speed(at(of)),
+            Quantity::Angle(part) => self.angle(part),
+            Quantity::Slip => expansion.state[system.slip],
+            Quantity::RelativeVelocity if self.location.mode == Mode::Stick => [0.0; TERMS],
+            Quantity::RelativeVelocity => expansion.relative_velocity,
+            Quantity::Deflection => match system.engagement {
+                Engagement::Bristles(.., index) => expansion.state[index],
+                _ => [0.0; TERMS],
+            },
+            Quantity::NormalForce if self.location.mode == Mode::Separated => [0.0; TERMS],
+            Quantity::NormalForce => *expansion.normal_force(),
+            Quantity::Interface => expansion.interface,
+            Quantity::Transmitted => expansion.transmitted(system),
+        }
+    }
+
+    /// Outwards from a surface whose angle is known, or inwards from a tied end.
+    fn angle(&self, Part { of, index }: Part) -> Series {
+        let (side, system) = (self.side(of), self.system());
+        let mut angle = match side.speed {
+            None => {
+                let mut end = [0.0; TERMS];
+                let angles = self.dynamics.excitation.angles(self.time);
+                end[0] = if of == Which::Rotor { angles.0 } else { angles.1 };
+                let speed = self.expansion.end_speed(of as usize);
+                for n in 0..TERMS - 1 {
+                    end[n + 1] = self.expansion.unit * speed[n] / (n + 1) as f64;
+                }
+                for i in index..side.shafts() {
+                    add(&mut end, -side.sign, &self.expansion.state[side.twists + 2 * i]);
+                }
+                return end;
+            }
+            // Of the stator of two free trains its outermost inertia is integrated.
+            Some(_) if of == Which::Stator && system.rotor.speed.is_some() => {
+                let mut outermost = self.expansion.state[system.slip + ANGLE];
+                for i in index..side.shafts() {
+                    add(&mut outermost, -side.sign, &self.expansion.state[side.twists + 2 * i]);
+                }
+                return outermost;
+            }
+            Some(_) => {
+                let other = if of == Which::Rotor {
+                    Which::Stator
+                } else {
+                    Which::Rotor
+                };
+                self.angle(Part { of: other, index: 0 })
+            }
+        };
+        add(&mut angle, side.sign, &self.expansion.state[system.slip]);
+        for i in 0..index.min(side.shafts()) {
+            add(&mut angle, side.sign, &self.expansion.state[side.twists + 2 * i]);
+        }
+        angle
+    }
+}
+
+fn add(sum: &mut Series, factor: f64, other: &Series) {
+    for (sum, c) in sum.iter_mut().zip(other) {
+        *sum += factor * c;
+    }
+}
