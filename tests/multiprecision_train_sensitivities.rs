@@ -181,7 +181,9 @@ fn multiprecision_slopes_of_built_in_cases() {
                 let error = (slope.value - truth).abs();
                 // Rounding of the difference of doubles above: 1e-6 of 1e-10.
                 let own = 2e-6 * truth.abs();
-                if !(error <= slope.uncertainty + own) {
+                // NaN is a failure, too.
+                let within = error <= slope.uncertainty + own;
+                if !within {
                     failures.push(format!(
                         "{name} {} event {event}: {:e} instead of {truth:e}, said to be within {:e}",
                         parameter.path, slope.value, slope.uncertainty
