@@ -13,7 +13,7 @@ use stickslip::case::{Case, CaseSource, Override, TrainCase};
 use stickslip::model::Mode;
 use stickslip::oracle::{Number, OracleRequest, rational, trains};
 use stickslip::record::Event;
-use stickslip::simulation::{Method, SolverOptions};
+use stickslip::simulation::SolverOptions;
 
 fn overrides(settings: &[&str]) -> Vec<Override> {
     settings
@@ -39,7 +39,7 @@ fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
 }
 
 fn of_case(source: &CaseSource, changes: &[Override]) -> TrainSensitivities {
-    sensitivities(source, changes, &events(source, changes), &|| false).unwrap()
+    sensitivities(source, changes, None, &events(source, changes), &|| false).unwrap()
 }
 
 fn column(found: &TrainSensitivities, path: &str) -> usize {
@@ -124,7 +124,7 @@ fn multiprecision_slopes_of_built_in_cases() {
         ("belt-exponential", &["output.end_time=12"]),
         ("belt-leine-tanh", &["output.end_time=20"]),
         ("den-hartog", &["output.end_time=16"]),
-        ("groan", &["output.end_time=0.5"]),
+        ("groan", &["output.end_time=1.6"]),
         ("drill-string", &["output.end_time=30"]),
         ("clutch", &[]),
         (
@@ -196,6 +196,8 @@ fn multiprecision_slopes_of_built_in_cases() {
         }
         println!("{name}: {compared} slopes, the widest uncertainty {widest:.1e} s per the number itself");
         assert!(compared > 0, "{name}");
+        // Small beside the times of the events, which are seconds.
+        assert!(widest < 1e-4, "{name}: {widest:e}");
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -327,8 +329,119 @@ fn property_events_that_series_does_not_have_are_refused() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
     let mut own = events(&source, &[]);
     own[4].kind = stickslip::record::EventKind::Reversal;
-    let error = sensitivities(&source, &[], &own, &|| false).unwrap_err();
+    let error = sensitivities(&source, &[], None, &own, &|| false).unwrap_err();
     assert!(error.contains("agrees with 4 of the 29 events"), "{error}");
+}
+
+/// Two masses on a belt that falls with the speed and rises again: small changes grow by e^10 within 45 events, and wide steps
+/// know nothing of the slope. What is given is right, or nothing is.
+#[test]
+fn property_slopes_of_a_motion_that_small_changes_upset() {
+    let source = text(
+        r#"
+motion = "translation"
+[rotor]
+end = "driven"
+speed = "0.1 m/s"
+[stator]
+inertia = ["1 kg", "0.4 kg"]
+stiffness = ["100 N/m", "60 N/m"]
+damping = [0.1, 0]
+end = "fixed"
+[contact]
+normal_force = "10 N"
+[friction]
+law = "polynomial"
+breakaway = 0.42
+low_speed = 0.4
+linear = "-0.6 s/m"
+cubic = "0.9 s^3/m^3"
+valid_below = "2 m/s"
+[initial]
+stator_speed = ["0.1 m/s", 0]
+[output]
+end_time = "30 s"
+interval = "10 ms"
+"#
+        .to_owned(),
+    );
+    let found = of_case(&source, &[]);
+    let (mut given, mut missing) = (0, 0);
+    for path in ["stator.inertia.0", "stator.stiffness.1", "contact.normal_force"] {
+        let index = column(&found, path);
+        let value = found.parameters[index].value;
+        let series = Override::parse("solver.method=series").unwrap();
+        // Differences at steps that are far below those at which the sequence changes.
+        let at = |share: f64| {
+            events(
+                &source,
+                &[series.clone(), Override::number(path, value * (1.0 + share))],
+            )
+        };
+        let slopes = |share: f64| -> Vec<f64> {
+            let (below, above) = (at(-share), at(share));
+            let pairs = below.iter().zip(&above);
+            pairs
+                .map(|(below, above)| (above.time - below.time) / (2.0 * share * value))
+                .collect()
+        };
+        let (narrow, narrower) = (slopes(1e-7), slopes(2e-8));
+        for (event, row) in found.events.iter().enumerate() {
+            let slope = row[index];
+            if slope.value.is_nan() {
+                missing += 1;
+                continue;
+            }
+            given += 1;
+            let own = (narrow[event] - narrower[event]).abs() + 1e-6 / value;
+            assert!(
+                (slope.value - narrow[event]).abs() <= slope.uncertainty + 3.0 * own,
+                "{path}, event {event}: {:e} +- {:e} instead of {:e}",
+                slope.value,
+                slope.uncertainty,
+                narrow[event]
+            );
+        }
+    }
+    println!("{given} slopes given, {missing} not");
+    assert!(given > 90, "{given}, {missing}");
+}
+
+/// Two corners of signals at one time: to both sides of a number the event is another's. Neither is it given a slope, nor called the
+/// same in a rerun.
+#[test]
+fn property_corners_at_one_time_have_no_slope() {
+    let source = text(
+        r#"
+[rotor]
+inertia = 0.2
+end = "free"
+torque = { profile = "table", time = [0, 0.25, 0.5], value = [80, 80, 90] }
+[stator]
+inertia = 1.5
+end = "free"
+[contact]
+radius = 0.1
+normal_force = { profile = "ramp", value = 5000, rise_time = 0.5 }
+[friction]
+law = "coulomb"
+breakaway = 0.3
+kinetic = 0.3
+[initial]
+speed = 200
+[output]
+end_time = 2
+interval = 0.002
+"#
+        .to_owned(),
+    );
+    let found = of_case(&source, &[]);
+    let rise = column(&found, "contact.normal_force.rise_time");
+    // The corner at 0.25 s is another signal's; that at 0.5 s is of both.
+    assert_eq!(found.events[0][rise].value, 0.0);
+    assert!(found.events[1][rise].value.is_nan(), "{:?}", found.events[1][rise]);
+    let result = found.result.as_ref().unwrap();
+    assert_eq!(result.of, Affected::FinalStick);
 }
 
 fn certified(source: &CaseSource, changes: &[Override]) -> (TrainCase, TrainRecord, TrainCertificate) {
@@ -356,7 +469,6 @@ fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
         ["solver.method=cvode-adams", "solver.rtol=1e-11"],
     ] {
         let changes = overrides(&settings);
-        assert_ne!(Method::Auto.name(), settings[0]);
         let (_, record, certificate) = certified(&source, &changes);
         assert!(certificate.converged(), "{settings:?}");
         let position = |name: &str| {

@@ -18,6 +18,7 @@ use crate::case::{CaseSource, Origin, Override, TrainCase};
 use crate::hybrid::RunError;
 use crate::oracle::OracleError;
 use crate::results::{Overwrite, ResultFile, SavedRows, Status, check_target, write_certified};
+use crate::simulation::Method;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
@@ -206,8 +207,8 @@ pub(super) fn certify(
         ));
     }
     let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
-    let (written, changes) = as_written(given, changes, &case);
-    let exact = TrainCase::exact_parameters(&written, changes).map_err(bad_case)?;
+    let written = Written::new(given, changes, &case);
+    let exact = TrainCase::exact_parameters(&written.source, written.changes).map_err(bad_case)?;
     let target = options
         .output
         .clone()
@@ -285,7 +286,12 @@ pub(super) fn certify(
         Err(error) => return Err(CommandError::Computation(error.to_string())),
     };
     let stopped = || stop.load(Ordering::Relaxed);
-    certificate.add_sensitivities(&written, changes, &record, &stopped);
+    certificate.add_sensitivities(
+        (&written.source, written.changes),
+        written.given.as_ref(),
+        &record,
+        &stopped,
+    );
     write_certified(&path, &target, overwrite, &certificate.tables()).map_err(bad_file)?;
     drop(scratch);
     if stopped() {
@@ -331,35 +337,74 @@ pub(super) fn certify(
             "warning: the uncertainties are those of the ladder alone: {why}"
         ));
     }
-    let has = certificate.least_digits().unwrap_or(16);
+    // With --oracle it is the exact times that are to have the digits.
+    let of_exact = certificate.exact.as_ref().filter(|_| options.oracle);
+    let has = of_exact
+        .map(|exact| exact.digits)
+        .or(certificate.least_digits())
+        .unwrap_or(16);
     match options.digits {
         _ if !certificate.converged() => Err(CommandError::Computation(format!(
-            "the events of the run are not those of the exact solution from the one marked sequence-differs on; run the \
-             case with method \"series\", or with a smaller solver.rtol than {:e}",
-            case.solver.rtol
+            "the events of the run are not those of the exact solution from the one marked sequence-differs on; {}",
+            remedy(&case)
         ))),
         Some(digits) if has < digits => Err(CommandError::Computation(format!(
-            "{digits} digits were asked for, and an event has {has}; run the case with method \"series\", or with a smaller \
-             solver.rtol than {:e}; the file has the exact times in /certificate/oracle",
-            case.solver.rtol
+            "{digits} digits were asked for, and an event has {has}; {}. The file has the exact times in /certificate/oracle",
+            remedy(&case)
         ))),
         _ => Ok(End::Done),
     }
 }
 
-/// Where the numbers of the case are as they were written, with what changes them there: the text that a result file keeps, where
-/// that still gives its case.
-fn as_written<'a>(given: &Given, changes: &'a [Override], case: &TrainCase) -> (CaseSource, &'a [Override]) {
-    if let Origin::Result(_) = given.source.origin {
-        let written = CaseSource {
+/// Where the numbers of a case are as they were written.
+struct Written<'a> {
+    source: CaseSource,
+    /// What changes them there.
+    changes: &'a [Override],
+    /// Where the source is a resolved case: the text that it was made of.
+    given: Option<CaseSource>,
+}
+
+impl<'a> Written<'a> {
+    /// The text that a result file keeps, where that still gives its case; else the resolved one.
+    fn new(given: &Given, changes: &'a [Override], case: &TrainCase) -> Written<'a> {
+        let Origin::Result(_) = given.source.origin else {
+            return Written {
+                source: given.source.clone(),
+                changes,
+                given: None,
+            };
+        };
+        let text = CaseSource {
             text: given.text.clone(),
             origin: given.source.origin.clone(),
         };
-        if TrainCase::parse(&written, &[]).is_ok_and(|read| read.parameters == case.parameters) {
-            return (written, &[]);
+        match TrainCase::parse(&text, &[]) {
+            Ok(read) if read.parameters == case.parameters => Written {
+                source: text,
+                changes: &[],
+                given: None,
+            },
+            _ => Written {
+                source: given.source.clone(),
+                changes,
+                given: Some(text),
+            },
         }
     }
-    (given.source.clone(), changes)
+}
+
+/// What helps where events have fewer digits than are wanted.
+fn remedy(case: &TrainCase) -> String {
+    match case.solver.method {
+        Method::Series => {
+            "the run is by series already, whose events are exact to the rounding of double precision".to_owned()
+        }
+        _ => format!(
+            "run the case with method \"series\", or with a smaller solver.rtol than {:e}",
+            case.solver.rtol
+        ),
+    }
 }
 
 fn channel(channel: &TrainBand) -> Value {

@@ -3,7 +3,6 @@
 //! A row is held against that of another run where both are in the same stretch between events and in the same mode. A row that
 //! is nearer to an event than the uncertainty of its time may be on the other side of it; no band tells of that.
 
-use super::certification::CertifiedTrainEvent;
 use crate::analysis::bands::{Compared, LEAST_BAND, compared_output, same_row};
 use crate::case::TrainCase;
 use crate::model::Mode;
@@ -199,12 +198,12 @@ fn difference(rows: &[TrainRow], other: &TrainRecord, (start, end): (f64, f64)) 
     largest
 }
 
-/// The bands of a result by the runs of the ladder that share no errors with it, of which each is given with the events that
+/// The bands of a result, whose events have these uncertainties (s; `None`: not converged), by the runs of the ladder that share no errors with it, of which each is given with the events that
 /// agree with the result's: the sum of the distances to the two nearest, and the rounding of the channel.
 pub(super) fn bands(
     case: &TrainCase,
     own: &TrainRecord,
-    events: &[CertifiedTrainEvent],
+    uncertainties: &[Option<f64>],
     others: &[(usize, TrainRecord)],
 ) -> TrainBands {
     let names: Vec<(String, String)> = columns(case).collect();
@@ -222,10 +221,9 @@ pub(super) fn bands(
     let stretches: Vec<TrainStretch> = (0..=own.events.len())
         .filter_map(|index| {
             let (start, end) = span(&own.events, index, end_time)?;
-            let uncertainty = |event: &CertifiedTrainEvent| event.uncertainty;
             // The run up to the first event that is not converged, and no further.
-            let converged = events.iter().take(index + 1).all(|event| event.uncertainty.is_some());
-            let ends = events[index.saturating_sub(1)..events.len().min(index + 1)].iter();
+            let converged = uncertainties.iter().take(index + 1).all(Option::is_some);
+            let ends = &uncertainties[index.saturating_sub(1)..uncertainties.len().min(index + 1)];
             let from = own.rows.partition_point(|row| row.time <= start);
             let to = own.rows.partition_point(|row| row.time < end);
             let rows = &own.rows[from..to.max(from)];
@@ -256,21 +254,33 @@ pub(super) fn bands(
                     _ => own.events[index - 1].mode_after,
                 },
                 time_uncertainty: match converged {
-                    true => ends.filter_map(uncertainty).fold(0.0, f64::max),
+                    true => ends.iter().flatten().copied().fold(0.0, f64::max),
                     false => f64::NAN,
                 },
                 bands,
             })
         })
         .collect();
+    // A stretch with rows that no two runs bear out leaves the channel open.
     let over = |column: usize| {
-        let known = stretches.iter().map(|stretch| stretch.bands[column]);
-        known.filter(|band| band.is_finite()).reduce(f64::max)
+        let rows_of = |stretch: &&TrainStretch| {
+            let from = own.rows.partition_point(|row| row.time <= stretch.start);
+            own.rows.get(from).is_some_and(|row| row.time < stretch.end)
+        };
+        let converged = stretches.iter().filter(|stretch| !stretch.time_uncertainty.is_nan());
+        let bands = converged.filter(rows_of).map(|stretch| stretch.bands[column]);
+        bands.reduce(|one, other| {
+            if one.is_nan() || other.is_nan() {
+                f64::NAN
+            } else {
+                one.max(other)
+            }
+        })
     };
     let channels = names.into_iter().enumerate().map(|(column, (name, unit))| TrainBand {
         name,
         unit,
-        band: over(column).unwrap_or(f64::INFINITY),
+        band: over(column).filter(|band| !band.is_nan()).unwrap_or(f64::INFINITY),
         largest: largest[column],
     });
     TrainBands {

@@ -199,8 +199,9 @@ pub fn certify(
         }
     });
     let events: Vec<CertifiedTrainEvent> = events.collect();
+    let uncertainties: Vec<Option<f64>> = events.iter().map(|event| event.uncertainty).collect();
     Ok(TrainCertificate {
-        bands: bands(case, own, &events, &witnesses),
+        bands: bands(case, own, &uncertainties, &witnesses),
         events,
         ladder,
         exact: solution,
@@ -248,11 +249,12 @@ fn climb(
 
 impl TrainCertificate {
     /// Finds out, too, what the numbers of the case, as they are written in `source` with `overrides`, do to the events that are
-    /// converged, and what half a unit of the last digit of each does to what the run comes to. `stop` is asked now and then.
+    /// converged, and what half a unit of the last digit of each does to what the run comes to; `given` as for
+    /// [`sensitivities`]. `stop` is asked now and then.
     pub fn add_sensitivities(
         &mut self,
-        source: &CaseSource,
-        overrides: &[Override],
+        (source, overrides): (&CaseSource, &[Override]),
+        given: Option<&CaseSource>,
         own: &TrainRecord,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
@@ -261,7 +263,7 @@ impl TrainCertificate {
             .iter()
             .take_while(|event| event.uncertainty.is_some())
             .count();
-        self.sensitivities = Some(sensitivities(source, overrides, &own.events[..converged], stop));
+        self.sensitivities = Some(sensitivities(source, overrides, given, &own.events[..converged], stop));
     }
 
     /// What the numbers of the case do, where it is known.

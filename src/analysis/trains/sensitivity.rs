@@ -1,7 +1,8 @@
 //! What the numbers of a case of trains do to the events of its run, and to what the run comes to.
 //!
-//! A derivative is a difference between runs by `series`, whose events are exact to rounding: at five steps, each a quarter of
-//! the one before, with the leading error extrapolated away. The steps tell how far it can be off. So everything is
+//! A derivative is a difference between runs by `series`, whose events are exact to rounding: at six steps, each a sixteenth of
+//! the one before, with the leading error extrapolated away. It counts where every narrower step confirms it: where small changes
+//! grow, wide steps know nothing of the slope, and some agree with each other by chance. So everything is
 //! differentiated that a case can have, table, harmonic or bristle, by what the case file says of it.
 
 use super::attractor::{Attractor, Recurrence};
@@ -27,8 +28,18 @@ const RERUN_FACTOR: usize = 4;
 
 /// The steps of a difference, relative to the number: the widest, and how many times narrower the next is.
 const WIDEST: f64 = 1.0 / 256.0;
-const NARROWING: f64 = 4.0;
-const WIDTHS: usize = 5;
+const NARROWING: f64 = 16.0;
+const WIDTHS: usize = 6;
+
+/// The slopes below and above a number, as long as they differ by no more than this share and their noise, are one: else there is
+/// a corner between them, as where two corners of signals fall together, or the step is too wide.
+const ONE_SLOPE: f64 = 0.2;
+
+/// What is confirmed lies within this many times the noise.
+const WITHIN_NOISE: f64 = 4.0;
+
+/// Noise beyond this many times that of rounding is no noise, but a motion that the narrowest steps do not resolve.
+const MOST_NOISE: f64 = 1e4;
 
 /// Units of the last place that the time of an event varies by between two runs whose numbers hardly differ: the rounding of
 /// the state at every event before it.
@@ -60,7 +71,7 @@ pub struct TrainSensitivities {
     pub parameters: Vec<ParameterName>,
     /// d(event time)/d(parameter): a row of all parameters for each event that is certain.
     pub events: Vec<Vec<Slope>>,
-    /// What half a last digit does to what the run comes to; `None` without an event.
+    /// What half a last digit does to what the run comes to; `None` without an event of the contact.
     pub result: Option<Sensitivities>,
 }
 
@@ -127,7 +138,9 @@ impl Outrun {
                 _ => false,
             },
             Affected::FinalStick => self.word() == other.word(),
-            Affected::LastEvent => agreeing(&self.events, &other.events) > last,
+            // A sequence that goes on after it is known as far as the event itself.
+            Affected::LastEvent if last + 1 < other.events.len() => agreeing(&self.events, &other.events) > last,
+            Affected::LastEvent => agreeing(&self.events, &other.events) == self.events.len().max(other.events.len()),
         }
     }
 }
@@ -202,6 +215,8 @@ struct Differences<'a> {
     written: Written<'a>,
     base: Outrun,
     certain: usize,
+    /// The last of them that is an event of the contact.
+    last: usize,
     of: Option<Affected>,
 }
 
@@ -237,17 +252,30 @@ struct Row {
 }
 
 /// Differentiates the events of a run of a case, as it is written in `source` with `overrides`, of which the first `certain`
-/// are; `stop` is asked now and then.
+/// are. `given`, where the source is a resolved case, is the text that it was made of: the last digit of a number is that of the
+/// same number there, and not known of others. `stop` is asked now and then.
 ///
 /// # Errors
 /// In words, why there are no derivatives.
 pub fn sensitivities(
     source: &CaseSource,
     overrides: &[Override],
+    given: Option<&CaseSource>,
     certain: &[Event],
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<TrainSensitivities, String> {
-    let numbers = TrainCase::numbers(source, overrides).map_err(|error| error.to_string())?;
+    let mut numbers = TrainCase::numbers(source, overrides).map_err(|error| error.to_string())?;
+    if let Some(given) = given {
+        let written = TrainCase::numbers(given, &[]).unwrap_or_default();
+        for number in &mut numbers {
+            // One number may stand for a list of one.
+            let same = |other: &&TrainNumber| {
+                let of_list = number.path.strip_suffix(".0");
+                (other.path == number.path || of_list == Some(&other.path)) && other.value == number.value
+            };
+            number.half_last_digit = written.iter().find(same).and_then(|other| other.half_last_digit);
+        }
+    }
     let written = Written {
         source,
         overrides,
@@ -268,16 +296,21 @@ pub fn sensitivities(
         ));
     }
     let all = own.len() == base.events.len();
+    let sticks = TrainCase::parse(source, overrides).is_ok_and(|case| case.threshold.is_none());
+    // A corner of a signal is no result.
+    let last = own.iter().rposition(|event| event.1.in_event_sequence());
     let of = match (&base.attractor, base.final_stick) {
-        _ if own.is_empty() => None,
+        _ if last.is_none() => None,
         (Some(_), _) if all => Some(Affected::AttractorPeriod),
-        (None, Some(_)) if all => Some(Affected::FinalStick),
+        // A contact without stick comes to none that lasts.
+        (None, Some(_)) if all && sticks => Some(Affected::FinalStick),
         _ => Some(Affected::LastEvent),
     };
     let differences = Differences {
         written,
         base,
         certain: own.len(),
+        last: last.unwrap_or_default(),
         of,
     };
     let rows: Option<Vec<Row>> = over_processors(numbers.len(), stop, |index| differences.row(&numbers[index]))
@@ -311,12 +344,8 @@ fn name(number: &TrainNumber) -> ParameterName {
 }
 
 impl Differences<'_> {
-    fn last(&self) -> usize {
-        self.certain.saturating_sub(1)
-    }
-
     fn result(&self) -> Option<(f64, f64)> {
-        self.base.result(self.of?, self.last())
+        self.base.result(self.of?, self.last)
     }
 
     /// What one number does; `None` if it was interrupted.
@@ -363,7 +392,7 @@ impl Differences<'_> {
 
     /// What one number does to the result; `None` if it was interrupted.
     fn of_result(&self, of: Affected, number: &TrainNumber, pairs: &[Pair]) -> Option<Sensitivity> {
-        let last = self.last();
+        let last = self.last;
         let (value, noise) = self.result()?;
         let at = |run: &Outrun| {
             let like = run.is_like(of, &self.base, last);
@@ -379,14 +408,18 @@ impl Differences<'_> {
         } else {
             negligible.then_some(0.0)
         };
-        let half = number.half_last_digit;
-        let reruns = [-half, half].map(|change| self.rerun(of, number, number.value + change, value));
-        let [below, above] = reruns;
+        let reruns = match number.half_last_digit {
+            None => None,
+            Some(half) => {
+                let rerun = |change: f64| self.rerun(of, number, number.value + change, value);
+                Some([rerun(-half)?, rerun(half)?])
+            }
+        };
         Some(Sensitivity {
             parameter: name(number),
             slope,
-            half_last_digit: Some(half),
-            reruns: Some([below?, above?]),
+            half_last_digit: number.half_last_digit,
+            reruns,
         })
     }
 
@@ -401,7 +434,7 @@ impl Differences<'_> {
                 remark,
             })
         };
-        let last = self.last();
+        let last = self.last;
         let run = match self.written.run(Some((&number.path, value)), RERUN_FACTOR) {
             Ok(run) => run,
             Err(NoRun::Interrupted) => return None,
@@ -411,7 +444,16 @@ impl Differences<'_> {
             }
             Err(NoRun::TooLong) => return rerun(Outcome::TooLong, None, None, "the run takes too long".to_owned()),
         };
-        let shift = run.result(of, last).map(|(time, _)| time - own);
+        let noise = self.result().map_or(0.0, |(_, noise)| noise);
+        // A difference that the convergence of the two attractors leaves open is none.
+        let shift = run.result(of, last).map(|(time, other)| {
+            let shift = time - own;
+            if of == Affected::AttractorPeriod && shift.abs() <= noise + other {
+                0.0
+            } else {
+                shift
+            }
+        });
         let like = run.is_like(of, &self.base, last);
         let outcome = match (shift, of) {
             (Some(_), _) if like => Outcome::SameEvents,
@@ -441,41 +483,58 @@ impl Differences<'_> {
 fn slope(pairs: &[Pair], own: f64, of: impl Fn(&Outrun) -> Option<f64>, noise: f64) -> Slope {
     let at_limit = |side: usize| pairs.iter().all(|pair| matches!(pair.sides[side], Side::Invalid));
     let one_sided = at_limit(0) || at_limit(1);
+    let difference = |pair: &Pair, noise: f64| {
+        let of_side = |side: usize| {
+            let value = pair.sides[side].run().and_then(&of)?;
+            Some((value - own) / if side == 0 { -pair.step } else { pair.step })
+        };
+        if one_sided {
+            return of_side(usize::from(at_limit(0)));
+        }
+        let (below, above) = (of_side(0)?, of_side(1)?);
+        let noise = WITHIN_NOISE * 2.0 * noise / pair.step;
+        let one = (above - below).abs() <= ONE_SLOPE * above.abs().max(below.abs()) + noise;
+        one.then(|| f64::midpoint(below, above))
+    };
+    // What the narrowest steps scatter by is noise that has grown on the way to the event.
+    let scattered = |pair: &[Pair]| {
+        let any = f64::INFINITY;
+        let (wide, narrow) = (difference(&pair[0], any)?, difference(&pair[1], any)?);
+        Some((wide - narrow).abs() * pair[1].step / 2.0)
+    };
+    let last = pairs.len().saturating_sub(3);
+    let scatter = pairs[last..].windows(2).map(scattered);
+    let Some(grown) = scatter.reduce(|one, other| Some(one?.max(other?))).flatten() else {
+        return Slope::NONE;
+    };
+    if grown > MOST_NOISE * noise {
+        return Slope::NONE;
+    }
+    let noise = noise.max(grown);
     // (difference, what the noise of its values makes of it)
-    let differences = pairs.iter().map(|pair| {
-        let [below, above] = &pair.sides;
-        let value = |side: &Side| side.run().and_then(&of);
-        Some(if at_limit(0) {
-            ((value(above)? - own) / pair.step, 2.0 * noise / pair.step)
-        } else if at_limit(1) {
-            ((own - value(below)?) / pair.step, 2.0 * noise / pair.step)
-        } else {
-            ((value(above)? - value(below)?) / (2.0 * pair.step), noise / pair.step)
-        })
-    });
-    let mut stages: Vec<Vec<Option<(f64, f64)>>> = vec![differences.collect()];
+    let mut differences: Vec<Option<(f64, f64)>> = pairs
+        .iter()
+        .map(|pair| Some((difference(pair, noise)?, 2.0 * noise / pair.step)))
+        .collect();
     // The error of a one-sided difference is of first order, that of a central one of second.
     if one_sided {
-        stages.push(extrapolated(&stages[0], NARROWING));
+        differences = extrapolated(&differences, NARROWING);
     }
-    stages.push(extrapolated(&stages[stages.len() - 1], NARROWING * NARROWING));
-    // Each against the extrapolation with wider steps, and against the difference that it comes from.
-    let against = |better: Option<(f64, f64)>, other: Option<(f64, f64)>| {
-        let (better, other) = (better?, other?);
-        Some(Slope {
+    let better = extrapolated(&differences, NARROWING * NARROWING);
+    let candidates = better.iter().enumerate().filter_map(|(index, better)| {
+        let better = (*better)?;
+        let narrow = differences[index + 1]?;
+        let found = Slope {
             value: better.0,
-            uncertainty: (better.0 - other.0).abs() + better.1,
-        })
-    };
-    let best = stages[stages.len() - 1].windows(2);
-    let wider = best.filter_map(|pair| against(pair[1], pair[0]));
-    let own = stages.windows(2).flat_map(|pair| {
-        let (before, after) = (&pair[0][1..], &pair[1]);
-        let pairs = after.iter().zip(before);
-        pairs.filter_map(|(after, before)| against(*after, *before))
+            uncertainty: (better.0 - narrow.0).abs() + better.1,
+        };
+        let narrower = &differences[index + 2..];
+        let confirms = |other: &Option<(f64, f64)>| {
+            other.is_some_and(|(value, noise)| (value - found.value).abs() <= found.uncertainty + WITHIN_NOISE * noise)
+        };
+        (!narrower.is_empty() && narrower.iter().all(confirms)).then_some(found)
     });
-    wider
-        .chain(own)
+    candidates
         .min_by(|a, b| a.uncertainty.total_cmp(&b.uncertainty))
         .unwrap_or(Slope::NONE)
 }

@@ -28,7 +28,6 @@ const TABLES: &[&str] = &[
 const APART: &[&str] = &[
     "rotor.torque_on",
     "stator.torque_on",
-    "friction.threshold",
     "friction.exponent",
     schema::FIRST_SPEED,
     schema::AXIAL_RINGING_FLOOR,
@@ -44,8 +43,9 @@ pub struct TrainNumber {
     pub unit: &'static str,
     /// In that unit.
     pub value: f64,
-    /// Half a unit of its last written digit, in that unit. Of a plain number zeros at its end do not count.
-    pub half_last_digit: f64,
+    /// Half a unit of its last written digit, in that unit. Of a plain number zeros at its end do not count. `None` where it is
+    /// not known how the number was written.
+    pub half_last_digit: Option<f64>,
 }
 
 impl TrainCase {
@@ -98,7 +98,7 @@ fn collect(node: &Node, path: &str, motion: Motion, numbers: &mut Vec<TrainNumbe
                     path: path.to_owned(),
                     unit: dimension.unit(),
                     value,
-                    half_last_digit,
+                    half_last_digit: Some(half_last_digit),
                 });
             }
         }
