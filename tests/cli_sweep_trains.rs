@@ -66,6 +66,10 @@ fn analytic_a_grid_of_coulomb_belts() {
     );
     assert_eq!(file.text("meta/motion").as_deref(), Some("translation"));
     assert_eq!(
+        file.text("references").as_deref(),
+        Some("stickslip, docs/model.md: Trains")
+    );
+    assert_eq!(
         file.attribute("events/relative_velocity", "units").as_deref(),
         Some("m s-1")
     );
@@ -682,6 +686,10 @@ fn analytic_a_calibration_of_trains_finds_the_case() {
     let half = report["targets"][2]["half_width"].as_f64().unwrap();
     assert!((half - 5e-6).abs() < 1e-18, "{half}");
     let file = SweepFile::open(&folder.path("belt.h5")).unwrap();
+    assert_eq!(
+        file.text("references").as_deref(),
+        Some("stickslip, docs/model.md: Trains")
+    );
     assert_eq!(
         file.shape("attractor_amplitude").unwrap()[0] as u64,
         report["runs"].as_u64().unwrap()
