@@ -575,6 +575,24 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
     }
 }
 
+/// The belt of closed form rides for 0.2 s and slips for 0.471 s in turn, for ever: a stick from 1.342 s to 1.542 s. A run that
+/// ends in it has found no period, and a later end changes what it comes to; the clutch locks once for all.
+#[test]
+fn analytic_a_stick_that_may_be_one_of_a_cycle_is_counted() {
+    let folder = Folder::new();
+    for (case, ends, unfinished, motions) in [
+        ("belt-coulomb", "[1.4, 10.0]", 1, [1.0, 0.0]),
+        ("clutch", "[1.0, 2.0]", 0, [1.0, 1.0]),
+    ] {
+        let axis = format!("[[axis]]\nkey = \"output.end_time\"\nvalues = {ends}\n");
+        folder.write(&format!("{case}.toml"), format!("case = \"{case}\"\n{axis}"));
+        let report = sweep(&folder, &[&format!("{case}.toml")]);
+        assert_eq!(report["unfinished"], unfinished, "{case}");
+        let file = SweepFile::open(&folder.path(&format!("{case}.h5"))).unwrap();
+        assert_eq!(file.numbers("motion").unwrap(), motions);
+    }
+}
+
 #[test]
 fn cli_boundaries_are_on_quantities_that_the_runs_have() {
     let folder = Folder::new();
