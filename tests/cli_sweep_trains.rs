@@ -575,6 +575,20 @@ fn cli_axes_that_the_base_case_does_not_have_are_refused_in_its_words() {
     }
 }
 
+/// A number that `[set]` or `--set` gives in the place of a list is a list of one, which an axis does not extend.
+#[test]
+fn cli_an_axis_does_not_extend_a_list_that_is_set() {
+    let folder = Folder::new();
+    let axis = "case = \"groan\"\n[[axis]]\nkey = \"rotor.inertia.1\"\nvalues = [1.3, 1.4]\n";
+    folder.write("set.toml", format!("{axis}[set]\nrotor.inertia = 2\n"));
+    folder.write("axis.toml", axis);
+    for arguments in [&["set.toml"][..], &["axis.toml", "--set", "rotor.inertia=2"]] {
+        let stderr = refusal(folder.stickslip(&["sweep"]).args(arguments));
+        let words = "there is no rotor.inertia.1: its one element is rotor.inertia.0";
+        assert!(stderr.contains(words), "{words} in {stderr}");
+    }
+}
+
 /// The belt of closed form rides for 0.2 s and slips for 0.471 s in turn, for ever: a stick from 1.342 s to 1.542 s. A run that
 /// ends in it has found no period, and a later end changes what it comes to; the clutch locks once for all.
 #[test]
