@@ -320,13 +320,13 @@ const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
             extremes(s, |e| Some(e.position.1))
         }),
         train_number(
-            "attractor_velocity_min",
+            "attractor_relative_velocity_min",
             speed,
             "least relative velocity omega_r over a period",
             |s| extremes(s, |e| Some(e.relative_velocity.0)),
         ),
         train_number(
-            "attractor_velocity_max",
+            "attractor_relative_velocity_max",
             speed,
             "largest relative velocity omega_r over a period",
             |s| extremes(s, |e| Some(e.relative_velocity.1)),
