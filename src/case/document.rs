@@ -354,7 +354,7 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
                 let beyond = segment.parse::<usize>().is_ok_and(|index| index >= count);
                 if of_list && beyond {
                     let array = walked.join(".");
-                    let there = super::trains::elements(&array, count);
+                    let there = super::trains::keys::elements(&array, count);
                     return Err(problem(format!("there is no {array}.{segment}: {there}")));
                 }
                 let Ok(index) = segment.parse::<usize>() else {

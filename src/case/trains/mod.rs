@@ -23,7 +23,7 @@ use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
 pub use numbers::TrainNumber;
-pub(super) use places::{close_in_signal, elements, is_signal, misplaced, slot};
+pub(super) use places::{close_in_signal, is_signal, misplaced, slot};
 pub(super) use reader::motion_of;
 
 /// The paths of all keys of a case of trains, with `[]` for indices.

@@ -121,23 +121,13 @@ pub(in crate::case) fn misplaced(root: &Node, path: &str) -> Option<String> {
     }
 }
 
-/// Which elements a list has, for messages.
-pub(in crate::case) fn elements(list: &str, count: usize) -> String {
-    match count {
-        0 => "in this case the list is empty".to_owned(),
-        1 => format!("its one element is {list}.0"),
-        2 => format!("its elements are {list}.0 and {list}.1"),
-        _ => format!("its elements are {list}.0 to {list}.{}", count - 1),
-    }
-}
-
 /// A list of the case, or of one of its signals: whether it has the element.
 fn in_list(root: &Node, list: &str, index: &str) -> Option<String> {
     let count = match root.at(list).map(|node| &node.value) {
         Some(Value::Array(elements)) => elements.len(),
         _ => 0,
     };
-    let elements = elements(list, count);
+    let elements = keys::elements(list, count);
     match index.parse::<usize>() {
         Ok(index) if index < count => None,
         Ok(_) => Some(format!("there is no {list}.{index}: {elements}")),
