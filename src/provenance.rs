@@ -1,17 +1,25 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
-use crate::case::{Case, Motion, TrainCase};
+use crate::case::{Case, Form, Motion, TrainCase};
 use crate::model::state::Components;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
 use crate::simulation::{Method, chosen_solvers, procedure, trains};
 
-/// Root attribute `references`.
-pub(crate) const REFERENCES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
+/// Root attribute `references` of files about brakes.
+const REFERENCES_OF_BRAKES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
                           Vibration, 2016, article 9275147";
 
 /// The same of a run of two trains, whose equations this program's own documents give.
 const REFERENCES_OF_TRAINS: &str = "stickslip, docs/model.md: Trains";
+
+/// Root attribute `references` of files about cases of a form.
+pub(crate) fn references(form: Form) -> &'static str {
+    match form {
+        Form::Brake => REFERENCES_OF_BRAKES,
+        Form::Trains(_) => REFERENCES_OF_TRAINS,
+    }
+}
 
 /// Version of the HDF5 library in use.
 fn hdf5_version() -> String {
@@ -165,7 +173,7 @@ impl Header {
         Header {
             title: case.title.clone(),
             source: source(),
-            references: REFERENCES.to_owned(),
+            references: REFERENCES_OF_BRAKES.to_owned(),
             history: format!("{started} {}", command_line()),
             case_text: text,
             resolved: case.resolved(),

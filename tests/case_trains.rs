@@ -710,6 +710,14 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
             "stator.viscous.1=0.1",
             "there is no stator.viscous.1: the only element is stator.viscous.0",
         ),
+        (
+            "rotor.inertia.2=1",
+            "--set rotor.inertia.2: there is no rotor.inertia.2: its elements are rotor.inertia.0 and rotor.inertia.1",
+        ),
+        (
+            "stator.inertia.1=1",
+            "--set stator.inertia.1: there is no stator.inertia.1: its one element is stator.inertia.0",
+        ),
         ("rotor.viscous.0=-1", "rotor.viscous.0: must not be negative"),
         ("rotor.viscous.x=1", "expected a list of numbers"),
     ] {

@@ -4,7 +4,7 @@ use super::region::Determined;
 use super::search::Calibration;
 use super::study::CalibrationStudy;
 use super::target::Role;
-use crate::provenance::{self, REFERENCES};
+use crate::provenance;
 use crate::results::{
     Column, ColumnData, Overwrite, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
     SweepWriter,
@@ -25,7 +25,7 @@ pub fn write_file(
     let header = SweepHeader {
         title: study.runs.title.clone(),
         source: provenance::source(),
-        references: REFERENCES.to_owned(),
+        references: provenance::references(study.runs.form).to_owned(),
         history: format!("stickslip calibrate {}", study.runs.source.name),
         digest: study.digest(),
         study_text: study.runs.source.text.clone(),

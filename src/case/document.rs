@@ -351,6 +351,12 @@ pub(super) fn apply(root: &mut Node, change: &Override) -> Result<(), Problem> {
             }
             Value::Array(elements) => {
                 let count = elements.len();
+                let beyond = segment.parse::<usize>().is_ok_and(|index| index >= count);
+                if of_list && beyond {
+                    let array = walked.join(".");
+                    let there = super::trains::keys::elements(&array, count);
+                    return Err(problem(format!("there is no {array}.{segment}: {there}")));
+                }
                 let Ok(index) = segment.parse::<usize>() else {
                     return Err(problem(format!(
                         "{} is an array: its elements are numbered, as in {}.0",

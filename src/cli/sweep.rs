@@ -281,8 +281,8 @@ fn text_report(
                  would show them\n"
             }
             Form::Trains(_) => {
-                " before the motion repeats itself or settles (motion is not-periodic); a later output.end_time may show \
-                 what it comes to\n"
+                " before the motion repeats itself or settles (motion is not-periodic, or stuck in a stick shorter than twice \
+                 the longest before it); a later output.end_time may show what it comes to\n"
             }
         };
     }

@@ -9,7 +9,7 @@ use super::running::Points;
 use super::shard::Part;
 use super::study::{Design, Study};
 use crate::case::{Form, Motion, Setting};
-use crate::provenance::{self, REFERENCES};
+use crate::provenance;
 use crate::results::schema::META_MOTION;
 use crate::results::{
     EventForm, MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
@@ -38,7 +38,7 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
     SweepHeader {
         title: study.title.clone(),
         source: provenance::source(),
-        references: REFERENCES.to_owned(),
+        references: provenance::references(study.form).to_owned(),
         history: format!("stickslip sweep {}", study.source.name),
         digest: study.digest(),
         study_text: study.source.text.clone(),

@@ -6,7 +6,7 @@ use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
 use crate::analysis::trains::steady_stability;
-use crate::case::{AnyCase, Case, Setting};
+use crate::case::{AnyCase, Case, Form, Setting};
 use crate::friction::Law;
 use crate::model::torsion::TorsionModel;
 
@@ -16,39 +16,51 @@ const LIMIT_POINTS: usize = 61;
 /// Halvings of the range of x: to the rounding of a double.
 const LIMIT_HALVINGS: usize = 50;
 
-/// Where the margin of steady sliding is zero, for even values of y: of a brake the least one, under the largest force.
+/// Where the margin of steady sliding is zero, for even values of y: of a brake the least one, under the largest force. Of
+/// trains at every change of the sign between two nodes of the first grid, in order of x: a law that falls only over a
+/// stretch of speeds has two. Where there is no steady sliding on one side there is no change of its stability.
 pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
-    let margin = |x: f64, y: f64| {
+    // Whether the margin is positive.
+    let is_stable = |x: f64, y: f64| {
         let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
         match &case {
-            AnyCase::Brake(case) => Some(least_margin(case)),
-            // Of trains the sign is all that is asked for.
-            AnyCase::Trains(case) => {
-                steady_stability(&case.parameters).map(|found| if found.is_unstable() { -1.0 } else { 1.0 })
-            }
+            AnyCase::Brake(case) => Some(least_margin(case) > 0.0),
+            AnyCase::Trains(case) => steady_stability(&case.parameters).map(|found| !found.is_unstable()),
         }
+    };
+    let intervals = match study.form {
+        Form::Brake => 1,
+        Form::Trains(_) => spec.nodes[0].max(2) - 1,
     };
     let mut points = Vec::new();
     for k in 0..LIMIT_POINTS {
         let y = k as f64 / (LIMIT_POINTS - 1) as f64;
-        let (mut low, mut high) = (0.0, 1.0);
-        let (Some(at_low), Some(at_high)) = (margin(low, y), margin(high, y)) else {
-            continue;
-        };
-        if (at_low > 0.0) == (at_high > 0.0) {
-            continue;
-        }
-        for _ in 0..LIMIT_HALVINGS {
-            let middle = 0.5 * (low + high);
-            match margin(middle, y) {
-                Some(value) if (value > 0.0) == (at_low > 0.0) => low = middle,
-                Some(_) => high = middle,
-                None => break,
+        let node = |interval: usize| interval as f64 / intervals as f64;
+        let mut before = is_stable(node(0), y);
+        for interval in 0..intervals {
+            let after = is_stable(node(interval + 1), y);
+            if let (Some(at_low), Some(at_high)) = (before, after)
+                && at_low != at_high
+                && let Some(x) = change(node(interval), node(interval + 1), |x| Some(is_stable(x, y)? == at_low))
+            {
+                points.push([ranges[0].at(x), ranges[1].at(y)]);
             }
+            before = after;
         }
-        points.push([ranges[0].at(0.5 * (low + high)), ranges[1].at(y)]);
     }
     points
+}
+
+/// Where a condition that holds at `low` and not at `high` ends; `None` where it cannot be told on the way.
+fn change(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
+    for _ in 0..LIMIT_HALVINGS {
+        let middle = 0.5 * (low + high);
+        match holds(middle)? {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Some(0.5 * (low + high))
 }
 
 /// c_t + 2 r F mu', N m s/rad, F the largest force, at the speed where that is least: at standstill, unless the friction law

@@ -189,13 +189,19 @@ const MOTIONS: [(i64, &str); 7] = [
     (6, "steady-engaged"),
 ];
 
+/// The code of a motion that ends in a stick.
+const STUCK: f64 = 1.0;
+
+/// A final stick of trains is taken to last from this multiple of the longest stick before it.
+const LASTING_STICK: f64 = 2.0;
+
 /// The code of a motion that neither repeats itself nor ends in a stick.
 const NOT_PERIODIC: f64 = 2.0;
 
 fn motion(summary: &TrainSummary) -> Option<f64> {
     Some(match &summary.outcome {
         trains::Outcome::Periodic(_) => 0.0,
-        trains::Outcome::Stuck { .. } => 1.0,
+        trains::Outcome::Stuck { .. } => STUCK,
         trains::Outcome::NotPeriodic => NOT_PERIODIC,
         trains::Outcome::Steady { mode } => match *mode {
             "stick" => 4.0,
@@ -314,13 +320,13 @@ const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
             extremes(s, |e| Some(e.position.1))
         }),
         train_number(
-            "attractor_velocity_min",
+            "attractor_relative_velocity_min",
             speed,
             "least relative velocity omega_r over a period",
             |s| extremes(s, |e| Some(e.relative_velocity.0)),
         ),
         train_number(
-            "attractor_velocity_max",
+            "attractor_relative_velocity_max",
             speed,
             "largest relative velocity omega_r over a period",
             |s| extremes(s, |e| Some(e.relative_velocity.1)),
@@ -404,8 +410,9 @@ pub(crate) fn unknown_quantity(form: Form, name: &str, purpose: &str, fits: fn(&
     }
 }
 
-/// Whether a longer run might show what the motion comes to: a brake's has not come to a stick that lasts; one of trains
-/// neither repeats itself nor ends in a stick, and the contact still changes what it does in the second half of the run.
+/// Whether a longer run might show what the motion comes to: a brake's has not come to a stick that lasts. One of trains does
+/// not repeat itself, and either the contact still changes what it does in the second half of the run, or the run ends in a
+/// stick that has not yet lasted twice as long as the longest one before it: such a stick may be one of a cycle.
 pub(super) fn is_open(form: Form, values: &Values) -> bool {
     let value = |name: &str| {
         let place = quantities(form).iter().position(|quantity| quantity.name == name);
@@ -413,6 +420,10 @@ pub(super) fn is_open(form: Form, values: &Values) -> bool {
     };
     match form {
         Form::Brake => value("final_stick_time").is_nan(),
+        Form::Trains(_) if value("motion") == STUCK => {
+            // False where no stick has ended.
+            value("end_time") - value("final_stick_time") < LASTING_STICK * value("longest_stick_duration")
+        }
         Form::Trains(_) => value("motion") == NOT_PERIODIC && value("last_event_time") > 0.5 * value("end_time"),
     }
 }

@@ -258,6 +258,16 @@ pub(in crate::case) fn is_list(path: &str) -> bool {
     KEYS.iter().any(|key| key.path == path && matches!(key.kind, List(_)))
 }
 
+/// Which elements a list has, for messages.
+pub(in crate::case) fn elements(list: &str, count: usize) -> String {
+    match count {
+        0 => "in this case the list is empty".to_owned(),
+        1 => format!("its one element is {list}.0"),
+        2 => format!("its elements are {list}.0 and {list}.1"),
+        _ => format!("its elements are {list}.0 to {list}.{}", count - 1),
+    }
+}
+
 /// The limits of the numbers of a key of `KEYS`, but for those of a signal.
 pub(super) fn domain_of(path: &str) -> Domain {
     match path.rsplit('.').next().unwrap_or(path) {

@@ -127,12 +127,7 @@ fn in_list(root: &Node, list: &str, index: &str) -> Option<String> {
         Some(Value::Array(elements)) => elements.len(),
         _ => 0,
     };
-    let elements = match count {
-        0 => "in this case the list is empty".to_owned(),
-        1 => format!("its one element is {list}.0"),
-        2 => format!("its elements are {list}.0 and {list}.1"),
-        _ => format!("its elements are {list}.0 to {list}.{}", count - 1),
-    };
+    let elements = keys::elements(list, count);
     match index.parse::<usize>() {
         Ok(index) if index < count => None,
         Ok(_) => Some(format!("there is no {list}.{index}: {elements}")),
