@@ -242,14 +242,8 @@ impl Reference {
         let period = self.subject.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
         // In a run of many cycles a drift of the times is no exchange of events.
-        if self.subject.trains().is_some()
-            && !alignment.differences.is_empty()
-            && let Some(in_step) = Alignment::in_step(&reference_word, &word, period)
-            && in_step.differences.len() <= alignment.differences.len()
-            // A drift begins small.
-            && reference_word.iter().zip(&word).take(1).all(|(r, c)| (c.time - r.time).abs() <= 0.25 * period)
-        {
-            alignment = in_step;
+        if self.subject.trains().is_some() && !alignment.differences.is_empty() {
+            alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
 
