@@ -209,6 +209,14 @@ impl Reference {
         };
         // A contact without stick counts one below a threshold, and for as long.
         let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
+        if threshold.is_some() && mapping.hysteresis.is_some() {
+            return Err(CompareError::content(
+                path,
+                "hysteresis",
+                "the contact of the reference has no stick, and its events are the crossings of one threshold",
+                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
+            ));
+        }
         let detection = Detection {
             velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
             hysteresis: match threshold {
