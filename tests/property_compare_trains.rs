@@ -596,3 +596,30 @@ fn property_a_motion_without_cycles_has_a_final_stick() {
     assert!(last.reference.is_some() && last.error() == Some(0.0), "{last:?}");
     assert!(c.absent.iter().all(|absent| absent.what != "final_stick"));
 }
+
+/// Its own samples, with a period that is the same both ways round (a block, Den Hartog's oscillator), and short sticks on a belt.
+#[test]
+fn property_a_period_of_samples_is_that_of_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    for (case, [x, v]) in [
+        ("block", ["theta", "theta_dot"]),
+        ("belt-coulomb", ["phi1", "phi1_dot"]),
+        ("den-hartog", ["phi1", "phi1_dot"]),
+    ] {
+        let path = folder.path().join(format!("{case}.h5"));
+        run(&path, case, &[]);
+        let file = ResultFile::open(&path).unwrap();
+        let rows = file.sample_count().unwrap();
+        let column = |name: &str| file.column(name, 0..rows).unwrap();
+        let (time, x, v) = (column("time"), column(x), column(v));
+        let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
+        let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
+        let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
+        // Both ends are found within an interval of the samples.
+        assert!(
+            (theirs.period - ours.period).abs() < 2.0 * c.interval.unwrap(),
+            "{case}: {theirs:?} for {ours:?}"
+        );
+        assert_eq!(theirs.sticks, ours.sticks, "{case}");
+    }
+}

@@ -244,6 +244,11 @@ impl Reference {
                 kind: f.kind,
             })
             .collect();
+        // Both ends of a period that is found in samples may err by an interval.
+        let slack = survey
+            .interval
+            .filter(|_| !events_given)
+            .map_or(0.0, |interval| 2.0 * interval);
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
@@ -265,14 +270,15 @@ impl Reference {
             if !events_given {
                 windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
             }
-            let position = self.position(&candidate, &found);
+            let position = self.position(&candidate, &all, slack);
             Some(self.states(&candidate, windows, (detection, onset), position, &mut watch)?)
         } else {
             None
         };
         let attractors = self.subject.trains().map(|_| {
             let found = candidate.attractor().or_else(|| {
-                let (attractor, _) = Attractor::of_events(&found).filter(|_| candidate.resolved().is_none())?;
+                let own = candidate.resolved().is_some();
+                let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !own)?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
                 Some(Attractor { amplitude, ..attractor })
             });
@@ -583,14 +589,20 @@ impl Reference {
         })
     }
 
+    /// The periodic motion of a candidate's events, whose times are known to `slack` (s), with where its last period begins (s).
+    fn attractor_of(&self, events: &[SequenceEvent], slack: f64) -> Option<(Attractor, f64)> {
+        let reference = self.attractor.map(|attractor| (&self.word[..], attractor.period));
+        Attractor::of_events(events, slack, reference)
+    }
+
     /// Of what a candidate's attractor has its amplitude, and over which time (s).
-    fn position(&self, candidate: &Candidate, found: &[detect::Found]) -> Option<(Channel, (f64, f64))> {
+    fn position(&self, candidate: &Candidate, events: &[SequenceEvent], slack: f64) -> Option<(Channel, (f64, f64))> {
         let position = self
             .subject
             .trains()?
             .position()
             .filter(|&channel| candidate.has(channel))?;
-        let (attractor, from) = Attractor::of_events(found)?;
+        let (attractor, from) = self.attractor_of(events, slack)?;
         Some((position, (from, from + attractor.period)))
     }
 
