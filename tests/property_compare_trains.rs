@@ -314,7 +314,7 @@ fn property_terms_of_the_equations_are_named() {
         ..SOUND
     });
     assert!(
-        stiff.contains("inertia 0 of the stator has 1.1000 times the stiffness of shaft 0"),
+        stiff.contains("mass 0 of the stator has 1.1000 times the stiffness of shaft 0"),
         "{stiff}"
     );
     let opposite = of(Solver {
@@ -322,7 +322,7 @@ fn property_terms_of_the_equations_are_named() {
         ..SOUND
     });
     assert!(
-        opposite.contains("the torque of friction with the opposite sign"),
+        opposite.contains("the force of friction with the opposite sign"),
         "{opposite}"
     );
     let damped = of(Solver { damping: 0.05, ..SOUND });
@@ -348,7 +348,10 @@ fn property_a_breakaway_at_the_limit_of_slip_is_named() {
     let texts = [("mine.csv", csv("t,x,v", &SOUND.run().0))];
     let c = judged(reference, &texts, |_| {});
     let said = evidence(&c, Cause::StickTest);
-    assert!(said.contains("mu(0) = 1, and not mu_0 = 1.2"), "{said}");
+    assert!(
+        said.contains(" mu_0 F_n: that is the limit of slip, mu(0) = 1, and not mu_0 = 1.2"),
+        "{said}"
+    );
     let sound = Solver {
         breakaway: 1.2,
         ..SOUND
@@ -495,5 +498,128 @@ fn property_a_sparse_reference_is_a_function_of_time() {
             .unwrap();
         // What the runs themselves err by.
         assert!(c.samples > 100 && fewest > 8.5, "{case}: {fewest}");
+    }
+}
+
+/// Every event of a sound solver but one slip and one stick in the middle, or one of each too many.
+#[test]
+fn property_a_cycle_left_out_in_the_middle_moves_no_later_event() {
+    let (rows, events) = SOUND.run();
+    let judge = |events: &[(f64, &str)]| {
+        let mut table = "time,kind\n".to_owned();
+        for (time, kind) in events {
+            writeln!(table, "{time:?},{kind}").unwrap();
+        }
+        judged(
+            belt(),
+            &[("mine.csv", csv("t,x,v", &rows)), ("events.csv", table)],
+            |_| {},
+        )
+    };
+    let mut without = events.clone();
+    without.drain(6..8);
+    let c = judge(&without);
+    assert_eq!((c.missing, c.spurious), (2, 0), "{}", c.verdict);
+    let positions: Vec<usize> = c.sequence.iter().map(|difference| difference.position).collect();
+    assert_eq!(positions, [6, 7], "{}", c.verdict);
+    assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
+    // Of 2.57 s, if later events were matched with those of the next cycle; all errors are below 1e-7 s.
+    assert!(c.cycles.unwrap().per_cycle.abs() < 1e-7);
+
+    let mut with = events.clone();
+    let stick = events[7].0;
+    with.splice(8..8, [(stick + 2.0, "slip"), (stick + 2.5, "stick")]);
+    let c = judge(&with);
+    assert_eq!((c.missing, c.spurious), (0, 2), "{}", c.verdict);
+    assert!(c.event_errors.max.unwrap() < 1e-7, "{}", c.verdict);
+}
+
+/// A spring that is twisted at the start: phi_2 - phi_1 from positions is what a file has as slip displacement.
+#[test]
+fn property_a_slip_displacement_follows_from_a_position_that_starts_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    for case in ["belt-coulomb", "den-hartog", "hairer"] {
+        let path = folder.path().join(format!("{case}.h5"));
+        run(&path, case, &[]);
+        let file = ResultFile::open(&path).unwrap();
+        let rows = file.sample_count().unwrap();
+        let column = |name: &str| file.column(name, 0..rows).unwrap();
+        let (time, x, v) = (column("time"), column("phi1"), column("phi1_dot"));
+        assert!(x[0] > 0.01, "{case}");
+        let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
+        let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
+        let slip: Vec<_> = c
+            .channels
+            .iter()
+            .filter(|row| row.channel == "slip_displacement")
+            .collect();
+        // The rounding of positions of some metres; between samples, what the reference errs by.
+        for row in &slip {
+            assert!(row.max < 1e-9, "{case}: {row:?}");
+        }
+        // Of what stands on the ground the slip displacement is the position itself, and is compared as that.
+        assert!(!slip.is_empty() || case != "belt-coulomb", "{case}");
+    }
+}
+
+/// The regularised law is the reference's.
+#[test]
+fn property_a_true_stick_is_not_called_regularised() {
+    static FILE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let reference = Reference::open(made(&FILE, "belt-leine-arctan", &[])).unwrap();
+    let c = reference.compare(belt(), &Mapping::default()).unwrap();
+    assert!(!causes(&c).contains(&Cause::RegularisedLaw), "{}", c.verdict);
+    assert!(causes(&c).contains(&Cause::AnotherCase), "{}", c.verdict);
+    let mapping = Mapping {
+        hysteresis: Some(3.0),
+        ..Mapping::default()
+    };
+    let refused = reference.compare(belt(), &mapping).unwrap_err().to_string();
+    assert!(refused.contains("leave out --hysteresis"), "{refused}");
+}
+
+/// A clutch locks for good.
+#[test]
+fn property_a_motion_without_cycles_has_a_final_stick() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("clutch.h5");
+    run(&path, "clutch", &[]);
+    let c = Reference::open(&path)
+        .unwrap()
+        .compare(&path, &Mapping::default())
+        .unwrap();
+    let last = c
+        .statistics
+        .iter()
+        .find(|statistic| statistic.name == "final_stick")
+        .unwrap();
+    assert!(last.reference.is_some() && last.error() == Some(0.0), "{last:?}");
+    assert!(c.absent.iter().all(|absent| absent.what != "final_stick"));
+}
+
+/// Its own samples, with a period that is the same both ways round (a block, Den Hartog's oscillator), and short sticks on a belt.
+#[test]
+fn property_a_period_of_samples_is_that_of_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    for (case, [x, v]) in [
+        ("block", ["theta", "theta_dot"]),
+        ("belt-coulomb", ["phi1", "phi1_dot"]),
+        ("den-hartog", ["phi1", "phi1_dot"]),
+    ] {
+        let path = folder.path().join(format!("{case}.h5"));
+        run(&path, case, &[]);
+        let file = ResultFile::open(&path).unwrap();
+        let rows = file.sample_count().unwrap();
+        let column = |name: &str| file.column(name, 0..rows).unwrap();
+        let (time, x, v) = (column("time"), column(x), column(v));
+        let rows: Vec<[f64; 3]> = (0..rows).map(|k| [time[k], x[k], v[k]]).collect();
+        let c = judged(&path, &[("mine.csv", csv("t,x,v", &rows))], |_| {});
+        let [ours, theirs] = c.attractors.unwrap().map(Option::unwrap);
+        // Both ends are found within an interval of the samples.
+        assert!(
+            (theirs.period - ours.period).abs() < 2.0 * c.interval.unwrap(),
+            "{case}: {theirs:?} for {ours:?}"
+        );
+        assert_eq!(theirs.sticks, ours.sticks, "{case}");
     }
 }

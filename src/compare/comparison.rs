@@ -160,7 +160,9 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
     let mut statistics = statistics(reference, candidate, from_start, to_end, parts.uncovered);
     if let Some(attractors) = &parts.attractors {
         // In a cycle there is no last stick.
-        statistics.retain(|statistic| statistic.name != "final_stick");
+        if attractors[0].is_some() {
+            statistics.retain(|statistic| statistic.name != "final_stick");
+        }
         let unit = parts.subject.vocabulary().motion().dimension(Dimension::Angle).unit();
         statistics.extend(of_attractors(attractors, unit));
     }
@@ -213,11 +215,13 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
 fn absent(parts: &Parts<'_>) -> Vec<Absent> {
     let mut found = Vec::new();
     let mut add = |what: &'static str, why: String| found.push(Absent { what, why });
-    add(
-        "final_stick",
-        "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead"
-            .to_owned(),
-    );
+    if parts.attractors.is_some_and(|[reference, _]| reference.is_some()) {
+        add(
+            "final_stick",
+            "a motion in cycles has no last stick: period, sticks in a period and amplitude are compared instead"
+                .to_owned(),
+        );
+    }
     if let Some([reference, candidate]) = &parts.attractors {
         match (reference, candidate) {
             (Some(_), Some(candidate)) if candidate.amplitude.is_none() => {

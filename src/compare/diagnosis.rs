@@ -10,6 +10,7 @@ use super::reference::Subject;
 use super::states::{Grid, Probe};
 use super::terms::OtherTerm;
 use super::units::UnitFault;
+use crate::case::Motion;
 use crate::friction::Law;
 use crate::model::BreakawayTest;
 use crate::record::EventKind;
@@ -207,8 +208,9 @@ fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
     diagnosis(
         Cause::EventsLate,
         format!(
-            "at its breakaways T_f has passed mu_0 r F_n, typically since {:.1e} s of the {interval:.1e} s between its samples: \
+            "at its breakaways T_f has passed {}, typically since {:.1e} s of the {interval:.1e} s between its samples: \
              events are taken at the end of a step",
+            limit_of(e.subject),
             typical * interval
         ),
     )
@@ -234,6 +236,14 @@ fn time_offset(e: &Evidence<'_>) -> Option<Diagnosis> {
             offset.abs()
         ),
     )
+}
+
+/// What stick can carry.
+fn limit_of(subject: &Subject) -> &'static str {
+    match subject.vocabulary().motion() {
+        Motion::Rotation => "mu_0 r F_n",
+        Motion::Translation => "mu_0 F_n",
+    }
 }
 
 fn diagnosis(cause: Cause, evidence: String) -> Option<Diagnosis> {
@@ -300,8 +310,14 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
     diagnosis(
         Cause::UnperturbedRun,
         format!(
-            "the reference is kicked by {:.1e} rad/s at {:.6} s, the candidate is not: its onset is amplified rounding",
-            kick.delta, kick.time
+            "the reference is kicked by {:.1e} {} at {:.6} s, the candidate is not{}",
+            kick.delta,
+            e.subject.vocabulary().unit(super::Channel::RelativeVelocity),
+            kick.time,
+            match e.subject {
+                Subject::Brake(..) => ": its onset is amplified rounding",
+                Subject::Trains(_) => "",
+            }
         ),
     )
 }
@@ -486,7 +502,7 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
     if tested.len() < 3 || (middle - 1.0).abs() < 0.01 || !same {
         return None;
     }
-    let mut evidence = format!("it breaks away at {middle:.3} mu_0 r F_n");
+    let mut evidence = format!("it breaks away at {middle:.3} {}", limit_of(e.subject));
     if let Some(physics) = e.subject.trains() {
         let system = physics.system();
         let (at_rest, sliding) = (system.breakaway, system.law.coefficient(0.0));
@@ -555,11 +571,11 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         let known = ["friction.regularisation.", "friction.breakaway", "friction.threshold"];
         known.iter().any(|key| d.key.starts_with(key))
     };
-    let cause = if all(smooth)
-        && differences
-            .iter()
-            .any(|d| d.key.starts_with("friction.regularisation."))
-    {
+    // Where the reference is regularised, too, or alone, that is not what is wrong with the candidate.
+    let regularised = |d: &&CaseDifference| d.key.starts_with("friction.regularisation.");
+    let of_candidate = differences.iter().any(|d| regularised(&d))
+        && differences.iter().filter(regularised).all(|d| d.reference == NOT_SET);
+    let cause = if all(smooth) && of_candidate {
         Cause::RegularisedLaw
     } else if all(|d| d.key == "contact.breakaway_test") {
         Cause::StickTest

@@ -209,6 +209,14 @@ impl Reference {
         };
         // A contact without stick counts one below a threshold, and for as long.
         let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
+        if threshold.is_some() && mapping.hysteresis.is_some() {
+            return Err(CompareError::content(
+                path,
+                "hysteresis",
+                "the contact of the reference has no stick, and its events are the crossings of one threshold",
+                "leave out --hysteresis, or [detection].hysteresis; --velocity-tolerance is the threshold",
+            ));
+        }
         let detection = Detection {
             velocity_tolerance: mapping.velocity_tolerance.or(threshold).unwrap_or(DEFAULT_TOLERANCE),
             hysteresis: match threshold {
@@ -236,20 +244,19 @@ impl Reference {
                 kind: f.kind,
             })
             .collect();
+        // Both ends of a period that is found in samples may err by an interval.
+        let slack = survey
+            .interval
+            .filter(|_| !events_given)
+            .map_or(0.0, |interval| 2.0 * interval);
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
         let period = self.subject.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
         // In a run of many cycles a drift of the times is no exchange of events.
-        if self.subject.trains().is_some()
-            && !alignment.differences.is_empty()
-            && let Some(in_step) = Alignment::in_step(&reference_word, &word, period)
-            && in_step.differences.len() <= alignment.differences.len()
-            // A drift begins small.
-            && reference_word.iter().zip(&word).take(1).all(|(r, c)| (c.time - r.time).abs() <= 0.25 * period)
-        {
-            alignment = in_step;
+        if self.subject.trains().is_some() && !alignment.differences.is_empty() {
+            alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
 
@@ -263,14 +270,15 @@ impl Reference {
             if !events_given {
                 windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
             }
-            let position = self.position(&candidate, &found);
+            let position = self.position(&candidate, &all, slack);
             Some(self.states(&candidate, windows, (detection, onset), position, &mut watch)?)
         } else {
             None
         };
         let attractors = self.subject.trains().map(|_| {
             let found = candidate.attractor().or_else(|| {
-                let (attractor, _) = Attractor::of_events(&found).filter(|_| candidate.resolved().is_none())?;
+                let own = candidate.resolved().is_some();
+                let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !own)?;
                 let amplitude = states.as_ref().and_then(|states| states.amplitude);
                 Some(Attractor { amplitude, ..attractor })
             });
@@ -581,14 +589,20 @@ impl Reference {
         })
     }
 
+    /// The periodic motion of a candidate's events, whose times are known to `slack` (s), with where its last period begins (s).
+    fn attractor_of(&self, events: &[SequenceEvent], slack: f64) -> Option<(Attractor, f64)> {
+        let reference = self.attractor.map(|attractor| (&self.word[..], attractor.period));
+        Attractor::of_events(events, slack, reference)
+    }
+
     /// Of what a candidate's attractor has its amplitude, and over which time (s).
-    fn position(&self, candidate: &Candidate, found: &[detect::Found]) -> Option<(Channel, (f64, f64))> {
+    fn position(&self, candidate: &Candidate, events: &[SequenceEvent], slack: f64) -> Option<(Channel, (f64, f64))> {
         let position = self
             .subject
             .trains()?
             .position()
             .filter(|&channel| candidate.has(channel))?;
-        let (attractor, from) = Attractor::of_events(found)?;
+        let (attractor, from) = self.attractor_of(events, slack)?;
         Some((position, (from, from + attractor.period)))
     }
 

@@ -5,13 +5,14 @@
 
 use super::candidate::Block;
 use super::reference::TrainPhysics;
+use crate::case::Motion;
 use crate::model::Mode;
 use crate::model::trains::system::Side;
 
 /// A term with the factor that a candidate's samples have it with.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OtherTerm {
-    /// "inertia 0 of the stator".
+    /// "inertia 0 of the stator", in translation "mass 0 of the stator".
     pub of: String,
     /// "the damping of shaft 0".
     pub term: String,
@@ -116,6 +117,10 @@ impl<'a> TermPass<'a> {
         let mode = Mode::sliding(w);
         let interface = system.interface_torque(mode, w.signum(), system.piece_of(w), &outside, y);
         let naming = self.inertias.is_empty();
+        let (body, torque) = match physics.case.motion {
+            Motion::Rotation => ("inertia", "torque"),
+            Motion::Translation => ("mass", "force"),
+        };
         let mut inertias = Vec::new();
         for (name, side, driving) in [
             ("rotor", &system.rotor, &outside.rotor),
@@ -123,8 +128,8 @@ impl<'a> TermPass<'a> {
         ] {
             for (i, speed) in side.speeds(driving, y).into_iter().enumerate() {
                 let (mut terms, mut named) = (Vec::new(), Vec::new());
-                let mut add = |what: &dyn Fn() -> String, present: bool, torque: f64| {
-                    terms.push(torque);
+                let mut add = |what: &dyn Fn() -> String, present: bool, value: f64| {
+                    terms.push(value);
                     if naming {
                         named.push(Term {
                             name: what(),
@@ -155,14 +160,14 @@ impl<'a> TermPass<'a> {
                 let (viscous, present) = or_one(side.viscous[i]);
                 add(&|| "its damping to the ground".to_owned(), present, -viscous * speed);
                 if side.torque_on == Some(i) {
-                    add(&|| "its external torque".to_owned(), true, driving.torque);
+                    add(&|| format!("its external {torque}"), true, driving.torque);
                 }
                 if i == 0 {
-                    add(&|| "the torque of friction".to_owned(), true, -side.sign * interface);
+                    add(&|| format!("the {torque} of friction"), true, -side.sign * interface);
                 }
                 if naming {
                     self.inertias.push(Inertia {
-                        of: format!("inertia {i} of the {name}"),
+                        of: format!("{body} {i} of the {name}"),
                         terms: named,
                         misses: 0.0,
                         impulses: 0.0,

@@ -79,6 +79,10 @@ const AT_ONCE: f64 = 0.02;
 /// Cells of the table of the alignment, one byte each. Words whose unequal middles need more are aligned as far as it
 /// reaches.
 const MOST_CELLS: usize = 64 << 20;
+/// Events in a row of either word that a drifting alignment may leave out: four cycles of a slip and a stick.
+const MOST_UNMATCHED: usize = 8;
+/// By how many events the words may be ahead of each other there.
+const BAND: usize = 32;
 
 impl Alignment {
     /// Aligns two words, each in order of time; `natural_period` (s) is what times are measured by.
@@ -107,18 +111,37 @@ impl Alignment {
         Alignment { pairs, differences }
     }
 
-    /// Aligns two words event by event, whatever their times; `None` if one is not the begin of the other.
-    pub fn in_step(reference: &[SequenceEvent], candidate: &[SequenceEvent], natural_period: f64) -> Option<Alignment> {
-        if !reference.iter().zip(candidate).all(|(r, c)| r.kind == c.kind) {
-            return None;
-        }
-        let pair = |k: usize| Pair {
-            reference: (k < reference.len()).then_some(k),
-            candidate: (k < candidate.len()).then_some(k),
+    /// Aligns two words whose times drift apart, as those of motions in cycles do; `natural_period` (s) as in [`Self::of`].
+    ///
+    /// An unmatched event costs 1, and a matched pair the change of its error since the pair before it, in parts of a quarter of
+    /// the natural period: a drift, however far it goes, costs little for each cycle, and a skipped cycle a whole one. Taken is
+    /// what is cheaper by this measure, `by_time` or the cheapest alignment with at most eight events in a row that have no partner.
+    pub fn drifting(
+        reference: &[SequenceEvent],
+        candidate: &[SequenceEvent],
+        natural_period: f64,
+        by_time: Alignment,
+    ) -> Alignment {
+        let related = RELATED * natural_period;
+        let Some(pairs) = follow(reference, candidate, related) else {
+            return by_time;
         };
-        let pairs: Vec<Pair> = (0..reference.len().max(candidate.len())).map(pair).collect();
+        let cost = |pairs: &[Pair]| {
+            let mut last = 0.0;
+            let of_pair = |pair: &Pair| match pair.matched() {
+                Some((r, c)) => {
+                    let error = candidate[c].time - reference[r].time;
+                    (error - std::mem::replace(&mut last, error)).abs() / related
+                }
+                None => 1.0,
+            };
+            pairs.iter().map(of_pair).sum::<f64>()
+        };
+        if cost(&pairs) >= cost(&by_time.pairs) - 1e-9 {
+            return by_time;
+        }
         let differences = differences(reference, candidate, &pairs, natural_period);
-        Some(Alignment { pairs, differences })
+        Alignment { pairs, differences }
     }
 
     /// Indices (reference, candidate) of the matched pairs.
@@ -229,6 +252,83 @@ fn align_middle(
     cost
 }
 
+/// The cheapest alignment by the changes of the errors; `None` if the words are too long.
+fn follow(reference: &[SequenceEvent], candidate: &[SequenceEvent], related: f64) -> Option<Vec<Pair>> {
+    const SPAN: usize = MOST_UNMATCHED + 1;
+    /// Of the first pair.
+    const FIRST: u8 = u8::MAX;
+    let (rows, width) = (reference.len(), 2 * BAND + 1);
+    // Eight bytes and one for each.
+    if rows.saturating_mul(width) > MOST_CELLS / 8 {
+        return None;
+    }
+    let column = |i: usize, b: usize| (i + b).checked_sub(BAND).filter(|&j| j < candidate.len());
+    let error = |i: usize, j: usize| (candidate[j].time - reference[i].time) / related;
+    // Cost up to the pair of event i and event i + b - BAND, and the events that are left out since the pair before it.
+    let mut costs = vec![f64::INFINITY; rows * width];
+    let mut steps = vec![FIRST; rows * width];
+    let mut end = ((rows + candidate.len()) as f64, None);
+    for i in 0..rows {
+        for b in 0..width {
+            let Some(j) = column(i, b).filter(|&j| reference[i].kind == candidate[j].kind) else {
+                continue;
+            };
+            let here = error(i, j);
+            let mut best = ((i + j) as f64 + here.abs(), FIRST);
+            for left in 0..SPAN.min(i) {
+                for out in 0..SPAN.min(j) {
+                    // The pair before it.
+                    let (k, l) = (i - 1 - left, j - 1 - out);
+                    let Some(at) = (l + BAND).checked_sub(k).filter(|&at| at < width) else {
+                        continue;
+                    };
+                    let known = costs[k * width + at] + (left + out) as f64;
+                    if known < best.0 {
+                        let cost = known + (here - error(k, l)).abs();
+                        if cost < best.0 {
+                            best = (cost, (left * SPAN + out) as u8);
+                        }
+                    }
+                }
+            }
+            (costs[i * width + b], steps[i * width + b]) = best;
+            let whole = best.0 + (rows - 1 - i + candidate.len() - 1 - j) as f64;
+            if whole < end.0 {
+                end = (whole, Some((i, j)));
+            }
+        }
+    }
+    let mut matched = Vec::new();
+    let mut place = end.1;
+    while let Some((i, j)) = place {
+        matched.push((i, j));
+        let step = steps[i * width + j + BAND - i];
+        let (left, out) = (usize::from(step) / SPAN, usize::from(step) % SPAN);
+        place = (step != FIRST).then(|| (i - 1 - left, j - 1 - out));
+    }
+    let mut pairs = Vec::new();
+    let (mut r, mut c) = (0, 0);
+    for (i, j) in matched.into_iter().rev().chain([(rows, candidate.len())]) {
+        // One of each in turn, so that neighbours can explain each other.
+        while r < i || c < j {
+            for (reference, candidate) in [((r < i).then_some(r), None), (None, (c < j).then_some(c))] {
+                if reference.is_some() || candidate.is_some() {
+                    pairs.push(Pair { reference, candidate });
+                }
+            }
+            (r, c) = ((r + 1).min(i), (c + 1).min(j));
+        }
+        if i < rows && j < candidate.len() {
+            pairs.push(Pair {
+                reference: Some(i),
+                candidate: Some(j),
+            });
+        }
+        (r, c) = (i + 1, j + 1);
+    }
+    Some(pairs)
+}
+
 /// Names what the unmatched events are.
 fn differences(
     reference: &[SequenceEvent],
@@ -316,4 +416,91 @@ fn is_doubled(word: &[SequenceEvent], k: usize, natural_period: f64) -> bool {
         other.kind == word[k].kind && (other.time - word[k].time).abs() <= AT_ONCE * natural_period
     };
     (k > 0 && same(&word[k - 1])) || word.get(k + 1).is_some_and(same)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The natural period of a motion whose cycle is 12 s, with a slip and a stick in each.
+    const NATURAL: f64 = 6.0;
+
+    fn periodic(cycles: usize, period: f64) -> Vec<SequenceEvent> {
+        let cycle = |k: usize| {
+            let at = 5.0 + k as f64 * period;
+            [(at, EventKind::Slip), (at + 4.3, EventKind::Stick)].map(|(time, kind)| SequenceEvent { time, kind })
+        };
+        (0..cycles).flat_map(cycle).collect()
+    }
+
+    fn aligned(reference: &[SequenceEvent], candidate: &[SequenceEvent]) -> Alignment {
+        let by_time = Alignment::of(reference, candidate, NATURAL);
+        Alignment::drifting(reference, candidate, NATURAL, by_time)
+    }
+
+    /// Every match of `alignment` as `reference - candidate`, before and after a position of the reference.
+    fn offsets(alignment: &Alignment, position: usize) -> [Vec<isize>; 2] {
+        let of = |before: bool| {
+            let matched = alignment.matched().filter(|&(r, _)| (r < position) == before);
+            let mut found: Vec<isize> = matched.map(|(r, c)| r as isize - c as isize).collect();
+            found.dedup();
+            found
+        };
+        [of(true), of(false)]
+    }
+
+    /// A drift that ends several cycles away, a pair that is missing or too many, and both.
+    #[test]
+    fn analytic_a_cycle_that_is_missing_shifts_no_later_one() {
+        for drift in [0.0, 1e-3, -1e-3, 0.1, -0.1, 0.5] {
+            let reference = periodic(200, 12.0);
+            let other = periodic(200, 12.0 + drift);
+            let whole = aligned(&reference, &other);
+            assert!(whole.differences.is_empty(), "{drift}: {:?}", whole.differences);
+
+            for gap in [1, 2, 3] {
+                let mut missing = other.clone();
+                missing.drain(150..150 + 2 * gap);
+                let a = aligned(&reference, &missing);
+                assert_eq!((a.missing(), a.spurious()), (2 * gap, 0), "{drift}");
+                assert_eq!(offsets(&a, 150), [vec![0], vec![2 * gap as isize]], "{drift}");
+                assert!(a.differences.iter().all(|d| d.fault == Fault::Missing));
+            }
+
+            // A short cycle within a stick.
+            let mut spurious = other.clone();
+            let at = spurious[149].time;
+            let kinds = [(at + 2.0, EventKind::Slip), (at + 4.0, EventKind::Stick)];
+            spurious.splice(150..150, kinds.map(|(time, kind)| SequenceEvent { time, kind }));
+            let a = aligned(&reference, &spurious);
+            assert_eq!((a.missing(), a.spurious()), (0, 2), "{drift}");
+            assert_eq!(offsets(&a, 150), [vec![0], vec![-2]], "{drift}");
+
+            // One that is missing hides one that is too many from the number of events.
+            spurious.drain(300..302);
+            let a = aligned(&reference, &spurious);
+            assert_eq!((a.missing(), a.spurious()), (2, 2), "{drift}");
+        }
+    }
+
+    /// A longer cycle, of which fewer have begun by the end.
+    #[test]
+    fn analytic_a_drift_that_loses_the_last_cycles_is_a_drift() {
+        let reference = periodic(200, 12.0);
+        let candidate = periodic(195, 12.3);
+        let a = aligned(&reference, &candidate);
+        assert_eq!((a.missing(), a.spurious()), (10, 0));
+        assert_eq!(offsets(&a, 400), [vec![0], vec![]]);
+    }
+
+    /// What the words begin with may be missing, and more may be than a drift may leave out.
+    #[test]
+    fn analytic_missing_events_at_the_start_are_missing_there() {
+        let reference = periodic(100, 12.0);
+        for lost in [1, 2, 5, 20, 60] {
+            let a = aligned(&reference, &reference[lost..]);
+            assert_eq!((a.missing(), a.spurious()), (lost, 0), "{lost}");
+            assert_eq!(offsets(&a, 0), [vec![], vec![lost as isize]]);
+        }
+    }
 }

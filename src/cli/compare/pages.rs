@@ -137,8 +137,10 @@ fn what_was_read(c: &Comparison) -> String {
     }
     if let Some(scale) = &c.time_scale {
         text += &format!(
-            "; times are measured by {:.4e} s, the period of {}",
-            scale.period, scale.of
+            "; times are measured by {:.4e} s, {}{}",
+            scale.period,
+            if scale.has_period { "the period of " } else { "" },
+            scale.of
         );
     }
     text

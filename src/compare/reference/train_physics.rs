@@ -22,6 +22,9 @@ pub struct TimeScale {
     /// It is a mode of the trains.
     #[serde(skip)]
     pub is_mode: bool,
+    /// What is named has a period.
+    #[serde(skip)]
+    pub has_period: bool,
 }
 
 /// The physics of a reference of two trains.
@@ -263,6 +266,7 @@ fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
             period,
             of: format!("the surface of the {name} on its shaft"),
             is_mode: true,
+            has_period: true,
         };
     }
     if let Some(period) = course.period_of_signals() {
@@ -270,6 +274,7 @@ fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
             period,
             of: "the fastest harmonic that drives the case".to_owned(),
             is_mode: false,
+            has_period: true,
         };
     }
     let mut intervals: Vec<f64> = word.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
@@ -280,11 +285,13 @@ fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
             period,
             of: "the middle time between two events: nothing in the case has a period".to_owned(),
             is_mode: false,
+            has_period: false,
         },
         None => TimeScale {
             period: if end > 0.0 { 0.1 * end } else { 1.0 },
             of: "a tenth of the run: nothing in the case has a period".to_owned(),
             is_mode: false,
+            has_period: false,
         },
     }
 }
