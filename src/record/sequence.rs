@@ -268,9 +268,9 @@ fn follow(reference: &[SequenceEvent], candidate: &[SequenceEvent], related: f64
     let mut costs = vec![f64::INFINITY; rows * width];
     let mut steps = vec![FIRST; rows * width];
     let mut end = ((rows + candidate.len()) as f64, None);
-    for i in 0..rows {
+    for (i, event) in reference.iter().enumerate() {
         for b in 0..width {
-            let Some(j) = column(i, b).filter(|&j| reference[i].kind == candidate[j].kind) else {
+            let Some(j) = column(i, b).filter(|&j| event.kind == candidate[j].kind) else {
                 continue;
             };
             let here = error(i, j);
