@@ -28,6 +28,18 @@ impl AnyCase {
         }
     }
 
+    /// Reads a case of whichever form it has, as [`Self::parse`] does.
+    ///
+    /// # Errors
+    /// All problems that were found.
+    pub fn read(source: &CaseSource, overrides: &[Override]) -> Result<AnyCase, CaseError> {
+        if TrainCase::is_one(source, overrides) {
+            TrainCase::parse(source, overrides).map(|case| AnyCase::Trains(Box::new(case)))
+        } else {
+            Case::parse(source, overrides).map(|case| AnyCase::Brake(Box::new(case)))
+        }
+    }
+
     /// The brake, if it is one.
     pub fn into_brake(self) -> Option<Case> {
         match self {

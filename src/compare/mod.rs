@@ -48,6 +48,7 @@ pub use requirement::Requirement;
 pub use statistics::Statistic;
 pub use vocabulary::Vocabulary;
 
+use crate::case::AnyCase;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
@@ -61,7 +62,7 @@ use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use range::Range;
 use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
-use saved_case::SavedCase;
+use saved_case::saved_case;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
 use terms::{OtherTerm, TermPass};
@@ -121,7 +122,7 @@ impl Reference {
     /// If it is no result file, damaged, or its case or events are unreadable.
     pub fn open(path: &Path) -> Result<Reference, CompareError> {
         let file = ResultFile::open(path)?;
-        let case = SavedCase::of(path, &file)?;
+        let case = saved_case(path, &file)?;
         let events = file.events()?;
         let last = candidate::events::last_in_order(path, &events)?;
         let rows = file.sample_count()?;
@@ -142,13 +143,13 @@ impl Reference {
         let resolved = case.resolved();
         let mut starts_in_slip = false;
         let (subject, rerun, attractor) = match case {
-            SavedCase::Brake(case) => {
+            AnyCase::Brake(case) => {
                 let physics = Physics::new(&case.parameters);
                 let rerun = Rerun::new(&case, &physics, &events);
                 let subject = Subject::Brake(Box::new(physics), Vocabulary::default());
                 (subject, Some(rerun), None)
             }
-            SavedCase::Trains(case) => {
+            AnyCase::Trains(case) => {
                 let physics = TrainPhysics::new(*case, &word, end);
                 let attractor = Attractor::of_file(&file)?;
                 let first = file.states(0..rows.min(1))?;

@@ -1,6 +1,6 @@
 //! The case of a study: of a brake, or of two trains.
 
-use crate::case::{Case, CaseError, CaseSource, Override, TrainCase};
+use crate::case::{AnyCase, Case, CaseError, CaseSource, Override, TrainCase};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions};
 
@@ -19,10 +19,9 @@ impl StudyCase {
     /// # Errors
     /// All problems that were found.
     pub fn parse(source: &CaseSource, overrides: &[Override]) -> Result<StudyCase, CaseError> {
-        Ok(if TrainCase::is_one(source, overrides) {
-            StudyCase::Trains(Box::new(TrainCase::parse(source, overrides)?))
-        } else {
-            StudyCase::Brake(Box::new(Case::parse(source, overrides)?))
+        Ok(match AnyCase::read(source, overrides)? {
+            AnyCase::Brake(case) => StudyCase::Brake(case),
+            AnyCase::Trains(case) => StudyCase::Trains(case),
         })
     }
 

@@ -15,8 +15,9 @@ pub use table::{Pass, Table};
 
 use super::attractor::Attractor;
 use super::reference::{Subject, is_brake};
-use super::saved_case::SavedCase;
+use super::saved_case::saved_case;
 use super::{Channel, CompareError, Found};
+use crate::case::AnyCase;
 use crate::case::quantity::Dimension;
 use crate::model::trains::Pressing;
 use crate::quote::shown;
@@ -90,14 +91,14 @@ impl Candidate {
 
     /// One of this program's results.
     fn own(path: &Path, file: ResultFile, subject: &Subject) -> Result<Candidate, CompareError> {
-        let case = SavedCase::of(path, &file)?;
+        let case = saved_case(path, &file)?;
         let events = file.events()?;
         let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
         let same = "the same motion can be compared in both forms where it is the brake of the short form: a rotor of two \
                     inertias on one shaft, free, and a stator of one on a fixed shaft";
         let mut channels: Vec<Channel> = match (&case, subject) {
-            (SavedCase::Brake(_), Subject::Brake(..)) => Channel::ALL.to_vec(),
-            (SavedCase::Trains(case), Subject::Trains(physics)) => {
+            (AnyCase::Brake(_), Subject::Brake(..)) => Channel::ALL.to_vec(),
+            (AnyCase::Trains(case), Subject::Trains(physics)) => {
                 if case.motion != physics.case.motion {
                     let what = "is a run of another motion than the reference: one is of rotation, one of translation";
                     return refuse(what, "compare runs of one motion");
@@ -108,22 +109,22 @@ impl Candidate {
                 };
                 subject.vocabulary().channels().filter(is_there).collect()
             }
-            (SavedCase::Brake(_), Subject::Trains(physics)) if is_brake(&physics.case.parameters) => {
+            (AnyCase::Brake(_), Subject::Trains(physics)) if is_brake(&physics.case.parameters) => {
                 let of_brake = |channel: &Channel| Channel::ALL.contains(channel);
                 subject.vocabulary().channels().filter(of_brake).collect()
             }
-            (SavedCase::Trains(case), Subject::Brake(..)) if is_brake(&case.parameters) => Channel::ALL.to_vec(),
-            (SavedCase::Brake(_), Subject::Trains(_)) => {
+            (AnyCase::Trains(case), Subject::Brake(..)) if is_brake(&case.parameters) => Channel::ALL.to_vec(),
+            (AnyCase::Brake(_), Subject::Trains(_)) => {
                 return refuse("is a result of a brake, [torsion], the reference one of trains", same);
             }
-            (SavedCase::Trains(_), Subject::Brake(..)) => {
+            (AnyCase::Trains(_), Subject::Brake(..)) => {
                 return refuse(
                     "is a result of trains, [rotor] and [stator], the reference one of a brake",
                     same,
                 );
             }
         };
-        if let (SavedCase::Trains(case), Subject::Brake(..)) = (&case, subject)
+        if let (AnyCase::Trains(case), Subject::Brake(..)) = (&case, subject)
             && matches!(case.parameters.pressing, Pressing::Force(_))
         {
             channels.retain(|channel| !matches!(channel, Channel::Z | Channel::ZDot));
@@ -141,8 +142,8 @@ impl Candidate {
                 .collect(),
             Subject::Trains(_) => {
                 let radius = match &case {
-                    SavedCase::Brake(case) => case.parameters.contact.radius,
-                    SavedCase::Trains(case) => case.parameters.radius,
+                    AnyCase::Brake(case) => case.parameters.contact.radius,
+                    AnyCase::Trains(case) => case.parameters.radius,
                 };
                 let torque = |event: &crate::record::Event| event.internal_force * radius;
                 events
@@ -153,7 +154,7 @@ impl Candidate {
         };
         let of_one_form = matches!(
             (&case, subject),
-            (SavedCase::Brake(_), Subject::Brake(..)) | (SavedCase::Trains(_), Subject::Trains(_))
+            (AnyCase::Brake(_), Subject::Brake(..)) | (AnyCase::Trains(_), Subject::Trains(_))
         );
         Ok(Candidate {
             path: path.to_owned(),
