@@ -11,7 +11,7 @@ use super::event_errors::EventErrors;
 use super::reference::{Subject, TimeScale};
 use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
-use super::{Channel, States};
+use super::{Channel, OtherClock, OtherKick, OtherParameters, Others, States};
 use crate::case::quantity::Dimension;
 use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
@@ -33,6 +33,15 @@ pub struct Comparison {
     pub causes: Vec<Diagnosis>,
     /// Keys of the case in which the two runs differ, in SI; empty if the candidate's case is unknown.
     pub case_differences: Vec<CaseDifference>,
+    /// Of a brake's candidate by another program: numbers of the case that it has otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<OtherParameters>,
+    /// Of the same: its kick, if it is another than the reference's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kick: Option<OtherKick>,
+    /// Of the same: where its times count from, if from elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock: Option<OtherClock>,
     /// How events were found by the relative velocity; `None` if the candidate states them.
     pub detection: Option<Detection>,
     /// The unit of its tolerance: "rad/s", or "m/s" in translation.
@@ -147,6 +156,7 @@ pub(super) struct Parts<'a> {
     pub rerun: bool,
     pub subject: &'a Subject,
     pub attractors: Option<[Option<Attractor>; 2]>,
+    pub other: Others,
 }
 
 pub(super) fn compose(parts: Parts<'_>) -> Comparison {
@@ -179,6 +189,9 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         verdict,
         causes: parts.causes,
         case_differences: parts.case_differences,
+        parameters: parts.other.parameters,
+        kick: parts.other.kick,
+        clock: parts.other.clock,
         detection: parts.detection,
         velocity_unit: parts.subject.vocabulary().unit(Channel::RelativeVelocity),
         span: parts.candidate.has_rows().then_some(parts.span),

@@ -1,7 +1,7 @@
-//! Whether a candidate of two trains creeps where it should stick, as regularised friction does.
+//! Whether a candidate creeps where it should stick, as regularised friction does.
 
 use super::candidate::Block;
-use super::reference::TrainPhysics;
+use super::reference::{Physics, TrainPhysics};
 use crate::friction::Law;
 
 /// How a candidate creeps.
@@ -18,25 +18,38 @@ pub(super) struct Creep {
 /// Collects omega_r and T_f where omega_r is small and hardly changes: there friction balances T_f.
 #[derive(Debug)]
 pub(super) struct CreepPass<'a> {
-    physics: &'a TrainPhysics,
+    of: Of<'a>,
+    /// The speed of an oscillation that friction causes, rad/s.
+    speed: f64,
+    /// 1/J_1 + 1/J_2, what a torque of the contact accelerates omega_r by, 1/(kg m^2).
+    per_torque: f64,
     last: Option<(f64, f64)>,
     /// Sums of w^2, and for each function of w a and a^2, where a is its inverse at T_f/(mu(0) r F_n).
     squares: f64,
-    sums: [[f64; 2]; 3],
+    sums: [[f64; 2]; FUNCTIONS.len()],
     largest: f64,
     count: u64,
+}
+
+/// Whose candidate it is.
+#[derive(Debug, Clone, Copy)]
+enum Of<'a> {
+    Brake(&'a Physics),
+    Trains(&'a TrainPhysics),
 }
 
 /// A name, and the inverse.
 type Function = (&'static str, fn(f64) -> f64);
 
 /// Functions whose inverse at a share of the torque is omega_r/eps.
-const FUNCTIONS: [Function; 3] = [
+const FUNCTIONS: [Function; 5] = [
     ("tanh(omega_r/eps)", f64::atanh),
     ("(2/pi) arctan(omega_r/eps)", |z| {
         (std::f64::consts::FRAC_PI_2 * z).tan()
     }),
     ("omega_r/eps up to 1", |z| z),
+    ("omega_r/sqrt(omega_r^2 + eps^2)", |z| z / (1.0 - z * z).sqrt()),
+    ("1 - exp(-|omega_r|/eps)", |z| -(-z.abs()).ln_1p() * z.signum()),
 ];
 
 /// Near its limit a torque says little of the speed, near zero too.
@@ -52,13 +65,27 @@ const LEFT: f64 = 1e-2;
 const AT_REST: f64 = 1e-9;
 
 impl<'a> CreepPass<'a> {
-    /// Before the first sample.
+    /// Of two trains, before the first sample.
     pub fn new(physics: &'a TrainPhysics) -> CreepPass<'a> {
+        let system = physics.system();
+        let (rotor, stator) = (system.rotor.surface_inertia(), system.stator.surface_inertia());
+        CreepPass::of(Of::Trains(physics), physics.speed(), 1.0 / rotor + 1.0 / stator)
+    }
+
+    /// Of a brake, before the first sample.
+    pub fn of_brake(physics: &'a Physics) -> CreepPass<'a> {
+        let surface = physics.torsion.torsion.surface_inertia;
+        CreepPass::of(Of::Brake(physics), physics.speed(), 2.0 / surface)
+    }
+
+    fn of(of: Of<'a>, speed: f64, per_torque: f64) -> CreepPass<'a> {
         CreepPass {
-            physics,
+            of,
+            speed,
+            per_torque,
             last: None,
             squares: 0.0,
-            sums: [[0.0; 2]; 3],
+            sums: [[0.0; 2]; FUNCTIONS.len()],
             largest: 0.0,
             count: 0,
         }
@@ -66,20 +93,41 @@ impl<'a> CreepPass<'a> {
 
     /// Takes the next samples; `columns` are the positions of the channels of the state in the block.
     pub fn add(&mut self, block: &Block, columns: &[usize]) {
-        let physics = self.physics;
-        let system = physics.system();
-        let (rotor, stator) = (system.rotor.surface_inertia(), system.stator.surface_inertia());
-        let (slow, per_torque) = (SLOW * physics.speed(), 1.0 / rotor + 1.0 / stator);
+        let slow = SLOW * self.speed;
+        let per_torque = self.per_torque;
         for (row, &time) in block.time.iter().enumerate() {
-            let y = physics.y(|k| block.columns[columns[k]][row]);
-            let outside = physics.course.outside(time);
-            let w = system.relative_velocity(&outside, &y);
+            let value = |k: usize| block.columns[columns[k]][row];
+            let (w, limit) = match self.of {
+                Of::Trains(physics) => {
+                    let (system, outside) = (physics.system(), physics.course.outside(time));
+                    let w = system.relative_velocity(&outside, &physics.y(value));
+                    (w, system.law.coefficient(0.0) * system.radius * outside.normal_force)
+                }
+                Of::Brake(physics) => {
+                    let model = &physics.torsion;
+                    let w = value(4) - value(1) - value(3);
+                    if w.abs() >= slow {
+                        self.last = Some((time, w));
+                        continue;
+                    }
+                    let force = physics.axial.pressing_force(time).max(0.0);
+                    (w, model.friction.law.coefficient(0.0) * model.contact.radius * force)
+                }
+            };
             let before = self.last.replace((time, w));
-            let limit = system.law.coefficient(0.0) * system.radius * outside.normal_force;
             let (Some((earlier, was)), true) = (before, limit > 0.0 && w.abs() < slow) else {
                 continue;
             };
-            let share = system.transmitted_torque(&outside, &y) / limit;
+            let torque = match self.of {
+                Of::Trains(physics) => physics
+                    .system()
+                    .transmitted_torque(&physics.course.outside(time), &physics.y(value)),
+                Of::Brake(physics) => {
+                    let torques = [(0, 1), (2, 3)].map(|(k, l)| physics.twist_torque(value(k), value(l)));
+                    (torques[0] + torques[1]) / 2.0
+                }
+            };
+            let share = torque / limit;
             let steady = (w - was).abs() <= STEADY * limit * per_torque * (time - earlier);
             if !steady || !(SHARES.0..SHARES.1).contains(&share.abs()) {
                 continue;
@@ -97,7 +145,7 @@ impl<'a> CreepPass<'a> {
 
     /// How it creeps, after the last sample; `None` if it does not.
     pub fn finish(self) -> Option<Creep> {
-        if self.count < FEWEST || self.largest <= AT_REST * self.physics.speed() {
+        if self.count < FEWEST || self.largest <= AT_REST * self.speed {
             return None;
         }
         let left = |sums: &[f64; 2]| 1.0 - sums[0] * sums[0] / (sums[1] * self.squares);

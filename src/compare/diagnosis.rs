@@ -6,6 +6,7 @@ use super::case_differences::{CaseDifference, NOT_SET};
 use super::creep::Creep;
 use super::detect::Found;
 use super::event_errors::EventErrors;
+use super::parameters::{FoundBy, OtherClock, OtherKick, OtherParameters, Rerun};
 use super::reference::Subject;
 use super::states::{Grid, Probe};
 use super::terms::OtherTerm;
@@ -37,13 +38,17 @@ pub enum Cause {
     StickTest,
     /// Angles instead of twists: their rounding is a floor under the torques.
     AbsoluteAngles,
-    /// Of trains: friction is smooth at rest, so that sticks creep.
+    /// Of a brake: a number of the case is another.
+    AnotherParameter,
+    /// Of a brake: the kick is of another size, or split otherwise.
+    AnotherKick,
+    /// Friction is smooth at rest, so that sticks creep.
     RegularisedLaw,
     /// Of trains: a term of the equations has another factor, or is missing.
     AnotherTerm,
     /// Of trains: sticks end at the step after the one at which they should.
     EventsLate,
-    /// Of trains: all times differ by the same.
+    /// All times differ by the same.
     TimeOffset,
 }
 
@@ -59,6 +64,8 @@ impl Cause {
             Cause::VelocityTolerance => "velocity tolerance too wide",
             Cause::StickTest => "another stick test",
             Cause::AbsoluteAngles => "absolute angles",
+            Cause::AnotherParameter => "another parameter",
+            Cause::AnotherKick => "another kick",
             Cause::RegularisedLaw => "regularised friction law",
             Cause::AnotherTerm => "another term in the equations",
             Cause::EventsLate => "events late by a step",
@@ -105,6 +112,7 @@ pub(super) struct Evidence<'a> {
     pub detected: bool,
     /// Of a candidate of trains by another program.
     pub terms: &'a [OtherTerm],
+    /// Of a candidate by another program.
     pub creep: Option<Creep>,
 }
 
@@ -133,6 +141,7 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
         return causes;
     }
     let rules = [
+        regularised,
         unperturbed,
         unresolved,
         step_too_large,
@@ -590,4 +599,107 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
         causes.retain(|known| !matches!(known.cause, Cause::VelocityTolerance | Cause::StickTest));
     }
     causes.insert(0, Diagnosis { cause, evidence });
+}
+
+/// Adds another clock, which is all that differs.
+pub(super) fn add_clock(causes: &mut Vec<Diagnosis>, clock: &OtherClock) {
+    causes.clear();
+    causes.push(Diagnosis {
+        cause: Cause::TimeOffset,
+        evidence: clock.words(),
+    });
+}
+
+/// Adds another kick; if runs from after it have the candidate's events, nothing else is needed.
+pub(super) fn add_kick(causes: &mut Vec<Diagnosis>, kick: &OtherKick) {
+    if kick.rerun.is_some() {
+        causes.clear();
+    }
+    let tried = kick
+        .rerun
+        .as_ref()
+        .map_or_else(String::new, |rerun| format!("; {}", tried(rerun)));
+    causes.insert(
+        0,
+        Diagnosis {
+            cause: Cause::AnotherKick,
+            evidence: kick.words() + &tried,
+        },
+    );
+}
+
+/// Adds other numbers of the case. What follows from them is taken out where a run with them has the candidate's events.
+pub(super) fn add_parameters(causes: &mut Vec<Diagnosis>, other: &OtherParameters) {
+    let words: Vec<String> = other.numbers.iter().map(super::OtherNumber::words).collect();
+    let mut evidence = words.join(" and ");
+    let share = 100.0 * other.explained;
+    let share = if share > 99.99 {
+        "over 99.99".to_owned()
+    } else {
+        format!("{share:.4}")
+    };
+    evidence += &match other.found_by {
+        FoundBy::Equations => format!(": explains {share} % of what its samples miss of the equations"),
+        FoundBy::Breakaways => {
+            format!(": it is the torque at which its sticks end, and explains {share} % of the errors of its events")
+        }
+        FoundBy::Events => format!(": explains {share} % of the errors of its events"),
+    };
+    for number in &other.or {
+        evidence += &format!("; {} explains as much", number.words());
+    }
+    let confirmed = other.rerun.is_some_and(|rerun| rerun.explained > CONFIRMED);
+    evidence += &match &other.rerun {
+        Some(rerun) if confirmed || rerun.after.unmatched == 0 => format!("; {}", tried(rerun)),
+        // Without a kick before its onset nobody's run has the events of another's.
+        Some(_) => "; the case run with it has other events".to_owned(),
+        None => String::new(),
+    };
+    if confirmed {
+        // A mode that grows otherwise, or sticks of another duration, follow from it.
+        let follows = |cause| {
+            matches!(
+                cause,
+                Cause::UnresolvedMode | Cause::StepTooLarge | Cause::VelocityTolerance | Cause::UnperturbedRun
+            )
+        };
+        causes.retain(|known| !follows(known.cause));
+    }
+    let found = Diagnosis {
+        cause: Cause::AnotherParameter,
+        evidence,
+    };
+    let breakaway = other.numbers.iter().any(|number| number.path == "friction.breakaway");
+    match causes
+        .iter_mut()
+        .find(|known| known.cause == Cause::StickTest && breakaway)
+    {
+        // The same, seen at the torques.
+        Some(test) => {
+            test.evidence += &format!("; {}", found.evidence);
+        }
+        None => {
+            // The torques at breakaway are measured by the case's numbers.
+            causes.retain(|known| known.cause != Cause::StickTest || !confirmed);
+            causes.insert(0, found);
+        }
+    }
+}
+
+/// Runs that explain this part of the errors confirm a number.
+const CONFIRMED: f64 = 0.9;
+
+/// What the runs came to.
+fn tried(rerun: &Rerun) -> String {
+    let of = |agreement: &super::Agreement| match agreement.unmatched {
+        0 => format!("within {:.1e} s", agreement.max),
+        1 => "but for one".to_owned(),
+        many => format!("but for {many}"),
+    };
+    format!(
+        "the case run with it has its {} events {}, as it is {}",
+        rerun.events,
+        of(&rerun.after),
+        of(&rerun.before)
+    )
 }

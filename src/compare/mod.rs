@@ -24,6 +24,7 @@ mod creep;
 mod crossings;
 mod cycles;
 mod error;
+mod parameters;
 mod range;
 mod requirement;
 mod saved_case;
@@ -44,11 +45,13 @@ pub use cycles::CycleErrors;
 pub use detect::{Detection, Found};
 pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
+pub use parameters::{Agreement, FoundBy, OtherClock, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use statistics::Statistic;
 pub use vocabulary::Vocabulary;
 
 use crate::case::AnyCase;
+use crate::model::BreakawayTest;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
@@ -60,6 +63,7 @@ use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
 use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
+use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_clock, other_kick, other_parameters};
 use range::Range;
 use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
 use saved_case::saved_case;
@@ -67,6 +71,10 @@ use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
 use terms::{OtherTerm, TermPass};
 use torques::TorqueWatch;
+
+/// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
+const AGREED: f64 = 1e-9;
+const AGREED_IN_SAMPLES: f64 = 1e-7;
 
 /// Events of a candidate beyond this are chattering.
 const MOST_EVENTS: usize = 1_000_000;
@@ -266,13 +274,14 @@ impl Reference {
             .flatten()
             .map(|e| e.time)
             .fold(span.to, f64::min);
-        let states = if candidate.has_rows() {
+        let mut states = if candidate.has_rows() {
             let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
             if !events_given {
                 windows::without_small_shifts(&mut windows, survey.interval.unwrap_or(0.0));
             }
             let position = self.position(&candidate, &all, slack);
-            Some(self.states(&candidate, windows, (detection, onset), position, &mut watch)?)
+            let passes = self.passes(&candidate, &found, detection);
+            Some(self.states(&candidate, windows, (detection, onset), position, passes, &mut watch)?)
         } else {
             None
         };
@@ -311,6 +320,15 @@ impl Reference {
             creep: states.as_ref().and_then(|s| s.creep),
         };
         let mut causes = diagnosis::diagnose(&evidence);
+        let differs = !alignment.differences.is_empty()
+            || errors
+                .max
+                .is_none_or(|max| max > if events_given { AGREED } else { AGREED_IN_SAMPLES });
+        let passes = states.as_mut().and_then(|states| states.passes.take());
+        let other = match candidate.resolved() {
+            None => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes),
+            Some(_) => Others::default(),
+        };
         let comparable = candidate.resolved().filter(|resolved| !resolved.is_empty());
         let case_differences = comparable.map_or_else(Vec::new, |resolved| case_differences(&self.resolved, resolved));
         diagnosis::add_case(&mut causes, &case_differences);
@@ -334,7 +352,175 @@ impl Reference {
             },
             subject: &self.subject,
             attractors,
+            other,
         }))
+    }
+
+    /// What is collected of a brake's candidate by another program to find another number of the case in.
+    fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes> {
+        let (Subject::Brake(physics, _), None) = (&self.subject, candidate.resolved()) else {
+            return None;
+        };
+        let channels = candidate.channels(&self.subject);
+        let period = physics.natural_period;
+        let breaks = found.iter().map(|f| f.time);
+        let breaks = breaks.chain(
+            self.events
+                .iter()
+                .filter(|e| !e.kind.in_event_sequence())
+                .map(|e| e.time),
+        );
+        let stick_slip = match (found.first(), found.last()) {
+            (Some(first), Some(last)) => (first.time - 40.0 * period, last.time + 10.0 * period),
+            _ => self.stretch(),
+        };
+        let stretches = StretchPass::new(
+            &channels,
+            detection.velocity_tolerance,
+            period,
+            stick_slip,
+            breaks.collect(),
+        );
+        Some(Passes {
+            stretches,
+            jump: JumpPass::new(&channels, self.kick_event().map_or(f64::INFINITY, |kick| kick.time)),
+        })
+    }
+
+    /// The last kick before the first event of the word, as an event.
+    fn kick_event(&self) -> Option<&Event> {
+        let onset = self.word.first().map_or(f64::INFINITY, |e| e.time);
+        self.events
+            .iter()
+            .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
+    }
+
+    /// Another clock, another kick, another number of the case: what explains a candidate of a brake by another program. The causes
+    /// that it makes needless are taken out, and it is put among them.
+    fn other_inputs(
+        &self,
+        candidate: &Candidate,
+        passes: Option<Passes>,
+        (found, all): (&[Found], &[SequenceEvent]),
+        span: Span,
+        differs: bool,
+        causes: &mut Vec<Diagnosis>,
+    ) -> Others {
+        let (Subject::Brake(physics, _), Some(rerun)) = (&self.subject, &self.rerun) else {
+            return Others::default();
+        };
+        if causes.iter().any(|known| known.cause == Cause::WrongUnits) {
+            return Others::default();
+        }
+        let period = physics.natural_period;
+        let kick = self.kick_event();
+        let mut others = Others::default();
+        if differs {
+            let mut anchors: Vec<(&'static str, f64)> = kick.map(|kick| ("the kick", kick.time)).into_iter().collect();
+            anchors.extend(self.word.first().map(|e| ("the first stick", e.time)));
+            let corners = self
+                .events
+                .iter()
+                .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
+            anchors.extend(corners.map(|e| ("a corner of F(t)", e.time)));
+            others.clock = other_clock(&self.word, all, &anchors, period);
+        }
+        if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
+            diagnosis::add_clock(causes, clock);
+            return others;
+        }
+        let jumped = passes.as_ref().and_then(|passes| passes.jump.finish(physics));
+        let first = passes.as_ref().and_then(|passes| passes.jump.first());
+        let from = if candidate.has_rows() {
+            span.from
+        } else {
+            f64::NEG_INFINITY
+        };
+        let mut starts = Vec::new();
+        match first {
+            Some((time, motion)) if time > self.start => starts.extend([Start::At(time, motion), Start::Case]),
+            Some(_) => starts.push(Start::Case),
+            None => {
+                let at_kick = kick.map(|kick| Start::At(kick.time, kick.after.torsional()));
+                let begins = kick.is_some_and(|kick| (kick.time - period..kick.time + period).contains(&from));
+                if begins {
+                    starts.extend(at_kick);
+                }
+                starts.push(Start::Case);
+                if !begins && !candidate.has_rows() {
+                    starts.extend(at_kick);
+                }
+            }
+        }
+        // Beyond the reference's end nobody knows what comes.
+        let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
+        let to = span.to.max(last).min(self.end.max(last));
+        let material = Material {
+            case: rerun.case(),
+            stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
+            starts,
+            word: all,
+            covered: (from, to),
+            period,
+            breakaway: self.breakaway(physics, found),
+            events_differ: differs,
+            by_events: !causes
+                .iter()
+                .any(|known| matches!(known.cause, Cause::AbsoluteAngles | Cause::RegularisedLaw)),
+        };
+        if let Some((event, jumped)) = kick.zip(jumped) {
+            others.kick = other_kick(physics, event, &jumped).map(|mut other| {
+                let reference = Start::At(event.time, event.after.torsional());
+                other.rerun = material.confirmed_from(reference, Start::At(event.time, jumped.after));
+                other
+            });
+        }
+        if let Some(kick) = others.kick.as_ref().filter(|kick| kick.rerun.is_some()) {
+            diagnosis::add_kick(causes, kick);
+            return others;
+        }
+        match (
+            other_parameters(material, others.kick.is_some()),
+            &others.kick,
+            &others.clock,
+        ) {
+            (Numbers::Numbers(parameters), ..) => {
+                others.clock = None;
+                // Other equations lead to another state at the kick.
+                others.kick = None;
+                diagnosis::add_parameters(causes, &parameters);
+                others.parameters = Some(parameters);
+            }
+            (Numbers::Satisfied, Some(kick), _) => diagnosis::add_kick(causes, kick),
+            (_, _, Some(clock)) => {
+                diagnosis::add_clock(causes, clock);
+                others.kick = None;
+            }
+            _ => others.kick = None,
+        }
+        others
+    }
+
+    /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
+    fn breakaway(&self, physics: &reference::Physics, found: &[Found]) -> Option<(f64, f64)> {
+        let test = physics.torsion.contact.breakaway_test;
+        let slips = found.iter().filter(|f| f.kind == EventKind::Slip);
+        let mut ratios: Vec<f64> = slips
+            .filter_map(|f| {
+                let (rotor, stator) = f.torques?;
+                let torque = match test {
+                    BreakawayTest::Transmitted => (rotor + stator) / 2.0,
+                    BreakawayTest::Stator => stator,
+                    BreakawayTest::Rotor => rotor,
+                };
+                let limit = self.subject.limit(f.time);
+                (limit > 0.0).then(|| torque.abs() / limit)
+            })
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
+        let breakaway = physics.torsion.friction.breakaway;
+        Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
     }
 
     /// Goes through the times, through the relative velocity if events have to be found by it, and through the twists for
@@ -520,6 +706,7 @@ impl Reference {
         windows: Vec<windows::Window>,
         (detection, onset): (Detection, f64),
         position: Option<(Channel, (f64, f64))>,
+        mut passes: Option<Passes>,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States, CompareError> {
         let channels = candidate.channels(&self.subject);
@@ -558,10 +745,21 @@ impl Reference {
             let terms = TermPass::new(physics, detection.velocity_tolerance);
             (terms, CreepPass::new(physics), columns)
         });
+        let mut brake_creep = match (&self.subject, &energy_columns, candidate.resolved()) {
+            (Subject::Brake(physics, _), Some(columns), None) => Some((CreepPass::of_brake(physics), columns)),
+            _ => None,
+        };
         let mut rows = candidate.rows(&channels, &self.subject)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
+            if let Some((creep, columns)) = &mut brake_creep {
+                creep.add(&block, columns);
+            }
+            if let Some(passes) = &mut passes {
+                passes.stretches.add(&block);
+                passes.jump.add(&block);
+            }
             if let Some((terms, creep, columns)) = &mut own {
                 terms.add(&block, columns);
                 creep.add(&block, columns);
@@ -574,10 +772,14 @@ impl Reference {
                 range.add(&block, *column);
             }
         }
-        let (terms, creep) = own.map_or((Vec::new(), None), |(terms, creep, _)| (terms.finish(), creep.finish()));
+        let of_brake = brake_creep.and_then(|(creep, _)| creep.finish());
+        let (terms, creep) = own.map_or((Vec::new(), of_brake), |(terms, creep, _)| {
+            (terms.finish(), creep.finish())
+        });
         Ok(States {
+            passes,
             terms,
-            creep: creep.filter(|_| self.subject.trains().is_some_and(TrainPhysics::sticks)),
+            creep: creep.filter(|_| self.subject.trains().is_none_or(TrainPhysics::sticks)),
             filled: pass.was_filled(),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             channels,
@@ -634,8 +836,23 @@ impl Reference {
     }
 }
 
+/// What is collected of a candidate to find another number of the case in.
+struct Passes {
+    stretches: StretchPass,
+    jump: JumpPass,
+}
+
+/// What a candidate has otherwise than the case says.
+#[derive(Default)]
+struct Others {
+    clock: Option<OtherClock>,
+    kick: Option<OtherKick>,
+    parameters: Option<OtherParameters>,
+}
+
 /// What the pass over the states gives.
 struct States {
+    passes: Option<Passes>,
     channels: Vec<Channel>,
     /// By phase, then by channel.
     tallies: [Vec<Tally>; 3],

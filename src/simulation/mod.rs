@@ -24,6 +24,7 @@ pub use report::{Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, ChosenSolver, Dynamics, Limits, Rules, RunError, Start};
 use crate::model::slow_stick::SlowStick;
+use crate::model::state::Components;
 use crate::model::torsion::spinning;
 use crate::model::{Mode, Parameters};
 use crate::record::{EventDigest, EventKind, Recorder};
@@ -69,6 +70,22 @@ pub(crate) fn simulate(
     if solver.method == Method::Paper {
         return procedure::run(parameters, solver, output, recorder, control);
     }
+    simulate_from(parameters, solver, output, None, recorder, control)
+}
+
+/// Does the same from a time (s) and a motion on, in a closed contact, which `start` is; from t = 0 without one. Kicks up to that time
+/// are not given, as the motion has them, nor are those that wait for a loss of stability.
+///
+/// # Errors
+/// Those of [`simulate`].
+pub(crate) fn simulate_from(
+    parameters: &Parameters,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    start: Option<(f64, Components)>,
+    recorder: &mut dyn Recorder,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, Box<RunFailure>> {
     let mut brake = Brake::new(parameters);
     let plan = Plan::new(parameters, brake.axial.force.largest(), solver);
     if plan.follows_slow_stick() {
@@ -76,24 +93,29 @@ pub(crate) fn simulate(
     }
     let brake = Arc::new(brake);
     let mut rules = BrakeRules::new(brake.clone(), parameters, plan, output.end_time);
-    let state = spinning(parameters.initial.speed).to_vec();
-    let location = rules.initial_location(&state);
+    let (time, state, location) = match start {
+        None => {
+            let state = spinning(parameters.initial.speed).to_vec();
+            (0.0, state.clone(), rules.initial_location(&state))
+        }
+        Some((time, motion)) => {
+            let state = motion.state().to_vec();
+            (time, state.clone(), rules.location_at(time, &state))
+        }
+    };
     let readings = TwistReadings {
         brake: &brake,
         axial: parameters.axial,
     };
     let digest = EventDigest::new(parameters);
-    let initial_energy = readings.kinetic_energy(0.0, &location, &state);
+    let initial_energy = readings.kinetic_energy(time, &location, &state);
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
     let axial = TAU * (parameters.axial.mass / parameters.axial.stiffness).sqrt();
     let period = brake.torsion.natural_period();
     recording.follow(output, brake.dimension(), (period, period.min(axial)), solver.rtol);
-    let start = Start {
-        time: 0.0,
-        location,
-        state,
-    };
+    recording.begin_at(time);
+    let start = Start { time, location, state };
     let (result, mut report) = automaton(&brake, &mut rules, start, solver, output, recording);
     report.count_kicks(parameters, rules.kicks_never_given());
     report.stopped_smoothly = rules.stopped_smoothly();

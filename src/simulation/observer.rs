@@ -108,6 +108,11 @@ impl<'a, R: Readings> Recording<'a, R> {
             .map_or(Ok(()), |follower| follower.finish(self.recorder))
     }
 
+    /// Takes no samples before `t` (s).
+    pub fn begin_at(&mut self, t: f64) {
+        self.times.begin_at(t);
+    }
+
     /// From now on, so much wall time (s) is left.
     pub(super) fn limit_wall_time(&mut self, most: Option<f64>) {
         (self.wall_time, self.started) = (most, Instant::now());

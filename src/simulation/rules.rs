@@ -126,6 +126,20 @@ impl BrakeRules {
         }
     }
 
+    /// Location of a run that begins later than at t = 0, in a closed contact: corners and kicks up to `t` (s) have been, and so
+    /// has a loss of stability that a kick waits for.
+    pub(crate) fn location_at(&mut self, t: f64, y: &[f64]) -> Location {
+        while let Some(corner) = self.brake.axial.force.next_corner(self.last_corner).filter(|&c| c <= t) {
+            self.last_corner = corner;
+        }
+        self.next_kick = self.kicks.partition_point(|kick| kick.0 <= t);
+        self.waiting_kicks.clear();
+        self.departing = false;
+        let mode = self.mode_in_contact(t, y);
+        let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
+        self.enter(mode, watch, t, y)
+    }
+
     /// Slip in the sense of the relative velocity, or where there is none what the stick test says.
     fn mode_in_contact(&self, t: f64, y: &[f64]) -> Mode {
         let w = self.brake.torsion.relative_velocity(y);

@@ -59,6 +59,13 @@ impl SampleTimes {
         self.end_time
     }
 
+    /// Leaves out those before `t` (s).
+    pub fn begin_at(&mut self, t: f64) {
+        while self.next < t {
+            self.advance();
+        }
+    }
+
     /// Moves on to the one after it.
     pub fn advance(&mut self) {
         if self.stretch >= self.stretches.len() {

@@ -180,9 +180,13 @@ impl Solver {
 
     /// From the kick of the reference to 6.99 s.
     pub fn run(&self) -> Rows {
-        let p = parameters();
-        let (start, before, after) = kick();
-        let s = if self.kicked { after } else { before };
+        let (_, before, after) = kick();
+        self.run_with(&parameters(), &if self.kicked { after } else { before })
+    }
+
+    /// The same with other parameters, from another state.
+    pub fn run_with(&self, p: &Parameters, s: &State) -> Rows {
+        let (start, _, _) = kick();
         // F(t) has been constant for seconds, and so has the contact force.
         let force = -(p.axial.stiffness * s.z + p.axial.damping * s.z_dot);
         let limit = self.breakaway * p.friction.breakaway * p.contact.radius * force;
@@ -203,7 +207,7 @@ impl Solver {
             };
             rows.push((start + n as f64 * self.step, [u, u_dot, y[2], y[3], y[4], w]));
             let last = self.relative_velocity(&y);
-            y = self.advance(&p, sense, force, &y);
+            y = self.advance(p, sense, force, &y);
             let (u, u_dot) = self.twist(&y);
             let torque = 0.5 * (p.torsion.damping * (u_dot + y[3]) + p.torsion.stiffness * (u + y[2]));
             if sense == 0.0 {

@@ -43,6 +43,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         parts.push(Part::Text(format!("also: {}", cause.evidence)));
     }
     parts.push(Part::Table(statistics(c)));
+    parts.extend(c.parameters.as_ref().map(|found| Part::Table(numbers(found))));
     let e = &c.event_errors;
     if let (Some(max), Some(at), Some(rms)) = (e.max, e.max_at, e.rms) {
         parts.push(Part::Text(format!(
@@ -99,6 +100,27 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         title: format!("{} against {}", c.candidate, c.reference),
         verdict: c.verdict.clone(),
         parts,
+    }
+}
+
+/// The numbers of the case that a candidate has otherwise, and those that explain it as well.
+fn numbers(found: &crate::compare::OtherParameters) -> Table {
+    let row = |number: &crate::compare::OtherNumber| {
+        let unit = if number.unit == "1" { "" } else { number.unit };
+        let (value, error) = number.value_and_error();
+        vec![
+            format!("{} ({})", number.path, number.symbol),
+            format!("{}", number.reference),
+            value,
+            error,
+            unit.to_owned(),
+        ]
+    };
+    Table {
+        title: "numbers of the case that it has otherwise".to_owned(),
+        header: vec!["number", "reference", "candidate", "error", "unit"],
+        rows: found.numbers.iter().chain(&found.or).map(row).collect(),
+        texts: 1,
     }
 }
 

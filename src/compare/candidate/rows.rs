@@ -155,6 +155,14 @@ impl<'a> Rows<'a> {
             if time <= self.last {
                 let place = self.table.place(self.row + row as u64, &self.names[0]);
                 let (what, remedy) = if time == self.last {
+                    if let Some((digits, repeated)) = too_few_digits(&self.raw[0]) {
+                        let what = format!(
+                            "the times have {digits} digits, too few for the samples: {time:?} s is there twice, and so are {} others",
+                            repeated - 1
+                        );
+                        let remedy = "write them with 17 digits, in Python with \"%.17g\"";
+                        return Err(CompareError::content(self.table.path(), place, what, remedy));
+                    }
                     (
                         format!("the time {time:?} s is there twice"),
                         "keep one of the two rows, such as the one after an event",
@@ -171,4 +179,22 @@ impl<'a> Rows<'a> {
         }
         Ok(())
     }
+}
+
+/// How many digits the times have, and how many of them are there more than once, where it is the digits that make them so: several
+/// are, and none has more digits than a single number in a hurry is printed with.
+fn too_few_digits(times: &[f64]) -> Option<(usize, usize)> {
+    const MOST_DIGITS: usize = 9;
+    const SEVERAL: usize = 3;
+    let repeated = times.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    if repeated < SEVERAL {
+        return None;
+    }
+    let digits = |time: &f64| {
+        let text = format!("{time:e}");
+        let mantissa = text.split('e').next().unwrap_or_default();
+        mantissa.chars().filter(char::is_ascii_digit).count()
+    };
+    let most = times.iter().map(digits).max()?;
+    (most <= MOST_DIGITS).then_some((most, repeated))
 }

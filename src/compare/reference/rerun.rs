@@ -45,6 +45,11 @@ impl Rerun {
         }
     }
 
+    /// The case.
+    pub fn case(&self) -> &Case {
+        &self.case
+    }
+
     /// Whether the run was repeated.
     pub(crate) fn was_made(&self) -> bool {
         self.nodes.get().is_some_and(Option::is_some)

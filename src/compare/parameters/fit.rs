@@ -1,0 +1,406 @@
+//! Numbers of a case fitted to the equations that a candidate's samples satisfy.
+
+use super::equations::{EQUATIONS, Equations};
+use super::mistake::of_axial_motion;
+use super::stretches::Stretch;
+use crate::case::Case;
+
+/// Less than this part of its terms no equation is missed by, in the root mean square: quadrature and rounding; nor by less than this
+/// part of what the quadrature through fewer samples makes of it.
+const MISSED: f64 = 1e-7;
+const QUADRATURE: f64 = 0.01;
+/// What is left of the root mean square of what was missed, at most, for a number to explain it.
+const LEFT: f64 = 0.05;
+/// A number explains as much as the best if it leaves up to so many times as much of the square; below the floor, a part of the
+/// terms, nothing is told apart.
+const AS_MUCH: f64 = 2.0;
+const FLOOR: f64 = 3e-9;
+/// A change of a number is known if it is so many times its standard deviation.
+const KNOWN: f64 = 20.0;
+/// Relative step of differences by a number.
+const STEP: f64 = 1e-6;
+/// Steps of Gauss and Newton.
+const STEPS: usize = 8;
+/// How many of the numbers that come closest are fitted to the end.
+const CLOSEST: usize = 5;
+/// Fewer stretches are no evidence.
+const FEWEST: usize = 10;
+/// What a stretch misses beyond so many times the median counts as an accident: a kick, or an event that was not seen.
+const ACCIDENT: f64 = 30.0;
+/// More than this part of all is no accident.
+const ACCIDENTS: f64 = 0.02;
+/// A change of a number by all of itself moves the equations by this part of their terms at least, or the samples do not hold it; by
+/// less than the second, and it cannot explain them.
+const HELD: f64 = 1e-4;
+const TOUCHED: f64 = 1e-7;
+
+/// What the fit says.
+#[derive(Debug)]
+pub(super) enum Fitted {
+    /// There is nothing to read.
+    Nothing,
+    /// The samples satisfy the equations of the case. These are the paths of the numbers that they hold.
+    Satisfied(Vec<String>),
+    /// They do not, and no number alone nor two at once explain it.
+    Unexplained,
+    /// Numbers with their values and errors, and the part that they take away; and others that do as well, each alone.
+    Explained {
+        numbers: Vec<(String, f64, f64)>,
+        explained: f64,
+        or: Vec<(String, f64, f64)>,
+    },
+}
+
+struct Problem<'a> {
+    case: &'a Case,
+    stretches: &'a [Stretch],
+    base: Equations,
+    /// 1 over the root mean square of the terms of each equation.
+    scale: [f64; EQUATIONS],
+}
+
+/// Numbers with their values, and the sum of the squares that they leave.
+#[derive(Clone)]
+struct Solution {
+    values: Vec<f64>,
+    deviations: Vec<f64>,
+    left: f64,
+}
+
+impl Problem<'_> {
+    /// What all stretches miss of the equations with these numbers, in parts of their terms.
+    fn missed(&self, changes: &[(&str, f64)], coarse: bool) -> Vec<f64> {
+        let mut case;
+        let changed;
+        let equations = if changes.is_empty() {
+            &self.base
+        } else {
+            case = self.case.clone();
+            for (path, value) in changes {
+                case.parameters = case.parameters_with(path, *value);
+            }
+            let axial = changes.iter().any(|(path, _)| of_axial_motion(path));
+            changed = if axial {
+                Equations::new(&case.parameters, self.stretches)
+            } else {
+                self.base.with(&case.parameters)
+            };
+            &changed
+        };
+        let mut all = Vec::with_capacity(self.stretches.len() * EQUATIONS);
+        for (index, stretch) in self.stretches.iter().enumerate() {
+            let missed = equations.missed(stretch, index, coarse);
+            let scaled = missed.iter().zip(&self.scale);
+            all.extend(scaled.map(|(missed, scale)| missed.map_or(0.0, |(missed, _)| missed * scale)));
+        }
+        all
+    }
+
+    /// d(missed)/d(ln number) at the values.
+    fn slope(&self, changes: &[(&str, f64)], which: usize, coarse: bool) -> Vec<f64> {
+        let moved = |by: f64| {
+            let mut changes = changes.to_vec();
+            changes[which].1 *= 1.0 + by;
+            self.missed(&changes, coarse)
+        };
+        let (above, below) = (moved(STEP), moved(-STEP));
+        above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * STEP)).collect()
+    }
+
+    /// The values of some numbers that leave least, from those of the case on; `None` if there are none.
+    fn solve(&self, paths: &[&str], mask: &[bool], coarse: bool) -> Option<Solution> {
+        let mut values: Vec<f64> = paths
+            .iter()
+            .map(|path| self.case.number(path).ok())
+            .collect::<Option<_>>()?;
+        let named =
+            |values: &[f64]| -> Vec<(&str, f64)> { paths.iter().copied().zip(values.iter().copied()).collect() };
+        let mut now = masked(self.missed(&named(&values), coarse), mask);
+        let mut left = square(&now);
+        let mut deviations = vec![f64::INFINITY; paths.len()];
+        for _ in 0..STEPS {
+            let changes = named(&values);
+            let slopes: Vec<Vec<f64>> = (0..paths.len())
+                .map(|which| masked(self.slope(&changes, which, coarse), mask))
+                .collect();
+            let (step, inverse) = least_squares(&slopes, &now)?;
+            let mut shrink = 1.0;
+            let mut better = None;
+            for _ in 0..6 {
+                let moved = values.iter().zip(&step);
+                let moved: Vec<f64> = moved
+                    .map(|(value, step)| value * (shrink * step).clamp(-1.0, 1.0).exp())
+                    .collect();
+                let missed = masked(self.missed(&named(&moved), coarse), mask);
+                let sum = square(&missed);
+                if sum.is_finite() && sum <= left {
+                    better = Some((moved, missed, sum));
+                    break;
+                }
+                shrink /= 4.0;
+            }
+            let count = mask.iter().filter(|on| **on).count().max(paths.len() + 1);
+            let deviation = |left: f64| (left / (count - paths.len()) as f64).sqrt();
+            let Some((moved, missed, sum)) = better else {
+                deviations = inverse.iter().map(|d| d.sqrt() * deviation(left)).collect();
+                break;
+            };
+            let settled = step.iter().all(|step| step.abs() < 1e-12);
+            (values, now, left) = (moved, missed, sum);
+            deviations = inverse.iter().map(|d| d.sqrt() * deviation(left)).collect();
+            if settled {
+                break;
+            }
+        }
+        let deviations = deviations
+            .iter()
+            .zip(&values)
+            .map(|(d, value)| d * value.abs())
+            .collect();
+        Some(Solution {
+            values,
+            deviations,
+            left,
+        })
+    }
+}
+
+fn square(values: &[f64]) -> f64 {
+    values.iter().map(|x| x * x).sum()
+}
+
+fn masked(mut values: Vec<f64>, mask: &[bool]) -> Vec<f64> {
+    for (value, on) in values.iter_mut().zip(mask) {
+        if !on {
+            *value = 0.0;
+        }
+    }
+    values
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The step that leaves least of `now`, and the diagonal of the inverse of the normal matrix, for one or two slopes.
+fn least_squares(slopes: &[Vec<f64>], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    match slopes {
+        [a] => {
+            let aa = square(a);
+            (aa > 0.0).then(|| (vec![-product(a, now) / aa], vec![1.0 / aa]))
+        }
+        [a, b] => {
+            let (aa, bb, ab) = (square(a), square(b), product(a, b));
+            let det = aa * bb - ab * ab;
+            let (an, bn) = (product(a, now), product(b, now));
+            (det > 1e-10 * aa * bb).then(|| {
+                let step = vec![(ab * bn - bb * an) / det, (ab * an - aa * bn) / det];
+                (step, vec![bb / det, aa / det])
+            })
+        }
+        _ => None,
+    }
+}
+
+/// Fits the numbers of `paths`, none of which is 0, to the stretches.
+pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitted {
+    if stretches.len() < FEWEST {
+        return Fitted::Nothing;
+    }
+    let base = Equations::new(&case.parameters, stretches);
+    let mut sizes = [(0.0, 0u32); EQUATIONS];
+    for (index, stretch) in stretches.iter().enumerate() {
+        let missed = base.missed(stretch, index, false);
+        for (size, (_, terms)) in sizes
+            .iter_mut()
+            .zip(missed)
+            .filter_map(|(size, missed)| Some((size, missed?)))
+        {
+            *size = (size.0 + terms * terms, size.1 + 1);
+        }
+    }
+    let scale = sizes.map(|(sum, count)| {
+        if sum > 0.0 {
+            (f64::from(count) / sum).sqrt()
+        } else {
+            0.0
+        }
+    });
+    let problem = Problem {
+        case,
+        stretches,
+        base,
+        scale,
+    };
+    let raw = problem.missed(&[], false);
+    let present: Vec<bool> = stretches
+        .iter()
+        .enumerate()
+        .flat_map(|(index, stretch)| {
+            problem
+                .base
+                .missed(stretch, index, false)
+                .map(|missed| missed.is_some())
+        })
+        .collect();
+    let count = present.iter().filter(|there| **there).count();
+    if count < FEWEST {
+        return Fitted::Nothing;
+    }
+    let root = |sum: f64| (sum / count as f64).sqrt();
+    // Slopes at the case's own values: which numbers the samples hold, and which may explain them.
+    let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
+    for path in paths {
+        let Ok(value) = case.number(path) else { continue };
+        let slope = problem.slope(&[(path, value)], 0, false);
+        if slope.iter().all(|x| x.is_finite()) && root(square(&slope)) > TOUCHED {
+            columns.push((path, slope));
+        }
+    }
+    let held = || {
+        let held = columns.iter().filter(|(_, slope)| root(square(slope)) > HELD);
+        held.map(|(path, _)| (*path).to_owned()).collect()
+    };
+    let mut mask = present.clone();
+    if is_satisfied(&raw, &problem.missed(&[], true), &present) {
+        return Fitted::Satisfied(held());
+    }
+    let linear = |slopes: &[Vec<f64>], mask: &[bool]| -> f64 {
+        let now = masked(raw.clone(), mask);
+        let Some((step, _)) = least_squares(slopes, &now) else {
+            return f64::INFINITY;
+        };
+        let left = now.iter().enumerate().map(|(k, x)| {
+            let moved: f64 = slopes.iter().zip(&step).map(|(slope, step)| slope[k] * step).sum();
+            (x + moved) * (x + moved)
+        });
+        left.sum()
+    };
+    let mut ranked: Vec<(f64, &str)> = columns
+        .iter()
+        .map(|(path, slope)| {
+            (
+                linear(std::slice::from_ref(&masked(slope.clone(), &mask)), &mask),
+                *path,
+            )
+        })
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut solved: Vec<(&str, Solution)> = Vec::new();
+    for (_, path) in ranked.iter().take(CLOSEST) {
+        solved.extend(problem.solve(&[path], &mask, false).map(|solution| (*path, solution)));
+    }
+    // What the best leaves tells accidents from it.
+    if let Some((path, best)) = solved.iter().min_by(|a, b| a.1.left.total_cmp(&b.1.left)) {
+        let left = problem.missed(&[(path, best.values[0])], false);
+        let fewer = without_accidents(&left, &present);
+        let dropped = count - fewer.iter().filter(|on| **on).count();
+        if dropped > 0 && dropped as f64 <= ACCIDENTS * count as f64 {
+            mask = fewer;
+            let again: Vec<&str> = solved.iter().map(|(path, _)| *path).collect();
+            solved = again
+                .into_iter()
+                .filter_map(|path| Some((path, problem.solve(&[path], &mask, false)?)))
+                .collect();
+        }
+    }
+    let before = square(&masked(raw.clone(), &mask));
+    let floor = FLOOR * FLOOR * count as f64;
+    let explains = |solution: &Solution, paths: &[&str]| {
+        let known = paths.iter().zip(solution.values.iter().zip(&solution.deviations));
+        let mut known = known.map(|(path, (value, deviation))| {
+            let change = value - case.number(path).unwrap_or(f64::NAN);
+            change.abs() > KNOWN * deviation
+        });
+        solution.left <= LEFT * LEFT * before && known.all(|known| known)
+    };
+    // By the quadrature through fewer samples too: what it makes of the value is what that of all may err by, and more.
+    let with_error = |paths: &[&str], solution: &Solution| -> Vec<(String, f64, f64)> {
+        let coarse = problem.solve(paths, &mask, true);
+        let each = paths.iter().enumerate().map(|(k, path)| {
+            let (value, deviation) = (solution.values[k], solution.deviations[k]);
+            let quadrature = coarse.as_ref().map_or(0.0, |coarse| (coarse.values[k] - value).abs());
+            ((*path).to_owned(), value, (3.0 * deviation).max(0.1 * quadrature))
+        });
+        each.collect()
+    };
+    solved.sort_by(|a, b| a.1.left.total_cmp(&b.1.left));
+    // Of those that do as well, the force comes after what it presses on.
+    let least = solved.first().map_or(0.0, |(_, best)| best.left);
+    let last = |(path, solution): &(&str, Solution)| {
+        let as_much = solution.left + floor <= AS_MUCH * (least + floor);
+        (!as_much, as_much && of_axial_motion(path))
+    };
+    solved.sort_by_key(last);
+    if let Some((path, best)) = solved.first().filter(|(path, best)| explains(best, &[path])) {
+        let as_much = |other: &&(&str, Solution)| other.1.left + floor <= AS_MUCH * (best.left + floor);
+        let or = solved[1..]
+            .iter()
+            .filter(as_much)
+            .filter(|(path, other)| explains(other, &[path]));
+        return Fitted::Explained {
+            numbers: with_error(&[path], best),
+            explained: 1.0 - (best.left / before).sqrt(),
+            or: or.flat_map(|(path, other)| with_error(&[path], other)).collect(),
+        };
+    }
+    let mut pairs: Vec<(f64, [usize; 2])> = Vec::new();
+    for a in 0..columns.len() {
+        for b in a + 1..columns.len() {
+            let slopes = [&columns[a].1, &columns[b].1].map(|slope| masked(slope.clone(), &mask));
+            pairs.push((linear(&slopes, &mask), [a, b]));
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut solved: Vec<([&str; 2], Solution)> = Vec::new();
+    for (_, pair) in pairs.iter().take(CLOSEST) {
+        let paths = pair.map(|k| columns[k].0);
+        solved.extend(problem.solve(&paths, &mask, false).map(|solution| (paths, solution)));
+    }
+    solved.sort_by(|a, b| a.1.left.total_cmp(&b.1.left));
+    match solved.first().filter(|(paths, best)| explains(best, paths)) {
+        // Two pairs that do as well say nothing.
+        Some((paths, best))
+            if solved
+                .get(1)
+                .is_none_or(|next| next.1.left + floor > AS_MUCH * (best.left + floor)) =>
+        {
+            Fitted::Explained {
+                numbers: with_error(paths, best),
+                explained: 1.0 - (best.left / before).sqrt(),
+                or: Vec::new(),
+            }
+        }
+        _ => Fitted::Unexplained,
+    }
+}
+
+/// Whether no equation is missed by more than what the quadrature errs by.
+fn is_satisfied(fine: &[f64], coarse: &[f64], present: &[bool]) -> bool {
+    (0..EQUATIONS).all(|equation| {
+        let entries = || (equation..fine.len()).step_by(EQUATIONS).filter(|&k| present[k]);
+        let root = |of: &dyn Fn(usize) -> f64| {
+            let squares: f64 = entries().map(|k| of(k) * of(k)).sum();
+            (squares / entries().count().max(1) as f64).sqrt()
+        };
+        root(&|k| fine[k]) <= MISSED.max(QUADRATURE * root(&|k| fine[k] - coarse[k]))
+    })
+}
+
+/// Which entries are there and no accident.
+fn without_accidents(missed: &[f64], present: &[bool]) -> Vec<bool> {
+    let mut mask = present.to_vec();
+    for equation in 0..EQUATIONS {
+        let entries = || (equation..missed.len()).step_by(EQUATIONS);
+        let mut sizes: Vec<f64> = entries().filter(|&k| present[k]).map(|k| missed[k].abs()).collect();
+        if sizes.is_empty() {
+            continue;
+        }
+        let middle = sizes.len() / 2;
+        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+        for k in entries() {
+            mask[k] &= missed[k].abs() <= (ACCIDENT * median).max(MISSED);
+        }
+    }
+    mask
+}

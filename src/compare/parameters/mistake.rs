@@ -1,0 +1,151 @@
+//! What is said of a number that a candidate has otherwise.
+
+use crate::case::Case;
+use crate::case::schema::Key;
+use serde::Serialize;
+
+/// Where a number was read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FoundBy {
+    /// The equations between the events, fitted to the candidate's own channels.
+    Equations,
+    /// The torque at which its sticks end.
+    Breakaways,
+    /// Its event times, met by runs of the case with another number.
+    Events,
+}
+
+/// A number of the case that a candidate seems to have otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OtherNumber {
+    /// Dotted path, such as `torsion.damping`.
+    pub path: String,
+    /// The letter of the equations, such as "c_t"; the path where there is none.
+    pub symbol: String,
+    /// SI, in the notation of the case file; "1" of a plain number.
+    pub unit: &'static str,
+    /// Of the reference's case, in that unit.
+    pub reference: f64,
+    /// Of the candidate, in that unit.
+    pub value: f64,
+    /// What `value` may be wrong by: three standard deviations by the scatter of what is left, and the error of quadrature between
+    /// samples; in that unit.
+    pub error: f64,
+}
+
+/// What explains a candidate: one number, or two at once.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OtherParameters {
+    /// One number; two if one alone does not explain it and two do.
+    pub numbers: Vec<OtherNumber>,
+    /// Where they were read from.
+    pub found_by: FoundBy,
+    /// Part of the root mean square of what was fitted that the numbers take away, 0 to 1: of what the candidate's samples miss
+    /// of the equations, of what its torques at breakaway miss, or of the errors of its events.
+    pub explained: f64,
+    /// Paths and values of other numbers that explain it as well, each alone.
+    pub or: Vec<OtherNumber>,
+    /// The case run again with the numbers; `None` if that could not be.
+    pub rerun: Option<Rerun>,
+}
+
+/// The events of a candidate against those of the reference's case, and of the case with other numbers. Both are run from where the
+/// candidate begins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rerun {
+    /// Events of the candidate.
+    pub events: usize,
+    /// Of the case as it is.
+    pub before: Agreement,
+    /// Of the case with the other numbers.
+    pub after: Agreement,
+    /// Part of the disagreement that the numbers take away, 0 to 1.
+    pub explained: f64,
+}
+
+/// How far two event sequences agree.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Events with a partner within a quarter of the natural period.
+    pub matched: usize,
+    /// Events of either without one.
+    pub unmatched: usize,
+    /// Root mean square of the errors of the matched, s.
+    pub rms: f64,
+    /// Largest of them, s.
+    pub max: f64,
+    /// One for each event without a partner, and up to one for each pair, in proportion to its error.
+    pub cost: f64,
+}
+
+/// Numbers that F_n follows from.
+pub(super) fn of_axial_motion(path: &str) -> bool {
+    path.starts_with("axial.") || path.starts_with("actuation.")
+}
+
+/// The letter that a description begins with, as in "c_t, torsional contact damping".
+fn symbol<'a>(key: &'a Key, path: &'a str) -> &'a str {
+    match key.description.split_once(", ") {
+        Some((letter, _)) if letter.len() <= 8 && !letter.contains(' ') => letter,
+        _ => path,
+    }
+}
+
+impl OtherNumber {
+    /// Of a case's number; `None` if it has none of that path.
+    pub(super) fn of(case: &Case, path: &str, value: f64, error: f64) -> Option<OtherNumber> {
+        let paths = case.number_paths();
+        let (_, key) = paths.iter().find(|(known, _)| known == path)?;
+        Some(OtherNumber {
+            path: path.to_owned(),
+            symbol: symbol(key, path).to_owned(),
+            unit: key.dimension().map_or("1", |dimension| dimension.unit()),
+            reference: case.number(path).ok()?,
+            value,
+            error,
+        })
+    }
+
+    /// The value down to the last digit that its error leaves, and the error.
+    pub fn value_and_error(&self) -> (String, String) {
+        with_error(self.value, self.error)
+    }
+
+    /// "c_t = 20.35 +- 0.02 N m s/rad, reference 22.606".
+    pub fn words(&self) -> String {
+        let unit = if self.unit == "1" {
+            String::new()
+        } else {
+            format!(" {}", self.unit)
+        };
+        let (value, error) = with_error(self.value, self.error);
+        let reference = digits_like(self.reference, self.error.max(1e-6 * self.reference.abs()));
+        format!("{} = {value} +- {error}{unit}, reference {reference}", self.symbol)
+    }
+}
+
+/// A value down to the last digit that its error leaves, and the error with one digit.
+pub(super) fn with_error(value: f64, error: f64) -> (String, String) {
+    // More than nine digits are nobody's.
+    let error = error.max(1e-9 * value.abs());
+    let one: f64 = format!("{error:.0e}").parse().unwrap_or(error);
+    let text = if (1e-4..1e5).contains(&one) {
+        format!("{one}")
+    } else {
+        format!("{one:e}")
+    };
+    (digits_like(value, error), text)
+}
+
+fn digits_like(value: f64, error: f64) -> String {
+    if value == 0.0 || error.is_nan() || error <= 0.0 {
+        return format!("{value}");
+    }
+    let digits = (value.abs().log10().floor() - error.log10().floor()).clamp(2.0, 9.0) as usize;
+    let rounded: f64 = format!("{value:.digits$e}").parse().unwrap_or(value);
+    match rounded.abs() {
+        x if (1e-4..1e7).contains(&x) => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
+    }
+}

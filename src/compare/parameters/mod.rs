@@ -1,0 +1,246 @@
+//! Which number of the case a candidate has otherwise.
+//!
+//! Between events the equations of a brake are smooth in its numbers, so they are fitted to the candidate's own channels
+//! ([`fit`], [`equations`], [`stretches`]). Where a candidate satisfies them, or has events alone, its events are met by runs of the case
+//! with one other number ([`search`]). What is found is tried: the case is run again with it, from where the candidate begins ([`trials`]).
+//! A kick is read from the jump of the states, and a clock that starts elsewhere from events that are all early or late by the same.
+
+mod clock;
+mod equations;
+mod fit;
+mod jump;
+mod mistake;
+mod search;
+mod stretches;
+mod trials;
+
+pub use clock::OtherClock;
+pub use jump::OtherKick;
+pub use mistake::{Agreement, FoundBy, OtherNumber, OtherParameters, Rerun};
+
+pub(super) use clock::other_clock;
+pub(super) use jump::{JumpPass, other_kick};
+pub(super) use stretches::StretchPass;
+pub(super) use trials::Start;
+
+use crate::case::{Case, schema};
+use crate::model::KickTime;
+use crate::record::sequence::SequenceEvent;
+use fit::Fitted;
+use search::{explains, search};
+use trials::Trials;
+
+/// What the numbers are looked for in.
+pub(super) struct Material<'a> {
+    pub case: &'a Case,
+    /// Of the candidate; `None` of a table of events.
+    pub stretches: Option<StretchPass>,
+    /// Where the candidate begins, the likeliest first.
+    pub starts: Vec<Start>,
+    /// The candidate's events.
+    pub word: &'a [SequenceEvent],
+    /// The time that it covers, s.
+    pub covered: (f64, f64),
+    /// s.
+    pub period: f64,
+    /// mu_0 by the torque at which its sticks end, with its error.
+    pub breakaway: Option<(f64, f64)>,
+    /// Whether the events differ by more than what found them in samples errs by.
+    pub events_differ: bool,
+    /// Whether the events may be explained: nothing else is known to be wrong with them.
+    pub by_events: bool,
+}
+
+/// Numbers of the case that may be another's mistake: not conventions, and not 0, of which no factor is another.
+fn paths(case: &Case) -> Vec<String> {
+    let physical = |path: &str| {
+        let convention = path.starts_with("solver.") || path.starts_with("output.");
+        !convention && ![schema::AXIAL_RINGING_FLOOR, schema::FIRST_SPEED].contains(&path)
+    };
+    let all = case.number_paths().into_iter().map(|(path, _)| path);
+    all.filter(|path| physical(path) && case.number(path).is_ok_and(|value| value != 0.0))
+        .collect()
+}
+
+/// Events closer than this part of the natural period are those of the same equations.
+const SAME_RUN: f64 = 1e-5;
+
+const BREAKAWAY: &str = "friction.breakaway";
+
+/// What the candidate's channels and events say of the numbers of the case.
+#[derive(Debug)]
+pub(super) enum Found {
+    /// One number, or two at once, explain it.
+    Numbers(OtherParameters),
+    /// Its channels satisfy the equations of the case.
+    Satisfied,
+    /// Nothing is known.
+    Unknown,
+}
+
+/// What explains the candidate. The events are not asked where another kick is known, unless the equations are not satisfied either.
+pub(super) fn other_parameters(mut material: Material<'_>, other_kick: bool) -> Found {
+    let stretches = material.stretches.take().map(StretchPass::finish).unwrap_or_default();
+    let in_equations: Vec<String> = paths(material.case)
+        .into_iter()
+        .filter(|path| !path.starts_with("perturbation.") && path != "initial.speed" && path != BREAKAWAY)
+        .collect();
+    let fitted = fit::fit(material.case, &stretches, &in_equations);
+    let satisfied = matches!(fitted, Fitted::Satisfied(_));
+    let numbers = if satisfied && other_kick {
+        None
+    } else {
+        numbers(&material, fitted)
+    };
+    match numbers {
+        Some(numbers) => Found::Numbers(numbers),
+        None if satisfied => Found::Satisfied,
+        None => Found::Unknown,
+    }
+}
+
+/// What the fit says, tried; else what the events say.
+fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
+    let Material { case, word, .. } = *material;
+    let trials = |start: &Start| Trials::new(case, *start, word, material.covered, material.period);
+    let number = |(path, value, error): &(String, f64, f64)| OtherNumber::of(case, path, *value, *error);
+    let (held, by_channels) = match fitted {
+        Fitted::Explained { numbers, explained, or } => {
+            let changes: Vec<(&str, f64)> = numbers.iter().map(|(path, value, _)| (path.as_str(), *value)).collect();
+            let rerun = material
+                .starts
+                .iter()
+                .filter_map(|start| confirmed(&trials(start), &changes))
+                .max_by(|a, b| a.explained.total_cmp(&b.explained));
+            return Some(OtherParameters {
+                numbers: numbers.iter().filter_map(number).collect(),
+                found_by: FoundBy::Equations,
+                explained,
+                or: or.iter().filter_map(number).collect(),
+                rerun,
+            });
+        }
+        Fitted::Unexplained => return None,
+        Fitted::Satisfied(held) => (held, true),
+        Fitted::Nothing => (Vec::new(), false),
+    };
+    if !material.by_events || !material.events_differ {
+        return None;
+    }
+    let wanted: Vec<(String, Vec<f64>)> = paths(case)
+        .into_iter()
+        .filter(|path| !held.contains(path))
+        .map(|path| {
+            let guess = material.breakaway.filter(|_| path == BREAKAWAY);
+            (path, guess.map(|(value, _)| value).into_iter().collect())
+        })
+        .collect();
+    let supported = another_breakaway(material).then_some(BREAKAWAY);
+    for start in &material.starts {
+        let trials = trials(start);
+        // A run that begins later has neither the initial speed nor what came before.
+        let later = matches!(start, Start::At(..));
+        let of_start = |path: &str| path == "initial.speed" || past_kick(case, path, start);
+        let wanted: Vec<_> = wanted
+            .iter()
+            .filter(|(path, _)| !(later && of_start(path)))
+            .cloned()
+            .collect();
+        // From where the candidate begins its events may be those of the case: then it is in what came before.
+        let as_it_is = |found: &Agreement| found.unmatched == 0 && found.rms <= SAME_RUN * material.period;
+        if trials.run(&[]).is_none_or(|run| as_it_is(&trials.agreement(&run))) {
+            continue;
+        }
+        let Some((before, hits)) = search(&trials, &wanted, supported) else {
+            continue;
+        };
+        let Some((best, or)) = hits.split_first() else {
+            continue;
+        };
+        let to_number = |hit: &search::Hit| OtherNumber::of(case, &hit.path, hit.value, hit.error);
+        let from_torque = by_channels && supported == Some(best.path.as_str());
+        let explained = 1.0 - best.after.cost / before.cost;
+        return Some(OtherParameters {
+            numbers: vec![to_number(best)?],
+            found_by: if from_torque {
+                FoundBy::Breakaways
+            } else {
+                FoundBy::Events
+            },
+            explained,
+            or: or.iter().filter_map(to_number).collect(),
+            rerun: Some(Rerun {
+                events: word.len(),
+                before,
+                after: best.after,
+                explained,
+            }),
+        });
+    }
+    None
+}
+
+/// Whether the candidate's sticks end at the same other torque.
+fn another_breakaway(material: &Material<'_>) -> bool {
+    /// Of mu_0, the least change, and of the change, the scatter of half of the breakaways.
+    const LEAST: f64 = 0.01;
+    const SCATTER: f64 = 0.1;
+    let own = material.case.parameters.friction.breakaway;
+    material.breakaway.is_some_and(|(value, scatter)| {
+        let change = (value - own).abs();
+        change >= LEAST * own && scatter < SCATTER * change
+    })
+}
+
+/// Whether a number belongs to a kick that has been where a run starts.
+fn past_kick(case: &Case, path: &str, start: &Start) -> bool {
+    let Start::At(from, _) = start else { return false };
+    let index = path
+        .strip_prefix("perturbation.")
+        .and_then(|rest| rest.split('.').next()?.parse::<usize>().ok());
+    index.is_some_and(
+        |index| match case.parameters.perturbations.get(index).map(|kick| kick.time) {
+            Some(KickTime::At(time)) => time <= *from,
+            _ => true,
+        },
+    )
+}
+
+/// The case run with the changes.
+fn confirmed(trials: &Trials, changes: &[(&str, f64)]) -> Option<Rerun> {
+    if trials.word().is_empty() {
+        return None;
+    }
+    let before = trials.agreement(&trials.run(&[])?);
+    let after = trials.agreement(&trials.run(changes)?);
+    Some(Rerun {
+        events: trials.word().len(),
+        before,
+        after,
+        explained: if before.cost > 0.0 {
+            1.0 - after.cost / before.cost
+        } else {
+            0.0
+        },
+    })
+}
+
+impl Material<'_> {
+    /// The case run from the reference's state just after a kick, and from the candidate's; `None` unless that explains the candidate's
+    /// events.
+    pub fn confirmed_from(&self, reference: Start, candidate: Start) -> Option<Rerun> {
+        let trials = Trials::new(self.case, reference, self.word, self.covered, self.period);
+        if self.word.is_empty() {
+            return None;
+        }
+        let before = trials.agreement(&trials.run(&[])?);
+        let trials = trials.from(candidate);
+        let after = trials.agreement(&trials.run(&[])?);
+        explains(&before, &after, self.period, true).then(|| Rerun {
+            events: self.word.len(),
+            before,
+            after,
+            explained: 1.0 - after.cost / before.cost,
+        })
+    }
+}

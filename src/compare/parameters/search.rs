@@ -1,0 +1,219 @@
+//! One number of a case, looked for by the events of its runs.
+//!
+//! First a landmark (the last event, the first one, the duration of a cycle) is brought to where the candidate has it, by the rule of
+//! the secant; where the events then have partners, Gauss and Newton fit all of their times.
+
+use super::mistake::{Agreement, of_axial_motion};
+use super::trials::{Trials, landmarks};
+use crate::record::sequence::SequenceEvent;
+use crate::workers::over_processors;
+
+/// Relative step of differences by a number.
+const STEP: f64 = 1e-6;
+/// Secants for each landmark, and steps of Gauss and Newton.
+const SECANTS: usize = 5;
+const STEPS: usize = 5;
+/// Numbers change by this factor in a step at most.
+const FACTOR: f64 = 2.5;
+/// What is left of the errors of events that all had a partner, at most, and of the natural period where they had not.
+const LEFT: f64 = 0.05;
+const CLOSE: f64 = 1e-3;
+/// The same where more than events speaks for the number.
+const CLOSE_ENOUGH: f64 = 0.02;
+/// A number explains as much as the best if it leaves up to so many times as much, with a floor in s: what runs err by.
+const AS_MUCH: f64 = 1.5;
+const FLOOR: f64 = 1e-10;
+
+/// A number whose run comes close.
+#[derive(Debug, Clone)]
+pub(super) struct Hit {
+    pub path: String,
+    pub value: f64,
+    /// Three standard deviations.
+    pub error: f64,
+    pub after: Agreement,
+}
+
+/// Runs of one number, as a factor of its value in the case.
+struct Line<'a> {
+    trials: &'a Trials,
+    path: &'a str,
+    value: f64,
+}
+
+/// A point of a line: the logarithm of the factor, its events, and how far they agree.
+#[derive(Clone)]
+struct Point {
+    s: f64,
+    word: Vec<SequenceEvent>,
+    agreement: Agreement,
+}
+
+impl Line<'_> {
+    fn run(&self, s: f64) -> Option<Vec<SequenceEvent>> {
+        self.trials.run(&[(self.path, self.value * s.exp())])
+    }
+
+    /// A run a little above a point, with how far; below it where nothing may be above: mu_s is no larger than mu_0.
+    fn beside(&self, s: f64) -> Option<(Vec<SequenceEvent>, f64)> {
+        let at = |step: f64| Some((self.run(s + step)?, step));
+        at(STEP).or_else(|| at(-STEP))
+    }
+
+    fn at(&self, s: f64) -> Option<Point> {
+        let word = self.run(s)?;
+        let agreement = self.trials.agreement(&word);
+        Some(Point { s, word, agreement })
+    }
+
+    /// The best point found.
+    fn search(&self, base: &Point, guesses: &[f64]) -> Option<Point> {
+        let target = landmarks(self.trials.word());
+        let own = landmarks(&base.word);
+        let (beside, step_beside) = self.beside(0.0)?;
+        let moved = landmarks(&beside);
+        let mut best = base.clone();
+        let mut consider = |point: &Point| {
+            if point.agreement.cost < best.agreement.cost {
+                best = point.clone();
+            }
+        };
+        for guess in guesses {
+            if let Some(point) = self.at(*guess) {
+                consider(&point);
+            }
+        }
+        for (k, wanted) in target.into_iter().enumerate() {
+            let (Some(wanted), Some(now), Some(then)) = (wanted, own[k], moved[k]) else {
+                continue;
+            };
+            let slope = (then - now) / step_beside;
+            let (mut s, mut miss) = (0.0, now - wanted);
+            let mut step = -miss / slope;
+            for _ in 0..SECANTS {
+                if !step.is_finite() || step == 0.0 {
+                    break;
+                }
+                let next = s + step.clamp(-FACTOR.ln(), FACTOR.ln());
+                let Some(point) = self.at(next) else { break };
+                consider(&point);
+                let Some(there) = landmarks(&point.word)[k] else { break };
+                let error = there - wanted;
+                if error.abs() < 1e-12 || error == miss {
+                    break;
+                }
+                step = -error * (next - s) / (error - miss);
+                (s, miss) = (next, error);
+            }
+        }
+        Some(best)
+    }
+
+    /// Fits the times of events that have partners, from a point on; the point, and the deviation of the logarithm.
+    fn refine(&self, from: Point) -> (Point, f64) {
+        let (mut at, mut deviation) = (from, f64::INFINITY);
+        for _ in 0..STEPS {
+            let Some((beside, step_beside)) = self.beside(at.s) else {
+                break;
+            };
+            let same = beside.len() == at.word.len() && beside.iter().zip(&at.word).all(|(a, b)| a.kind == b.kind);
+            if !same || at.agreement.matched < 2 {
+                break;
+            }
+            let related = 0.25 * self.trials.period();
+            let alignment = crate::record::sequence::Alignment::of(&at.word, self.trials.word(), self.trials.period());
+            let (mut product, mut square, mut errors, mut count) = (0.0, 0.0, 0.0, 0);
+            for (r, c) in alignment.matched() {
+                let error = self.trials.word()[c].time - at.word[r].time;
+                if error.abs() <= related {
+                    let slope = (beside[r].time - at.word[r].time) / step_beside;
+                    product += error * slope;
+                    square += slope * slope;
+                    errors += error * error;
+                    count += 1;
+                }
+            }
+            if square == 0.0 || count < 2 {
+                break;
+            }
+            deviation = (errors / (count - 1) as f64 / square).sqrt();
+            let step = product / square;
+            let Some(next) = self.at(at.s + step.clamp(-0.3, 0.3)) else {
+                break;
+            };
+            if next.agreement.cost >= at.agreement.cost {
+                break;
+            }
+            let settled = step.abs() < 1e-13;
+            at = next;
+            if settled {
+                break;
+            }
+        }
+        (at, deviation)
+    }
+}
+
+/// The numbers of `paths` that, each alone, make the events of a run those of the candidate, the best first, with the agreement of
+/// the case as it is. A path may come with values to try. `None` if the case cannot be run.
+/// `supported` is a path that something else than events speaks for.
+pub(super) fn search(
+    trials: &Trials,
+    paths: &[(String, Vec<f64>)],
+    supported: Option<&str>,
+) -> Option<(Agreement, Vec<Hit>)> {
+    let word = trials.run(&[])?;
+    let agreement = trials.agreement(&word);
+    let base = Point {
+        s: 0.0,
+        word,
+        agreement,
+    };
+    let found = over_processors(paths.len(), &|| false, |index| {
+        let (path, guesses) = &paths[index];
+        let value = trials.case().number(path).ok().filter(|value| *value != 0.0)?;
+        let line = Line { trials, path, value };
+        // Twice or half of a number is what one mistakes it for most.
+        let mut logarithms = vec![2f64.ln(), 0.5f64.ln()];
+        logarithms.extend(
+            guesses
+                .iter()
+                .map(|guess| guess / value)
+                .filter(|factor| *factor > 0.0)
+                .map(f64::ln),
+        );
+        let coarse = line.search(&base, &logarithms)?;
+        let (point, deviation) = line.refine(coarse);
+        explains(
+            &base.agreement,
+            &point.agreement,
+            trials.period(),
+            supported == Some(path.as_str()),
+        )
+        .then(|| Hit {
+            path: path.clone(),
+            value: value * point.s.exp(),
+            error: 3.0 * deviation * (value * point.s.exp()).abs(),
+            after: point.agreement,
+        })
+    });
+    let mut hits: Vec<Hit> = found.into_iter().flatten().collect();
+    hits.sort_by(|a, b| a.after.cost.total_cmp(&b.after.cost));
+    if let Some(least) = hits.first().map(|hit| hit.after.rms) {
+        hits.retain(|hit| hit.after.rms + FLOOR <= AS_MUCH * (least + FLOOR));
+        // Of those that do as well, the force and its times come last.
+        hits.sort_by_key(|hit| of_axial_motion(&hit.path));
+    }
+    Some((base.agreement, hits))
+}
+
+/// Whether the events that were not those of the candidate are now; `supported` if more than they speaks for it.
+pub(super) fn explains(before: &Agreement, after: &Agreement, period: f64, supported: bool) -> bool {
+    let close = if supported { CLOSE_ENOUGH } else { CLOSE };
+    let missed = if before.unmatched > 0 {
+        close * period
+    } else {
+        LEFT * before.rms
+    };
+    after.unmatched == 0 && after.matched > 0 && after.rms <= missed
+}
