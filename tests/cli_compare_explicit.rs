@@ -117,19 +117,28 @@ fn cli_a_time_history_of_openradioss() {
     let impulses = c["impulses"].as_array().unwrap();
     let of = |name: &str| impulses.iter().find(|i| i["channel"] == name).unwrap();
     let (normal, friction) = (of("normal_impulse"), of("friction_impulse"));
-    assert_eq!((normal["unit"].as_str(), friction["unit"].as_str()), (Some("N s"), Some("N m s")));
+    assert_eq!(
+        (normal["unit"].as_str(), friction["unit"].as_str()),
+        (Some("N s"), Some("N m s"))
+    );
     assert!(normal["reference"].as_f64().unwrap() > 50.0);
     // A time that is rounded by 2.4e-7 s errs by 5e-4 N s at 2225 N.
     assert!(normal["max"].as_f64().unwrap() < 2e-3, "{normal}");
     assert!(friction["reference"].as_f64().unwrap() > 1.0);
     assert!(friction["max"].as_f64().unwrap() < 2e-3, "{friction}");
-    assert_eq!((&normal["opposite"], &friction["opposite"]), (&false.into(), &true.into()));
+    assert_eq!(
+        (&normal["opposite"], &friction["opposite"]),
+        (&false.into(), &true.into())
+    );
 
     // What it resolves is said first.
     let all = [&["compare", "paper.h5"][..], &arguments].concat();
     let (stdout, _) = output(&mut folder.stickslip(&all), 0);
     let paragraph = stdout.split("\n\n").nth(1).unwrap();
-    assert!(paragraph.starts_with("its times are 32-bit floating-point numbers, 4.8e-7 s apart at 6.989"), "{stdout}");
+    assert!(
+        paragraph.starts_with("its times are 32-bit floating-point numbers, 4.8e-7 s apart at 6.989"),
+        "{stdout}"
+    );
     assert!(stdout.contains("below the resolution of its file"), "{stdout}");
     assert!(stdout.contains("friction_impulse has the opposite sign"), "{stdout}");
 
@@ -153,7 +162,10 @@ fn cli_a_clock_that_starts_elsewhere() {
     let c = compared(&folder, &arguments);
     let (verdict, offset) = (c["verdict"].as_str().unwrap(), &c["found_time_offset"]);
     assert!(verdict.contains("its clock starts elsewhere: with 6.9665"), "{verdict}");
-    assert_eq!((&c["causes"][0]["cause"], &offset["agree"]), (&"time-offset".into(), &95.into()));
+    assert_eq!(
+        (&c["causes"][0]["cause"], &offset["agree"]),
+        (&"time-offset".into(), &95.into())
+    );
     assert!((offset["seconds"].as_f64().unwrap() - START).abs() < 1e-7, "{offset}");
 
     for given in ["auto", "6.9665", "6966.5 ms"] {
@@ -167,7 +179,10 @@ fn cli_a_clock_that_starts_elsewhere() {
         assert!(max < 1e-7, "{given}: {max}");
     }
     folder.write("offset.toml", format!("time_offset = \"auto\"\n{T01_MAP}"));
-    agrees(&compared(&folder, &[&["brakeT01", "--map", "offset.toml"][..], &TOLERANCE].concat()));
+    agrees(&compared(
+        &folder,
+        &[&["brakeT01", "--map", "offset.toml"][..], &TOLERANCE].concat(),
+    ));
     let why = refused(&folder, &[&arguments[..], &["--time-offset", "yesterday"]].concat());
     assert!(why.contains("--time-offset"), "{why}");
 }
@@ -185,7 +200,10 @@ fn cli_a_damaged_time_history_is_refused_with_the_place() {
     folder.write("cut", &whole[..head + 10 * state + 33]);
     let why = refused(&folder, &[&["cut"][..], &column].concat());
     let end = head + 10 * state;
-    assert!(why.contains(&format!("byte {end}")) && why.contains(&format!("head -c {end}")), "{why}");
+    assert!(
+        why.contains(&format!("byte {end}")) && why.contains(&format!("head -c {end}")),
+        "{why}"
+    );
     folder.write("short", &whole[..300]);
     let why = refused(&folder, &[&["short"][..], &column].concat());
     assert!(why.contains("byte"), "{why}");
@@ -201,7 +219,11 @@ fn cli_a_damaged_time_history_is_refused_with_the_place() {
 fn cli_a_time_history_that_was_converted_to_csv() {
     let folder = with_reference();
     let name = |id: u32, title: &str| format!("\"{:100} {id} {title:100}  {:10} \"", "surfaces", "VRZ");
-    let mut text = format!("\"time\",\"INTERNAL ENERGY\",{},{}\n", name(11, "rotor"), name(12, "stator"));
+    let mut text = format!(
+        "\"time\",\"INTERNAL ENERGY\",{},{}\n",
+        name(11, "rotor"),
+        name(12, "stator")
+    );
     let exponent = |value: f64| {
         let text = format!("{value:.6e}");
         let (mantissa, exponent) = text.split_once('e').unwrap();
@@ -247,8 +269,14 @@ fn cli_few_digits_are_called_so() {
     folder.write("few.csv", few);
     let (stdout, _) = output(&mut folder.stickslip(&["compare", "paper.h5", "few.csv"]), 0);
     let paragraph = stdout.split("\n\n").nth(1).unwrap();
-    assert!(paragraph.starts_with("its times are numbers with 5 decimals, 1.0e-5 s apart"), "{stdout}");
-    assert!(paragraph.contains("rows have the time of the one before and are left out: write more digits"), "{stdout}");
+    assert!(
+        paragraph.starts_with("its times are numbers with 5 decimals, 1.0e-5 s apart"),
+        "{stdout}"
+    );
+    assert!(
+        paragraph.contains("rows have the time of the one before and are left out: write more digits"),
+        "{stdout}"
+    );
     // With all digits there is nothing to say.
     folder.write("all.csv", &text);
     assert!(compared(&folder, &["all.csv"])["resolution"].is_null());
@@ -264,7 +292,12 @@ fn nodout(rows: &[[f64; 5]], kind: Lsda, first: u32) -> Vec<u8> {
 fn cli_binary_histories_of_ls_dyna() {
     let folder = with_reference();
     let rows = history();
-    let columns = ["--column", "phi2_dot=nodout/11/rz_velocity", "--column", "phi1_dot=nodout/12/rz_velocity"];
+    let columns = [
+        "--column",
+        "phi2_dot=nodout/11/rz_velocity",
+        "--column",
+        "phi1_dot=nodout/12/rz_velocity",
+    ];
     for little in [true, false] {
         for double in [true, false] {
             let kind = Lsda { little, double };
@@ -273,7 +306,10 @@ fn cli_binary_histories_of_ls_dyna() {
             // A parallel run writes several files, and a long one continues them.
             let half = rows.len() / 2;
             folder.write(&format!("{run}/binout0000"), nodout(&rows[..half], kind, 1));
-            folder.write(&format!("{run}/binout0000%001"), nodout(&rows[half..], kind, half as u32 + 1));
+            folder.write(
+                &format!("{run}/binout0000%001"),
+                nodout(&rows[half..], kind, half as u32 + 1),
+            );
             let force = |row: &[f64; 5]| (row[0], vec![("z_force", vec![row[3], -row[3]])]);
             let forces: Vec<_> = rows.iter().map(force).collect();
             folder.write(&format!("{run}/binout0003"), kind.file("rcforc", &[1, 1], &forces, 1));
@@ -291,21 +327,60 @@ fn cli_binary_histories_of_ls_dyna() {
     }
     let file = "run11/binout0000";
     let why = refused(&folder, &[file, "--column", "phi1_dot=rz_velocity"]);
-    assert!(why.contains("nodout/ID/rz_velocity") && why.contains("5, 11, 12"), "{why}");
+    assert!(
+        why.contains("nodout/ID/rz_velocity") && why.contains("5, 11, 12"),
+        "{why}"
+    );
     let why = refused(&folder, &[file]);
     assert!(why.contains("nodout/5/rz_velocity"), "{why}");
-    let one = nodout(&rows[..20], Lsda { little: true, double: true }, 1);
+    let one = nodout(
+        &rows[..20],
+        Lsda {
+            little: true,
+            double: true,
+        },
+        1,
+    );
     folder.write("cut", &one[..one.len() - 30]);
     let why = refused(&folder, &["cut", columns[0], columns[1]]);
     assert!(why.contains("byte"), "{why}");
     // Interfaces at another interval.
     std::fs::create_dir(folder.path("two")).unwrap();
-    folder.write("two/binout0000", nodout(&rows[..20], Lsda { little: true, double: true }, 1));
-    let coarse: Vec<_> = rows[..20].iter().step_by(2).map(|row| (row[0], vec![("z_force", vec![row[3]])])).collect();
-    folder.write("two/binout0001", Lsda { little: true, double: true }.file("rcforc", &[1], &coarse, 1));
+    folder.write(
+        "two/binout0000",
+        nodout(
+            &rows[..20],
+            Lsda {
+                little: true,
+                double: true,
+            },
+            1,
+        ),
+    );
+    let coarse: Vec<_> = rows[..20]
+        .iter()
+        .step_by(2)
+        .map(|row| (row[0], vec![("z_force", vec![row[3]])]))
+        .collect();
+    folder.write(
+        "two/binout0001",
+        Lsda {
+            little: true,
+            double: true,
+        }
+        .file("rcforc", &[1], &coarse, 1),
+    );
     let why = refused(
         &folder,
-        &["two/binout0000", columns[0], columns[1], columns[2], columns[3], "--column", "normal_force=z_force"],
+        &[
+            "two/binout0000",
+            columns[0],
+            columns[1],
+            columns[2],
+            columns[3],
+            "--column",
+            "normal_force=z_force",
+        ],
     );
     assert!(why.contains("in 10") && why.contains("one database"), "{why}");
 }
@@ -317,14 +392,24 @@ fn cli_xy_reports_of_abaqus() {
     let names = ["VR3 rotor N: 1", "VR3 stator N: 2", "CFN3"];
     let row = |(k, row): (usize, &[f64; 5])| {
         // The contact force at every other sample.
-        vec![Some(row[0]), Some(row[1]), Some(row[2]), k.is_multiple_of(2).then_some(row[3])]
+        vec![
+            Some(row[0]),
+            Some(row[1]),
+            Some(row[2]),
+            k.is_multiple_of(2).then_some(row[3]),
+        ]
     };
     let table: Vec<Vec<Option<f64>>> = rows.iter().enumerate().map(row).collect();
     let half = table.len() / 2;
     // Two pages, nine digits.
     let text = xy_table(&names, &table[..half], 9) + &xy_table(&names, &table[half..], 9);
     folder.write("abaqus.rpt", &text);
-    let columns = ["--column", "phi2_dot=VR3 rotor N: 1", "--column", "phi1_dot=VR3 stator N: 2"];
+    let columns = [
+        "--column",
+        "phi2_dot=VR3 rotor N: 1",
+        "--column",
+        "phi1_dot=VR3 stator N: 2",
+    ];
     let arguments = [&["abaqus.rpt"][..], &columns, &["--velocity-tolerance", "1e-7"]].concat();
     let c = compared(&folder, &arguments);
     agrees(&c);
@@ -340,28 +425,91 @@ fn cli_xy_reports_of_abaqus() {
     };
     let late: Vec<Vec<Option<f64>>> = table.iter().map(from_start).collect();
     folder.write("six.rpt", xy_table(&names, &late, 6));
-    let six = [&["six.rpt"][..], &columns, &["--velocity-tolerance", "1e-4", "--time-offset", "auto"]].concat();
+    let six = [
+        &["six.rpt"][..],
+        &columns,
+        &["--velocity-tolerance", "1e-4", "--time-offset", "auto"],
+    ]
+    .concat();
     let c = compared(&folder, &six);
     assert_eq!(c["resolution"]["of"], "numbers of 6 digits");
     assert!((c["resolution"]["seconds"].as_f64().unwrap() / 1e-7 - 1.0).abs() < 1e-9);
-    assert_eq!((&c["missing"], &c["spurious"]), (&0.into(), &0.into()), "{}", c["verdict"]);
+    assert_eq!(
+        (&c["missing"], &c["spurious"]),
+        (&0.into(), &0.into()),
+        "{}",
+        c["verdict"]
+    );
 
     // Two tables of the same times, side by side.
-    let of = |columns: [usize; 2]| table.iter().map(|row| columns.map(|k| row[k]).to_vec()).collect::<Vec<_>>();
+    let of = |columns: [usize; 2]| {
+        table
+            .iter()
+            .map(|row| columns.map(|k| row[k]).to_vec())
+            .collect::<Vec<_>>()
+    };
     let apart = xy_table(&["w2"], &of([0, 1]), 9) + &xy_table(&["w1"], &of([0, 2]), 9);
     folder.write("apart.rpt", apart);
     agrees(&compared(
         &folder,
-        &["apart.rpt", "--column", "phi2_dot=w2", "--column", "phi1_dot=w1", "--velocity-tolerance", "1e-7"],
+        &[
+            "apart.rpt",
+            "--column",
+            "phi2_dot=w2",
+            "--column",
+            "phi1_dot=w1",
+            "--velocity-tolerance",
+            "1e-7",
+        ],
     ));
 
     folder.write("twice.rpt", text.repeat(2));
     let why = refused(&folder, &[&["twice.rpt"][..], &columns].concat());
     assert!(why.contains("appendMode=OFF") && why.contains("line"), "{why}");
-    folder.write("field.rpt", "*****************\nField Output Report, written Wed Dec 10 19:12:19 2025\n\nSource 1\n");
+    folder.write(
+        "field.rpt",
+        "*****************\nField Output Report, written Wed Dec 10 19:12:19 2025\n\nSource 1\n",
+    );
     let why = refused(&folder, &[&["field.rpt"][..], &columns].concat());
     assert!(why.contains("field output report"), "{why}");
     folder.write("torn.rpt", &text[..text.len() / 3]);
     let why = refused(&folder, &[&["torn.rpt"][..], &columns].concat());
     assert!(why.contains("line"), "{why}");
+}
+
+/// The friction of `paper` in the words of the three codes, as the manual has it.
+#[test]
+fn case_the_friction_of_the_paper_in_other_words() {
+    use stickslip::friction::{FrictionLaw, Law};
+    let p = compare_common::parameters();
+    let FrictionLaw::Exponential(law) = &p.friction.law else {
+        panic!("the paper's law is exponential");
+    };
+    let manual = std::fs::read_to_string("docs/validate-your-solver.md").unwrap();
+    let of = |row: &str| {
+        let line = manual
+            .lines()
+            .find(|line| line.starts_with(&format!("| `{row}`")))
+            .unwrap();
+        line.trim_end_matches([' ', '|'])
+            .rsplit('|')
+            .next()
+            .unwrap()
+            .trim()
+            .to_owned()
+    };
+    let rate = law.decay / p.contact.radius;
+    assert_eq!(of("decay"), format!("{rate:.4} s/m, or {:.7} s/mm", rate / 1e3));
+    assert_eq!(of("contact.radius"), format!("{:.7} m", p.contact.radius));
+    assert_eq!(
+        (of("low_speed"), of("high_speed")),
+        (law.low_speed.to_string(), law.high_speed.to_string())
+    );
+    assert_eq!(of("breakaway"), p.friction.breakaway.to_string());
+    // The same friction at the same motion, whichever way it is written.
+    for omega in [0.01, 0.3, 2.0, 50.0] {
+        let slip_rate: f64 = omega * p.contact.radius;
+        let other = law.high_speed + (law.low_speed - law.high_speed) * (-rate * slip_rate).exp();
+        assert!((other - p.friction.law.coefficient(omega)).abs() < 1e-15);
+    }
 }

@@ -428,17 +428,26 @@ fn explicit_codes() {
     histories.push(many);
     campaign("t01", &histories, |bytes| read("hostileT01", "rbody/11/VRZ", bytes));
 
-    let states: Vec<_> = rows().map(|[t, w, _]| (t, vec![("rz_velocity", vec![0.0, w])])).collect();
+    let states: Vec<_> = rows()
+        .map(|[t, w, _]| (t, vec![("rz_velocity", vec![0.0, w])]))
+        .collect();
     let binouts: Vec<Vec<u8>> = [(true, true), (false, false)]
         .into_iter()
         .map(|(little, double)| Lsda { little, double }.file("nodout", &[1, 11], &states, 1))
         .collect();
-    campaign("binout", &binouts, |bytes| read("hostile.binout", "11/rz_velocity", bytes));
+    campaign("binout", &binouts, |bytes| {
+        read("hostile.binout", "11/rz_velocity", bytes)
+    });
 
     let table: Vec<_> = rows().map(|row| row.map(Some).to_vec()).collect();
     let page = xy_table(&["omega r", "u"], &table[..100], 6);
     let report = page.clone() + &xy_table(&["omega r", "u"], &table[100..], 6);
-    let two = page + &xy_table(&["other"], &table[..100].iter().map(|row| row[..2].to_vec()).collect::<Vec<_>>(), 6);
+    let two = page
+        + &xy_table(
+            &["other"],
+            &table[..100].iter().map(|row| row[..2].to_vec()).collect::<Vec<_>>(),
+            6,
+        );
     let seeds = texts(&[&report, &two]);
     campaign("xy-report", &seeds, |bytes| read("hostile.rpt", "omega r", bytes));
 }

@@ -88,7 +88,10 @@ pub(super) struct ImpulsePass<'a> {
 
 impl<'a> ImpulsePass<'a> {
     /// Of those of `channels`, which are those of the blocks to come; `None` without an impulse among them.
-    pub fn new(channels: &[Channel], walk: impl FnOnce() -> Result<AnyWalk<'a>, ResultError>) -> Result<Option<Self>, ResultError> {
+    pub fn new(
+        channels: &[Channel],
+        walk: impl FnOnce() -> Result<AnyWalk<'a>, ResultError>,
+    ) -> Result<Option<Self>, ResultError> {
         let of = |channel: Channel| Channel::IMPULSES.iter().find(|(impulse, _)| *impulse == channel);
         let found: Vec<(usize, Channel, Channel)> = channels
             .iter()

@@ -708,7 +708,11 @@ fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -
     let clock = candidate.clock();
     let stated = candidate.events().is_some();
     let rounding = survey.rounding.or(candidate.events_rounding().filter(|_| stated))?;
-    let of_event = if stated { candidate.events_rounding() } else { survey.rounding };
+    let of_event = if stated {
+        candidate.events_rounding()
+    } else {
+        survey.rounding
+    };
     let last = errors.events.last().map(|event| event.time + event.error);
     let at = last.or(survey.span.map(|(_, to)| to)).unwrap_or(0.0);
     let limit = |time: f64| {

@@ -55,12 +55,7 @@ pub(crate) fn find(reference: &[SequenceEvent], candidate: &[SequenceEvent], wit
 }
 
 /// How well an offset (s) fits, with the mean of the differences added to it.
-fn judged(
-    reference: &[SequenceEvent],
-    candidate: &[SequenceEvent],
-    seconds: f64,
-    within: f64,
-) -> Option<FoundOffset> {
+fn judged(reference: &[SequenceEvent], candidate: &[SequenceEvent], seconds: f64, within: f64) -> Option<FoundOffset> {
     let mut differences = Vec::new();
     for event in candidate {
         let time = event.time + seconds;
@@ -93,9 +88,11 @@ mod tests {
             kind: if k.is_multiple_of(2) { Stick } else { Slip },
         };
         let reference: Vec<SequenceEvent> = (0..40).map(event).collect();
-        let shifted = |by: f64| move |e: &SequenceEvent| SequenceEvent {
-            time: e.time - by,
-            kind: e.kind,
+        let shifted = |by: f64| {
+            move |e: &SequenceEvent| SequenceEvent {
+                time: e.time - by,
+                kind: e.kind,
+            }
         };
         let whole: Vec<SequenceEvent> = reference.iter().map(shifted(6.99)).collect();
         let found = find(&reference, &whole, 2e-4).unwrap();

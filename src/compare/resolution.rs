@@ -223,7 +223,10 @@ mod tests {
         };
         let single = |step: f64| (0..2000).map(move |k| f64::from((6.97 + step * f64::from(k)) as f32));
         assert!(rounded(Rounding::Single, &mut single(1e-6)));
-        assert!(!rounded(Rounding::Single, &mut (0..2000).map(|k| f64::from(k) / 1024.0)));
+        assert!(!rounded(
+            Rounding::Single,
+            &mut (0..2000).map(|k| f64::from(k) / 1024.0)
+        ));
         let decimal = |step: f64| (0..2000).map(move |k| ((6.97 + step * f64::from(k)) * 1e6).round() / 1e6);
         assert!(rounded(Rounding::Digits(7), &mut decimal(2.5e-6)));
         assert!(!rounded(Rounding::Digits(7), &mut decimal(2e-6)));

@@ -125,7 +125,14 @@ impl Lsda {
         };
         let numbers: Vec<u8> = ids.iter().flat_map(|&id| self.integer(id, 4)).collect();
         file.extend(self.command(2, format!("/{database}/metadata").as_bytes()));
-        write(&mut file, &format!("/{database}/metadata"), "ids", 3, ids.len(), numbers);
+        write(
+            &mut file,
+            &format!("/{database}/metadata"),
+            "ids",
+            3,
+            ids.len(),
+            numbers,
+        );
         for (k, (time, variables)) in states.iter().enumerate() {
             let folder = format!("/{database}/d{:06}", first + k as u32);
             file.extend(self.command(2, folder.as_bytes()));
@@ -178,7 +185,11 @@ pub fn engineering(value: f64, digits: usize) -> String {
     let whole = (exponent - group) as usize + 1;
     let sign = if value < 0.0 { "-" } else { "" };
     let fraction = figures[whole..].trim_end_matches('0');
-    let power = if group == 0 { String::new() } else { format!("E{group:+03}") };
+    let power = if group == 0 {
+        String::new()
+    } else {
+        format!("E{group:+03}")
+    };
     format!("{sign}{}.{fraction}{power}", &figures[..whole])
 }
 
@@ -186,7 +197,13 @@ pub fn engineering(value: f64, digits: usize) -> String {
 pub fn xy_table(names: &[&str], rows: &[Vec<Option<f64>>], digits: usize) -> String {
     let column = |text: &str| format!("{text:<width$}", width = digits + 13);
     let line = |cells: Vec<String>| format!("{}{}\n", " ".repeat(15), cells.concat());
-    let mut text = "\n".to_owned() + &line(std::iter::once("  X").chain(names.iter().copied()).map(column).collect());
+    let mut text = "\n".to_owned()
+        + &line(
+            std::iter::once("  X")
+                .chain(names.iter().copied())
+                .map(column)
+                .collect(),
+        );
     text.push('\n');
     for row in rows {
         let cell = |value: &Option<f64>| match value {

@@ -111,12 +111,7 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
 /// What its times resolve.
 fn resolution(c: &Comparison) -> Option<String> {
     let r = c.resolution.as_ref()?;
-    let mut text = format!(
-        "its times are {}, {:.1e} s apart at {} s",
-        r.of,
-        r.seconds,
-        short(r.at)
-    );
+    let mut text = format!("its times are {}, {:.1e} s apart at {} s", r.of, r.seconds, short(r.at));
     if r.event_error > 0.0 {
         text += &format!(": errors of events up to {:.1e} s are those of the file", r.event_error);
     }

@@ -157,7 +157,10 @@ impl LsdaFile {
             && usize::from(named) == name.len()
             && rest == name.as_bytes();
         if !same {
-            let what = format!("there is no record of {}, which the table of symbols places there", shown(name));
+            let what = format!(
+                "there is no record of {}, which the table of symbols places there",
+                shown(name)
+            );
             return Err(self.damaged(entry.offset, what));
         }
         Ok(entry.offset + head.len() as u64)
@@ -165,11 +168,16 @@ impl LsdaFile {
 
     fn numbers(&self, entry: &Entry, name: &str, from: u64, count: usize) -> Result<Vec<f64>, CompareError> {
         let Some(width) = width(entry.kind) else {
-            return Err(self.damaged(entry.offset, format!("{} is of the unknown type {}", shown(name), entry.kind)));
+            return Err(self.damaged(
+                entry.offset,
+                format!("{} is of the unknown type {}", shown(name), entry.kind),
+            ));
         };
         let start = self.values(entry, name)?;
         let mut bytes = vec![0; count * width];
-        let at = from.checked_mul(width as u64).and_then(|skipped| start.checked_add(skipped));
+        let at = from
+            .checked_mul(width as u64)
+            .and_then(|skipped| start.checked_add(skipped));
         self.read(at.unwrap_or(u64::MAX), &mut bytes)?;
         let value = |raw: &[u8]| {
             let whole = self.layout.integer(raw);
@@ -215,7 +223,11 @@ impl BinoutTable {
         };
         let mut count = 0;
         table.add(source.path().to_owned(), source.file()?, &mut count)?;
-        let others = if source.is_piped() { Vec::new() } else { others(source.path()) };
+        let others = if source.is_piped() {
+            Vec::new()
+        } else {
+            others(source.path())
+        };
         for path in others {
             let other = Source::open(&path)?;
             if is_binout(&other.head(512)?) {
@@ -279,13 +291,7 @@ impl BinoutTable {
     }
 
     /// Reads a part of the table of symbols and returns where the next one is, 0 after the last.
-    fn symbols(
-        &mut self,
-        file: &LsdaFile,
-        number: u32,
-        mut at: u64,
-        count: &mut usize,
-    ) -> Result<u64, CompareError> {
+    fn symbols(&mut self, file: &LsdaFile, number: u32, mut at: u64, count: &mut usize) -> Result<u64, CompareError> {
         let l = file.layout;
         let mut place = file.place.clone();
         let io = |error: std::io::Error| CompareError::io(&file.path, &error);
@@ -359,7 +365,11 @@ impl BinoutTable {
             let branch = self.branches.entry(branch.join("/")).or_default();
             match branch.variables.get_mut(name) {
                 Some(states) => drop(states.insert(state, entry)),
-                None => drop(branch.variables.insert(name.to_owned(), BTreeMap::from([(state, entry)]))),
+                None => drop(
+                    branch
+                        .variables
+                        .insert(name.to_owned(), BTreeMap::from([(state, entry)])),
+                ),
             }
         }
     }
@@ -437,7 +447,11 @@ impl BinoutTable {
             name: series.variable.to_owned(),
             path: format!("{}/{}", series.branch, series.variable),
             element: series.element,
-            entries: self.entries(series).iter().map(|(&state, &entry)| (state, entry)).collect(),
+            entries: self
+                .entries(series)
+                .iter()
+                .map(|(&state, &entry)| (state, entry))
+                .collect(),
         }
     }
 }
@@ -457,15 +471,18 @@ fn others(path: &Path) -> Vec<PathBuf> {
     let of_run = |other: &str| {
         let (first, continued) = other.split_once('%').unwrap_or((other, "0"));
         let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-        let same = first == name
-            || numbered && first.len() == name.len() && first.strip_prefix(stem).is_some_and(digits);
+        let same =
+            first == name || numbered && first.len() == name.len() && first.strip_prefix(stem).is_some_and(digits);
         same && digits(continued)
     };
     let found = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let found: BTreeSet<String> = found.filter(|other| of_run(other)).collect();
     let own = path.file_name();
     let paths = found.into_iter().map(|other| path.with_file_name(other));
-    paths.filter(|other| other.file_name() != own && other.is_file()).take(MOST_FILES).collect()
+    paths
+        .filter(|other| other.file_name() != own && other.is_file())
+        .take(MOST_FILES)
+        .collect()
 }
 
 /// Changes a folder by a path, absolute or relative.
@@ -561,8 +578,16 @@ impl Table for BinoutTable {
     fn place(&self, row: u64, column: &str) -> String {
         match self.find(column) {
             Ok(series) => {
-                let state = self.entries(&series).keys().nth(usize::try_from(row).unwrap_or(usize::MAX));
-                format!("{}/d{:06}/{}", series.branch, state.copied().unwrap_or(0), series.variable)
+                let state = self
+                    .entries(&series)
+                    .keys()
+                    .nth(usize::try_from(row).unwrap_or(usize::MAX));
+                format!(
+                    "{}/d{:06}/{}",
+                    series.branch,
+                    state.copied().unwrap_or(0),
+                    series.variable
+                )
             }
             Err(_) => format!("state {}", row + 1),
         }

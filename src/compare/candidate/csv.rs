@@ -109,7 +109,11 @@ impl CsvTable {
         let exact = self.headers.iter().position(|h| h.name == name);
         let same = || self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name));
         // OpenRadioss's th_to_csv fills titles with blanks.
-        let close = || self.headers.iter().position(|h| h.name.contains("  ") && joined(&h.name) == joined(name));
+        let close = || {
+            self.headers
+                .iter()
+                .position(|h| h.name.contains("  ") && joined(&h.name) == joined(name))
+        };
         exact.or_else(same).or_else(close)
     }
 

@@ -89,13 +89,31 @@ impl Candidate {
             return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping, subject);
         }
         if t01::is_t01(&head) {
-            return Candidate::foreign(path, "OpenRadioss T01", Box::new(T01Table::open(source)?), mapping, subject);
+            return Candidate::foreign(
+                path,
+                "OpenRadioss T01",
+                Box::new(T01Table::open(source)?),
+                mapping,
+                subject,
+            );
         }
         if binout::is_binout(&head) {
-            return Candidate::foreign(path, "LS-DYNA binout", Box::new(BinoutTable::open(&source)?), mapping, subject);
+            return Candidate::foreign(
+                path,
+                "LS-DYNA binout",
+                Box::new(BinoutTable::open(&source)?),
+                mapping,
+                subject,
+            );
         }
         if xy_report::is_xy_report(&head) {
-            return Candidate::foreign(path, "Abaqus XY report", Box::new(XyReport::open(source)?), mapping, subject);
+            return Candidate::foreign(
+                path,
+                "Abaqus XY report",
+                Box::new(XyReport::open(source)?),
+                mapping,
+                subject,
+            );
         }
         if let Some(what) = other_report(&head) {
             let remedy = "write a history: XY data from history output, and Report > XY";
@@ -425,8 +443,14 @@ fn other_report(head: &[u8]) -> Option<&'static str> {
     let text = String::from_utf8_lossy(head);
     let begins = text.trim_start().starts_with("****");
     let names = [
-        ("Field Output Report", "is a field output report of Abaqus, values at one time"),
-        ("Probe Values Report", "is a probe values report of Abaqus, values at one time"),
+        (
+            "Field Output Report",
+            "is a field output report of Abaqus, values at one time",
+        ),
+        (
+            "Probe Values Report",
+            "is a probe values report of Abaqus, values at one time",
+        ),
     ];
     let found = names.into_iter().find(|(name, _)| begins && text.contains(name));
     found.map(|(_, what)| what)

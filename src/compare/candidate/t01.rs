@@ -26,15 +26,17 @@ const MOST_ADDITIONAL: i32 = 16;
 const REMEDY: &str = "it was cut off, or damaged on its way: copy it again as a binary file";
 
 const GLOBAL: [&str; 22] = [
-    "IE", "KE", "XMOM", "YMOM", "ZMOM", "MASS", "DT", "RKE", "EFW", "SIE", "CE", "HE", "CE_ELAST", "CE_FRIC", "CE_DAMP",
-    "WPLA", "DMASS", "DMASS%", "M_IN", "M_OUT", "E_IN", "E_OUT",
+    "IE", "KE", "XMOM", "YMOM", "ZMOM", "MASS", "DT", "RKE", "EFW", "SIE", "CE", "HE", "CE_ELAST", "CE_FRIC",
+    "CE_DAMP", "WPLA", "DMASS", "DMASS%", "M_IN", "M_OUT", "E_IN", "E_OUT",
 ];
 const PART: [&str; 32] = [
-    "IE", "KE", "XMOM", "YMOM", "ZMOM", "MASS", "HE", "TURBKE", "XCG", "YCG", "ZCG", "XXMOM", "YYMOM", "ZZMOM", "IXX", "IYY",
-    "IZZ", "IXY", "IYZ", "IZX", "RIE", "KERB", "RKERB", "RKE", "ERODED", "VAR26", "VAR27", "HEAT", "VX", "VY", "VZ", "PW",
+    "IE", "KE", "XMOM", "YMOM", "ZMOM", "MASS", "HE", "TURBKE", "XCG", "YCG", "ZCG", "XXMOM", "YYMOM", "ZZMOM", "IXX",
+    "IYY", "IZZ", "IXY", "IYZ", "IZX", "RIE", "KERB", "RKERB", "RKE", "ERODED", "VAR26", "VAR27", "HEAT", "VX", "VY",
+    "VZ", "PW",
 ];
 const NODE: [&str; 19] = [
-    "DX", "DY", "DZ", "VX", "VY", "VZ", "AX", "AY", "AZ", "VRX", "VRY", "VRZ", "ARX", "ARY", "ARZ", "X", "Y", "Z", "TEMP",
+    "DX", "DY", "DZ", "VX", "VY", "VZ", "AX", "AY", "AZ", "VRX", "VRY", "VRZ", "ARX", "ARY", "ARZ", "X", "Y", "Z",
+    "TEMP",
 ];
 /// Those of nodes that come after 600 of plies.
 const NODE_MORE: [&str; 10] = [
@@ -45,19 +47,20 @@ const SPRING: [&str; 16] = [
     "OFF", "FX", "FY", "FZ", "MX", "MY", "MZ", "LX", "LY", "LZ", "RX", "RY", "RZ", "IE", "F1", "F2",
 ];
 const INTERFACE: [&str; 29] = [
-    "FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ", "SFW", "|FNX|", "|FNY|", "|FNZ|", "||FN||", "|FX|", "|FY|", "|FZ|", "||F||",
-    "PVOL", "PSURF", "PMED", "DELTAP", "VOL", "SURF", "MX", "MY", "MZ", "QFRIC", "CE_ELAST", "CE_FRIC", "CE_DAMP", "CAREA",
+    "FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ", "SFW", "|FNX|", "|FNY|", "|FNZ|", "||FN||", "|FX|", "|FY|", "|FZ|",
+    "||F||", "PVOL", "PSURF", "PMED", "DELTAP", "VOL", "SURF", "MX", "MY", "MZ", "QFRIC", "CE_ELAST", "CE_FRIC",
+    "CE_DAMP", "CAREA",
 ];
 const WALL: [&str; 6] = ["FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ"];
 const BODY: [&str; 41] = [
-    "FX", "FY", "FZ", "MX", "MY", "MZ", "RX", "RY", "RZ", "FXI", "FYI", "FZI", "MXI", "MYI", "MZI", "X", "Y", "Z", "DX", "DY",
-    "DZ", "VX", "VY", "VZ", "AX", "AY", "AZ", "VRX", "VRY", "VRZ", "ARX", "ARY", "ARZ", "MASS", "IXX", "IYY", "IZZ", "IXY",
-    "IYZ", "IZX", "STATUS",
+    "FX", "FY", "FZ", "MX", "MY", "MZ", "RX", "RY", "RZ", "FXI", "FYI", "FZI", "MXI", "MYI", "MZI", "X", "Y", "Z",
+    "DX", "DY", "DZ", "VX", "VY", "VZ", "AX", "AY", "AZ", "VRX", "VRY", "VRZ", "ARX", "ARY", "ARZ", "MASS", "IXX",
+    "IYY", "IZZ", "IXY", "IYZ", "IZX", "STATUS",
 ];
 const SECTION: [&str; 39] = [
-    "FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ", "M1", "M2", "M3", "WORK", "DFX", "DFY", "DFZ", "DF2", "WORKR", "DMX", "DMY",
-    "DMZ", "DM2", "KIN", "KINR", "DMVX", "DMVY", "DMVZ", "DKIN", "DMVRX", "DMVRY", "DMVRZ", "DKINR", "TFEXT", "MX", "MY",
-    "MZ", "F1", "F2", "F3", "CX", "CY", "CZ",
+    "FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ", "M1", "M2", "M3", "WORK", "DFX", "DFY", "DFZ", "DF2", "WORKR", "DMX",
+    "DMY", "DMZ", "DM2", "KIN", "KINR", "DMVX", "DMVY", "DMVZ", "DKIN", "DMVRX", "DMVRY", "DMVRZ", "DKINR", "TFEXT",
+    "MX", "MY", "MZ", "F1", "F2", "F3", "CX", "CY", "CZ",
 ];
 const JOINT: [&str; 6] = ["FX", "FY", "FZ", "MX", "MY", "MZ"];
 const ACCELEROMETER: [&str; 6] = ["AX", "AY", "AZ", "WX", "WY", "WZ"];
@@ -86,7 +89,9 @@ fn kind(of: i32) -> (&'static str, &'static [&'static str]) {
 
 fn variable(of: i32, code: i32) -> String {
     let index = usize::try_from(code).unwrap_or(0).wrapping_sub(1);
-    let more = (of == 0).then(|| NODE_MORE.get(index.wrapping_sub(BEFORE_MORE))).flatten();
+    let more = (of == 0)
+        .then(|| NODE_MORE.get(index.wrapping_sub(BEFORE_MORE)))
+        .flatten();
     match kind(of).1.get(index).or(more) {
         Some(name) => (*name).to_owned(),
         None => format!("VAR{code}"),
@@ -96,10 +101,30 @@ fn variable(of: i32, code: i32) -> String {
 /// Whether a variable of a group is an impulse.
 fn is_impulse(of: i32, name: &str) -> bool {
     let reaction = of == 0 && name.starts_with("REAC");
-    let of_sum = matches!(name.trim_matches('|'), "FX" | "FY" | "FZ" | "FNX" | "FNY" | "FNZ" | "FN" | "F");
+    let of_sum = matches!(
+        name.trim_matches('|'),
+        "FX" | "FY" | "FZ" | "FNX" | "FNY" | "FNZ" | "FN" | "F"
+    );
     let component = matches!(
         name,
-        "FTX" | "FTY" | "FTZ" | "MX" | "MY" | "MZ" | "FXI" | "FYI" | "FZI" | "MXI" | "MYI" | "MZI" | "M1" | "M2" | "M3" | "F1" | "F2" | "F3"
+        "FTX"
+            | "FTY"
+            | "FTZ"
+            | "MX"
+            | "MY"
+            | "MZ"
+            | "FXI"
+            | "FYI"
+            | "FZI"
+            | "MXI"
+            | "MYI"
+            | "MZI"
+            | "M1"
+            | "M2"
+            | "M3"
+            | "F1"
+            | "F2"
+            | "F3"
     );
     reaction || (101..=104).contains(&of) && (of_sum || component)
 }
@@ -121,7 +146,10 @@ pub(crate) struct T01Table {
 
 /// Whether a file begins as a time history does: a record of 84 bytes with its version and the title, then one of 80.
 pub(super) fn is_t01(head: &[u8]) -> bool {
-    let word = |at: usize| head.get(at..at + 4).map(|b| i32::from_be_bytes([b[0], b[1], b[2], b[3]]));
+    let word = |at: usize| {
+        head.get(at..at + 4)
+            .map(|b| i32::from_be_bytes([b[0], b[1], b[2], b[3]]))
+    };
     word(0) == Some(84) && word(4).is_some_and(|version| (1000..100_000).contains(&version))
 }
 
@@ -290,7 +318,14 @@ impl T01Table {
                 counts.bytes.len()
             )));
         }
-        let what = ["parts", "materials", "properties", "subsets", "groups", "global variables"];
+        let what = [
+            "parts",
+            "materials",
+            "properties",
+            "subsets",
+            "groups",
+            "global variables",
+        ];
         let mut numbers = [0; 6];
         for (k, number) in numbers.iter_mut().enumerate() {
             *number = records.count(&counts, 4 * k, what[k])?;
@@ -410,7 +445,9 @@ fn layout(
     layout.column("time".to_owned(), None, time, false);
     let named = |names: &[&str], code: i32| {
         let index = usize::try_from(code).unwrap_or(0).wrapping_sub(1);
-        names.get(index).map_or_else(|| format!("VAR{code}"), |name| (*name).to_owned())
+        names
+            .get(index)
+            .map_or_else(|| format!("VAR{code}"), |name| (*name).to_owned())
     };
     // What a history is written for stands first in a list of its columns, and last in a state.
     let mut general = Vec::new();

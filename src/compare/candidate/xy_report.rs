@@ -85,7 +85,11 @@ fn number(text: &str) -> Option<f64> {
 /// Names of columns: two blanks or more separate them, as one may be part of a name. If these are not so many as there are columns, those
 /// that separate at every blank, else none.
 fn names(header: &str, columns: usize) -> Vec<String> {
-    let wide: Vec<&str> = header.split("  ").map(str::trim).filter(|name| !name.is_empty()).collect();
+    let wide: Vec<&str> = header
+        .split("  ")
+        .map(str::trim)
+        .filter(|name| !name.is_empty())
+        .collect();
     let narrow: Vec<&str> = header.split_whitespace().collect();
     let found = [wide, narrow].into_iter().find(|names| names.len() == columns);
     match found {
@@ -151,7 +155,11 @@ impl XyReport {
                         }
                     }
                     let Some(known) = curves.last_mut() else {
-                        return fault(line, "numbers in front of the names of columns".to_owned(), "write an XY report");
+                        return fault(
+                            line,
+                            "numbers in front of the names of columns".to_owned(),
+                            "write an XY report",
+                        );
                     };
                     if words.len() != known.names.len() {
                         let what = format!("has {} fields, where its table has {}", words.len(), known.names.len());
@@ -163,7 +171,12 @@ impl XyReport {
             }
         }
         if curves.is_empty() {
-            return Err(CompareError::content(path, "", "holds no row of numbers", "write the report again"));
+            return Err(CompareError::content(
+                path,
+                "",
+                "holds no row of numbers",
+                "write the report again",
+            ));
         }
         Ok(XyReport { source, curves })
     }
@@ -197,7 +210,10 @@ impl XyReport {
         Ok(RowsOf {
             path: self.source.path().to_owned(),
             lines: BufReader::new(Lines::new(self.source.file()?)),
-            headers: self.curves[..=table].iter().map(|curves| curves.header.clone()).collect(),
+            headers: self.curves[..=table]
+                .iter()
+                .map(|curves| curves.header.clone())
+                .collect(),
             columns: self.curves[table].names.len(),
             inside: false,
             text: Vec::new(),
@@ -247,7 +263,10 @@ impl Table for XyReport {
     }
 
     fn names(&self) -> Vec<String> {
-        let all = self.curves.iter().flat_map(|curves| curves.names.iter().skip(1).cloned());
+        let all = self
+            .curves
+            .iter()
+            .flat_map(|curves| curves.names.iter().skip(1).cloned());
         std::iter::once("X".to_owned()).chain(all).collect()
     }
 
@@ -289,8 +308,17 @@ impl Table for XyReport {
         let mut places = Vec::new();
         for name in columns {
             let Some(place) = self.find(name) else {
-                let what = format!("has no column \"{}\"; there are {}", shown(name), super::listed(&self.names()));
-                return Err(CompareError::content(self.path(), "", what, "name it with --column or in a mapping"));
+                let what = format!(
+                    "has no column \"{}\"; there are {}",
+                    shown(name),
+                    super::listed(&self.names())
+                );
+                return Err(CompareError::content(
+                    self.path(),
+                    "",
+                    what,
+                    "name it with --column or in a mapping",
+                ));
             };
             places.push(place);
         }
