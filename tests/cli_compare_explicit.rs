@@ -51,7 +51,7 @@ fn agrees(c: &serde_json::Value) {
 fn refused(folder: &Folder, arguments: &[&str]) -> String {
     let mut all = vec!["compare", "paper.h5"];
     all.extend(arguments);
-    refusal(&mut folder.stickslip(&all), 2)
+    refusal(&mut folder.stickslip(&all))
 }
 
 /// 32-bit speeds of some rad/s differ by their last digits, 1e-7 rad/s, from what they are in stick.
@@ -176,7 +176,8 @@ fn cli_a_clock_that_starts_elsewhere() {
         // At 0.023 s they are 2^-29 apart.
         assert_eq!(c["resolution"]["seconds"].as_f64(), Some(2f64.powi(-29)));
         let max = c["event_errors"]["max"].as_f64().unwrap();
-        assert!(max < 1e-7, "{given}: {max}");
+        // A sample that is still within the tolerance comes up to 2e-7 s after a breakaway.
+        assert!(max < 5e-7, "{given}: {max}");
     }
     folder.write("offset.toml", format!("time_offset = \"auto\"\n{T01_MAP}"));
     agrees(&compared(
@@ -417,23 +418,23 @@ fn cli_xy_reports_of_abaqus() {
     // Nine digits at 7 s: 1e-8 s, of which the step of 2.5 us is a multiple or nearly.
     let max = c["event_errors"]["max"].as_f64().unwrap();
     assert!(max < 5e-8, "{max}");
-    // The default of six digits is too little for a clock that starts at 0, and enough for one that starts at the stick-slip.
+    // Five digits are too little for a clock that starts at 0, and resolve 1e-6 s of one that starts at the stick-slip.
     let from_start = |row: &Vec<Option<f64>>| {
         let mut row = row.clone();
         row[0] = row[0].map(|time| time - START);
         row
     };
     let late: Vec<Vec<Option<f64>>> = table.iter().map(from_start).collect();
-    folder.write("six.rpt", xy_table(&names, &late, 6));
-    let six = [
-        &["six.rpt"][..],
+    folder.write("five.rpt", xy_table(&names, &late, 5));
+    let five = [
+        &["five.rpt"][..],
         &columns,
         &["--velocity-tolerance", "1e-4", "--time-offset", "auto"],
     ]
     .concat();
-    let c = compared(&folder, &six);
-    assert_eq!(c["resolution"]["of"], "numbers of 6 digits");
-    assert!((c["resolution"]["seconds"].as_f64().unwrap() / 1e-7 - 1.0).abs() < 1e-9);
+    let c = compared(&folder, &five);
+    assert_eq!(c["resolution"]["of"], "numbers of 5 digits");
+    assert!((c["resolution"]["seconds"].as_f64().unwrap() / 1e-6 - 1.0).abs() < 1e-9);
     assert_eq!(
         (&c["missing"], &c["spurious"]),
         (&0.into(), &0.into()),

@@ -299,7 +299,11 @@ impl Reference {
             TimeOffset::None if parted => self.offset(&found),
             _ => None,
         };
-        let proposed = proposed.filter(|offset| offset.seconds.abs() > period / 8.0);
+        // Of a run that goes otherwise, some events agree by chance when it is shifted; of one by another clock all do.
+        let proposed = proposed.filter(|offset| {
+            let all = 20 * offset.agree >= 19 * offset.of && offset.rms <= period / 50.0;
+            all && offset.seconds.abs() > period / 8.0
+        });
         let resolution = resolution_of(&candidate, &survey, &errors);
         let states = if candidate.has_rows() {
             let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);

@@ -37,6 +37,15 @@ impl Rounding {
         }
     }
 
+    /// Whether rounding may give several rows of a table of samples one time: what has fewer digits was written by hand.
+    pub(crate) fn repeats(self) -> bool {
+        match self {
+            Rounding::Single => true,
+            Rounding::Digits(n) => n >= 4,
+            Rounding::Decimals(n) => n >= 3,
+        }
+    }
+
     /// Whether `value` can stand in such a file.
     fn holds(self, value: f64) -> bool {
         match self {

@@ -539,6 +539,10 @@ impl Table for BinoutTable {
         Some(format!("{}/time", series.branch))
     }
 
+    fn why_not(&self, name: &str) -> Option<String> {
+        self.find(name).err().filter(|why| !why.starts_with("has no"))
+    }
+
     fn unit(&self, _: &str) -> Option<String> {
         None
     }

@@ -495,13 +495,17 @@ fn unit_factor(
 }
 
 fn absent(table: &dyn Table, name: &str) -> CompareError {
+    let remedy = "correct the mapping or the option --column";
+    if let Some(why) = table.why_not(name) {
+        return CompareError::content(table.path(), "", why, remedy);
+    }
     let names = table.names();
     let hint = match crate::case::suggest(name, names.iter().map(String::as_str)) {
         Some(close) => format!("did you mean {close}?"),
         None => format!("there are {}", listed(&names)),
     };
     let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
-    CompareError::content(table.path(), "", what, "correct the mapping or the option --column")
+    CompareError::content(table.path(), "", what, remedy)
 }
 
 /// The columns of a table, and why one is not among them.

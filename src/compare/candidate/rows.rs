@@ -1,7 +1,7 @@
 //! Rows of a candidate in SI units, checked as they are read.
 
 use super::super::reference::Subject;
-use super::super::resolution::{Clock, ClockWatch};
+use super::super::resolution::{Clock, ClockWatch, Rounding};
 use super::super::vocabulary::{Known, Sum};
 use super::super::{Channel, CompareError};
 use super::table::{Pass, Table};
@@ -178,7 +178,7 @@ impl<'a> Rows<'a> {
         }
         let mut kept = Vec::with_capacity(times.len());
         for (row, &time) in times.iter().enumerate() {
-            if time == self.last && self.clock.rounding.is_some() {
+            if time == self.last && self.clock.rounding.is_some_and(Rounding::repeats) {
                 self.watch.repeated += 1;
                 continue;
             }

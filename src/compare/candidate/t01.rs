@@ -511,6 +511,10 @@ impl Table for T01Table {
         name == "time"
     }
 
+    fn why_not(&self, name: &str) -> Option<String> {
+        self.names.find(name).err().filter(|why| why.contains("several"))
+    }
+
     fn is_impulse(&self, name: &str) -> bool {
         self.names.find(name).is_ok_and(|column| self.columns[column].1)
     }

@@ -28,6 +28,10 @@ pub trait Table: std::fmt::Debug {
     fn time_beside(&self, _column: &str) -> Option<String> {
         None
     }
+    /// Why there is no column of a name, where the file can say more than that.
+    fn why_not(&self, _name: &str) -> Option<String> {
+        None
+    }
     /// Whether a column holds the integral of a force over time, by what the format says.
     fn is_impulse(&self, _name: &str) -> bool {
         false
