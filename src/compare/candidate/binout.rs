@@ -316,7 +316,7 @@ impl BinoutTable {
                 continue;
             }
             let longest = LONGEST_PATH + (l.kind + l.offset + l.length) as u64;
-            if contents > longest || length < l.start() as u64 || contents > file.length - at {
+            if contents > longest || length < l.start() as u64 || length > file.length - at {
                 return Err(file.damaged(at, format!("a symbol of {length} bytes")));
             }
             let mut bytes = vec![0; contents as usize];
