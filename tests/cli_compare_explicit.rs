@@ -124,7 +124,7 @@ fn cli_a_time_history_of_openradioss() {
     assert!(normal["reference"].as_f64().unwrap() > 50.0);
     // A time that is rounded by 2.4e-7 s errs by 5e-4 N s at 2225 N.
     assert!(normal["max"].as_f64().unwrap() < 2e-3, "{normal}");
-    assert!(friction["reference"].as_f64().unwrap() > 1.0);
+    assert!(friction["reference"].as_f64().unwrap() > 0.3);
     assert!(friction["max"].as_f64().unwrap() < 2e-3, "{friction}");
     assert_eq!(
         (&normal["opposite"], &friction["opposite"]),
@@ -161,7 +161,10 @@ fn cli_a_clock_that_starts_elsewhere() {
     let arguments = [&["brakeT01", "--map", "map.toml"][..], &TOLERANCE].concat();
     let c = compared(&folder, &arguments);
     let (verdict, offset) = (c["verdict"].as_str().unwrap(), &c["found_time_offset"]);
-    assert!(verdict.contains("its clock starts elsewhere: with 6.9665"), "{verdict}");
+    assert!(
+        verdict.contains("its clock starts elsewhere: with 6.96649"),
+        "{verdict}"
+    );
     assert_eq!(
         (&c["causes"][0]["cause"], &offset["agree"]),
         (&"time-offset".into(), &95.into())
@@ -390,7 +393,7 @@ fn cli_binary_histories_of_ls_dyna() {
 fn cli_xy_reports_of_abaqus() {
     let folder = with_reference();
     let rows = history();
-    let names = ["VR3 rotor N: 1", "VR3 stator N: 2", "CFN3"];
+    let names = ["VR3 rotor N1", "VR3 stator N2", "CFN3"];
     let row = |(k, row): (usize, &[f64; 5])| {
         // The contact force at every other sample.
         vec![
@@ -407,9 +410,9 @@ fn cli_xy_reports_of_abaqus() {
     folder.write("abaqus.rpt", &text);
     let columns = [
         "--column",
-        "phi2_dot=VR3 rotor N: 1",
+        "phi2_dot=VR3 rotor N1",
         "--column",
-        "phi1_dot=VR3 stator N: 2",
+        "phi1_dot=VR3 stator N2",
     ];
     let arguments = [&["abaqus.rpt"][..], &columns, &["--velocity-tolerance", "1e-7"]].concat();
     let c = compared(&folder, &arguments);
