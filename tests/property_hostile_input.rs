@@ -24,6 +24,7 @@ use stickslip::results::{MergeOptions, merge};
 use stickslip::sweep::{EventRow, Existing, Journal, Outcome, QUANTITIES, STUDIES, Study, StudySource};
 
 mod compare_common;
+mod explicit_common;
 mod unlocked;
 
 /// Files of each kind, unless the environment says how many.
@@ -213,6 +214,7 @@ fn property_hostile_files_are_refused_or_read() {
     studies();
     tables();
     archives();
+    explicit_codes();
     mappings();
     journals();
     shards();
@@ -393,6 +395,61 @@ fn archives() {
     campaign("npz", &seeds, |bytes| {
         compared(&reference, &folder, "hostile.npz", bytes)
     });
+}
+
+/// The histories of explicit finite-element codes.
+fn explicit_codes() {
+    use explicit_common::{Group, Lsda, t01_head, t01_state, xy_table};
+    let (folder, reference) = reference();
+    let read = |name: &str, column: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let mut mapping = Mapping::default();
+        mapping.add_option(&format!("relative_velocity={column}")).unwrap();
+        let compared = reference.compare(&path, &mapping);
+        compared.map(drop).map_err(|error| error.to_string())
+    };
+    let group = |of: i32, codes: &[i32]| Group {
+        of,
+        title: "group",
+        members: vec![(11, "one"), (12, "")],
+        codes: codes.to_vec(),
+    };
+    let mut histories = Vec::new();
+    for version in [4021, 3050, 3040] {
+        let mut file = t01_head(version, &[group(103, &[9, 30]), group(101, &[3])]);
+        rows().for_each(|[t, w, u]| t01_state(&mut file, t, &[&[u, w, u, w], &[t, t]]));
+        histories.push(file);
+    }
+    // Found by thought: counts that would ask for more memory than there is.
+    let mut many = t01_head(4021, &[group(103, &[9, 30])]);
+    let counts = many.windows(4).position(|w| w == 24u32.to_be_bytes()).unwrap() + 4;
+    many[counts..counts + 24].fill(0x7f);
+    histories.push(many);
+    campaign("t01", &histories, |bytes| read("hostileT01", "rbody/11/VRZ", bytes));
+
+    let states: Vec<_> = rows()
+        .map(|[t, w, _]| (t, vec![("rz_velocity", vec![0.0, w])]))
+        .collect();
+    let binouts: Vec<Vec<u8>> = [(true, true), (false, false)]
+        .into_iter()
+        .map(|(little, double)| Lsda { little, double }.file("nodout", &[1, 11], &states, 1))
+        .collect();
+    campaign("binout", &binouts, |bytes| {
+        read("hostile.binout", "11/rz_velocity", bytes)
+    });
+
+    let table: Vec<_> = rows().map(|row| row.map(Some).to_vec()).collect();
+    let page = xy_table(&["omega r", "u"], &table[..100], 6);
+    let report = page.clone() + &xy_table(&["omega r", "u"], &table[100..], 6);
+    let two = page
+        + &xy_table(
+            &["other"],
+            &table[..100].iter().map(|row| row[..2].to_vec()).collect::<Vec<_>>(),
+            6,
+        );
+    let seeds = texts(&[&report, &two]);
+    campaign("xy-report", &seeds, |bytes| read("hostile.rpt", "omega r", bytes));
 }
 
 fn mappings() {

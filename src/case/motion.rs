@@ -39,6 +39,7 @@ impl Motion {
             (Motion::Translation, D::FrictionCurvature) => D::SlidingCurvature,
             (Motion::Translation, D::FrictionThird) => D::SlidingThird,
             (Motion::Translation, D::InverseAngle) => D::InverseLength,
+            (Motion::Translation, D::AngularImpulse) => D::Impulse,
             (Motion::Translation, other) => other,
         }
     }

@@ -61,11 +61,15 @@ pub enum Dimension {
     SlidingCurvature,
     /// Unit s^3/m^3.
     SlidingThird,
+    /// Unit N s.
+    Impulse,
+    /// Unit N m s.
+    AngularImpulse,
 }
 
 impl Dimension {
     /// Every dimension.
-    pub const ALL: [Dimension; 23] = [
+    pub const ALL: [Dimension; 25] = [
         Dimension::Number,
         Dimension::Mass,
         Dimension::Stiffness,
@@ -89,6 +93,8 @@ impl Dimension {
         Dimension::SlidingDecay,
         Dimension::SlidingCurvature,
         Dimension::SlidingThird,
+        Dimension::Impulse,
+        Dimension::AngularImpulse,
     ];
 
     /// The SI unit, in the notation of this module; `1` for a plain number.
@@ -131,6 +137,8 @@ impl Dimension {
             Dimension::SlidingDecay => ("s/m", "a friction decay rate", "5 s/m"),
             Dimension::SlidingCurvature => ("s^2/m^2", "a coefficient of the square of a speed", "0.1 s^2/m^2"),
             Dimension::SlidingThird => ("s^3/m^3", "a coefficient of the cube of a speed", "0.1 s^3/m^3"),
+            Dimension::Impulse => ("N s", "an impulse", "1 N s"),
+            Dimension::AngularImpulse => ("N m s", "an angular impulse", "1 N m s"),
         }
     }
 }

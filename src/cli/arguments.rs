@@ -122,7 +122,8 @@ pub(super) struct CompareOptions {
     /// The reference: a result file.
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
-    /// Results to compare with it: result files, other HDF5, CSV or NPZ files, tables of events.
+    /// Results to compare with it: result files, other HDF5, CSV or NPZ files, OpenRadioss T01, LS-DYNA binout, Abaqus XY reports,
+    /// tables of events.
     #[arg(value_name = "CANDIDATE", required = true)]
     pub candidates: Vec<PathBuf>,
     /// A TOML file that says which column is which channel, and in which unit.
@@ -134,6 +135,9 @@ pub(super) struct CompareOptions {
     /// A table of the candidate's events, instead of finding them by the relative velocity.
     #[arg(long, value_name = "FILE")]
     pub events: Option<PathBuf>,
+    /// What is added to the candidate's times, s or with a unit; auto: what makes its events agree.
+    #[arg(long, value_name = "T|auto", allow_hyphen_values = true)]
+    pub time_offset: Option<String>,
     /// A relative velocity up to this counts as zero, rad/s (m/s in translation) or with a unit [default: 1e-8; of a contact
     /// without stick friction.threshold].
     #[arg(long, value_name = "V")]

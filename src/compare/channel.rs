@@ -47,6 +47,10 @@ pub enum Channel {
     Angle(Part),
     /// z of the bristles.
     Deflection,
+    /// The integral of F_n over time, N s: no column of a result, but what explicit finite-element codes write.
+    NormalImpulse,
+    /// The integral of the friction torque over time, N m s: likewise.
+    FrictionImpulse,
 }
 
 /// Channels with their factors, which add up to another channel.
@@ -71,6 +75,17 @@ impl Channel {
         Channel::FrictionTorque,
         Channel::TransmittedTorque,
     ];
+
+    /// Integrals over time that candidates may have, with the channel whose integral each is.
+    pub(crate) const IMPULSES: [(Channel, Channel); 2] = [
+        (Channel::NormalImpulse, Channel::NormalForce),
+        (Channel::FrictionImpulse, Channel::FrictionTorque),
+    ];
+
+    /// Whether it is an integral of [`Self::IMPULSES`].
+    pub(crate) fn is_impulse(self) -> bool {
+        Channel::IMPULSES.iter().any(|(impulse, _)| *impulse == self)
+    }
 
     /// The variable of /trajectory that holds it.
     pub fn name(self) -> Cow<'static, str> {
@@ -113,7 +128,7 @@ impl Channel {
     }
 
     fn facts(self) -> (&'static str, Dimension, &'static [&'static str]) {
-        use Dimension::{Angle, AngularVelocity, Force, Length, Torque, Velocity};
+        use Dimension::{Angle, AngularImpulse, AngularVelocity, Force, Impulse, Length, Torque, Velocity};
         match self {
             Channel::RelativeVelocity => (
                 "relative_velocity",
@@ -145,6 +160,8 @@ impl Channel {
             Channel::Twist(_) | Channel::Angle(_) => ("angle", Angle, &[]),
             Channel::TwistRate(_) | Channel::Speed(_) => ("speed", AngularVelocity, &[]),
             Channel::Deflection => ("bristle_deflection", Angle, &["z"]),
+            Channel::NormalImpulse => ("normal_impulse", Impulse, &[]),
+            Channel::FrictionImpulse => ("friction_impulse", AngularImpulse, &[]),
         }
     }
 }

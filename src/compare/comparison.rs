@@ -8,7 +8,10 @@ use super::detect::Detection;
 use super::diagnosis::Diagnosis;
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
+use super::impulse::ImpulseErrors;
+use super::offset::FoundOffset;
 use super::reference::{Subject, TimeScale};
+use super::resolution::Resolution;
 use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
 use super::{Channel, OtherClock, OtherKick, OtherParameters, Others, States};
@@ -25,8 +28,17 @@ pub struct Comparison {
     pub reference: String,
     /// The candidate's file.
     pub candidate: String,
-    /// "result file", "HDF5", "CSV", "NPZ" or "events table".
+    /// "result file", "HDF5", "CSV", "NPZ", "OpenRadioss T01", "LS-DYNA binout", "Abaqus XY report" or "events table".
     pub format: &'static str,
+    /// What its times resolve, where they are rounded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<Resolution>,
+    /// What was added to its times, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_offset: Option<f64>,
+    /// The offset of its clock that its events show: what was added, or what is proposed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found_time_offset: Option<FoundOffset>,
     /// In one line.
     pub verdict: String,
     /// What explains the differences, the most fundamental first.
@@ -69,6 +81,9 @@ pub struct Comparison {
     pub statistics: Vec<Statistic>,
     /// Errors of channels by phase.
     pub channels: Vec<ChannelErrors>,
+    /// Errors of impulses.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub impulses: Vec<ImpulseErrors>,
     /// Samples of the candidate that were compared.
     pub samples: u64,
     /// Samples at an event, or in a segment that only one of the runs has.
@@ -146,6 +161,9 @@ pub(super) struct Parts<'a> {
     pub causes: Vec<Diagnosis>,
     pub case_differences: Vec<CaseDifference>,
     pub detection: Option<Detection>,
+    pub resolution: Option<Resolution>,
+    pub offset: Option<f64>,
+    pub found_offset: Option<FoundOffset>,
     pub span: Span,
     pub words: (&'a [SequenceEvent], &'a [SequenceEvent]),
     pub uncovered: usize,
@@ -186,6 +204,9 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         reference: parts.reference.display().to_string(),
         candidate: parts.candidate.path().display().to_string(),
         format: parts.candidate.format(),
+        resolution: parts.resolution,
+        time_offset: parts.offset,
+        found_time_offset: parts.found_offset,
         verdict,
         causes: parts.causes,
         case_differences: parts.case_differences,
@@ -204,6 +225,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         sequence: parts.alignment.differences,
         event_errors: parts.errors,
         statistics,
+        impulses: parts.states.map_or_else(Vec::new, |s| s.impulses.clone()),
         // All channels have the same samples.
         samples: parts.states.map_or(0, |s| {
             s.tallies
@@ -324,6 +346,17 @@ fn verdict(parts: &Parts<'_>, channels: &[ChannelErrors]) -> String {
     }
     if let Some(max) = errors.max {
         text += &format!("; matched events are within {max:.1e} s");
+        // What is below the resolution of a file is no error of a solver.
+        if let Some(resolution) = parts.resolution.as_ref().filter(|r| r.events_below > 0) {
+            text += &if resolution.events_below == errors.matched {
+                format!(", below the resolution of its file, {:.1e} s", resolution.event_error)
+            } else {
+                format!(
+                    ", {} of {} below the resolution of its file, {:.1e} s",
+                    resolution.events_below, errors.matched, resolution.event_error
+                )
+            };
+        }
     } else if let Some(digits) = channels.iter().filter_map(|row| row.mescd).min_by(f64::total_cmp) {
         text += &format!("; states agree to {digits:.1} digits");
     }

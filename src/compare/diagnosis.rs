@@ -6,6 +6,7 @@ use super::case_differences::{CaseDifference, NOT_SET};
 use super::creep::Creep;
 use super::detect::Found;
 use super::event_errors::EventErrors;
+use super::offset::FoundOffset;
 use super::parameters::{FoundBy, OtherClock, OtherKick, OtherParameters, Rerun};
 use super::reference::Subject;
 use super::states::{Grid, Probe};
@@ -95,6 +96,10 @@ pub(super) struct Kick {
 /// Everything that the rules look at.
 pub(super) struct Evidence<'a> {
     pub subject: &'a Subject,
+    /// Up to this an error of an event is one of the file, s.
+    pub floor: f64,
+    /// What would have to be added to the candidate's times, if that is much.
+    pub offset: Option<FoundOffset>,
     pub reference: &'a [SequenceEvent],
     pub found: &'a [Found],
     pub alignment: &'a Alignment,
@@ -122,7 +127,11 @@ const AGREED: f64 = 1e-9;
 /// The causes that have evidence, the most fundamental first.
 pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     let mut causes: Vec<Diagnosis> = e.units.iter().map(wrong_units).collect();
-    let agrees = e.alignment.differences.is_empty() && e.errors.max.is_none_or(|max| max <= AGREED);
+    if let Some(cause) = other_clock(e) {
+        causes.insert(0, cause);
+        return causes;
+    }
+    let agrees = e.alignment.differences.is_empty() && e.errors.max.is_none_or(|max| max <= AGREED.max(e.floor));
     if agrees {
         return causes;
     }
@@ -151,6 +160,19 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     ];
     causes.extend(rules.iter().filter_map(|rule| rule(e)));
     causes
+}
+
+/// Its events agree when a time is added to them.
+fn other_clock(e: &Evidence<'_>) -> Option<Diagnosis> {
+    let offset = e.offset?;
+    diagnosis(
+        Cause::TimeOffset,
+        format!(
+            "its clock starts elsewhere: with {:.9} s added to its times, {} of its {} events agree, rms {:.1e} s; repeat with \
+             --time-offset {:.9}, or auto",
+            offset.seconds, offset.agree, offset.of, offset.rms, offset.seconds
+        ),
+    )
 }
 
 /// Its samples satisfy the equations of an inertia with another factor of one term; see [`super::terms`].

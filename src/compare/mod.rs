@@ -24,9 +24,12 @@ mod creep;
 mod crossings;
 mod cycles;
 mod error;
+mod impulse;
+mod offset;
 mod parameters;
 mod range;
 mod requirement;
+mod resolution;
 mod saved_case;
 mod statistics;
 mod terms;
@@ -37,7 +40,7 @@ mod vocabulary;
 pub(crate) use candidate::Candidate;
 
 pub use attractor::Attractor;
-pub use candidate::Mapping;
+pub use candidate::{Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
 pub use comparison::{Absent, ChannelErrors, Comparison, Span};
@@ -45,8 +48,11 @@ pub use cycles::CycleErrors;
 pub use detect::{Detection, Found};
 pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
+pub use impulse::ImpulseErrors;
+pub use offset::FoundOffset;
 pub use parameters::{Agreement, FoundBy, OtherClock, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
+pub use resolution::{Resolution, Rounding};
 pub use statistics::Statistic;
 pub use vocabulary::Vocabulary;
 
@@ -63,6 +69,7 @@ use detect::{DEFAULT_HYSTERESIS, DEFAULT_TOLERANCE, Detector, Point};
 use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
+use impulse::ImpulsePass;
 use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_clock, other_kick, other_parameters};
 use range::Range;
 use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
@@ -121,6 +128,9 @@ struct Survey {
     /// Mean interval of samples in the stick-slip of the reference, s.
     interval: Option<f64>,
     plateau: f64,
+    /// To what the times are rounded, if they are, and rows left out for it.
+    rounding: Option<Rounding>,
+    repeated: u64,
 }
 
 impl Reference {
@@ -210,7 +220,7 @@ impl Reference {
         mapping: &Mapping,
         watch: &mut dyn FnMut(CompareProgress),
     ) -> Result<Comparison, CompareError> {
-        let candidate = Candidate::open(path, mapping, &self.subject)?;
+        let mut candidate = Candidate::open(path, mapping, &self.subject)?;
         let mut watch = |pass: u8, time: f64| {
             let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
@@ -233,7 +243,24 @@ impl Reference {
                 None => mapping.hysteresis.unwrap_or(DEFAULT_HYSTERESIS),
             },
         };
-        let (survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
+        if let TimeOffset::Seconds(offset) = mapping.time_offset {
+            candidate.shift(offset);
+        }
+        let (mut survey, mut found) = self.survey(&candidate, detection, &mut watch)?;
+        let mut applied = None;
+        if mapping.time_offset == TimeOffset::Auto {
+            let Some(offset) = self.offset(&found) else {
+                return Err(CompareError::content(
+                    path,
+                    "time_offset",
+                    "no offset of the clock makes four events in five agree with the reference's",
+                    "give it in seconds, --time-offset 6.966",
+                ));
+            };
+            candidate.shift(offset.seconds);
+            applied = Some(offset);
+            (survey, found) = self.survey(&candidate, detection, &mut watch)?;
+        }
         // One that slips from rest at once has omega_r = 0 in its first sample, which is no stick.
         let at_once = |event: &detect::Found| {
             let (from, _) = survey.span.unwrap_or_default();
@@ -274,6 +301,18 @@ impl Reference {
             .flatten()
             .map(|e| e.time)
             .fold(span.to, f64::min);
+        // Nearly all events of a clock that starts elsewhere are without a partner, or have a wrong one.
+        let parted = errors.matched * 2 < found.len() || errors.max.is_some_and(|max| max > period / 8.0);
+        let proposed = match mapping.time_offset {
+            TimeOffset::None if parted => self.offset(&found),
+            _ => None,
+        };
+        // Of a run that goes otherwise, some events agree by chance when it is shifted; of one by another clock all do.
+        let proposed = proposed.filter(|offset| {
+            let all = 20 * offset.agree >= 19 * offset.of && offset.rms <= period / 50.0;
+            all && offset.seconds.abs() > period / 8.0
+        });
+        let resolution = resolution_of(&candidate, &survey, &errors);
         let mut states = if candidate.has_rows() {
             let mut windows = windows::windows(&reference_word, &word, &alignment, span.from_start, span.to_end);
             if !events_given {
@@ -305,6 +344,8 @@ impl Reference {
         }
         let evidence = Evidence {
             subject: &self.subject,
+            floor: resolution.as_ref().map_or(0.0, |resolution| resolution.event_error),
+            offset: proposed,
             reference: &reference_word,
             found: &found,
             alignment: &alignment,
@@ -339,6 +380,9 @@ impl Reference {
             causes,
             case_differences,
             detection: (!events_given).then_some(detection),
+            resolution,
+            offset: (candidate.clock().offset != 0.0).then_some(candidate.clock().offset),
+            found_offset: applied.or(proposed),
             span,
             words: (&reference_word, &word),
             uncovered: self.word.len() - reference_word.len(),
@@ -612,6 +656,8 @@ impl Reference {
             ));
         }
         survey.span = Some((from, to));
+        survey.repeated = rows.watch().repeated;
+        survey.rounding = candidate.clock().rounding.filter(|_| rows.watch().is_rounded());
         survey.interval = (inside.0 > 1).then(|| (inside.2 - inside.1) / (inside.0 - 1) as f64);
         survey.plateau = detector.plateau();
         let found = match crossings {
@@ -620,6 +666,31 @@ impl Reference {
             None => detector.finish(),
         };
         Ok((survey, found))
+    }
+
+    /// What has to be added to the times of events so that they agree with those of the reference.
+    fn offset(&self, found: &[Found]) -> Option<FoundOffset> {
+        let word: Vec<SequenceEvent> = found
+            .iter()
+            .map(|f| SequenceEvent {
+                time: f.time,
+                kind: f.kind,
+            })
+            .collect();
+        offset::find(&self.word, &word, self.subject.natural_period() / 8.0)
+    }
+
+    /// At the start of the reference.
+    fn walk(&self) -> Result<AnyWalk<'_>, crate::results::ResultError> {
+        Ok(match (&self.subject, &self.rerun) {
+            (Subject::Brake(physics, _), Some(rerun)) => {
+                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
+            }
+            (Subject::Trains(physics), _) => {
+                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
+            }
+            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
+        })
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
@@ -709,7 +780,11 @@ impl Reference {
         mut passes: Option<Passes>,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States, CompareError> {
-        let channels = candidate.channels(&self.subject);
+        let mut channels = candidate.channels(&self.subject);
+        // Impulses stand last: they are compared by themselves.
+        channels.sort_by_key(|channel| channel.is_impulse());
+        let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
+        let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
         let period = self.subject.natural_period();
         let probe = |from: f64, to: f64| Probe {
             from,
@@ -722,16 +797,7 @@ impl Reference {
             probe(kick, kick + 2.0 * period),
             probe(onset - 4.0 * period, onset),
         ];
-        let walk = match (&self.subject, &self.rerun) {
-            (Subject::Brake(physics, _), Some(rerun)) => {
-                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
-            }
-            (Subject::Trains(physics), _) => {
-                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
-            }
-            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
-        };
-        let mut pass = StatePass::new(walk, &self.subject, &channels, windows, probes);
+        let mut pass = StatePass::new(self.walk()?, &self.subject, &channels[..compared], windows, probes);
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
         let energy_channels = self.subject.energy_channels();
         let energy_columns: Option<Vec<usize>> = energy_channels.iter().map(place).collect();
@@ -760,6 +826,9 @@ impl Reference {
                 passes.stretches.add(&block);
                 passes.jump.add(&block);
             }
+            if let Some(impulses) = &mut impulses {
+                impulses.add(&block)?;
+            }
             if let Some((terms, creep, columns)) = &mut own {
                 terms.add(&block, columns);
                 creep.add(&block, columns);
@@ -776,8 +845,10 @@ impl Reference {
         let (terms, creep) = own.map_or((Vec::new(), of_brake), |(terms, creep, _)| {
             (terms.finish(), creep.finish())
         });
+        channels.truncate(compared);
         Ok(States {
             passes,
+            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.subject)),
             terms,
             creep: creep.filter(|_| self.subject.trains().is_none_or(TrainPhysics::sticks)),
             filled: pass.was_filled(),
@@ -850,9 +921,39 @@ struct Others {
     parameters: Option<OtherParameters>,
 }
 
+/// What the times of a candidate resolve, if they are rounded.
+fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -> Option<Resolution> {
+    /// The error of an event found in samples: those of the samples around it, in distances of times.
+    const FOUND: f64 = 2.0;
+    let clock = candidate.clock();
+    let stated = candidate.events().is_some();
+    let rounding = survey.rounding.or(candidate.events_rounding().filter(|_| stated))?;
+    let of_event = if stated {
+        candidate.events_rounding()
+    } else {
+        survey.rounding
+    };
+    let last = errors.events.last().map(|event| event.time + event.error);
+    let at = last.or(survey.span.map(|(_, to)| to)).unwrap_or(0.0);
+    let limit = |time: f64| {
+        let several = if stated { 1.0 } else { FOUND };
+        of_event.map_or(0.0, |rounding| several * clock.quantum(rounding, time))
+    };
+    let below = |event: &&event_errors::EventError| event.error.abs() <= limit(event.time + event.error);
+    Some(Resolution {
+        of: rounding.name(),
+        seconds: clock.quantum(rounding, at),
+        at,
+        repeated: survey.repeated,
+        event_error: limit(at),
+        events_below: errors.events.iter().filter(below).count(),
+    })
+}
+
 /// What the pass over the states gives.
 struct States {
     passes: Option<Passes>,
+    impulses: Vec<ImpulseErrors>,
     channels: Vec<Channel>,
     /// By phase, then by channel.
     tallies: [Vec<Tally>; 3],

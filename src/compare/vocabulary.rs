@@ -58,10 +58,15 @@ impl Default for Vocabulary {
         };
         Vocabulary {
             motion: Motion::Rotation,
-            entries: Channel::ALL.into_iter().map(entry).collect(),
+            entries: Channel::ALL.into_iter().chain(impulses()).map(entry).collect(),
             same: Vec::new(),
         }
     }
+}
+
+/// Of any reference.
+fn impulses() -> impl Iterator<Item = Channel> {
+    Channel::IMPULSES.into_iter().map(|(impulse, _)| impulse)
 }
 
 /// The names of the quantities that a case of trains has, in the order of reports, as sums of what its inertias do.
@@ -226,7 +231,7 @@ impl Vocabulary {
         if matches!(trains.contact, ContactLaw::Bristles(_)) {
             direct.insert(0, Channel::Deflection);
         }
-        entries.extend(direct.into_iter().map(|channel| Entry {
+        entries.extend(direct.into_iter().chain(impulses()).map(|channel| Entry {
             channel,
             aliases: names(channel).into_iter().skip(1).collect(),
             form: None,

@@ -78,7 +78,13 @@ impl<D: Dynamics> LastStep<D> {
     /// The state at `tau` within the step.
     pub(super) fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), SolverError> {
         let Some(probe) = &mut self.probe else {
-            return self.solver.interpolate(tau.min(self.solver.time()), 0, out);
+            let inside = self.solver.interpolate(tau.min(self.solver.time()), 0, out);
+            // By rounding the step's start may lie before what the solver takes for it.
+            if inside.is_err() && tau - self.start <= 8.0 * f64::EPSILON * tau {
+                out.copy_from_slice(&self.start_state);
+                return Ok(());
+            }
+            return inside;
         };
         let span = tau - self.start;
         if span <= 8.0 * f64::EPSILON * tau {

@@ -88,6 +88,9 @@ fn mapping(options: &CompareOptions, names: Mapping) -> Result<Mapping, CompareE
     if let Some(text) = &options.velocity_tolerance {
         mapping.set_tolerance(text)?;
     }
+    if let Some(text) = &options.time_offset {
+        mapping.set_time_offset(text)?;
+    }
     if let Some(factor) = options.hysteresis {
         mapping
             .set_hysteresis(factor)

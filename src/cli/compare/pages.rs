@@ -38,7 +38,9 @@ pub(super) struct Table {
 }
 
 pub(super) fn page(c: &Comparison, length: Length) -> Page {
-    let mut parts = vec![Part::Text(what_was_read(c))];
+    // What can be seen at all comes first.
+    let mut parts: Vec<Part> = resolution(c).into_iter().map(Part::Text).collect();
+    parts.push(Part::Text(what_was_read(c)));
     for cause in c.causes.iter().skip(1) {
         parts.push(Part::Text(format!("also: {}", cause.evidence)));
     }
@@ -62,6 +64,10 @@ pub(super) fn page(c: &Comparison, length: Length) -> Page {
         }
     }
     parts.extend(channels(c).into_iter().map(Part::Table));
+    if !c.impulses.is_empty() {
+        parts.push(Part::Table(impulses(c)));
+        parts.extend(impulse_notes(c).into_iter().map(Part::Text));
+    }
     if let Some(text) = samples(c) {
         parts.push(Part::Text(text));
     }
@@ -124,6 +130,66 @@ fn numbers(found: &crate::compare::OtherParameters) -> Table {
     }
 }
 
+/// What its times resolve.
+fn resolution(c: &Comparison) -> Option<String> {
+    let r = c.resolution.as_ref()?;
+    let mut text = format!("its times are {}, {:.1e} s apart at {} s", r.of, r.seconds, short(r.at));
+    if r.event_error > 0.0 {
+        text += &format!(": errors of events up to {:.1e} s are those of the file", r.event_error);
+    }
+    if r.repeated > 0 {
+        text += &format!(
+            "; {} row{} the time of the one before and {} left out: write more digits, fewer rows, or a clock that starts later",
+            r.repeated,
+            if r.repeated == 1 { " has" } else { "s have" },
+            if r.repeated == 1 { "is" } else { "are" }
+        );
+    }
+    Some(text)
+}
+
+/// Impulses since the first sample.
+fn impulses(c: &Comparison) -> Table {
+    let row = |i: &crate::compare::ImpulseErrors| {
+        vec![
+            i.channel.clone().into_owned(),
+            format!("{:.6e} {}", i.reference, i.unit),
+            format!("{:.6e}", i.candidate),
+            format!("{:.2e}", i.max),
+            format!("{:.6}", i.max_at),
+            format!("{:.1e}", i.rms),
+        ]
+    };
+    let first = &c.impulses[0];
+    Table {
+        title: format!(
+            "impulses from {} to {} s: {} samples",
+            short(first.from),
+            short(first.to),
+            first.samples
+        ),
+        header: vec!["impulse", "reference", "candidate", "max error", "at, s", "rms"],
+        rows: c.impulses.iter().map(row).collect(),
+        texts: 1,
+    }
+}
+
+fn impulse_notes(c: &Comparison) -> Vec<String> {
+    let mut notes = Vec::new();
+    for i in &c.impulses {
+        if let Some(resolution) = i.resolution {
+            notes.push(format!(
+                "{} is of 32-bit floating-point numbers, up to {resolution:.1e} {} apart",
+                i.channel, i.unit
+            ));
+        }
+        if i.opposite {
+            notes.push(format!("{} has the opposite sign, which was turned", i.channel));
+        }
+    }
+    notes
+}
+
 /// How the errors of the events grow from cycle to cycle.
 fn growth(cycles: &crate::compare::CycleErrors) -> String {
     let of = format!("{}s", cycles.of);
@@ -156,6 +222,12 @@ fn what_was_read(c: &Comparison) -> String {
             d.velocity_tolerance * d.hysteresis,
             unit = c.velocity_unit
         );
+    }
+    if let Some(offset) = c.time_offset {
+        text += &format!("; {offset:.9} s added to its times");
+        if let Some(found) = &c.found_time_offset {
+            text += &format!(", by which {} of its {} events agree", found.agree, found.of);
+        }
     }
     if let Some(scale) = &c.time_scale {
         text += &format!(

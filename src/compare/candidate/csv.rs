@@ -1,6 +1,7 @@
 //! Columns of CSV files.
 
 use super::super::CompareError;
+use super::super::resolution::{Digits, Rounding};
 use super::source::{Place, Source};
 use super::table::{BLOCK, Pass, Table};
 use crate::input::{Lines, Rows};
@@ -106,7 +107,14 @@ impl CsvTable {
 
     fn position(&self, name: &str) -> Option<usize> {
         let exact = self.headers.iter().position(|h| h.name == name);
-        exact.or_else(|| self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name)))
+        let same = || self.headers.iter().position(|h| h.name.eq_ignore_ascii_case(name));
+        // OpenRadioss's th_to_csv fills titles with blanks.
+        let close = || {
+            self.headers
+                .iter()
+                .position(|h| h.name.contains("  ") && joined(&h.name) == joined(name))
+        };
+        exact.or_else(same).or_else(close)
     }
 
     fn reader(&self) -> Result<csv::Reader<Rows<Place>>, CompareError> {
@@ -177,7 +185,7 @@ impl Table for CsvTable {
     }
 
     fn names(&self) -> Vec<String> {
-        self.headers.iter().map(|h| h.name.clone()).collect()
+        self.headers.iter().map(|h| joined(&h.name)).collect()
     }
 
     fn has(&self, name: &str) -> bool {
@@ -200,6 +208,24 @@ impl Table for CsvTable {
         }))
     }
 
+    fn rounding(&self, name: &str) -> Result<Option<Rounding>, CompareError> {
+        let position = self.positions(&[name.to_owned()])?[0];
+        let (mut digits, mut record) = (Digits::default(), ByteRecord::new());
+        let mut reader = self.reader()?;
+        for _ in 0..BLOCK {
+            // What is wrong with a row, the pass says.
+            if !reader.read_byte_record(&mut record).unwrap_or(false) {
+                break;
+            }
+            reader.get_mut().taken();
+            join_blanks(&mut record, self.separator);
+            if let Some(Ok(text)) = record.get(position).map(std::str::from_utf8) {
+                digits.add(text);
+            }
+        }
+        Ok(digits.rounding())
+    }
+
     fn texts(&self, column: &str) -> Result<Vec<String>, CompareError> {
         let position = self.positions(&[column.to_owned()])?[0];
         let mut texts = Vec::new();
@@ -219,6 +245,11 @@ impl Table for CsvTable {
         }
         Ok(texts)
     }
+}
+
+/// A name with one blank in the place of several.
+fn joined(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A line of nothing but blanks; one of other separators has lost its fields.

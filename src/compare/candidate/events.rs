@@ -1,5 +1,6 @@
 //! Tables of events of candidates.
 
+use super::super::resolution::Rounding;
 use super::super::{CompareError, Found};
 use super::csv::CsvTable;
 use super::hdf5::ForeignTable;
@@ -58,8 +59,11 @@ pub(super) fn own(path: &Path, events: &[Event], states: &[Torques]) -> Result<V
     Ok(found)
 }
 
+/// Events, and to what their times are rounded.
+pub(super) type Read = (Vec<Found>, Option<Rounding>);
+
 /// The events of another program's file, beside its channels or in a file of their own; `None` if there are none.
-pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Option<Vec<Found>>, CompareError> {
+pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Option<Read>, CompareError> {
     if let Some(path) = &mapping.event_file {
         let table = open(path)?;
         return read(&*table, mapping, true).map(Some);
@@ -76,7 +80,7 @@ pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<
 
 fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
     let source = Source::open(path)?;
-    let start = source.head()?;
+    let start = source.head(8)?;
     if start.starts_with(b"\x89HDF") {
         super::refuse_pipe(&source)?;
         let file = ForeignFile::open(path)?;
@@ -89,7 +93,7 @@ fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
     })
 }
 
-fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>, CompareError> {
+fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
     let choices = if alone { 4 } else { 2 };
     let name = |mapped: Option<&str>, names: &[&str; 4], what: &str, has: &dyn Fn(&str) -> bool| match mapped {
         Some(name) => Ok(name.to_owned()),
@@ -124,6 +128,8 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>,
         .as_ref()
         .or(if alone { mapping.time.as_ref() } else { None });
     let factor = unit_factor(table, &time, mapped, Dimension::Time)?;
+    let mut rounding = table.rounding(&time)?;
+    let mut singles = true;
     let mut times = Vec::new();
     let mut pass = table.pass(std::slice::from_ref(&time))?;
     let mut block = [Vec::new()];
@@ -132,7 +138,11 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>,
         if block[0].is_empty() {
             break;
         }
+        singles &= block[0].iter().all(|&t| f64::from(t as f32) == t);
         times.extend(block[0].iter().map(|t| t * factor));
+    }
+    if rounding.is_none() && singles && times.len() > 1 {
+        rounding = Some(Rounding::Single);
     }
     let kinds = table.texts(&kind)?;
     let fault = |row: usize, column: &str, what: String, remedy: &str| {
@@ -175,7 +185,7 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Vec<Found>,
             events.push(Found::new(time_of, kind));
         }
     }
-    Ok(events)
+    Ok((events, rounding))
 }
 
 /// By the mapping, by name, or by this program's codes.

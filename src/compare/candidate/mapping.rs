@@ -18,6 +18,39 @@ pub struct Column {
     pub factor: Option<f64>,
 }
 
+/// What is added to the times of a candidate, whose clock may start elsewhere than the reference's.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum TimeOffset {
+    /// Nothing; what would be is proposed where the events show it.
+    #[default]
+    None,
+    /// s.
+    Seconds(f64),
+    /// What makes most events agree.
+    Auto,
+}
+
+impl TimeOffset {
+    fn parse(text: &str) -> Result<TimeOffset, String> {
+        if text.trim() == "auto" {
+            return Ok(TimeOffset::Auto);
+        }
+        let value = match text.trim().parse::<f64>() {
+            Ok(value) => Ok(value),
+            Err(_) => quantity::parse(text, Dimension::Time),
+        }?;
+        TimeOffset::seconds(value)
+    }
+
+    fn seconds(value: f64) -> Result<TimeOffset, String> {
+        if value.is_finite() {
+            Ok(TimeOffset::Seconds(value))
+        } else {
+            Err(format!("an offset is a number of seconds, or \"auto\", not {value}"))
+        }
+    }
+}
+
 /// What is known about the columns of a candidate beyond their names.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mapping {
@@ -37,6 +70,8 @@ pub struct Mapping {
     pub velocity_tolerance: Option<f64>,
     /// A stick ends where the relative velocity exceeds this many tolerances.
     pub hysteresis: Option<f64>,
+    /// What is added to the candidate's times.
+    pub time_offset: TimeOffset,
     /// By which channels are named, and what they measure: that of the reference.
     pub vocabulary: Vocabulary,
 }
@@ -148,11 +183,18 @@ impl Mapping {
                     }
                 }
             }
+            "time_offset" => {
+                let number = item.as_float().or_else(|| item.as_integer().map(|n| n as f64));
+                self.time_offset = match number {
+                    Some(seconds) => TimeOffset::seconds(seconds)?,
+                    None => TimeOffset::parse(text(item, key)?)?,
+                };
+            }
             _ => {
                 return Err(unknown(
                     "the mapping",
                     key,
-                    &["time", "channels", "events", "detection"],
+                    &["time", "time_offset", "channels", "events", "detection"],
                 ));
             }
         }
@@ -200,6 +242,16 @@ impl Mapping {
         let value = value.and_then(not_negative);
         self.velocity_tolerance =
             Some(value.map_err(|what| CompareError::Option(format!("--velocity-tolerance: {what}")))?);
+        Ok(())
+    }
+
+    /// Sets what is added to the times of the candidate: a number of seconds, a time with its unit, or `auto`.
+    ///
+    /// # Errors
+    /// The text says what is wrong.
+    pub fn set_time_offset(&mut self, text: &str) -> Result<(), CompareError> {
+        let offset = TimeOffset::parse(text);
+        self.time_offset = offset.map_err(|what| CompareError::Option(format!("--time-offset: {what}")))?;
         Ok(())
     }
 

@@ -1,20 +1,25 @@
 //! Results of other solvers, whatever they are written in.
 
+mod binout;
 mod csv;
 pub(super) mod events;
 mod hdf5;
 mod mapping;
+mod named;
 mod npz;
 mod rows;
 mod source;
+mod t01;
 mod table;
+mod xy_report;
 
-pub use mapping::{Column, Mapping};
+pub use mapping::{Column, Mapping, TimeOffset};
 pub use rows::{Block, Rows};
 pub use table::{Pass, Table};
 
 use super::attractor::Attractor;
 use super::reference::{Subject, is_brake};
+use super::resolution::{Clock, Rounding};
 use super::saved_case::saved_case;
 use super::{Channel, CompareError, Found};
 use crate::case::AnyCase;
@@ -23,12 +28,18 @@ use crate::model::trains::Pressing;
 use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile};
 use crate::simulation::trains::further;
+use binout::BinoutTable;
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
 use npz::NpzTable;
 use rows::Supply;
 use source::Source;
 use std::path::{Path, PathBuf};
+use t01::T01Table;
+use xy_report::XyReport;
+
+/// Bytes by which a format is known.
+const HEAD: u64 = 512;
 
 /// Names of the column of times where nothing else is said.
 const TIME_NAMES: [&str; 4] = ["time", "t", "times", "trajectory/time"];
@@ -41,10 +52,12 @@ pub(crate) struct Candidate {
     table: Option<Box<dyn Table>>,
     /// The columns that are read; the first one is the time.
     columns: Vec<String>,
-    time_factor: f64,
+    clock: Clock,
     supplies: Vec<Supply>,
     direct: Vec<Channel>,
     events: Option<Vec<Found>>,
+    /// To what the times of its events are rounded where they are stated.
+    events_rounding: Option<Rounding>,
     /// The case of one of this program's results, every value in SI; empty where it is of the other form than the reference's.
     resolved: Option<String>,
     /// What one of this program's results of trains says of its motion.
@@ -59,7 +72,8 @@ impl Candidate {
     /// the mapping names what it does not have.
     pub fn open(path: &Path, mapping: &Mapping, subject: &Subject) -> Result<Candidate, CompareError> {
         let source = Source::open(path)?;
-        let start = source.head()?;
+        let head = source.head(HEAD)?;
+        let start = &head[..head.len().min(8)];
         if start.starts_with(b"\x89HDF") {
             refuse_pipe(&source)?;
             return match ResultFile::open(path) {
@@ -74,11 +88,43 @@ impl Candidate {
         if start.starts_with(b"PK") {
             return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping, subject);
         }
+        if t01::is_t01(&head) {
+            return Candidate::foreign(
+                path,
+                "OpenRadioss T01",
+                Box::new(T01Table::open(source)?),
+                mapping,
+                subject,
+            );
+        }
+        if binout::is_binout(&head) {
+            return Candidate::foreign(
+                path,
+                "LS-DYNA binout",
+                Box::new(BinoutTable::open(&source)?),
+                mapping,
+                subject,
+            );
+        }
+        if xy_report::is_xy_report(&head) {
+            return Candidate::foreign(
+                path,
+                "Abaqus XY report",
+                Box::new(XyReport::open(source)?),
+                mapping,
+                subject,
+            );
+        }
+        if let Some(what) = other_report(&head) {
+            let remedy = "write a history: XY data from history output, and Report > XY";
+            return Err(CompareError::content(path, "", what, remedy));
+        }
         let named_hdf5 = path
             .extension()
             .is_some_and(|e| ["h5", "hdf5", "nc"].iter().any(|known| e == *known));
         if named_hdf5 || start.contains(&0) {
-            let remedy = "it was cut off or is of another format: give HDF5, NPZ or CSV";
+            let remedy = "it was cut off or is of another format: give HDF5, NPZ, CSV, an OpenRadioss T01, an LS-DYNA binout or an \
+                          Abaqus XY report";
             return Err(CompareError::content(
                 path,
                 "",
@@ -162,7 +208,8 @@ impl Candidate {
             columns: std::iter::once("time".to_owned())
                 .chain(channels.iter().map(|c| c.name().into_owned()))
                 .collect(),
-            time_factor: 1.0,
+            clock: Clock::seconds(),
+            events_rounding: None,
             supplies: channels
                 .iter()
                 .enumerate()
@@ -190,7 +237,8 @@ impl Candidate {
             path: path.to_owned(),
             format,
             columns: Vec::new(),
-            time_factor: 1.0,
+            clock: Clock::seconds(),
+            events_rounding: None,
             supplies: Vec::new(),
             direct: Vec::new(),
             events: None,
@@ -201,7 +249,7 @@ impl Candidate {
         for channel in subject.vocabulary().channels() {
             if let Some((name, factor)) = candidate.find(&*table, channel, mapping, subject)? {
                 if candidate.columns.is_empty() {
-                    candidate.find_time(&*table, mapping)?;
+                    candidate.find_time(&*table, mapping, &name)?;
                 }
                 candidate.columns.push(name);
                 candidate
@@ -211,7 +259,10 @@ impl Candidate {
             }
         }
         rows::derive(&mut candidate.supplies, subject);
-        candidate.events = events::find(&*table, mapping, candidate.direct.is_empty())?;
+        if let Some((events, rounding)) = events::find(&*table, mapping, candidate.direct.is_empty())? {
+            candidate.events = Some(events);
+            candidate.events_rounding = rounding;
+        }
         if candidate.direct.is_empty() {
             if candidate.events.is_none() {
                 let what = format!("no column is known as a channel; there are {}", there(&*table));
@@ -220,6 +271,7 @@ impl Candidate {
             }
             candidate.format = "events table";
         } else {
+            candidate.look_at_clock(&*table)?;
             candidate.table = Some(table);
         }
         if candidate.events.is_none() && !candidate.has(Channel::RelativeVelocity) {
@@ -237,15 +289,29 @@ impl Candidate {
         Ok(candidate)
     }
 
-    fn find_time(&mut self, table: &dyn Table, mapping: &Mapping) -> Result<(), CompareError> {
+    /// To what the times of the file seem to be rounded, by its first rows.
+    fn look_at_clock(&mut self, table: &dyn Table) -> Result<(), CompareError> {
+        let times = &self.columns[..1];
+        self.clock.rounding = table.rounding(&times[0])?;
+        if self.clock.rounding.is_none() {
+            let mut first = [Vec::new()];
+            table.pass(times)?.next(&mut first)?;
+            let [first] = first;
+            let single = first.len() > 2 && first.iter().all(|&t| f64::from(t as f32) == t);
+            self.clock.rounding = single.then_some(Rounding::Single);
+        }
+        Ok(())
+    }
+
+    fn find_time(&mut self, table: &dyn Table, mapping: &Mapping, beside: &str) -> Result<(), CompareError> {
         let mapped = mapping.time.as_ref();
         let name = match mapped {
             Some(column) if table.has(&column.name) => Some(column.name.clone()),
             Some(column) => return Err(absent(table, &column.name)),
-            None => TIME_NAMES
-                .iter()
-                .find(|name| table.has(name))
-                .map(|name| (*name).to_owned()),
+            None => table.time_beside(beside).or_else(|| {
+                let mut names = TIME_NAMES.iter();
+                names.find(|name| table.has(name)).map(|name| (*name).to_owned())
+            }),
         };
         let Some(name) = name else {
             let what = format!("has no column of times; there are {}", there(table));
@@ -256,7 +322,7 @@ impl Candidate {
                 "name it with --column time=NAME or in a mapping",
             ));
         };
-        self.time_factor = unit_factor(table, &name, mapped, Dimension::Time)?;
+        self.clock.factor = unit_factor(table, &name, mapped, Dimension::Time)?;
         self.columns.push(name);
         Ok(())
     }
@@ -281,12 +347,17 @@ impl Candidate {
             None => {
                 let mut names = vocabulary.names(channel).into_iter();
                 let taken = |name: &str| mapping.channels.iter().any(|(_, column)| column.name == name);
-                match names.find(|name| table.has(name) && !taken(name)) {
+                match names.find(|name| table.recognises(name) && table.has(name) && !taken(name)) {
                     Some(name) => name,
                     None => return Ok(None),
                 }
             }
         };
+        if table.is_impulse(&name) && !channel.is_impulse() {
+            let what = format!("{} is an impulse, the integral of a force over time", shown(&name));
+            let remedy = "name it as normal_impulse or friction_impulse";
+            return Err(CompareError::content(table.path(), channel.name(), what, remedy));
+        }
         let factor = unit_factor(table, &name, mapped, vocabulary.dimension(channel))?;
         Ok(Some((name, factor)))
     }
@@ -296,7 +367,7 @@ impl Candidate {
         &self.path
     }
 
-    /// "result file", "HDF5", "CSV", "NPZ" or "events table".
+    /// "result file", "HDF5", "CSV", "NPZ", "OpenRadioss T01", "LS-DYNA binout", "Abaqus XY report" or "events table".
     pub fn format(&self) -> &'static str {
         self.format
     }
@@ -304,6 +375,22 @@ impl Candidate {
     /// Its events of the sequence, if it has any table of them.
     pub fn events(&self) -> Option<&[Found]> {
         self.events.as_deref()
+    }
+
+    /// Its clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// To what the times of stated events are rounded.
+    pub fn events_rounding(&self) -> Option<Rounding> {
+        self.events_rounding
+    }
+
+    /// Adds a time (s) to all of its times.
+    pub fn shift(&mut self, offset: f64) {
+        self.clock.offset += offset;
+        self.events.iter_mut().flatten().for_each(|event| event.time += offset);
     }
 
     /// Its case, of one of this program's results, every value in SI; empty where the reference's is of the other form.
@@ -347,8 +434,26 @@ impl Candidate {
         })?;
         let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
         let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
-        Rows::new(table, &self.columns, self.time_factor, supplies, subject)
+        Rows::new(table, &self.columns, &self.clock, supplies, subject)
     }
+}
+
+/// What a report of Abaqus is that holds no history.
+fn other_report(head: &[u8]) -> Option<&'static str> {
+    let text = String::from_utf8_lossy(head);
+    let begins = text.trim_start().starts_with("****");
+    let names = [
+        (
+            "Field Output Report",
+            "is a field output report of Abaqus, values at one time",
+        ),
+        (
+            "Probe Values Report",
+            "is a probe values report of Abaqus, values at one time",
+        ),
+    ];
+    let found = names.into_iter().find(|(name, _)| begins && text.contains(name));
+    found.map(|(_, what)| what)
 }
 
 /// HDF5 reads here and there in a file.
@@ -390,13 +495,17 @@ fn unit_factor(
 }
 
 fn absent(table: &dyn Table, name: &str) -> CompareError {
+    let remedy = "correct the mapping or the option --column";
+    if let Some(why) = table.why_not(name) {
+        return CompareError::content(table.path(), "", why, remedy);
+    }
     let names = table.names();
     let hint = match crate::case::suggest(name, names.iter().map(String::as_str)) {
         Some(close) => format!("did you mean {close}?"),
         None => format!("there are {}", listed(&names)),
     };
     let what = format!("has no column \"{name}\"; {hint}", name = shown(name));
-    CompareError::content(table.path(), "", what, "correct the mapping or the option --column")
+    CompareError::content(table.path(), "", what, remedy)
 }
 
 /// The columns of a table, and why one is not among them.

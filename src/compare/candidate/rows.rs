@@ -1,6 +1,7 @@
 //! Rows of a candidate in SI units, checked as they are read.
 
 use super::super::reference::Subject;
+use super::super::resolution::{Clock, ClockWatch, Rounding};
 use super::super::vocabulary::{Known, Sum};
 use super::super::{Channel, CompareError};
 use super::table::{Pass, Table};
@@ -55,11 +56,12 @@ pub(super) fn derive(supplies: &mut Vec<Supply>, subject: &Subject) {
 /// A pass over the rows of a candidate.
 pub struct Rows<'a> {
     table: &'a dyn Table,
-    pass: Box<dyn Pass>,
+    pass: Box<dyn Pass + 'a>,
     /// Columns that are read; the first is the time.
     names: Vec<String>,
     raw: Vec<Vec<f64>>,
-    time_factor: f64,
+    clock: &'a Clock,
+    watch: ClockWatch,
     supplies: Vec<Supply>,
     subject: &'a Subject,
     row: u64,
@@ -70,7 +72,7 @@ impl<'a> Rows<'a> {
     pub(super) fn new(
         table: &'a dyn Table,
         columns: &[String],
-        time_factor: f64,
+        clock: &'a Clock,
         mut supplies: Vec<Supply>,
         subject: &'a Subject,
     ) -> Result<Rows<'a>, CompareError> {
@@ -87,7 +89,8 @@ impl<'a> Rows<'a> {
             pass: table.pass(&names)?,
             raw: vec![Vec::new(); names.len()],
             names,
-            time_factor,
+            clock,
+            watch: ClockWatch::default(),
             supplies,
             subject,
             row: 0,
@@ -100,25 +103,20 @@ impl<'a> Rows<'a> {
     /// # Errors
     /// Of the file, or a time that is not larger than the one before it, or a value that is not finite.
     pub fn next(&mut self, block: &mut Block) -> Result<bool, CompareError> {
-        self.pass.next(&mut self.raw)?;
-        let rows = self.raw[0].len();
-        for (column, name) in self.raw.iter().zip(&self.names) {
-            // Without a branch in the loop, for speed.
-            if !column.iter().fold(true, |sound, x| sound & x.is_finite()) {
-                let row = column.iter().position(|x| !x.is_finite()).unwrap_or(0);
-                let place = self.table.place(self.row + row as u64, name);
-                let what = format!("{} is not a finite number", column[row]);
-                return Err(CompareError::content(
-                    self.table.path(),
-                    place,
-                    what,
-                    "leave out the row, or the column",
-                ));
+        // A block may hold nothing but rows of the time before it.
+        let mut taken = 0;
+        let rows = loop {
+            self.row += taken;
+            self.pass.next(&mut self.raw)?;
+            taken = self.raw[0].len() as u64;
+            self.finite()?;
+            block.time.clear();
+            block.time.extend(self.raw[0].iter().map(|&raw| self.clock.time(raw)));
+            self.check_times(&mut block.time)?;
+            if !block.time.is_empty() || taken == 0 {
+                break block.time.len();
             }
-        }
-        block.time.clear();
-        block.time.extend(self.raw[0].iter().map(|t| t * self.time_factor));
-        self.check_times(&block.time)?;
+        };
         block.columns.resize(self.supplies.len(), Vec::new());
         for (supply, column) in self.supplies.iter().zip(&mut block.columns) {
             column.clear();
@@ -137,21 +135,53 @@ impl<'a> Rows<'a> {
                 }
             }
         }
-        self.row += rows as u64;
+        self.row += taken;
         Ok(rows > 0)
     }
 
-    fn check_times(&mut self, times: &[f64]) -> Result<(), CompareError> {
+    /// What the times have shown so far.
+    pub(crate) fn watch(&self) -> &ClockWatch {
+        &self.watch
+    }
+
+    fn finite(&self) -> Result<(), CompareError> {
+        for (column, name) in self.raw.iter().zip(&self.names) {
+            // Without a branch in the loop, for speed.
+            if !column.iter().fold(true, |sound, x| sound & x.is_finite()) {
+                let row = column.iter().position(|x| !x.is_finite()).unwrap_or(0);
+                let place = self.table.place(self.row + row as u64, name);
+                let what = format!("{} is not a finite number", column[row]);
+                return Err(CompareError::content(
+                    self.table.path(),
+                    place,
+                    what,
+                    "leave out the row, or the column",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// That times increase. Where they are rounded, a row of the same time as the one before it is left out.
+    fn check_times(&mut self, times: &mut Vec<f64>) -> Result<(), CompareError> {
         let Some(&first) = times.first() else {
             return Ok(());
         };
+        if let Some(rounding) = self.clock.rounding {
+            self.raw[0].iter().for_each(|&raw| self.watch.add(rounding, raw));
+        }
         // Without a branch in the loop, for speed.
         let increasing = times.windows(2).fold(true, |sound, pair| sound & (pair[0] < pair[1]));
         if increasing && first > self.last {
             self.last = times[times.len() - 1];
             return Ok(());
         }
+        let mut kept = Vec::with_capacity(times.len());
         for (row, &time) in times.iter().enumerate() {
+            if time == self.last && self.clock.rounding.is_some_and(Rounding::repeats) {
+                self.watch.repeated += 1;
+                continue;
+            }
             if time <= self.last {
                 let place = self.table.place(self.row + row as u64, &self.names[0]);
                 let (what, remedy) = if time == self.last {
@@ -176,6 +206,11 @@ impl<'a> Rows<'a> {
                 return Err(CompareError::content(self.table.path(), place, what, remedy));
             }
             self.last = time;
+            kept.push(row);
+        }
+        *times = kept.iter().map(|&row| times[row]).collect();
+        for column in &mut self.raw {
+            *column = kept.iter().map(|&row| column[row]).collect();
         }
         Ok(())
     }

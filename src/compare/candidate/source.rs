@@ -70,10 +70,10 @@ impl Source {
         Ok(Place { file, at: 0 })
     }
 
-    /// Its first bytes, by which its format is known.
-    pub fn head(&self) -> Result<Vec<u8>, CompareError> {
+    /// Its first bytes, up to so many, by which its format is known.
+    pub fn head(&self, bytes: u64) -> Result<Vec<u8>, CompareError> {
         let mut head = Vec::new();
-        let read = self.file()?.take(8).read_to_end(&mut head);
+        let read = self.file()?.take(bytes).read_to_end(&mut head);
         read.map_err(|error| CompareError::io(&self.path, &error))?;
         Ok(head)
     }

@@ -1,6 +1,7 @@
 //! Files as columns of numbers, read block by block.
 
 use super::super::CompareError;
+use super::super::resolution::Rounding;
 use std::path::Path;
 
 /// Rows read at a time.
@@ -18,6 +19,30 @@ pub trait Table: std::fmt::Debug {
     fn has_texts(&self, name: &str) -> bool {
         self.has(name)
     }
+    /// Whether a column of this name is what the program itself calls so: of a file that names its columns after its own
+    /// variables, only the mapping says what they are.
+    fn recognises(&self, name: &str) -> bool {
+        self.has(name)
+    }
+    /// The column of times beside another one, of a file that has several.
+    fn time_beside(&self, _column: &str) -> Option<String> {
+        None
+    }
+    /// Why there is no column of a name, where the file can say more than that.
+    fn why_not(&self, _name: &str) -> Option<String> {
+        None
+    }
+    /// Whether a column holds the integral of a force over time, by what the format says.
+    fn is_impulse(&self, _name: &str) -> bool {
+        false
+    }
+    /// To what the numbers of a column are rounded where they are texts.
+    ///
+    /// # Errors
+    /// Of the file.
+    fn rounding(&self, _name: &str) -> Result<Option<Rounding>, CompareError> {
+        Ok(None)
+    }
     /// Why a column of the file was left out: one that cannot be read.
     fn left_out(&self) -> Option<&str> {
         None
@@ -28,7 +53,7 @@ pub trait Table: std::fmt::Debug {
     ///
     /// # Errors
     /// Of the file, or if the columns differ in length.
-    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError>;
+    fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass + '_>, CompareError>;
     /// A column as text, for kinds of events.
     ///
     /// # Errors

@@ -138,6 +138,20 @@ pub(in super::super) fn horner(c: &[f64; 6], s: f64) -> f64 {
 }
 
 impl Curve<'_> {
+    /// Its integral from `a` to `b`, parts of the gap in [0, 1], over the part.
+    pub(crate) fn integral(&self, a: f64, b: f64) -> f64 {
+        /// Gauss-Legendre with five nodes, exact to degree 9.
+        const NODES: [(f64, f64); 5] = [
+            (0.0, 0.568_888_888_888_888_9),
+            (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+            (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+            (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+            (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+        ];
+        let (middle, half) = ((a + b) / 2.0, (b - a) / 2.0);
+        half * NODES.iter().map(|(x, w)| w * self.at(middle + half * x)).sum::<f64>()
+    }
+
     /// The channel's value at `s` in [0, 1].
     #[inline]
     pub fn at(&self, s: f64) -> f64 {
@@ -262,10 +276,14 @@ impl Gap {
             Channel::SlipDisplacement => c[SLIDE],
             Channel::NormalForce => return Curve::Clipped(force()),
             Channel::TransmittedTorque => transmitted(),
-            // Of trains alone.
-            Channel::Twist(_) | Channel::TwistRate(_) | Channel::Speed(_) | Channel::Angle(_) | Channel::Deflection => {
-                [f64::NAN; 6]
-            }
+            // Of trains alone, or integrals over more than a gap.
+            Channel::Twist(_)
+            | Channel::TwistRate(_)
+            | Channel::Speed(_)
+            | Channel::Angle(_)
+            | Channel::Deflection
+            | Channel::NormalImpulse
+            | Channel::FrictionImpulse => [f64::NAN; 6],
             Channel::FrictionTorque => match self.mode() {
                 Mode::Stick => transmitted(),
                 Mode::Separated => [0.0; 6],

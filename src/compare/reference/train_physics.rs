@@ -204,7 +204,7 @@ impl TrainPhysics {
                 let mu = system.breakaway.max(system.law.typical_coefficient());
                 mu * system.radius * self.largest_force()
             }
-            Channel::Z | Channel::ZDot => 1.0,
+            Channel::Z | Channel::ZDot | Channel::NormalImpulse | Channel::FrictionImpulse => 1.0,
         };
         if size > 0.0 { size } else { 1.0 }
     }
@@ -236,8 +236,12 @@ impl TrainPhysics {
             Channel::Deflection => Quantity::Deflection,
             Channel::NormalForce => Quantity::NormalForce,
             Channel::FrictionTorque => Quantity::Interface,
-            // z and z' are in no vocabulary of trains.
-            Channel::TransmittedTorque | Channel::Z | Channel::ZDot => Quantity::Transmitted,
+            // z and z' are in no vocabulary of trains, and impulses are integrated from forces and torques.
+            Channel::TransmittedTorque
+            | Channel::Z
+            | Channel::ZDot
+            | Channel::NormalImpulse
+            | Channel::FrictionImpulse => Quantity::Transmitted,
         }
     }
 
