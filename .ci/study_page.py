@@ -8,8 +8,10 @@ NAME.html beside each file is its page, made by `stickslip plot NAME.h5 --html N
 with 1 if a check fails.
 """
 
+import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -23,18 +25,21 @@ from selenium.webdriver.support.ui import Select
 import page as common
 from page import check
 
-# Where the points are on the canvas, CSS pixels, asked of the page's own arithmetic by the pointer.
-FIND = """
-const canvas = document.getElementById('map'), box = canvas.getBoundingClientRect(), wanted = arguments[0];
-const readout = document.getElementById('readout');
-for (let y = 14; y < box.height - 46; y += 3) {
-  for (let x = 78; x < box.width - 96; x += 3) {
-    canvas.dispatchEvent(new PointerEvent('pointermove', {clientX: box.left + x, clientY: box.top + y}));
-    if (wanted.every(words => readout.textContent.includes(words))) return [x, y];
-  }
-}
-return null;
-"""
+# Borders of the plot within the canvas, CSS pixels.
+LEFT, RIGHT, TOP, BOTTOM = 76, 96, 12, 46
+
+
+def place(values, point, cells, logarithmic):
+    """Where a point is along an axis, as a share: in the middle of its cell, or between the ends with some room."""
+    measured = np.log(values) if logarithmic else np.asarray(values, float)
+    levels = np.unique(measured)
+    if not cells:
+        room = 0.04 * (levels[-1] - levels[0])
+        return (measured[point] - levels[0] + room) / (levels[-1] - levels[0] + 2 * room)
+    middles = (levels[1:] + levels[:-1]) / 2
+    edges = np.concatenate([[2 * levels[0] - middles[0]], middles, [2 * levels[-1] - middles[-1]]])
+    k = int(np.searchsorted(levels, measured[point]))
+    return ((edges[k] + edges[k + 1]) / 2 - edges[0]) / (edges[-1] - edges[0])
 
 
 def words(name):
@@ -76,23 +81,37 @@ def check_study(browser, program, path):
     inside = np.all([axes[axis] == value for axis, value in held.items()] or [np.full(len(counts), True)], axis=0)
     check(f"{name}: the points of the plane are there", shown == inside.sum(), f"({shown}, {inside.sum()})")
     rng = np.random.default_rng(1)
-    for point in rng.choice(np.flatnonzero(inside & (file["status"][...].ravel() == 0)), 3, replace=False):
-        values = {axis: column[point] for axis, column in axes.items() if len(set(column)) > 1}
-        wanted = [f"{words(axis)} = {float(f'{value:.9g}'):g}"[:12 + len(axis)] for axis, value in values.items() if axis not in held]
-        wanted += [f"stick count: {counts[point]}"]
-        place = browser.execute_script(FIND, wanted)
-        check(f"{name}: the pointer reads point {point}", place is not None, str(wanted))
-        if place is None:
-            continue
-        canvas = browser.find_element(By.ID, "map")
+    document = json.loads(browser.find_element(By.ID, "study-data").get_attribute("textContent"))
+    logarithmic = {axis["name"]: axis["logarithmic"] for axis in document["axes"]}
+    varying = [axis for axis in axes if len(set(axes[axis])) > 1][:2]
+    canvas = browser.find_element(By.ID, "map")
+    failures = [point for point in np.flatnonzero(inside & (file["status"][...].ravel() == 1))][:1]
+    points = rng.choice(np.flatnonzero(inside & (file["status"][...].ravel() == 0)), 3, replace=False)
+    for point in [*points, *failures]:
+        shown = [axes[axis][inside] for axis in varying]
+        index = int(np.flatnonzero(np.flatnonzero(inside) == point)[0])
+        share = [place(shown[k], index, grid, logarithmic[axis]) for k, axis in enumerate(varying)]
         size = canvas.size
+        x = LEFT + share[0] * (size["width"] - LEFT - RIGHT)
+        y = TOP + (1 - share[1]) * (size["height"] - TOP - BOTTOM)
         move = ActionChains(browser).move_to_element_with_offset(
-            canvas, round(place[0] - size["width"] / 2), round(place[1] - size["height"] / 2)
+            canvas, round(x - size["width"] / 2), round(y - size["height"] / 2)
         )
+        move.perform()
+        readout = browser.find_element(By.ID, "readout").text
+        if point in failures:
+            check(f"{name}: the pointer reads that point {point} failed", "the run failed" in readout, readout)
+            move.click().perform()
+            check(f"{name}: a click says why", "breakaway" in browser.find_element(By.ID, "failure").text)
+            continue
+        numbers = [float(f"{axes[axis][point]:.9g}") for axis in varying]
+        read = [float(text) for text in re.findall(r"= ([^\s;]+)", readout)]
+        check(f"{name}: the pointer reads the place of point {point}", all(number in read for number in numbers), readout)
+        check(f"{name}: and its sticks", readout.endswith(f"stick count: {counts[point]}"), readout)
         move.click().perform()
         command = browser.find_element(By.ID, "command").text
         chosen = int(browser.find_element(By.ID, "point").text.split()[1])
-        check(f"{name}: a click chooses the point", counts[chosen] == counts[point], f"({chosen}, {point})")
+        check(f"{name}: a click chooses the point", chosen == point, f"({chosen}, {point})")
         with tempfile.TemporaryDirectory() as folder:
             where = os.pathsep.join([str(pathlib.Path(program).resolve().parent), os.environ["PATH"]])
             run = subprocess.run(f"{command} --quiet --no-witness", shell=True, cwd=folder, env={**os.environ, "PATH": where})

@@ -69,7 +69,11 @@ fn events(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
             pieces: bars.collect(),
         });
     }
-    let style = if points.len() > 200 { CurveStyle::Dots } else { CurveStyle::Points };
+    let style = if points.len() > 200 {
+        CurveStyle::Dots
+    } else {
+        CurveStyle::Points
+    };
     curves.push(Curve::line("uncertainty of the time", BLUE, points).styled(style));
     if let Some(errors) = column(&group, "true_error") {
         let points = numbered(errors);

@@ -7,23 +7,29 @@ use plotters::style::RGBColor;
 const LIGHTNESS: (f64, f64) = (18.0, 92.0);
 /// Hue at the ends, degrees in the plane of a* and b*: blue-violet and yellow.
 const HUE: (f64, f64) = (300.0, 100.0);
-/// Chroma in the middle, where the colours of a screen allow it.
-const CHROMA: f64 = 62.0;
+/// Chroma where a screen has least of it, at blue-green, and that share of the scale; what it grows by to either end.
+const CHROMA: (f64, f64) = (26.8, 0.35);
+const MORE_CHROMA: (f64, f64) = (18.0, 48.0);
 
 /// The colour at a share of the scale, 0 to 1; shares beyond are those of its ends.
 pub fn at(share: f64) -> RGBColor {
     let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
     let between = |(from, to): (f64, f64)| from + (to - from) * share;
     let (lightness, hue) = (between(LIGHTNESS), between(HUE).to_radians());
-    // As much chroma as a screen has at this lightness and hue.
-    let mut chroma = CHROMA;
+    // Within what a screen has at each lightness and hue, without a bend that would look like a line.
+    let (least, middle) = CHROMA;
+    let mut chroma = if share < middle {
+        least + MORE_CHROMA.0 * ((middle - share) / middle).powf(2.5)
+    } else {
+        least + MORE_CHROMA.1 * ((share - middle) / (1.0 - middle)).powf(1.5)
+    };
     loop {
         let linear = linear_rgb(lightness, chroma * hue.cos(), chroma * hue.sin());
         if chroma <= 0.0 || linear.iter().all(|part| (0.0..=1.0).contains(part)) {
             let [r, g, b] = linear.map(|part| (255.0 * encoded(part.clamp(0.0, 1.0))).round() as u8);
             return RGBColor(r, g, b);
         }
-        chroma -= 1.0;
+        chroma -= 0.1;
     }
 }
 

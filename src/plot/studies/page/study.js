@@ -54,8 +54,16 @@ function fill(select, entries, chosen) {
     choose(entries[select.selectedIndex][1], select.id);
   };
 }
+// Values over two decades are told apart by their logarithms.
+function ownScale() {
+  const values = view.quantity.values.filter(Number.isFinite), low = values.reduce((a, b) => Math.min(a, b), Infinity);
+  view.log = low > 0 && !view.quantity.flags.length && values.some(value => value >= 100 * low);
+}
 function choose(value, id) {
-  if (id === "quantity") view.quantity = value;
+  if (id === "quantity") {
+    view.quantity = value;
+    ownScale();
+  }
   if (id === "x") {
     if (value === view.y) view.y = view.x;
     view.x = value;
@@ -88,6 +96,8 @@ function heldSelects() {
 const canvas = byId("map"), context = canvas.getContext("2d");
 const EDGE = { left: 76, right: 96, top: 12, bottom: 46 };
 let shown = [], sides = null;
+// Of every point that is shown its box on the canvas, or for a dot its middle twice: left, right, top, bottom.
+let boxes = new Float64Array(0);
 
 const measure = (logarithmic, value) => (logarithmic ? Math.log(value) : value);
 function sideOf(axis, values, cells) {
@@ -178,10 +188,12 @@ function draw() {
   context.beginPath();
   context.rect(EDGE.left, EDGE.top, widthOf(), heightOf());
   context.clip();
-  for (const point of shown) {
+  boxes = new Float64Array(4 * shown.length);
+  for (const [index, point] of shown.entries()) {
     const [x, y] = placeOf(point), color = colorOf(point);
     if (cells) {
       const [left, right] = sides.x.edges.get(x).map(toX), [bottom, top] = sides.y.edges.get(y).map(toY);
+      boxes.set([left, right, top, bottom], 4 * index);
       context.fillStyle = color || (status[point] === COMPLETE ? "#9a9a9a" : css("--card"));
       context.fillRect(left, top, right - left + 0.6, bottom - top + 0.6);
       if (status[point] !== COMPLETE) {
@@ -195,7 +207,9 @@ function draw() {
         }
         context.stroke();
       }
-    } else if (Number.isFinite(y)) {
+    } else {
+      boxes.set([toX(x), toX(x), toY(y), toY(y)], 4 * index);
+      if (!Number.isFinite(y)) continue;
       context.beginPath();
       context.arc(toX(x), toY(y), shown.length > 2000 ? 2 : 4, 0, 7);
       context.fillStyle = color || "#9a9a9a";
@@ -308,6 +322,7 @@ function refresh() {
   shown = Array.from(status.keys()).filter(point => held.every(axis => axis.values[point] === view.held.get(axis)));
   draw();
   byId("log").disabled = !scale.canLog;
+  byId("log").checked = view.log;
   key();
 }
 byId("log").addEventListener("change", event => {
@@ -318,16 +333,13 @@ byId("log").addEventListener("change", event => {
 // The point at a place on the canvas: that of its cell, or the nearest dot.
 function pointAt(x, y) {
   if (x < EDGE.left || x > EDGE.left + widthOf() || y < EDGE.top || y > EDGE.top + heightOf()) return -1;
-  if (study.is_grid && view.y) {
-    return shown.find(point => {
-      const [u, v] = placeOf(point), [left, right] = sides.x.edges.get(u).map(toX), [bottom, top] = sides.y.edges.get(v).map(toY);
-      return x >= left && x <= right && y >= top && y <= bottom;
-    }) ?? -1;
-  }
-  let best = 18 ** 2, found = -1;
-  for (const point of shown) {
-    const [u, v] = placeOf(point), distance = (toX(u) - x) ** 2 + (toY(v) - y) ** 2;
-    if (distance < best) [best, found] = [distance, point];
+  const cells = study.is_grid && view.y !== null;
+  let best = cells ? 1e-9 : 18 ** 2, found = -1;
+  for (let i = 0; i < shown.length; i++) {
+    // How far it is outside of the box.
+    const u = Math.max(boxes[4 * i] - x, x - boxes[4 * i + 1], 0), v = Math.max(boxes[4 * i + 2] - y, y - boxes[4 * i + 3], 0);
+    const distance = u * u + v * v;
+    if (distance < best) [best, found] = [distance, shown[i]];
   }
   return found;
 }
@@ -432,4 +444,5 @@ if (!study.complete) {
   byId("notice").hidden = false;
   byId("notice").textContent = "This sweep is not complete: points that were not run are struck through.";
 }
+ownScale();
 refresh();
