@@ -244,7 +244,7 @@ fn cli_the_command_of_a_point_runs_it() {
         let run = ResultFile::open(&folder.path("point.h5")).unwrap();
         let table = run.stick_slip().unwrap().unwrap();
         assert_eq!(table.stick_count as f64, counts[point], "{whole}");
-        let onset = table.onset_time.unwrap_or(f64::NAN);
+        let onset = table.onset_time;
         // Samples are steps' ends of no engine: the same steps, the same times.
         assert!(
             (onset - onsets[point]).abs() <= 1e-13 || onset.is_nan() && onsets[point].is_nan(),

@@ -534,7 +534,10 @@ fn draw_color_bar(
     y: f64,
 ) -> Result<(), PlotError> {
     let width = right - left;
-    write(area, &fitting_title(scale, axis, width), LABEL_SIZE, (left, y))?;
+    // A long title begins before the bar.
+    let title = fitting_title(scale, axis, right - MARGIN);
+    let start = if text_width(&title, LABEL_SIZE) <= width { left } else { MARGIN };
+    write(area, &title, LABEL_SIZE, (start, y))?;
     let (top, bottom) = (y + LINE_HEIGHT, y + LINE_HEIGHT + BAR);
     let at = |share: f64| (left + share * width).round() as i32;
     let (top, bottom) = (top.round() as i32, bottom.round() as i32);

@@ -74,6 +74,8 @@ pub struct StudyAxis {
     pub long_name: String,
     /// Where its values are codes of words: these, by code.
     pub words: Vec<String>,
+    /// Of the axes of a traced boundary: whether it was looked for by the logarithm.
+    pub traced_by_logarithm: Option<bool>,
     /// Of a grid: its levels in the order of the file.
     pub levels: Vec<f64>,
     /// Of every point.
@@ -113,6 +115,9 @@ impl StudyAxis {
     /// Whether its values are even in the logarithm, over one and a half decades or more: an axis of powers shows two.
     pub(super) fn is_logarithmic(&self) -> bool {
         let (low, high) = extent(&self.values);
+        if let Some(traced) = self.traced_by_logarithm {
+            return traced && low > 0.0;
+        }
         if low <= 0.0 || high < 30.0 * low {
             return false;
         }
@@ -199,7 +204,12 @@ impl StudyData {
         for name in names.iter().filter(|name| file.attribute(name, "keys").is_some()) {
             let flags = file.flags(name);
             let values = file.numbers(name)?;
+            let side = ["x", "y"]
+                .into_iter()
+                .find(|side| file.text(&format!("boundary/{side}")).as_ref() == Some(name));
+            let spacing = side.and_then(|side| file.text(&format!("boundary/{side}_spacing")));
             axes.push(StudyAxis {
+                traced_by_logarithm: spacing.map(|spacing| spacing == "log"),
                 name: name.clone(),
                 keys: attribute(name, "keys").split(' ').map(str::to_owned).collect(),
                 units: attribute(name, "units"),

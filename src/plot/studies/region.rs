@@ -152,7 +152,8 @@ fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Cur
         let own = &found[k];
         let axis = drawn(&data.axes[k], own);
         // A bound that is no wider than rounding has no inside.
-        if !(own.largest - own.least > 1e-12 * own.largest.abs()) {
+        let extent = own.largest - own.least;
+        if extent.is_nan() || extent <= 1e-12 * own.largest.abs() {
             return None;
         }
         // From here on an axis of powers shows at least two of them, which would hide the region.
