@@ -54,7 +54,7 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     let spread = found.percentiles[4] - found.percentiles[2];
     let size = found.least.abs().max(found.largest.abs());
     let number = |value: f64| {
-        if size >= 1e-3 && size < 1e6 && (spread > 0.0 || size >= 1.0) {
+        if (1e-3..1e6).contains(&size) && (spread > 0.0 || size >= 1.0) {
             let step = if spread > 0.0 { spread } else { size };
             let places = (2.0 - step.log10().floor()).clamp(0.0, 12.0) as usize;
             format!("{value:.places$}")

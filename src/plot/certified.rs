@@ -145,7 +145,7 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         _ => run.times,
     };
     let mut panels = Vec::new();
-    let mut widths: Vec<(String, Axis, Vec<(f64, f64)>)> = Vec::new();
+    let mut widths: Vec<(Axis, Vec<(f64, f64)>)> = Vec::new();
     for (number, channel) in CHANNELS.iter().enumerate() {
         let Some(band) = column(&group, &format!("band_{channel}")) else {
             continue;
@@ -184,12 +184,12 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
             pieces,
         }];
         panels.push(panel);
-        widths.push(((*channel).to_owned(), axis, steps));
+        widths.push((axis, steps));
     }
     if panels.is_empty() {
         return Ok(Err("its certificate has no band of a channel that is drawn here".into()));
     }
-    for (number, (_, axis, steps)) in widths.into_iter().enumerate() {
+    for (number, (axis, steps)) in widths.into_iter().enumerate() {
         let name = if axis.symbol.is_empty() { axis.name } else { axis.symbol };
         let drawn = Axis::new("half-width of the band", &axis.unit).with_symbol(&format!("± {name}"));
         panels.push(Panel::new(

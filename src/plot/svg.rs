@@ -536,7 +536,11 @@ fn draw_color_bar(
     let width = right - left;
     // A long title begins before the bar.
     let title = fitting_title(scale, axis, right - MARGIN);
-    let start = if text_width(&title, LABEL_SIZE) <= width { left } else { MARGIN };
+    let start = if text_width(&title, LABEL_SIZE) <= width {
+        left
+    } else {
+        MARGIN
+    };
     write(area, &title, LABEL_SIZE, (start, y))?;
     let (top, bottom) = (y + LINE_HEIGHT, y + LINE_HEIGHT + BAR);
     let at = |share: f64| (left + share * width).round() as i32;

@@ -157,7 +157,7 @@ impl WorkPrecisionFile {
             let variable = format!("runs/{name}");
             let found = source.dataset(&variable)?;
             let info = found.ok_or_else(|| missing(format!("variable {variable}")))?;
-            source.read(&variable, &[0..info.shape.iter().product()])
+            source.read_rows(&variable, 0..info.size())
         };
         let (method, rtol, fixed_step) = (column("method")?, column("rtol")?, column("fixed_step")?);
         let (outcome, same_sequence, events) = (column("outcome")?, column("same_sequence")?, column("events")?);

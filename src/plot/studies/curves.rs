@@ -1,7 +1,7 @@
 //! A quantity over one axis.
 
 use super::data::{StudyData, StudyQuantity};
-use super::plane::Selection;
+use super::selection::Selection;
 use super::title;
 use crate::plot::PlotError;
 use crate::plot::figure::{Cell, Curve, CurveStyle, Figure, Panel};

@@ -7,6 +7,7 @@
 //! | `plane` | a quantity over two axes: cells of a grid, dots of a sample |
 //! | `curves` | a quantity over one axis |
 //! | `samples` | the distribution of a quantity, and its dependence on each axis |
+//! | `selection` | which points are drawn |
 //! | `region` | where the targets of a calibration hold |
 //! | [`page`] | the interactive page |
 
@@ -16,6 +17,7 @@ pub mod page;
 mod plane;
 mod region;
 mod samples;
+mod selection;
 
 use super::error::PlotError;
 use super::figure::Figure;
