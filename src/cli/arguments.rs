@@ -360,7 +360,7 @@ impl Format {
 
 #[derive(Debug, Args)]
 pub(super) struct PlotOptions {
-    /// Result files; several are drawn over each other. Or one file of a sweep, a calibration or a work-precision study.
+    /// Result files, drawn over each other; or one file of many runs.
     #[arg(value_name = "FILE", required_unless_present = "list")]
     pub files: Vec<PathBuf>,
     /// Folder, or a file for one figure.
@@ -381,13 +381,13 @@ pub(super) struct PlotOptions {
     /// Draw variable B against variable A.
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     pub phase: Vec<String>,
-    /// Of a sweep: draw this variable of its runs; may be repeated.
+    /// Of a sweep: draw this variable; may be repeated.
     #[arg(long = "quantity", value_name = "NAME")]
     pub quantities: Vec<String>,
     /// Of a sweep: the axes of a map, by key.
     #[arg(long, num_args = 2, value_names = ["X", "Y"])]
     pub axes: Vec<String>,
-    /// Of a sweep: only the points with this value; may be repeated.
+    /// Of a sweep: only points with this value.
     #[arg(long, value_name = "AXIS=VALUE")]
     pub at: Vec<String>,
     /// Start of a figure of one's own, s.
