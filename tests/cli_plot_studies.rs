@@ -49,8 +49,11 @@ fn with_map(folder: &Folder, study: &str) -> SweepFile {
     SweepFile::open(&folder.path("map.h5")).unwrap()
 }
 
-/// (x, y, width, height, fill) of the rectangles of an SVG.
-fn rectangles(svg: &str) -> Vec<(f64, f64, f64, f64, String)> {
+/// x, y, width, height and fill of a rectangle.
+type Rectangle = (f64, f64, f64, f64, String);
+
+/// The rectangles of an SVG.
+fn rectangles(svg: &str) -> Vec<Rectangle> {
     let rectangles = svg.split("<rect ").skip(1);
     rectangles
         .map(|rest| {
@@ -130,7 +133,7 @@ fn cli_a_map_has_the_values_of_the_file() {
         .iter()
         .filter(|r| r.3 > 250.0 && r.4 != "#FFFFFF" && r.4 != "none")
         .collect();
-    let edge = |part: &dyn Fn(&(f64, f64, f64, f64, String)) -> f64, least: bool| {
+    let edge = |part: &dyn Fn(&Rectangle) -> f64, least: bool| {
         let values = cells.iter().map(|r| part(r));
         if least {
             values.fold(f64::INFINITY, f64::min)
@@ -146,7 +149,7 @@ fn cli_a_map_has_the_values_of_the_file() {
             let (from, to) = (map.y_edges[row], map.y_edges[row + 1]);
             let (low_edge, high_edge) = (map.y_edges[0], map.y_edges[3]);
             let y = bottom - (0.5 * (from + to) - low_edge) / (high_edge - low_edge) * (bottom - top);
-            let inside = |r: &&&(f64, f64, f64, f64, String)| r.0 <= x && x <= r.0 + r.2 && r.1 <= y && y <= r.1 + r.3;
+            let inside = |r: &&&Rectangle| r.0 <= x && x <= r.0 + r.2 && r.1 <= y && y <= r.1 + r.3;
             // What is drawn last is seen.
             let drawn = &cells.iter().rfind(inside).unwrap().4;
             let Cell::Value(value) = map.cells[7 * row + column] else {
