@@ -413,11 +413,11 @@ fn property_a_boundary_does_not_depend_on_threads_and_is_drawn() {
     output(&mut folder.stickslip(&["plot", "limit.h5", "-o", "limit.svg"]), 0);
     let figure = String::from_utf8(read(&folder, "limit.svg")).unwrap();
     assert!(figure.contains("stable at every speed"), "the linear limit is named");
-    // A map has no boundary, and says what to do.
+    // A grid has no boundary, and is drawn as a map.
     folder.write("map.toml", QUICK);
     output(&mut folder.stickslip(&["sweep", "map.toml"]), 0);
-    let stderr = refusal(&mut folder.stickslip(&["plot", "map.h5"]));
-    assert!(stderr.contains("a sweep without a boundary"), "{stderr}");
+    let (stdout, _) = output(&mut folder.stickslip(&["plot", "map.h5", "-o", "map.svg", "--json"]), 0);
+    assert_eq!(json(&stdout)["files"][0]["file"], "map.svg");
 }
 
 /// `inspect` lists a sweep; what wants the result of one run says what it was given, and what to do with it.

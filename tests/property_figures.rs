@@ -9,7 +9,10 @@ use stickslip::case::builtin::TRAINS;
 use stickslip::plot::catalogue::{self, ENTRIES, ExponentialFit};
 use stickslip::plot::decimate::{MinMax, Portrait};
 use stickslip::plot::entry::Subject;
+use stickslip::plot::figure::{Cell, ColorKey, Map};
+use stickslip::plot::studies::{self, Choice};
 use stickslip::plot::{Axis, Curve, Figure, Panel, Run, raster, svg};
+use stickslip::results::SweepFile;
 
 fn curves() -> impl Strategy<Value = Vec<(f64, f64)>> {
     prop::collection::vec((0.0..1.0f64, -1e3..1e3f64), 1..2000).prop_map(|steps| {
@@ -231,6 +234,138 @@ fn property_work_precision_figures_are_readable() {
             interrupted: false,
         };
         let figure = stickslip::plot::work_precision::figure("What the accuracy of the events costs", &result);
+        for width in [60.0, 85.0, 300.0] {
+            assert_readable(&figure, width);
+        }
+    }
+}
+
+/// Maps with everything that a cell can be, with codes and with a scale over decades; a plane of one cell.
+#[test]
+fn property_maps_are_readable() {
+    let scale = |low: f64, high: f64, unit: &str| {
+        ColorKey::Scale(Axis {
+            range: Some((low, high)),
+            logarithmic: low > 0.0 && high > 1e3 * low,
+            ..Axis::new("a quantity with a name of several words", unit)
+        })
+    };
+    let codes = [
+        "periodic",
+        "stuck",
+        "not-periodic",
+        "steady-slip",
+        "steady-stick",
+        "steady-separated",
+    ];
+    let codes = ColorKey::Codes((0..).zip(codes.map(str::to_owned)).collect());
+    let cells = |columns: usize, rows: usize, value: &dyn Fn(usize) -> f64| -> Vec<Cell> {
+        let cell = |k: usize| match k % 11 {
+            3 => Cell::Failed,
+            5 => Cell::Missing,
+            7 => Cell::Nothing,
+            _ => Cell::Value(value(k)),
+        };
+        (0..columns * rows).map(cell).collect()
+    };
+    let keys: [(ColorKey, &dyn Fn(usize) -> f64); 5] = [
+        (codes, &|k| (k % 6) as f64),
+        (scale(0.0, 563.0, "1"), &|k| (k * 7 % 564) as f64),
+        (scale(6.9746, 6.9771, "s"), &|k| 6.9746 + 1e-5 * (k % 200) as f64),
+        (scale(1e-14, 3e-2, "J"), &|k| 10f64.powf(-14.0 + 0.1 * (k % 110) as f64)),
+        (scale(4.0, 4.0, "rad s-1"), &|_| 4.0),
+    ];
+    for (key, value) in keys {
+        for (columns, rows) in [(1, 1), (13, 9), (90, 40)] {
+            let edges = |count: usize| (0..=count).map(|k| 0.5 + k as f64).collect::<Vec<f64>>();
+            let axis = |count: usize, name: &str, unit: &str| Axis {
+                range: Some((0.5, 0.5 + count as f64)),
+                ..Axis::new(name, unit).with_symbol("c_t")
+            };
+            let panel = |caption: &str| Panel {
+                caption: caption.to_owned(),
+                map: Some(Map {
+                    x_edges: edges(columns),
+                    y_edges: edges(rows),
+                    cells: cells(columns, rows, value),
+                    key: key.clone(),
+                }),
+                ..Panel::new(
+                    axis(columns, "friction decay", "s/rad"),
+                    axis(rows, "torsional damping", "N m s/rad"),
+                    vec![],
+                )
+            };
+            let captions: &[&str] = if rows == 9 {
+                &["δ = 1e-8 rad/s", "δ = 1e-4 rad/s"]
+            } else {
+                &[""]
+            };
+            let figure = Figure {
+                name: format!("map-{columns}-{rows}"),
+                title: "A study with a title of its own: what is drawn of it".to_owned(),
+                paper_figure: None,
+                panels: captions.iter().map(|caption| panel(caption)).collect(),
+            };
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+}
+
+/// Every figure of files with many runs, and of a certificate.
+#[test]
+fn property_figures_of_studies_are_readable() {
+    let folder = Folder::new();
+    let short = "[set]\nsolver.method = \"series\"\ninitial.speed = 3\nactuation = { profile = \"ramp\", force = 2225, \
+                 rise_time = 0.02 }\nperturbation = [{ kind = \"kick\", time = \"instability\", relative_velocity = 1e-4 }]\n";
+    let axis = |key: &str, rest: &str| format!("[[axis]]\nkey = \"{key}\"\n{rest}\n");
+    let decay = axis("friction.decay", "from = 1\nto = 60\ncount = 5\nspacing = \"log\"");
+    let damping = axis("torsion.damping", "values = [18, 20, 22, 25]");
+    let kick = axis("perturbation.0.relative_velocity", "values = [1e-6, 1e-4]");
+    let sampled = "[sample]\nmethod = \"sobol\"\ncount = 16\n[[axis]]\nkey = \"friction.decay\"\nfrom = 4\nto = 6\n[[axis]]\n\
+                   key = \"perturbation.0.relative_velocity\"\nfrom = 1e-7\nto = 1e-3\nspacing = \"log\"\n";
+    for (name, study) in [
+        ("line", decay.clone()),
+        ("map", format!("{decay}{damping}{kick}")),
+        ("sample", sampled.to_owned()),
+    ] {
+        folder.write(
+            &format!("{name}.toml"),
+            format!("title = \"{name}\"\ncase = \"paper\"\n{short}{study}"),
+        );
+        output(
+            &mut folder.stickslip(&["sweep", &format!("{name}.toml"), "-q", "-j", "1"]),
+            0,
+        );
+        let file = SweepFile::open(&folder.path(&format!("{name}.h5"))).unwrap();
+        let quantities = ["stick_count", "onset_time", "energy_residual"].map(str::to_owned);
+        let choice = Choice {
+            quantities: quantities.to_vec(),
+            ..Choice::default()
+        };
+        for figure in studies::figures(&file, &choice).unwrap() {
+            for width in [60.0, 85.0, 300.0] {
+                assert_readable(&figure, width);
+            }
+        }
+    }
+    let calibration = "title = \"two inertias\"\ncase = \"paper\"\n[set]\noutput.end_time = 0.02\n\"actuation.rise_time\" = 0.01\n\
+                       perturbation = []\n[[free]]\nkey = \"torsion.surface_inertia\"\nfrom = 0.005\nto = 0.03\n[[free]]\n\
+                       key = \"torsion.stiffness\"\nfrom = 1e5\nto = 2e7\nspacing = \"log\"\n[[target]]\n\
+                       quantity = \"natural_period\"\nvalue = \"0.00024 s\"\n[search]\npoints = 32\nstarts = 2\n";
+    folder.write("two.toml", calibration);
+    output(&mut folder.stickslip(&["calibrate", "two.toml", "-q", "-j", "1"]), 0);
+    let file = SweepFile::open(&folder.path("two.h5")).unwrap();
+    let mut figures = studies::figures(&file, &Choice::default()).unwrap();
+    output(&mut folder.stickslip(&["certify", "belt-coulomb", "-q"]), 0);
+    let runs = [Run::open(&folder.path("belt-coulomb.certified.h5")).unwrap()];
+    let subject = Subject::new(&runs).unwrap();
+    for name in ["event-uncertainties", "error-bands"] {
+        figures.push(catalogue::find(name).unwrap().build(&subject).unwrap().unwrap());
+    }
+    for figure in figures {
         for width in [60.0, 85.0, 300.0] {
             assert_readable(&figure, width);
         }

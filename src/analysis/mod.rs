@@ -5,6 +5,7 @@ pub mod advice;
 pub mod bands;
 pub mod certificate;
 mod certification;
+pub mod distribution;
 mod eigenvalues;
 mod equations;
 pub mod exact;

@@ -9,7 +9,7 @@ use crate::results::{
     Column, ColumnData, Overwrite, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
     SweepWriter,
 };
-use crate::sweep::sweep_variables;
+use crate::sweep::{command_attribute, sweep_variables};
 use std::path::{Path, PathBuf};
 
 /// Writes a calibration. Returns where it is: at its own name if it is complete, else at its partial name.
@@ -30,7 +30,10 @@ pub fn write_file(
         digest: study.digest(),
         study_text: study.runs.source.text.clone(),
         case_text: study.runs.base.text.clone(),
-        meta: provenance::build(),
+        meta: provenance::build()
+            .into_iter()
+            .chain(command_attribute(&study.runs))
+            .collect(),
     };
     let axes = study.runs.axes.iter().map(|axis| SweepAxis {
         name: axis.name.clone(),

@@ -62,6 +62,31 @@ impl Value {
             Value::Date => "a date".to_owned(),
         }
     }
+
+    /// As TOML on one line. A date, which no key takes, is an empty text.
+    fn toml(&self) -> String {
+        let text = |text: &str| TomlValue::from(text).to_string();
+        match self {
+            Value::Table(entries) => {
+                let entries = entries.iter().map(|(key, node)| {
+                    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+                    let bare = !key.is_empty() && key.chars().all(plain);
+                    let key = if bare { key.clone() } else { text(key) };
+                    format!("{key} = {}", node.value.toml())
+                });
+                format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
+            }
+            Value::Array(nodes) => {
+                let nodes = nodes.iter().map(|node| node.value.toml());
+                format!("[{}]", nodes.collect::<Vec<_>>().join(", "))
+            }
+            Value::Text(words) => text(words),
+            Value::Integer(number) => number.to_string(),
+            Value::Float(number) => format!("{number:?}"),
+            Value::Flag(flag) => flag.to_string(),
+            Value::Date => text(""),
+        }
+    }
 }
 
 impl Node {
@@ -250,6 +275,11 @@ impl Override {
             path,
             origin: None,
         })
+    }
+
+    /// As `--set` takes it: `KEY=VALUE`, the value in TOML.
+    pub fn argument(&self) -> String {
+        format!("{}={}", self.path, self.value.toml())
     }
 
     /// The dotted path of the key.

@@ -88,7 +88,7 @@ pub(super) enum Command {
     Modes(ModesOptions),
     /// Methods by tolerances against a reference: error, work, time.
     WorkPrecision(WorkPrecisionOptions),
-    /// Print a built-in case to start from.
+    /// Print a built-in case or study to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
 }
@@ -364,7 +364,7 @@ impl Format {
 
 #[derive(Debug, Args)]
 pub(super) struct PlotOptions {
-    /// Result files; several are drawn over each other.
+    /// Result files, drawn over each other; or one file of many runs.
     #[arg(value_name = "FILE", required_unless_present = "list")]
     pub files: Vec<PathBuf>,
     /// Folder, or a file for one figure.
@@ -385,6 +385,15 @@ pub(super) struct PlotOptions {
     /// Draw variable B against variable A.
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     pub phase: Vec<String>,
+    /// Of a sweep: draw this variable; may be repeated.
+    #[arg(long = "quantity", value_name = "NAME")]
+    pub quantities: Vec<String>,
+    /// Of a sweep: the axes of a map, by key.
+    #[arg(long, num_args = 2, value_names = ["X", "Y"])]
+    pub axes: Vec<String>,
+    /// Of a sweep: only points with this value.
+    #[arg(long, value_name = "AXIS=VALUE")]
+    pub at: Vec<String>,
     /// Start of a figure of one's own, s.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub from: Option<f64>,
@@ -405,7 +414,7 @@ pub(super) struct PlotOptions {
         long,
         value_name = "PAGE",
         conflicts_with_all = [
-            "output", "only", "list", "channels", "x", "phase", "from", "to", "format", "width", "dpi"
+            "output", "only", "list", "channels", "x", "phase", "axes", "at", "from", "to", "format", "width", "dpi"
         ]
     )]
     pub html: Option<PathBuf>,
@@ -442,10 +451,10 @@ fn dpi(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Args)]
 pub(super) struct CaseOptions {
-    /// Name of a built-in case.
+    /// Name of a built-in case or study.
     #[arg(value_name = "NAME", required_unless_present = "list", conflicts_with = "list")]
     pub name: Option<String>,
-    /// List the built-in cases.
+    /// List the built-in cases and studies.
     #[arg(long)]
     pub list: bool,
 }

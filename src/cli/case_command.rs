@@ -2,6 +2,7 @@
 
 use super::arguments::{CaseOptions, Common};
 use super::{CommandError, End, print, print_json, terminal};
+use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
 use crate::case::{Case, CaseError, CaseSource, Origin, TrainCase, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
@@ -10,6 +11,10 @@ use serde::Serialize;
 #[derive(Serialize)]
 struct Listed {
     name: &'static str,
+    /// What it is.
+    kind: &'static str,
+    /// The command that takes it.
+    command: &'static str,
     title: String,
 }
 
@@ -17,7 +22,8 @@ struct Listed {
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
     let input = |error: CaseError| CommandError::Input(error.to_string());
     if let Some(name) = &options.name {
-        let source = match STUDIES.iter().chain(CALIBRATIONS).find(|study| study.name == name) {
+        let studies = STUDIES.iter().chain(CALIBRATIONS).chain(work_precision::STUDIES);
+        let source = match studies.into_iter().find(|study| study.name == name) {
             Some(study) => CaseSource {
                 text: study.text.to_owned(),
                 origin: Origin::BuiltIn(study.name.to_owned()),
@@ -41,6 +47,8 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         };
         listed.push(Listed {
             name: built_in.name,
+            kind: "case",
+            command: "run",
             title,
         });
     }
@@ -48,6 +56,8 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         let source = StudySource::built_in(study.name).map_err(input)?;
         listed.push(Listed {
             name: study.name,
+            kind: "study",
+            command: "sweep",
             title: Study::parse(source, &[]).map_err(input)?.title,
         });
     }
@@ -55,17 +65,28 @@ pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, Comman
         let source = CalibrationStudy::built_in(study.name).map_err(input)?;
         listed.push(Listed {
             name: study.name,
+            kind: "study",
+            command: "calibrate",
             title: CalibrationStudy::parse(source, &[]).map_err(input)?.runs.title,
+        });
+    }
+    for study in work_precision::STUDIES {
+        listed.push(Listed {
+            name: study.name,
+            kind: "study",
+            command: "work-precision",
+            title: work_precision::Study::find(study.name).map_err(input)?.title,
         });
     }
     if common.json {
         print_json(&listed)?;
     } else {
-        let mut table = terminal::table(&["case", "title"]);
+        let mut table = terminal::table(&["name", "for stickslip", "title"]);
         for case in &listed {
-            table.add_row([case.name, &case.title]);
+            table.add_row([case.name, case.command, &case.title]);
         }
-        print(&terminal::show(&table))?;
+        let hint = "`stickslip case NAME` prints the text of a case or a study, to start from";
+        print(&format!("{}\n{hint}\n", terminal::show(&table)))?;
     }
     Ok(End::Done)
 }

@@ -12,6 +12,7 @@ mod inspect;
 mod merge;
 mod modes;
 mod plot;
+mod plot_studies;
 mod progress;
 mod ranks;
 mod run;

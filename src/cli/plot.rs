@@ -2,13 +2,14 @@
 
 use super::arguments::{Common, Format, PlotOptions};
 use super::input::bad_file;
+use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::case::Motion;
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
-use crate::plot::{Figure, PlotError, Run, critical, own, page, raster, svg};
-use crate::results::{ResultFile, Status, SweepFile};
+use crate::plot::{Figure, PlotError, Run, certified, own, page, raster, studies, svg, trains, work_precision};
+use crate::results::{ResultError, ResultFile, Status};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -47,9 +48,11 @@ struct NotDrawn {
 
 #[derive(Serialize)]
 struct Listed {
-    figure: &'static str,
-    title: &'static str,
+    figure: String,
+    title: String,
     paper_figure: Option<u32>,
+    /// The kind of file that it is of.
+    of: &'static str,
 }
 
 /// Draws figures of one run, or of several over each other; or writes the page of one.
@@ -60,19 +63,15 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     if let Some(path) = &options.html {
         return html(options, path, common);
     }
-    if let [file] = &options.files[..]
-        && options.channels.is_empty()
-        && options.phase.is_empty()
-        && SweepFile::is_one(file)
-    {
-        return critical_curve(options, file, common);
+    if let Some(drawn) = of_many_runs(options)? {
+        return finish_studies(options, drawn, common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
     let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
     let mut names = std::collections::HashSet::new();
     chosen.retain(|entry| names.insert(entry.name));
     let runs = options.files.iter().map(|path| Run::open(path));
-    let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(bad)?;
+    let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(no_run)?;
     one_kind(&runs)?;
     for run in runs.iter().filter(|_| !common.quiet) {
         tell_status(run);
@@ -113,21 +112,82 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
     }
 }
 
-/// Draws the boundaries of a sweep file.
-fn critical_curve(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
-    let file = SweepFile::open(path).map_err(|error| bad(error.into()))?;
-    let figure = critical::figure(&file).map_err(bad)?;
-    let written = write(options, &[figure])?;
+/// What `plot` draws, for files that are none of it.
+const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations and \
+                        work-precision studies";
+
+/// The figures of a file that holds many runs; `None` if the files are those of single runs.
+fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
+    let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
+    for path in &options.files {
+        let kind = plot_studies::kind(path).map_err(bad)?;
+        if matches!(kind, Kind::Run) {
+            continue;
+        }
+        let refused = |why: &str| Err(CommandError::Input(format!("{}: {why}", path.display())));
+        if options.files.len() > 1 {
+            return refused("holds many runs, and is drawn by itself; give one file");
+        }
+        if !(options.channels.is_empty() && options.phase.is_empty()) || options.from.is_some() || options.to.is_some()
+        {
+            return refused(
+                "holds the summaries of many runs and no channels; leave out --channel, --phase, --from and --to, or choose \
+                 with --quantity, --axes and --at",
+            );
+        }
+        return match &kind {
+            Kind::Sweep(file) => plot_studies::of_sweep(file, &choice, &options.only)
+                .map(Some)
+                .map_err(bad),
+            _ if !choice.is_empty() => refused(
+                "a work-precision study, of which one figure is drawn; leave out --quantity, \
+                                                --axes and --at",
+            ),
+            _ => plot_studies::of_work_precision(path).map(Some).map_err(bad),
+        };
+    }
+    if choice.is_empty() {
+        return Ok(None);
+    }
+    let file = options
+        .files
+        .first()
+        .map(|path| format!("{}: ", path.display()))
+        .unwrap_or_default();
+    Err(CommandError::Input(format!(
+        "{file}--quantity, --axes and --at are for the file of a sweep; of a run draw a channel with --channel NAME"
+    )))
+}
+
+/// Writes the figures of many runs, and says how their quantities are spread.
+fn finish_studies(options: &PlotOptions, drawn: Drawn, common: &Common) -> Result<End, CommandError> {
+    let written = write(options, &drawn.figures)?;
     if common.json {
-        print_json(&PlotDocument {
-            files: written,
-            not_drawn: Vec::new(),
-            sampling: None,
-        })?;
+        let mut document = serde_json::json!({ "files": written, "not_drawn": [] });
+        if !drawn.distributions.is_empty() {
+            document["distributions"] = plot_studies::documents(&drawn.distributions).into();
+        }
+        print_json(&document)?;
     } else if !common.quiet {
-        print(&report(&written, &Chosen::default(), &options.files))?;
+        let distributions = plot_studies::report(&drawn.distributions);
+        print(&format!(
+            "{}{distributions}",
+            report(&written, &Chosen::default(), &options.files)
+        ))?;
     }
     Ok(End::Done)
+}
+
+/// Says of a file of another kind or of a newer version what can be drawn.
+fn no_run(error: PlotError) -> CommandError {
+    let known = matches!(
+        error,
+        PlotError::Result(ResultError::NotAResult { .. } | ResultError::Newer { .. } | ResultError::AnotherKind { .. })
+    );
+    match bad(error) {
+        CommandError::Input(text) if known => CommandError::Input(format!("{text}. {CAN_DRAW}")),
+        other => other,
+    }
 }
 
 /// Writes the interactive page of a result file.
@@ -139,8 +199,32 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             options.files.len()
         )));
     };
-    let file = ResultFile::open(file).map_err(bad_file)?;
+    match plot_studies::kind(file).map_err(bad)? {
+        Kind::Sweep(file) => {
+            let page = studies::page::write(&file, &options.quantities, path, options.force).map_err(bad)?;
+            return finish_page(path, &page, common);
+        }
+        Kind::WorkPrecision => {
+            return Err(CommandError::Input(format!(
+                "{}: a work-precision study has no page; leave out --html to draw its figure",
+                file.display()
+            )));
+        }
+        Kind::Run if !options.quantities.is_empty() => {
+            return Err(CommandError::Input(format!(
+                "{}: --quantity is for the page of a sweep; leave it out, the page of a run has all channels",
+                file.display()
+            )));
+        }
+        Kind::Run => {}
+    }
+    let file = ResultFile::open(file).map_err(|error| no_run(error.into()))?;
     let page = page::write(&file, path, options.force).map_err(bad)?;
+    finish_page(path, &page, common)
+}
+
+/// Says what page was written.
+fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<End, CommandError> {
     if common.json {
         print_json(&serde_json::json!({ "file": path.display().to_string(), "page": page }))?;
     } else if !common.quiet {
@@ -160,32 +244,80 @@ pub(super) fn bad(error: PlotError) -> CommandError {
     }
 }
 
-/// The figures of the paper's brake; with a file those that its run can have.
+/// All figures, each with the kind of file that it is of; with a file those that it can have.
 fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
-    let all = match options.files.first() {
-        Some(path) => catalogue::of_run(&Run::open(path).map_err(bad)?),
-        None => ENTRIES.iter().collect(),
+    let listed = match options.files.first() {
+        Some(path) => listed_of(path, options)?,
+        None => all_listed(),
     };
     if common.json {
-        let listed: Vec<Listed> = all
-            .iter()
-            .map(|e| Listed {
-                figure: e.name,
-                title: e.title,
-                paper_figure: e.paper_figure,
-            })
-            .collect();
         print_json(&listed)?;
         return Ok(End::Done);
     }
-    let mut table = terminal::table(&["figure", "paper", "shows"]);
-    for e in all {
-        let number = e.paper_figure.map(|n| n.to_string()).unwrap_or_default();
-        table.add_row([e.name, &number, e.title]);
+    let mut table = terminal::table(&["figure", "paper", "of", "shows"]);
+    for entry in listed {
+        let number = entry.paper_figure.map(|n| n.to_string()).unwrap_or_default();
+        table.add_row([entry.figure, number, entry.of.to_owned(), entry.title]);
     }
     terminal::align_right(&mut table, [1]);
     print(&terminal::show(&table))?;
     Ok(End::Done)
+}
+
+fn listed(entry: &Entry, of: &'static str) -> Listed {
+    Listed {
+        figure: entry.name.to_owned(),
+        title: entry.title.to_owned(),
+        paper_figure: entry.paper_figure,
+        of,
+    }
+}
+
+fn all_listed() -> Vec<Listed> {
+    let runs = ENTRIES.iter().map(|entry| listed(entry, "run"));
+    let trains = trains::ENTRIES.iter().map(|entry| listed(entry, "run of trains"));
+    let certified = certified::ENTRIES.iter().map(|entry| listed(entry, "certified run"));
+    let studies = studies::ENTRIES.iter().map(|entry| Listed {
+        figure: entry.name.to_owned(),
+        title: entry.title.to_owned(),
+        paper_figure: entry.paper_figure,
+        of: entry.of,
+    });
+    let precision = Listed {
+        figure: work_precision::NAME.to_owned(),
+        title: "Error against work, by method".to_owned(),
+        paper_figure: None,
+        of: "work-precision study",
+    };
+    let all = runs.chain(trains).chain(certified).chain(studies);
+    all.chain([precision]).collect()
+}
+
+/// The figures that a file can have.
+fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandError> {
+    let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
+    let (drawn, of) = match plot_studies::kind(path).map_err(bad)? {
+        Kind::Run => {
+            let run = Run::open(path).map_err(no_run)?;
+            let of = if run.trains.is_some() { "run of trains" } else { "run" };
+            return Ok(catalogue::of_run(&run)
+                .into_iter()
+                .map(|entry| listed(entry, of))
+                .collect());
+        }
+        Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[]).map_err(bad)?, "sweep"),
+        Kind::WorkPrecision => (
+            plot_studies::of_work_precision(path).map_err(bad)?,
+            "work-precision study",
+        ),
+    };
+    let figures = drawn.figures.into_iter().map(|figure| Listed {
+        title: figure.title,
+        paper_figure: figure.paper_figure,
+        figure: figure.name,
+        of,
+    });
+    Ok(figures.collect())
 }
 
 /// Says of a run that is not whole how far it can be drawn.

@@ -2,11 +2,14 @@
 
 use super::arguments::{Common, SweepOptions};
 use super::input::{interrupt_flag, looks_like_a_path, overrides};
+use super::plot_studies;
 use super::progress::SweepBar;
 use super::ranks::Ranks;
 use super::{CommandError, End, complain, print, print_json};
 use crate::case::{CaseError, Form};
-use crate::results::{Overwrite, ResultError};
+use crate::plot::PlotError;
+use crate::plot::studies::{self, Choice};
+use crate::results::{Overwrite, ResultError, SweepFile};
 use crate::sweep::{
     Boundaries, Branch, Design, JournalError, Shard, Study, StudySource, Sweep, SweepError, SweepReport, journal_path,
 };
@@ -313,5 +316,15 @@ fn text_report(
         super::terminal::align_right(&mut table, 1..8);
         text += &format!("\n{}", super::terminal::show(&table));
     }
-    format!("{text}\n{}\n", report.file.display())
+    format!("{text}{}\n{}\n", spread(study, shard, report), report.file.display())
+}
+
+/// How the quantity of most interest is spread over the points of a sample; nothing of points that are chosen otherwise.
+fn spread(study: &Study, shard: Option<Shard>, report: &SweepReport) -> String {
+    if !matches!(study.design, Design::Rows(_)) || shard.is_some() {
+        return String::new();
+    }
+    let file = SweepFile::open(&report.file).map_err(PlotError::from);
+    let found = file.and_then(|file| studies::distributions(&file, &Choice::default()));
+    found.map_or_else(|_| String::new(), |found| plot_studies::report(&found))
 }

@@ -1,5 +1,6 @@
 //! Tables for the terminal.
 
+use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::analysis::summary::SolverWorkRow;
 use crate::analysis::{Headline, HeadlineRow, Summary};
 use crate::case::Case;
@@ -33,6 +34,51 @@ pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = u
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
+}
+
+/// Columns of the longest bar of a histogram.
+const BAR: usize = 40;
+
+/// Percentiles of a quantity as a table, and a histogram of it.
+pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> String {
+    let unit = if units == "1" {
+        String::new()
+    } else {
+        format!(" ({units})")
+    };
+    let mut text = format!("{name}{unit}: {} runs", found.count);
+    if found.without > 0 {
+        text += &format!(", {} without a value", found.without);
+    }
+    // As many digits as tell the percentiles of the middle half apart to a hundredth.
+    let spread = found.percentiles[4] - found.percentiles[2];
+    let size = found.least.abs().max(found.largest.abs());
+    let number = |value: f64| {
+        if (1e-3..1e6).contains(&size) && (spread > 0.0 || size >= 1.0) {
+            let step = if spread > 0.0 { spread } else { size };
+            let places = (2.0 - step.log10().floor()).clamp(0.0, 12.0) as usize;
+            format!("{value:.places$}")
+        } else {
+            format!("{value:.4e}")
+        }
+    };
+    let heads: Vec<String> = PERCENTILES.iter().map(|percent| format!("{percent} %")).collect();
+    let mut header = vec!["least"];
+    header.extend(heads.iter().map(String::as_str));
+    header.extend(["largest", "mean"]);
+    let mut percentiles = table(&header);
+    let values = std::iter::once(found.least).chain(found.percentiles);
+    percentiles.add_row(values.chain([found.largest, found.mean]).map(number));
+    align_right(&mut percentiles, 0..header.len());
+    let most = found.bars.iter().map(|bar| bar.2).max().unwrap_or(1).max(1);
+    let mut histogram = table(&["from", "to", "runs", ""]);
+    for &(from, to, count) in &found.bars {
+        // What is there is seen.
+        let length = (count * BAR).div_ceil(most);
+        histogram.add_row([number(from), number(to), count.to_string(), "#".repeat(length)]);
+    }
+    align_right(&mut histogram, 0..3);
+    format!("{text}\n{}{}", show(&percentiles), show(&histogram))
 }
 
 /// The report of a run.

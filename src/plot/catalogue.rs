@@ -1,5 +1,6 @@
 //! The figures of the paper, from one run or several: each knows its window of time by the events.
 
+use super::certified;
 use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject, without};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
@@ -136,14 +137,19 @@ pub const ENTRIES: &[Entry] = &[
     ),
 ];
 
-/// Those that a run can have, in that order: of a brake all of [`ENTRIES`], of trains those that are not about its stop.
+/// Those that a run can have, in that order: of a brake all of [`ENTRIES`], of trains those that are not about its stop; and of
+/// either what its certificate says.
 pub fn of_run(run: &Run) -> Vec<&'static Entry> {
     let all = ENTRIES.iter().chain(trains::ENTRIES);
     let of_brake = |entry: &&Entry| ENTRIES.iter().any(|known| known.name == entry.name);
-    match &run.trains {
+    let mut found: Vec<&'static Entry> = match &run.trains {
         Some(case) => all.filter(|entry| without(entry, case).is_none()).collect(),
         None => all.filter(of_brake).collect(),
+    };
+    if run.time_uncertainty().is_some() {
+        found.extend(certified::ENTRIES);
     }
+    found
 }
 
 const fn entry(
@@ -173,14 +179,14 @@ pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
             None => Err(unknown_figure(name)),
         };
     }
-    let all = ENTRIES.iter().chain(trains::ENTRIES);
+    let all = ENTRIES.iter().chain(trains::ENTRIES).chain(certified::ENTRIES);
     all.into_iter()
         .find(|e| e.name == name)
         .ok_or_else(|| unknown_figure(name))
 }
 
 fn unknown_figure(name: &str) -> PlotError {
-    let all = ENTRIES.iter().chain(trains::ENTRIES);
+    let all = ENTRIES.iter().chain(trains::ENTRIES).chain(certified::ENTRIES);
     let names: Vec<&str> = all.map(|e| e.name).collect();
     PlotError::UnknownFigure {
         name: name.to_owned(),

@@ -1,16 +1,10 @@
 //! The critical curve: the boundaries of a sweep in their plane, with the linear limit and contours of G (Fig. 25).
 
 use super::error::PlotError;
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::figure::{Curve, CurveStyle, Figure, Panel};
+use super::studies::data::{drawn_axis, short};
 use super::style::{BLACK, GREY, PALETTE};
 use crate::results::{ResultError, SweepFile};
-
-/// Symbols of the keys that the paper's figure has.
-const SYMBOLS: [(&str, &str, &str); 3] = [
-    ("friction_decay", "friction decay", "α"),
-    ("torsion_damping", "torsional damping", "c_t"),
-    ("perturbation_0_relative_velocity", "kick", "δ"),
-];
 
 /// The figure of a sweep file that has boundaries.
 ///
@@ -33,43 +27,12 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
         curves.push(Curve::line("stable at every speed", BLACK, limit.points).styled(CurveStyle::Dashed));
     }
     merge_by_label(&mut curves);
-    // One colour for each plane, named by the axes outside the plane.
-    let known = ["boundary_point", "curve", "plane", "branch"];
-    let outside: Vec<String> = file
-        .variables("boundary")
-        .into_iter()
-        .filter(|name| !known.contains(&name.as_str()) && !name.starts_with(&x) && !name.starts_with(&y))
-        .collect();
-    let mut values = Vec::new();
-    for name in &outside {
-        values.push(file.numbers(&format!("boundary/{name}"))?);
-    }
-    let mut boundaries: Vec<Curve> = Vec::new();
-    for line in lines(file, "boundary", "curve", &x, &y)? {
-        let words = outside.iter().zip(&values).map(|(name, values)| {
-            let units = file.attribute(&format!("boundary/{name}"), "units").unwrap_or_default();
-            format!("{} = {:?} {units}", symbol(name), values[line.first])
-        });
-        let label = words.collect::<Vec<_>>().join(", ");
-        let label = if label.is_empty() {
-            boundary("criterion").unwrap_or_default()
-        } else {
-            label
-        };
-        let color = PALETTE[line.plane % PALETTE.len()];
-        boundaries.push(Curve::line(&label, color, line.points));
-    }
-    merge_by_label(&mut boundaries);
-    curves.extend(boundaries);
+    curves.extend(boundary_curves(file, &x, &y)?);
     let axis = |name: &str, spacing: &str| {
         let units = file
             .attribute(&format!("boundary/{name}"), "units")
             .unwrap_or_else(|| "1".to_owned());
-        let known = SYMBOLS.iter().find(|entry| entry.0 == name);
-        let axis = match known {
-            Some((_, words, symbol)) => Axis::new(words, &units).with_symbol(symbol),
-            None => Axis::new(&name.replace('_', " "), &units),
-        };
+        let axis = drawn_axis(name, &units, "");
         if boundary(spacing).as_deref() == Some("log") {
             axis.by_powers()
         } else {
@@ -86,6 +49,56 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
         paper_figure: is_the_papers.then_some(25),
         panels: vec![Panel::new(axis(&x, "x_spacing"), axis(&y, "y_spacing"), curves)],
     })
+}
+
+/// The boundaries of a sweep and the names of the axes of their plane.
+pub(super) struct Boundary {
+    /// Name of the variable of the horizontal axis.
+    pub x: String,
+    /// Of the vertical one.
+    pub y: String,
+    /// One for each plane.
+    pub curves: Vec<Curve>,
+}
+
+/// The boundaries of a sweep file; `None` if it has none.
+pub(super) fn boundary(file: &SweepFile) -> Result<Option<Boundary>, PlotError> {
+    let (Some(x), Some(y)) = (file.text("boundary/x"), file.text("boundary/y")) else {
+        return Ok(None);
+    };
+    let curves = boundary_curves(file, &x, &y)?;
+    Ok(Some(Boundary { x, y, curves }))
+}
+
+fn boundary_curves(file: &SweepFile, x: &str, y: &str) -> Result<Vec<Curve>, PlotError> {
+    // One colour for each plane, named by the axes outside the plane.
+    let known = ["boundary_point", "curve", "plane", "branch"];
+    let outside: Vec<String> = file
+        .variables("boundary")
+        .into_iter()
+        .filter(|name| !known.contains(&name.as_str()) && !name.starts_with(x) && !name.starts_with(y))
+        .collect();
+    let mut values = Vec::new();
+    for name in &outside {
+        values.push(file.numbers(&format!("boundary/{name}"))?);
+    }
+    let mut boundaries: Vec<Curve> = Vec::new();
+    for line in lines(file, "boundary", "curve", x, y)? {
+        let words = outside.iter().zip(&values).map(|(name, values)| {
+            let units = file.attribute(&format!("boundary/{name}"), "units").unwrap_or_default();
+            format!("{} = {:?} {units}", short(name), values[line.first])
+        });
+        let label = words.collect::<Vec<_>>().join(", ");
+        let label = if label.is_empty() {
+            file.text("boundary/criterion").unwrap_or_default()
+        } else {
+            label
+        };
+        let color = PALETTE[line.plane % PALETTE.len()];
+        boundaries.push(Curve::line(&label, color, line.points));
+    }
+    merge_by_label(&mut boundaries);
+    Ok(boundaries)
 }
 
 /// One label for all contours, which have one colour: their levels in increasing order.
@@ -146,11 +159,4 @@ fn merge_by_label(curves: &mut Vec<Curve>) {
         }
     }
     *curves = merged;
-}
-
-fn symbol(name: &str) -> &str {
-    SYMBOLS
-        .iter()
-        .find(|entry| entry.0 == name)
-        .map_or(name, |entry| entry.2)
 }

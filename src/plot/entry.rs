@@ -68,6 +68,9 @@ impl Entry {
 /// The figure that only runs of trains have.
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
+/// The figures of a certificate, which any run can have.
+pub(super) const CERTIFIED: [&str; 2] = ["event-uncertainties", "error-bands"];
+
 /// Those of the brake's catalogue that they have, too.
 const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "relative-velocity"];
 
@@ -75,7 +78,7 @@ const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "rel
 pub(super) fn without(entry: &Entry, case: &TrainCase) -> Option<Absent> {
     let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
         "its rotor has no inertia and moves as it is driven"
-    } else if SHARED.contains(&entry.name) || entry.name == PORTRAIT {
+    } else if SHARED.contains(&entry.name) || entry.name == PORTRAIT || CERTIFIED.contains(&entry.name) {
         return None;
     } else if entry.name.contains("axial") || entry.name == "phase-plateau" {
         "it shows how the brake's axial mode answers F(t)"

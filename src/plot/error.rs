@@ -45,6 +45,16 @@ pub enum PlotError {
          the paper's number where it is known"
     )]
     UnknownNumber { number: u32 },
+    #[error("{path}: the study has no {what} \"{name}\"{hint}; there are {known}")]
+    NotInStudy {
+        path: PathBuf,
+        what: &'static str,
+        name: String,
+        hint: String,
+        known: String,
+    },
+    #[error("{path}: {why}")]
+    Study { path: PathBuf, why: String },
     #[error("{path}: no samples from {from} to {to} s; they reach from {first} to {last} s")]
     NothingInRange {
         path: PathBuf,

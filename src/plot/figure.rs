@@ -34,6 +34,58 @@ pub struct Panel {
     pub driven_by: &'static str,
     /// Equally high and wide, as for a phase portrait.
     pub square: bool,
+    /// Above it, where several panels show the same for other values of something; may be empty.
+    pub caption: String,
+    /// Below the curves: error bands, bars of a histogram.
+    pub areas: Vec<Area>,
+    /// Below everything: a plane in colours.
+    pub map: Option<Map>,
+}
+
+/// What lies between two lines over the same x, filled so that others show below it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Area {
+    /// In the legend; empty: not there.
+    pub label: String,
+    /// Of the filling.
+    pub color: RGBColor,
+    /// Pieces of (x, lower y, upper y).
+    pub pieces: Vec<Vec<(f64, f64, f64)>>,
+}
+
+/// Rectangular cells over a plane, each in the colour of its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// Where the columns begin and end, in the unit of the horizontal axis: one more than there are columns.
+    pub x_edges: Vec<f64>,
+    /// The same of the rows.
+    pub y_edges: Vec<f64>,
+    /// Row after row, from the least y on; in a row from the least x on.
+    pub cells: Vec<Cell>,
+    /// What the colours mean.
+    pub key: ColorKey,
+}
+
+/// What a cell of a map has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell {
+    /// A value, or a code.
+    Value(f64),
+    /// The run has no such quantity.
+    Nothing,
+    /// The run failed.
+    Failed,
+    /// It has not been run.
+    Missing,
+}
+
+/// What the colours of a map mean.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ColorKey {
+    /// A scale over the range of this axis, which is set.
+    Scale(Axis),
+    /// A colour for each code, in this order.
+    Codes(Vec<(i64, String)>),
 }
 
 /// One axis.
@@ -77,6 +129,16 @@ pub enum CurveStyle {
     Points,
     /// Open circles.
     OpenPoints,
+    /// Small filled circles, for many.
+    Dots,
+}
+
+impl Area {
+    /// All points of both of its lines.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let both = |&(x, low, high): &(f64, f64, f64)| [(x, low), (x, high)];
+        self.pieces.iter().flatten().flat_map(both)
+    }
 }
 
 impl Curve {
@@ -163,6 +225,9 @@ impl Panel {
             events: Vec::new(),
             driven_by: "F(t)",
             square: false,
+            caption: String::new(),
+            areas: Vec::new(),
+            map: None,
         }
     }
 
@@ -172,6 +237,7 @@ impl Panel {
             .curves
             .iter()
             .flat_map(Curve::points)
+            .chain(self.areas.iter().flat_map(Area::points))
             .map(coordinate)
             .filter(|v| v.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {

@@ -4,6 +4,8 @@
 //! draws them, and [`raster`] turns that into pixels with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
+pub mod certified;
+pub mod colors;
 pub mod critical;
 pub mod decimate;
 pub mod entry;
@@ -22,6 +24,7 @@ pub mod run;
 pub mod scale;
 pub mod signature;
 pub mod spiral;
+pub mod studies;
 pub mod style;
 pub mod svg;
 pub mod target;

@@ -8,7 +8,7 @@ use crate::analysis::StickSlip;
 use crate::case::{Case, CaseSource, TrainCase};
 use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind, State};
-use crate::results::{Header, ResultFile, Status, StickSlipTable, schema};
+use crate::results::{AddedGroup, Header, ResultFile, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
 use crate::simulation::trains::further;
 use std::cell::RefCell;
@@ -131,6 +131,19 @@ impl Run {
     /// How the run ended.
     pub fn status(&self) -> &Status {
         self.file.status()
+    }
+
+    /// What `certify` has added; `None` of a file without.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub(super) fn certificate(&self) -> Result<Option<AddedGroup>, PlotError> {
+        Ok(self.file.added_group(schema::group::CERTIFICATE, usize::MAX)?)
+    }
+
+    /// Uncertainties of the events' times, s, as far as a certificate has them; NaN where it is not converged.
+    pub(super) fn time_uncertainty(&self) -> Option<Vec<f64>> {
+        self.file.event_column(schema::TIME_UNCERTAINTY).ok()
     }
 
     /// Where the file is.

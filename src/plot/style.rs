@@ -27,6 +27,11 @@ pub(crate) const TICK: i32 = 50;
 /// Radius of a point.
 pub(crate) const POINT_RADIUS: u32 = 42;
 
+/// Radius of a point among many.
+pub(crate) const DOT_RADIUS: u32 = 16;
+/// Where a map has no value.
+pub(crate) const NOTHING: RGBColor = RGBColor(214, 214, 214);
+
 /// The colours of Okabe and Ito, told apart with every kind of colour vision; in the order of use for lines.
 pub(crate) const PALETTE: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 /// Okabe-Ito black.

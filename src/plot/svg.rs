@@ -1,8 +1,9 @@
 //! Draws a figure as SVG.
 use std::borrow::Cow;
 
+use super::colors;
 use super::error::PlotError;
-use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
 use super::font::{self, text_width, wrapped_title};
 use super::marks::marks;
 use super::scale::Scale;
@@ -14,7 +15,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::element::DashedPathElement;
 use plotters::prelude::{
     Cartesian2d, ChartBuilder, ChartContext, Circle, DrawingArea, IntoDrawingArea, LabelAreaPosition, PathElement,
-    Rectangle, SVGBackend, TRANSPARENT, WHITE,
+    Polygon, Rectangle, SVGBackend, TRANSPARENT, WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle};
@@ -27,10 +28,20 @@ const WIDEST_SQUARE: f64 = 11_000.0;
 const SWATCH: f64 = 380.0;
 const SWATCH_GAP: f64 = 90.0;
 const ENTRY_GAP: f64 = 300.0;
+/// Title, bar and numbers of a scale of colours, and the bar in it.
+const BAR_HEIGHT: f64 = 2.9 * LINE_HEIGHT;
+const BAR: f64 = 0.6 * LINE_HEIGHT;
+/// Steps of a scale of colours.
+const COLORS: usize = 256;
+/// Of what lies between two lines.
+const AREA_OPACITY: f64 = 0.35;
+/// Cells are drawn this much larger, drawing units, and the next over it: no ground shows between them, also where a pixel is
+/// larger than a stroke.
+const CELL_OVERLAP: f64 = 40.0;
 /// Room above the largest and below the least value, as a share of the range.
 const HEADROOM: f64 = 0.05;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Ground<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// What stands beside a name in the legend.
@@ -39,6 +50,7 @@ enum Swatch {
     Curve(RGBColor, CurveStyle),
     Ground(RGBColor, f64),
     Event(RGBColor),
+    Cell(Cell),
 }
 
 /// A panel with everything measured.
@@ -53,6 +65,7 @@ struct Measured<'a> {
     y_title: String,
     last: bool,
     marks: Vec<(f64, EventKind)>,
+    colors: Option<Scale>,
 }
 
 /// The figure as an SVG document, `width` mm wide.
@@ -66,7 +79,9 @@ pub fn svg(figure: &Figure, width: f64) -> Result<String, PlotError> {
     let title = wrapped_title(&figure.full_title(), TITLE_SIZE, width - 2.0 * MARGIN);
     let (measured, left, right) = measure(figure, width);
     let legend = legend_rows(&legend(&measured), width - 2.0 * MARGIN);
-    let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + 0.3 * LINE_HEIGHT;
+    let bar = measured.iter().find_map(color_bar);
+    let bar_height = if bar.is_some() { BAR_HEIGHT } else { 0.0 };
+    let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + bar_height + 0.3 * LINE_HEIGHT;
     let height = top + measured.iter().map(panel_height).sum::<f64>() + 0.4 * MARGIN;
     let mut text = String::new();
     let size = (width.round() as u32, height.round() as u32);
@@ -81,6 +96,9 @@ pub fn svg(figure: &Figure, width: f64) -> Result<String, PlotError> {
         for row in &legend {
             draw_legend(&root, row, y)?;
             y += LINE_HEIGHT;
+        }
+        if let Some((axis, scale)) = bar {
+            draw_color_bar(&root, axis, scale, (left, width - right), y)?;
         }
         let mut rest = root.clone();
         let mut above = top;
@@ -168,6 +186,10 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
                 y_title: String::new(),
                 last: k + 1 == count || figure.panels[k + 1].x != panel.x,
                 marks: Vec::new(),
+                colors: panel.map.as_ref().and_then(|map| match &map.key {
+                    ColorKey::Scale(axis) => Some(scale(axis, |p| p.1, 0.0)),
+                    ColorKey::Codes(_) => None,
+                }),
             }
         })
         .collect();
@@ -222,7 +244,15 @@ fn label_height(m: &Measured) -> f64 {
 }
 
 fn panel_height(m: &Measured) -> f64 {
-    m.height + label_height(m)
+    m.height + label_height(m) + caption_height(m)
+}
+
+fn caption_height(m: &Measured) -> f64 {
+    if m.panel.caption.is_empty() {
+        0.0
+    } else {
+        1.1 * LINE_HEIGHT
+    }
 }
 
 /// Name and swatch of everything that needs one, each once.
@@ -236,6 +266,26 @@ fn legend(measured: &[Measured]) -> Vec<(String, Swatch)> {
     for m in measured {
         for curve in &m.panel.curves {
             add(&curve.label, Swatch::Curve(curve.color, curve.style));
+        }
+        for area in &m.panel.areas {
+            add(&area.label, Swatch::Ground(area.color, AREA_OPACITY));
+        }
+    }
+    let maps = || measured.iter().filter_map(|m| m.panel.map.as_ref());
+    for map in maps() {
+        if let ColorKey::Codes(codes) = &map.key {
+            for (number, (_, word)) in codes.iter().enumerate() {
+                add(word, Swatch::Ground(colors::of_code(number, codes.len()), 1.0));
+            }
+        }
+    }
+    for (cell, word) in [
+        (Cell::Nothing, "no value"),
+        (Cell::Failed, "failed"),
+        (Cell::Missing, "not run"),
+    ] {
+        if maps().any(|map| map.cells.contains(&cell)) {
+            add(word, Swatch::Cell(cell));
         }
     }
     for m in measured {
@@ -291,13 +341,13 @@ fn text_style(size: f64, pos: Pos) -> TextStyle<'static> {
     (font::FAMILIES, size * 1.24).into_font().color(&BLACK).pos(pos)
 }
 
-fn write(area: &Area, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), PlotError> {
+fn write(area: &Ground, text: &str, size: f64, (x, y): (f64, f64)) -> Result<(), PlotError> {
     let style = text_style(size, Pos::new(HPos::Left, VPos::Top));
     area.draw_text(text, &style, (x.round() as i32, y.round() as i32))
         .map_err(failed)
 }
 
-fn draw_legend(area: &Area, row: &[(f64, String, Swatch)], y: f64) -> Result<(), PlotError> {
+fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(), PlotError> {
     let middle = (y + 0.4 * LABEL_SIZE).round() as i32;
     for (x, name, swatch) in row {
         let (left, right) = (x.round() as i32, (x + SWATCH).round() as i32);
@@ -327,6 +377,17 @@ fn draw_legend(area: &Area, row: &[(f64, String, Swatch)], y: f64) -> Result<(),
                 let line = [(center.0, middle - 110), (center.0, middle + 110)];
                 area.draw(&PathElement::new(line, stroke(*color, THIN_STROKE + 4)))
             }
+            Swatch::Curve(color, CurveStyle::Dots) => area.draw(&Circle::new(center, POINT_RADIUS, color.filled())),
+            Swatch::Cell(cell) => {
+                let corners = [(left, middle - 90), (right, middle + 90)];
+                let (ground, lines) = unlike_a_value(*cell, corners);
+                area.draw(&Rectangle::new(corners, ground.filled())).map_err(failed)?;
+                for line in lines {
+                    area.draw(&PathElement::new(line, stroke(BLACK, THIN_STROKE)))
+                        .map_err(failed)?;
+                }
+                area.draw(&Rectangle::new(corners, stroke(GREY, THIN_STROKE)))
+            }
         }
         .map_err(failed)?;
         write(area, name, LABEL_SIZE, (x + SWATCH + SWATCH_GAP, y))?;
@@ -334,10 +395,14 @@ fn draw_legend(area: &Area, row: &[(f64, String, Swatch)], y: f64) -> Result<(),
     Ok(())
 }
 
-fn draw_panel(area: &Area, m: &Measured, (left, right): (f64, f64)) -> Result<(), PlotError> {
+fn draw_panel(area: &Ground, m: &Measured, (left, right): (f64, f64)) -> Result<(), PlotError> {
     let (own, _) = area.split_vertically(panel_height(m).round() as i32);
     let (x, y) = (m.x.shown, m.y.shown);
+    if !m.panel.caption.is_empty() {
+        write(&own, &m.panel.caption, LABEL_SIZE, (left, 0.1 * LINE_HEIGHT))?;
+    }
     let mut chart = ChartBuilder::on(&own)
+        .margin_top(caption_height(m).round() as i32)
         .margin_left(MARGIN.round() as i32)
         .margin_right(right.round() as i32)
         .set_label_area_size(LabelAreaPosition::Left, (left - MARGIN).round() as i32)
@@ -350,6 +415,12 @@ fn draw_panel(area: &Area, m: &Measured, (left, right): (f64, f64)) -> Result<()
         draw(&chart, &Rectangle::new(corners, color.mix(opacity).filled()))?;
     }
     draw_mesh(&mut chart, m)?;
+    if let Some(map) = &m.panel.map {
+        draw_map(&chart, m, map)?;
+    }
+    for area in &m.panel.areas {
+        draw_area(&chart, m, area)?;
+    }
     for &(at, kind) in &m.marks {
         let at = m.x.show(at);
         let line = [(at, y.0), (at, y.1)];
@@ -417,16 +488,165 @@ fn draw_curve(chart: &Chart, m: &Measured, curve: &Curve) -> Result<(), PlotErro
             CurveStyle::Solid => draw(chart, &PathElement::new(points, line))?,
             CurveStyle::Thin => draw(chart, &PathElement::new(points, stroke(curve.color, CURVE_STROKE / 2)))?,
             CurveStyle::Dashed => draw(chart, &DashedPathElement::new(points, 90, 60, line))?,
-            CurveStyle::Points | CurveStyle::OpenPoints => {
-                let style = match curve.style {
-                    CurveStyle::Points => curve.color.filled(),
-                    _ => stroke(curve.color, THIN_STROKE + 4),
+            CurveStyle::Points | CurveStyle::OpenPoints | CurveStyle::Dots => {
+                let (radius, style) = match curve.style {
+                    CurveStyle::Points => (POINT_RADIUS, curve.color.filled()),
+                    CurveStyle::Dots => (DOT_RADIUS, curve.color.filled()),
+                    _ => (POINT_RADIUS, stroke(curve.color, THIN_STROKE + 4)),
                 };
                 for point in points {
-                    draw(chart, &Circle::new(point, POINT_RADIUS, style))?;
+                    draw(chart, &Circle::new(point, radius, style))?;
                 }
             }
         }
+    }
+    Ok(())
+}
+
+/// The first scale of colours: the panels of a figure share it.
+fn color_bar<'a>(m: &'a Measured) -> Option<(&'a Axis, &'a Scale)> {
+    match &m.panel.map.as_ref()?.key {
+        ColorKey::Scale(axis) => Some((axis, m.colors.as_ref()?)),
+        ColorKey::Codes(_) => None,
+    }
+}
+
+/// The share of the scale at which a value lies.
+fn share(scale: &Scale, value: f64) -> f64 {
+    (scale.show(value) - scale.shown.0) / (scale.shown.1 - scale.shown.0)
+}
+
+/// The step of a scale that a value has.
+fn step(scale: &Scale, value: f64) -> usize {
+    ((share(scale, value) * COLORS as f64) as usize).min(COLORS - 1)
+}
+
+fn color_of(step: usize) -> RGBColor {
+    colors::at((step as f64 + 0.5) / COLORS as f64)
+}
+
+/// Its title, the colours from left to right, and numbers below them.
+fn draw_color_bar(
+    area: &Ground,
+    axis: &Axis,
+    scale: &Scale,
+    (left, right): (f64, f64),
+    y: f64,
+) -> Result<(), PlotError> {
+    let width = right - left;
+    // A long title begins before the bar.
+    let title = fitting_title(scale, axis, right - MARGIN);
+    let start = if text_width(&title, LABEL_SIZE) <= width {
+        left
+    } else {
+        MARGIN
+    };
+    write(area, &title, LABEL_SIZE, (start, y))?;
+    let (top, bottom) = (y + LINE_HEIGHT, y + LINE_HEIGHT + BAR);
+    let at = |share: f64| (left + share * width).round() as i32;
+    let (top, bottom) = (top.round() as i32, bottom.round() as i32);
+    for step in 0..COLORS {
+        let from = at(step as f64 / COLORS as f64);
+        // To the end, and the next over it: no ground shows between them.
+        let corners = [(from, top), (at(1.0), bottom)];
+        area.draw(&Rectangle::new(corners, color_of(step).filled()))
+            .map_err(failed)?;
+    }
+    area.draw(&Rectangle::new(
+        [(at(0.0), top), (at(1.0), bottom)],
+        stroke(BLACK, AXIS_STROKE),
+    ))
+    .map_err(failed)?;
+    let fits = |n: &usize| {
+        let gaps = scale.ticks(*n).0.len().max(2) - 1;
+        scale.best_count(*n) == *n && widest_label(scale, *n) + LABEL_SIZE < width / (gaps + 1) as f64
+    };
+    let (ticks, decimals) = scale.ticks((2..=10).rev().find(fits).unwrap_or(2));
+    let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Top));
+    for tick in ticks {
+        let x = at((tick - scale.shown.0) / (scale.shown.1 - scale.shown.0));
+        area.draw(&PathElement::new(
+            [(x, bottom), (x, bottom + TICK)],
+            stroke(BLACK, AXIS_STROKE),
+        ))
+        .map_err(failed)?;
+        let label = scale.label(tick, decimals);
+        // The first and the last stay within the picture.
+        let half = (text_width(&label, LABEL_SIZE) / 2.0).ceil() as i32;
+        let middle = x.clamp(half + 20, (right + MARGIN) as i32 - half);
+        area.draw_text(&label, &style, (middle, bottom + 2 * TICK))
+            .map_err(failed)?;
+    }
+    Ok(())
+}
+
+/// Ground and lines of a cell without a value: none, crossed out, and struck through. They do not depend on colour.
+fn unlike_a_value<T: Copy>(cell: Cell, [(left, low), (right, high)]: [(T, T); 2]) -> (RGBColor, Vec<[(T, T); 2]>) {
+    let (up, down) = ([(left, low), (right, high)], [(left, high), (right, low)]);
+    match cell {
+        Cell::Failed => (WHITE, vec![up, down]),
+        Cell::Missing => (WHITE, vec![up]),
+        Cell::Nothing | Cell::Value(_) => (NOTHING, Vec::new()),
+    }
+}
+
+/// Cells of one colour beside each other are one rectangle.
+fn draw_map(chart: &Chart, m: &Measured, map: &Map) -> Result<(), PlotError> {
+    let columns = map.x_edges.len().saturating_sub(1);
+    if columns == 0 {
+        return Ok(());
+    }
+    let color = |cell: Cell| match (cell, &map.key, &m.colors) {
+        (Cell::Value(value), ColorKey::Codes(codes), _) => {
+            let place = codes.iter().position(|(code, _)| *code as f64 == value);
+            place.map(|place| colors::of_code(place, codes.len()))
+        }
+        (Cell::Value(value), ColorKey::Scale(_), Some(scale)) => Some(color_of(step(scale, value))),
+        _ => None,
+    };
+    let (more_x, more_y) = (
+        CELL_OVERLAP * (m.x.shown.1 - m.x.shown.0) / m.width,
+        CELL_OVERLAP * (m.y.shown.1 - m.y.shown.0) / m.height,
+    );
+    for (row, cells) in map.cells.chunks(columns).enumerate() {
+        let Some(&[low, high]) = map.y_edges.get(row..row + 2).and_then(|edges| edges.first_chunk()) else {
+            break;
+        };
+        let (low, high) = (m.y.show(low), m.y.show(high));
+        let mut column = 0;
+        while column < cells.len() {
+            let own = color(cells[column]);
+            let mut end = column + 1;
+            while own.is_some() && end < cells.len() && color(cells[end]) == own {
+                end += 1;
+            }
+            let (left, right) = (m.x.show(map.x_edges[column]), m.x.show(map.x_edges[end]));
+            match own {
+                Some(color) => {
+                    let corner = ((right + more_x).min(m.x.shown.1), (high + more_y).min(m.y.shown.1));
+                    draw(chart, &Rectangle::new([(left, low), corner], color.filled()))?;
+                }
+                None => {
+                    let corners = [(left, low), (right, high)];
+                    let (ground, lines) = unlike_a_value(cells[column], corners);
+                    draw(chart, &Rectangle::new(corners, ground.filled()))?;
+                    for line in lines {
+                        draw(chart, &PathElement::new(line, stroke(BLACK, THIN_STROKE)))?;
+                    }
+                }
+            }
+            column = end;
+        }
+    }
+    Ok(())
+}
+
+fn draw_area(chart: &Chart, m: &Measured, area: &Area) -> Result<(), PlotError> {
+    for piece in &area.pieces {
+        let lower = piece.iter().map(|&(x, low, _)| (m.x.show(x), m.y.show(low)));
+        let upper = piece.iter().rev().map(|&(x, _, high)| (m.x.show(x), m.y.show(high)));
+        let outline: Vec<(f64, f64)> = lower.chain(upper).collect();
+        draw(chart, &Polygon::new(outline, area.color.mix(AREA_OPACITY).filled()))?;
     }
     Ok(())
 }

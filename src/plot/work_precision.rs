@@ -1,10 +1,13 @@
 //! The figure of `stickslip work-precision`.
 
+use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{GREY, PALETTE};
-use crate::analysis::work_precision::{Errors, Knob, Measurement, StudyResult};
+use crate::analysis::work_precision::{Errors, Knob, Measurement, Reference, StudyResult};
+use crate::results::{ResultError, WorkPrecisionFile};
 use crate::simulation::Method;
 use plotters::style::RGBColor;
+use std::path::Path;
 
 /// An error of nothing has no logarithm: it is drawn here, s, which is below any uncertainty of seconds in doubles.
 const LEAST: f64 = 1e-16;
@@ -18,6 +21,57 @@ struct Series<'a> {
     color: usize,
     fixed: bool,
     runs: Vec<&'a Measurement>,
+}
+
+/// The figure of the file of a study, without its runs.
+///
+/// # Errors
+/// A file of another kind, of a newer version of the program, or damaged.
+pub fn of_file(path: &Path) -> Result<Figure, PlotError> {
+    let file = WorkPrecisionFile::read(path)?;
+    let known = |value: f64| value.is_finite().then_some(value);
+    let mut measurements = Vec::with_capacity(file.runs.len());
+    for run in &file.runs {
+        let name = file.methods.iter().find(|method| method.0 == i64::from(run.method));
+        let method = name.and_then(|(_, name)| Method::all().find(|method| method.name() == name));
+        let method = method.ok_or_else(|| ResultError::UnknownCode {
+            path: path.to_owned(),
+            what: "/runs/method",
+            code: run.method,
+        })?;
+        measurements.push(Measurement {
+            method,
+            knob: known(run.fixed_step).map_or(Knob::Tolerance(run.rtol), Knob::FixedStep),
+            failure: run.failed.then(String::new),
+            errors: Errors {
+                onset: known(run.onset_error),
+                final_stick: known(run.final_stick_error),
+                largest: known(run.largest_event_error),
+            },
+            events: run.events as usize,
+            same_sequence: run.same_sequence,
+            steps: run.steps,
+            rhs_evaluations: run.rhs_evaluations,
+            jacobian_evaluations: run.jacobian_evaluations,
+            wall_time: run.wall_time,
+        });
+    }
+    let [onset, final_stick, largest] = file.uncertainties.map(known);
+    let result = StudyResult {
+        reference: Reference {
+            description: file.reference,
+            events: Vec::new(),
+            uncertainties: Vec::new(),
+        },
+        uncertainty: Errors {
+            onset,
+            final_stick,
+            largest,
+        },
+        measurements,
+        interrupted: false,
+    };
+    Ok(figure(&file.title, &result))
 }
 
 /// Error against calls of the right-hand side and against time. Errors that the reference cannot tell from zero are

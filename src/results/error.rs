@@ -134,11 +134,11 @@ pub enum ResultError {
 
 fn another_kind(format: &str) -> &'static str {
     if format == super::schema::SWEEP_FORMAT {
-        "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws its \
-         boundaries, and with trajectory = true in [keep] a study leaves a result file of each run"
+        "holds the many runs of a sweep, not the result of one; `stickslip inspect` lists it, `stickslip plot` draws it, \
+         and with trajectory = true in [keep] a study leaves a result file of each run"
     } else {
-        "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, and `stickslip run` writes \
-         results"
+        "holds a work-precision study, not the result of a run; `stickslip inspect` lists it, `stickslip plot` draws it, and \
+         `stickslip run` writes results"
     }
 }
 

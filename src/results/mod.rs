@@ -42,5 +42,5 @@ pub(crate) use sweep::{
     EventForm, Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter,
 };
 pub use target::{Overwrite, check_target, partial_path};
-pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRow};
+pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRead, WorkPrecisionRow};
 pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttributes};

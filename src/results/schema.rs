@@ -79,6 +79,9 @@ pub(crate) const META_MOTION: &str = "motion";
 /// Its value where metres stand for radians.
 pub(crate) const TRANSLATION: &str = "translation";
 
+/// Attribute of /meta of a sweep: the command that runs a point by itself, but for its values on the axes.
+pub(crate) const META_POINT_COMMAND: &str = "point_command";
+
 /// Names of the attributes of a variable.
 pub mod attribute {
     /// Unit, as UDUNITS writes it.

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::attributes::{self, write_attributes, write_text_attribute};
 use super::disk::WriteLock;
+use super::source::Source;
 use super::table::{self, Cell, TableWriter};
 use super::target::{self, Overwrite};
-use super::{MetaValue, ResultError, Status, schema};
+use super::{AttributeValue, MetaValue, ResultError, Status, schema};
 
 /// A row of /runs; NaN where there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +79,21 @@ pub struct WorkPrecisionFile {
     pub uncertainties: [f64; 3],
 }
 
+/// What is read of the file of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorkPrecisionRead {
+    /// Root attribute `title`.
+    pub title: String,
+    /// In the order of the study.
+    pub runs: Vec<WorkPrecisionRow>,
+    /// (code, name) of the methods.
+    pub methods: Vec<(i64, String)>,
+    /// How the reference came about.
+    pub reference: String,
+    /// As [`WorkPrecisionFile::uncertainties`].
+    pub uncertainties: [f64; 3],
+}
+
 impl WorkPrecisionFile {
     /// Writes the file: under its name if the study is complete, else as its partial file. Returns where it is.
     ///
@@ -111,6 +127,81 @@ impl WorkPrecisionFile {
             let _ = fs::remove_file(&made);
         }
         written.map(|()| target.to_owned())
+    }
+
+    /// Whether the file at `path` is one of a work-precision study.
+    pub fn is_one(path: &Path) -> bool {
+        let format = Source::open_known(path).and_then(|source| source.text_attribute("", schema::root::FORMAT));
+        matches!(format, Ok(Some(format)) if format == schema::WORK_PRECISION_FORMAT)
+    }
+
+    /// Reads what a figure of it needs: title, methods, runs and uncertainties.
+    ///
+    /// # Errors
+    /// A file that is not there, of another kind, of a newer version of the program, or damaged.
+    pub fn read(path: &Path) -> Result<WorkPrecisionRead, ResultError> {
+        let source = Source::open_known(path)?;
+        if source.text_attribute("", schema::root::FORMAT)?.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
+            let found = source.text_attribute("", schema::root::FORMAT)?;
+            return Err(ResultError::NotAResult {
+                path: path.to_owned(),
+                found,
+            });
+        }
+        let missing = |what: String| ResultError::Missing {
+            path: path.to_owned(),
+            what,
+        };
+        let methods = super::sweep::flags(&source, "runs/method");
+        let column = |name: &str| -> Result<Vec<f64>, ResultError> {
+            let variable = format!("runs/{name}");
+            let found = source.dataset(&variable)?;
+            let info = found.ok_or_else(|| missing(format!("variable {variable}")))?;
+            source.read_rows(&variable, 0..info.size())
+        };
+        let (method, rtol, fixed_step) = (column("method")?, column("rtol")?, column("fixed_step")?);
+        let (outcome, same_sequence, events) = (column("outcome")?, column("same_sequence")?, column("events")?);
+        let errors = [
+            column("onset_error")?,
+            column("final_stick_error")?,
+            column("largest_event_error")?,
+        ];
+        let (steps, rhs, jacobians) = (
+            column("steps")?,
+            column("rhs_evaluations")?,
+            column("jacobian_evaluations")?,
+        );
+        let wall_time = column("wall_time")?;
+        let mut uncertainties = [f64::NAN; 3];
+        for ((name, ..), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(&mut uncertainties) {
+            if let Some(AttributeValue::Number(number)) = source.attribute(schema::group::REFERENCE, name)? {
+                *value = number;
+            }
+        }
+        let rows = (0..method.len()).map(|k| WorkPrecisionRow {
+            method: method[k] as i8,
+            rtol: rtol[k],
+            fixed_step: fixed_step[k],
+            failed: outcome[k] != 0.0,
+            same_sequence: same_sequence[k] != 0.0,
+            events: events[k] as u64,
+            onset_error: errors[0][k],
+            final_stick_error: errors[1][k],
+            largest_event_error: errors[2][k],
+            steps: steps[k] as u64,
+            rhs_evaluations: rhs[k] as u64,
+            jacobian_evaluations: jacobians[k] as u64,
+            wall_time: wall_time[k],
+        });
+        Ok(WorkPrecisionRead {
+            title: source.text_attribute("", schema::root::TITLE)?.unwrap_or_default(),
+            runs: rows.collect(),
+            methods,
+            reference: source
+                .text_attribute(schema::group::REFERENCE, "description")?
+                .unwrap_or_default(),
+            uncertainties,
+        })
     }
 
     fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {

@@ -10,7 +10,7 @@ use super::shard::Part;
 use super::study::{Design, Study};
 use crate::case::{Form, Motion, Setting};
 use crate::provenance;
-use crate::results::schema::META_MOTION;
+use crate::results::schema::{META_MOTION, META_POINT_COMMAND};
 use crate::results::{
     EventForm, MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
     SweepVariable, SweepWriter,
@@ -26,12 +26,16 @@ pub(super) struct Written {
     pub(super) unfinished: u64,
 }
 
+/// A longer command is left out of the file, bytes.
+const LONGEST_COMMAND: usize = 32_768;
+
 /// What the file of a study says of where it comes from.
 pub(crate) fn header(study: &Study) -> SweepHeader {
     let mut meta = provenance::build();
     if let Some(tolerance) = study.default_tolerance() {
         meta.push(("default_rtol".to_owned(), MetaValue::Number(tolerance)));
     }
+    meta.extend(command_attribute(study));
     if let Form::Trains(motion) = study.form {
         meta.push((META_MOTION.to_owned(), MetaValue::Text(motion.name().to_owned())));
     }
@@ -45,6 +49,13 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
         case_text: study.base.text.clone(),
         meta,
     }
+}
+
+/// The attribute of /meta with the command that runs a point; none where it is too long for an attribute, which has less
+/// than 64 KiB.
+pub(crate) fn command_attribute(study: &Study) -> Option<(String, MetaValue)> {
+    let command = study.point_command();
+    (command.len() < LONGEST_COMMAND).then(|| (META_POINT_COMMAND.to_owned(), MetaValue::Text(command)))
 }
 
 /// Makes the sweep file from the journal, in the order of the points.

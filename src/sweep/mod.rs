@@ -41,7 +41,7 @@ pub use axis::{Axis, Range, Spacing};
 pub use criterion::{BoundarySpec, Comparison, Criterion};
 pub use curves::{Boundaries, BoundaryPoint, Branch, Curve, Line};
 pub use error::SweepError;
-pub(crate) use file::sweep_variables;
+pub(crate) use file::{command_attribute, sweep_variables};
 pub use journal::{Existing, Journal, JournalError, journal_path};
 pub(crate) use quantities::unknown_quantity;
 pub use quantities::{EventRow, Outcome, QUANTITIES, Quantity, Values, quantities, quantity_index};

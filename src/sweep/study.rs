@@ -7,7 +7,7 @@ use super::reading::{Reader, join, whole_number};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
-use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Override, Problem, Setting};
+use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Origin, Override, Problem, Setting};
 use crate::results::{ResultFile, is_hdf5};
 use crate::simulation::{Following, Method};
 use sha2::{Digest, Sha256};
@@ -74,6 +74,11 @@ pub struct Point {
     /// One for each axis.
     pub coordinates: Vec<Setting>,
 }
+
+/// How long a run may take, which is no part of what it computes.
+const WALL_TIME: &str = "solver.max_wall_time";
+/// By which method a run is made.
+const METHOD: &str = "solver.method";
 
 /// More points than this are taken for a mistake: years of computing.
 const MOST_POINTS: u64 = 1_000_000_000;
@@ -266,6 +271,31 @@ impl Study {
         Ok(case)
     }
 
+    /// The command that runs one of its points by itself, without the values on the axes: `--set KEY=VALUE` for each of their
+    /// keys completes it. A base case in a file is named as the study names it, relative to its own folder.
+    ///
+    /// What only says how long a run may take is left out, and the tolerance, too, where the method is an axis.
+    pub fn point_command(&self) -> String {
+        let folder = self.source.folder();
+        let base = match &self.base.origin {
+            Origin::BuiltIn(name) => name.clone(),
+            Origin::File(path) | Origin::Result(path) => {
+                path.strip_prefix(&folder).unwrap_or(path).display().to_string()
+            }
+        };
+        let mut arguments = vec![base];
+        let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
+        arguments.extend(settings.flat_map(|setting| ["--set".to_owned(), setting.argument()]));
+        let by_axis = self.axes.iter().any(|axis| axis.keys.iter().any(|key| key == METHOD));
+        let method = AnyCase::parse(self.form, &self.base, &self.settings).map(|mut case| case.options_mut().0.method);
+        let takes_it = !matches!(method, Ok(method) if !matches!(method, Method::Auto | Method::Series));
+        if let (Some(tolerance), false, true) = (self.default_tolerance(), by_axis, takes_it) {
+            arguments.extend(["--set".to_owned(), format!("solver.rtol={tolerance:e}")]);
+        }
+        let arguments: Vec<String> = arguments.iter().map(|argument| in_shell(argument)).collect();
+        format!("stickslip run {}", arguments.join(" "))
+    }
+
     /// The same study with further keys set in its base case.
     pub fn with(&self, overrides: &[Override]) -> Study {
         let mut study = self.clone();
@@ -287,10 +317,7 @@ impl Study {
         add(env!("CARGO_PKG_VERSION"));
         add(&self.base.text);
         // How long a run may take is no part of what it computes: a study is resumed with another budget.
-        let settings = self
-            .settings
-            .iter()
-            .filter(|setting| setting.key() != "solver.max_wall_time");
+        let settings = self.settings.iter().filter(|setting| setting.key() != WALL_TIME);
         add(&format!("{:?}", settings.collect::<Vec<_>>()));
         add(&format!("{STUDY_RTOL}"));
         for axis in &self.axes {
@@ -331,6 +358,16 @@ impl Study {
             }
         }
         first.map_or(Ok(()), |error| Err(relabelled(error, &self.settings, &label)))
+    }
+}
+
+/// An argument as a POSIX shell takes it.
+fn in_shell(argument: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_./=:,+-".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        argument.to_owned()
+    } else {
+        format!("'{}'", argument.replace('\'', "'\\''"))
     }
 }
 

@@ -1,0 +1,124 @@
+//! `stickslip plot` of files that hold many runs: sweeps, calibrations, work-precision studies.
+
+use super::arguments::PlotOptions;
+use super::terminal;
+use crate::analysis::distribution::{Distribution, PERCENTILES};
+use crate::plot::studies::{self, Choice, ENTRIES, StudyQuantity};
+use crate::plot::{Figure, PlotError, work_precision};
+use crate::results::{ResultError, SweepFile, WorkPrecisionFile};
+use std::path::Path;
+
+/// What a file holds, as far as drawing it is concerned.
+pub(super) enum Kind {
+    /// One run, or nothing that is known.
+    Run,
+    /// Many runs of a sweep or a calibration.
+    Sweep(SweepFile),
+    /// Methods by tolerances.
+    WorkPrecision,
+}
+
+/// What is drawn of such a file.
+pub(super) struct Drawn {
+    pub figures: Vec<Figure>,
+    pub distributions: Vec<(StudyQuantity, Distribution)>,
+}
+
+/// What `path` holds.
+///
+/// # Errors
+/// A shard of a sweep, which is no whole.
+pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
+    match SweepFile::open(path) {
+        Ok(file) => Ok(Kind::Sweep(file)),
+        Err(error @ ResultError::OnlyAShard { .. }) => Err(error.into()),
+        Err(_) if WorkPrecisionFile::is_one(path) => Ok(Kind::WorkPrecision),
+        Err(_) => Ok(Kind::Run),
+    }
+}
+
+/// The choice that the options make; an error of wrong usage for what is not about such files.
+pub(super) fn choice(options: &PlotOptions) -> Result<Choice, String> {
+    let mut at = Vec::new();
+    for text in &options.at {
+        let Some((name, value)) = text.split_once('=') else {
+            return Err(format!("--at {text}: expected AXIS=VALUE, such as torsion.damping=22"));
+        };
+        at.push((name.trim().to_owned(), value.trim().to_owned()));
+    }
+    Ok(Choice {
+        quantities: options.quantities.clone(),
+        axes: <[String; 2]>::try_from(options.axes.clone()).ok(),
+        at,
+    })
+}
+
+/// The figures of a sweep or a calibration: those of the names that are asked for, or all.
+pub(super) fn of_sweep(file: &SweepFile, choice: &Choice, only: &[String]) -> Result<Drawn, PlotError> {
+    let mut figures = studies::figures(file, choice)?;
+    if !only.is_empty() {
+        figures.retain(|figure| only.iter().any(|name| is_named(figure, name)));
+        if figures.is_empty() {
+            let known = studies::figures(file, choice)?;
+            let known: Vec<String> = known.into_iter().map(|figure| figure.name).collect();
+            return Err(PlotError::Study {
+                path: file.path().to_owned(),
+                why: format!("has no figure {}; there are {}", only.join(", "), known.join(", ")),
+            });
+        }
+    }
+    Ok(Drawn {
+        figures,
+        distributions: studies::distributions(file, choice)?,
+    })
+}
+
+/// By its whole name, the name of its kind, or its number in the paper.
+fn is_named(figure: &Figure, name: &str) -> bool {
+    let of_kind = figure.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('-'));
+    let entry = ENTRIES.iter().any(|entry| entry.name == name);
+    let number = figure.paper_figure.map(|number| number.to_string());
+    figure.name == name || entry && of_kind || number.as_deref() == Some(name)
+}
+
+/// The figure of a work-precision study.
+pub(super) fn of_work_precision(path: &Path) -> Result<Drawn, PlotError> {
+    Ok(Drawn {
+        figures: vec![work_precision::of_file(path)?],
+        distributions: Vec::new(),
+    })
+}
+
+/// Percentiles as a table, and a histogram, of every quantity.
+pub(super) fn report(distributions: &[(StudyQuantity, Distribution)]) -> String {
+    let mut text = String::new();
+    for (quantity, distribution) in distributions {
+        text += &format!(
+            "\n{}",
+            terminal::distribution(&quantity.name, &quantity.units, distribution)
+        );
+    }
+    text
+}
+
+/// A distribution as JSON.
+pub(super) fn documents(distributions: &[(StudyQuantity, Distribution)]) -> Vec<serde_json::Value> {
+    let document = |(quantity, distribution): &(StudyQuantity, Distribution)| {
+        let percentiles = PERCENTILES.iter().zip(&distribution.percentiles);
+        let percentiles: serde_json::Map<String, serde_json::Value> = percentiles
+            .map(|(percent, value)| (percent.to_string(), (*value).into()))
+            .collect();
+        serde_json::json!({
+            "quantity": quantity.name,
+            "unit": quantity.units,
+            "count": distribution.count,
+            "without": distribution.without,
+            "least": distribution.least,
+            "largest": distribution.largest,
+            "mean": distribution.mean,
+            "percentiles": percentiles,
+            "bars": distribution.bars,
+        })
+    };
+    distributions.iter().map(document).collect()
+}

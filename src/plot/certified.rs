@@ -1,0 +1,211 @@
+//! What a certificate says: how far the events can be off, and the channels between them.
+
+use super::PlotError;
+use super::entry::{Absent, CERTIFIED, Entry, Outcome, Subject};
+use super::figure::{Area, Axis, Curve, CurveStyle, Figure, Panel};
+use super::own::time_axis;
+use super::style::{BLACK, BLUE, ORANGE, SKY, VERMILLION, line_color};
+use crate::results::AddedGroup;
+
+/// Figures of a certified file.
+pub const ENTRIES: &[Entry] = &[
+    Entry {
+        name: CERTIFIED[0],
+        title: "Uncertainty of the events, certified",
+        paper_figure: None,
+        draw: events,
+    },
+    Entry {
+        name: CERTIFIED[1],
+        title: "Error bands of the channels, certified",
+        paper_figure: None,
+        draw: bands,
+    },
+];
+
+/// An uncertainty of nothing has no logarithm: it is drawn here, s, which is about the spacing of times as doubles.
+const LEAST: f64 = 1e-16;
+
+/// Channels whose bands are drawn, of a brake and of trains.
+const CHANNELS: [&str; 2] = ["relative_velocity", "friction_torque"];
+
+fn without() -> Outcome {
+    Err(Absent::from(
+        "the file has no certificate: `stickslip certify FILE` writes a copy with one",
+    ))
+}
+
+fn column<'a>(group: &'a AddedGroup, name: &str) -> Option<&'a [f64]> {
+    let found = group.columns.iter().find(|column| column.name == name);
+    found.map(|column| column.values.as_slice())
+}
+
+/// For every event, from what rounding alone does up to its uncertainty; and the true error, where the oracle has it.
+fn events(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let run = subject.run;
+    let (Some(group), Some(uncertainty)) = (run.certificate()?, run.time_uncertainty()) else {
+        return Ok(without());
+    };
+    let numbered = |values: &[f64]| -> Vec<(f64, f64)> {
+        let numbers = values.iter().enumerate().filter(|(_, value)| value.is_finite());
+        numbers.map(|(k, value)| (k as f64, value.abs().max(LEAST))).collect()
+    };
+    let points = numbered(&uncertainty);
+    if points.is_empty() {
+        return Ok(Err(
+            "no event of its certificate is converged, so none has an uncertainty".into(),
+        ));
+    }
+    let mut curves = Vec::new();
+    if let Some(rounding) = column(&group, "rounding") {
+        let bars = points.iter().filter_map(|&(k, high)| {
+            let low = rounding.get(k as usize).filter(|low| low.is_finite())?.abs().max(LEAST);
+            (low < high).then(|| vec![(k, low), (k, high)])
+        });
+        curves.push(Curve {
+            label: "from what rounding alone does".to_owned(),
+            color: SKY,
+            style: CurveStyle::Solid,
+            pieces: bars.collect(),
+        });
+    }
+    let style = if points.len() > 200 {
+        CurveStyle::Dots
+    } else {
+        CurveStyle::Points
+    };
+    curves.push(Curve::line("uncertainty of the time", BLUE, points).styled(style));
+    if let Some(errors) = column(&group, "true_error") {
+        let points = numbered(errors);
+        curves.push(Curve::line("true error, by the oracle", VERMILLION, points).styled(CurveStyle::OpenPoints));
+    }
+    let unconverged: Vec<(f64, f64)> = uncertainty
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| !value.is_finite())
+        .map(|(k, _)| (k as f64, LEAST))
+        .collect();
+    if !unconverged.is_empty() {
+        curves.push(Curve::line("not converged", ORANGE, unconverged).styled(CurveStyle::OpenPoints));
+    }
+    curves.retain(|curve| curve.points().next().is_some());
+    let last = run.events.len().max(2) as f64;
+    let x = || Axis::new("event, from 0", "1").ranging(-1.0, last);
+    let mut panels = vec![Panel::new(x(), Axis::new("uncertainty", "s").by_powers(), curves)];
+    // What has made them so large: a deviation grows from the loss of stability on.
+    let growth = column(&group, "growth").unwrap_or_default().iter().enumerate();
+    let growth: Vec<(f64, f64)> = growth
+        .filter(|(_, folds)| folds.is_finite())
+        .map(|(k, folds)| (k as f64, *folds))
+        .collect();
+    if growth.iter().any(|point| point.1 != 0.0) {
+        let folds = Axis::new("growth, e-folds", "1");
+        let growth = Curve::line("", BLACK, growth).styled(CurveStyle::Dots);
+        panels.push(Panel::new(x(), folds, vec![growth]));
+    }
+    Ok(Ok(Figure {
+        name: entry.name.to_owned(),
+        title: format!("{}: {}", entry.title, verdict(&group)),
+        paper_figure: None,
+        panels,
+    }))
+}
+
+/// The verdict of the whole in words.
+fn verdict(group: &AddedGroup) -> String {
+    let attribute = |name: &str| {
+        let found = group.attributes.iter().find(|(known, _)| known == name);
+        found.map(|(_, value)| value.to_string())
+    };
+    match (attribute("verdict_of_all"), attribute("digits")) {
+        (Some(verdict), Some(digits)) => format!("{verdict}, {} digits", digits.trim_end_matches(".0")),
+        (Some(verdict), None) => verdict,
+        _ => "no verdict".to_owned(),
+    }
+}
+
+/// Each channel with its band over the stick-slip, and below it how wide the band is at a fixed time.
+fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let run = subject.run;
+    let Some(group) = run.certificate()? else {
+        return Ok(without());
+    };
+    let (Some(start), Some(end), Some(uncertainty)) = (
+        column(&group, "stretch_start"),
+        column(&group, "stretch_end"),
+        column(&group, "stretch_time_uncertainty"),
+    ) else {
+        return Ok(Err("its certificate has no bands".into()));
+    };
+    let window = match (subject.onset, subject.final_stick) {
+        (Some(from), Some(to)) if to > from => {
+            let margin = 0.05 * (to - from);
+            ((from - margin).max(run.times.0), (to + margin).min(run.times.1))
+        }
+        _ => run.times,
+    };
+    let mut panels = Vec::new();
+    let mut widths: Vec<(Axis, Vec<(f64, f64)>)> = Vec::new();
+    for (number, channel) in CHANNELS.iter().enumerate() {
+        let Some(band) = column(&group, &format!("band_{channel}")) else {
+            continue;
+        };
+        let rate = column(&group, &format!("rate_{channel}"));
+        // At a fixed time; NaN where nothing can be said.
+        let width = |k: usize| {
+            let by_phase = band.get(k).copied().unwrap_or(f64::NAN);
+            let rate = rate.map_or(0.0, |rate| rate.get(k).copied().unwrap_or(f64::NAN));
+            by_phase + rate * uncertainty.get(k).copied().unwrap_or(f64::NAN)
+        };
+        let stretch_of = |time: f64| start.partition_point(|&from| from <= time).saturating_sub(1);
+        let axis = run.axis(channel)?;
+        let Some(points) = run.curves(&[*channel], window)?.into_iter().next() else {
+            continue;
+        };
+        let mut pieces: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new()];
+        for &(time, value) in &points {
+            let half = width(stretch_of(time));
+            match pieces.last_mut() {
+                Some(piece) if half.is_finite() => piece.push((time, value - half, value + half)),
+                _ => pieces.push(Vec::new()),
+            }
+        }
+        pieces.retain(|piece| piece.len() > 1);
+        let steps: Vec<(f64, f64)> = (0..start.len())
+            .filter(|&k| end[k] > window.0 && start[k] < window.1)
+            .flat_map(|k| [(start[k].max(window.0), width(k)), (end[k].min(window.1), width(k))])
+            .filter(|point| point.1 > 0.0)
+            .collect();
+        let color = line_color(number);
+        let mut panel = Panel::new(time_axis(window), axis.clone(), vec![Curve::line("", color, points)]);
+        panel.areas = vec![Area {
+            label: String::new(),
+            color: SKY,
+            pieces,
+        }];
+        panels.push(panel);
+        widths.push((axis, steps));
+    }
+    if panels.is_empty() {
+        return Ok(Err("its certificate has no band of a channel that is drawn here".into()));
+    }
+    for (number, (axis, steps)) in widths.into_iter().enumerate() {
+        let name = if axis.symbol.is_empty() { axis.name } else { axis.symbol };
+        let drawn = Axis::new("half-width of the band", &axis.unit).with_symbol(&format!("± {name}"));
+        panels.push(Panel::new(
+            time_axis(window),
+            drawn.by_powers(),
+            vec![Curve::line("", line_color(number), steps)],
+        ));
+    }
+    Ok(Ok(Figure {
+        name: entry.name.to_owned(),
+        title: format!(
+            "{}: {}; each curve is drawn with its band",
+            entry.title,
+            verdict(&group)
+        ),
+        paper_figure: None,
+        panels,
+    }))
+}

@@ -1,0 +1,164 @@
+//! Figures of many runs: of a sweep a map, curves, samples and their distribution, its boundary; of a calibration the region
+//! that the data leave.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`data`] | the file in memory |
+//! | `plane` | a quantity over two axes: cells of a grid, dots of a sample |
+//! | `curves` | a quantity over one axis |
+//! | `samples` | the distribution of a quantity, and its dependence on each axis |
+//! | `selection` | which points are drawn |
+//! | `region` | where the targets of a calibration hold |
+//! | [`page`] | the interactive page |
+
+mod curves;
+pub mod data;
+pub mod page;
+mod plane;
+mod region;
+mod samples;
+mod selection;
+
+use super::error::PlotError;
+use super::figure::Figure;
+use crate::analysis::distribution::Distribution;
+use crate::results::SweepFile;
+pub use data::{StudyAxis, StudyData, StudyQuantity};
+
+/// What is to be drawn of a study.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Choice {
+    /// By the names of their variables; none: the one of most interest.
+    pub quantities: Vec<String>,
+    /// Horizontal and vertical axis of a map, by name or key.
+    pub axes: Option<[String; 2]>,
+    /// Axes that are held at one of their values: (name or key, value).
+    pub at: Vec<(String, String)>,
+}
+
+impl Choice {
+    /// Whether nothing is chosen.
+    pub fn is_empty(&self) -> bool {
+        *self == Choice::default()
+    }
+}
+
+/// A figure that the file of many runs can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StudyEntry {
+    /// With which the names of its figures begin.
+    pub name: &'static str,
+    /// Above it.
+    pub title: &'static str,
+    /// Of which files.
+    pub of: &'static str,
+    /// Number in the paper, where it is known.
+    pub paper_figure: Option<u32>,
+}
+
+const fn entry(name: &'static str, title: &'static str, of: &'static str) -> StudyEntry {
+    StudyEntry {
+        name,
+        title,
+        of,
+        paper_figure: None,
+    }
+}
+
+/// All of them.
+pub const ENTRIES: [StudyEntry; 6] = [
+    StudyEntry {
+        paper_figure: Some(25),
+        ..entry("critical-curve", "Boundary in its plane", "sweep with a [boundary]")
+    },
+    entry("map", "A quantity over two axes, as a map", "sweep of a grid"),
+    entry("curves", "A quantity over one axis", "sweep of a grid"),
+    entry(
+        "samples",
+        "Distribution of a quantity, and against each axis",
+        "sweep of a sample or table",
+    ),
+    entry(
+        "plane",
+        "A quantity over two axes, as dots",
+        "sweep of a sample, table or boundary",
+    ),
+    entry("region", "Where the targets of a calibration hold", "calibration"),
+];
+
+/// The figures of a file, of which there is at least one.
+///
+/// # Errors
+/// A file that cannot be read; a quantity, axis or value that it does not have; nothing to draw.
+pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotError> {
+    if choice.is_empty() && file.text("boundary/x").is_some() {
+        return Ok(vec![super::critical::figure(file)?]);
+    }
+    let data = StudyData::read(file)?;
+    if choice.is_empty() && !file.variables("calibration").is_empty() {
+        return region::figures(file, &data);
+    }
+    let mut figures = Vec::new();
+    for quantity in quantities(&data, choice)? {
+        if data.is_grid {
+            figures.push(plane::or_curves(&data, quantity, choice)?);
+            continue;
+        }
+        let traced = file.text("boundary/x").is_some();
+        if choice.axes.is_none() && !traced {
+            figures.push(samples::figure(&data, quantity)?);
+        }
+        if choice.axes.is_some() || data.axes.iter().filter(|axis| axis.varies()).count() > 1 {
+            let boundary = if traced { super::critical::boundary(file)? } else { None };
+            figures.push(plane::dots(&data, quantity, choice, boundary)?);
+        }
+    }
+    Ok(figures)
+}
+
+/// The distribution of every quantity that is drawn of a sample; none of a grid, whose points are chosen.
+///
+/// # Errors
+/// As [`figures`].
+pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuantity, Distribution)>, PlotError> {
+    let designed = file.is_grid() || file.text("boundary/x").is_some() || !file.variables("calibration").is_empty();
+    if designed {
+        return Ok(Vec::new());
+    }
+    let data = StudyData::read(file)?;
+    let mut found = Vec::new();
+    for quantity in quantities(&data, choice)? {
+        if let Some(distribution) = Distribution::of(&quantity.values, quantity.whole) {
+            found.push((quantity.clone(), distribution));
+        }
+    }
+    Ok(found)
+}
+
+/// Those that are asked for, or the one of most interest: of a grid the number of sticks or what the motion comes to, of
+/// a sample the onset.
+fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
+    if choice.quantities.is_empty() {
+        let wishes: &[&str] = if data.is_grid {
+            &["motion", "stick_count", "onset_time"]
+        } else {
+            &["onset_time", "attractor_period", "stick_count"]
+        };
+        return Ok(data.of_interest(wishes).into_iter().collect());
+    }
+    choice.quantities.iter().map(|name| data.quantity(name)).collect()
+}
+
+/// A title of a figure of a study.
+fn title(data: &StudyData, what: &str) -> String {
+    let incomplete = if data.complete { "" } else { " (incomplete)" };
+    format!("{}{incomplete}: {what}", data.title)
+}
+
+/// An error of a study that says why something cannot be drawn.
+fn refused(data: &StudyData, why: String) -> PlotError {
+    PlotError::Study {
+        path: data.path.clone(),
+        why,
+    }
+}

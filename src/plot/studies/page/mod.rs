@@ -1,0 +1,231 @@
+//! The interactive page of a study: one HTML file that a browser opens from disk, without a network. A map or dots of any
+//! quantity over two axes; the pointer reads values, and a click shows the command that runs the point.
+
+use super::data::StudyData;
+use super::refused;
+use crate::plot::colors;
+use crate::plot::critical;
+use crate::plot::figure::CurveStyle;
+use crate::plot::target::{self, Product};
+use crate::plot::{PlotError, signature};
+use crate::results::SweepFile;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use plotters::style::RGBColor;
+use serde::Serialize;
+use std::path::Path;
+
+/// A page is smaller than this, bytes: 20,000 points with all quantities of a brake.
+const SIZE_LIMIT: usize = 8_000_000;
+/// Messages of failed points on a page.
+const MESSAGES: usize = 2_000;
+/// Colours of the scale.
+const COLORS: usize = 64;
+
+const TEMPLATE: &str = include_str!("study.html");
+const STYLE: &str = include_str!("study.css");
+const SCRIPT: &str = include_str!("study.js");
+
+/// What a page holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct StudyPage {
+    /// Points of the study.
+    pub points: usize,
+    /// Quantities of each.
+    pub quantities: usize,
+    /// Size of the page.
+    pub bytes: u64,
+}
+
+#[derive(Serialize)]
+struct Document {
+    title: String,
+    file: String,
+    /// What results of single points are named after.
+    stem: String,
+    complete: bool,
+    is_grid: bool,
+    points: usize,
+    axes: Vec<AxisDocument>,
+    quantities: Vec<QuantityDocument>,
+    first: usize,
+    /// Code of each point, base64 of bytes.
+    status: String,
+    /// (number, message)
+    failures: Vec<(u64, String)>,
+    command: Option<String>,
+    default_tolerance: Option<f64>,
+    boundary: Option<BoundaryDocument>,
+    colors: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct AxisDocument {
+    name: String,
+    keys: Vec<String>,
+    units: String,
+    long_name: String,
+    words: Vec<String>,
+    logarithmic: bool,
+    /// Of every point, base64 of doubles.
+    values: String,
+}
+
+#[derive(Serialize)]
+struct QuantityDocument {
+    name: String,
+    units: String,
+    long_name: String,
+    flags: Vec<(i64, String)>,
+    whole: bool,
+    /// Of every point, base64 of doubles.
+    values: String,
+}
+
+#[derive(Serialize)]
+struct BoundaryDocument {
+    x: String,
+    y: String,
+    curves: Vec<CurveDocument>,
+}
+
+#[derive(Serialize)]
+struct CurveDocument {
+    label: String,
+    color: String,
+    dashed: bool,
+    pieces: Vec<Vec<(f64, f64)>>,
+}
+
+/// Writes the page of a sweep to `path`, with these quantities or with all.
+///
+/// # Errors
+/// The file cannot be read, or has too many points for a page; `path` is in no folder, or a file that is no page of this
+/// program and is not to be replaced by `force`; the disk is full.
+pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) -> Result<StudyPage, PlotError> {
+    target::check(path, Product::Page, &[file.path().to_owned()], force)?;
+    let data = StudyData::read(file)?;
+    let chosen = match quantities {
+        [] => data.quantities.iter().collect(),
+        names => names
+            .iter()
+            .map(|name| data.quantity(name))
+            .collect::<Result<Vec<_>, _>>()?,
+    };
+    let points = data.status.len();
+    // A double is eleven letters of base64.
+    let room = points * (11 * (chosen.len() + data.axes.len()) + 2);
+    if room > SIZE_LIMIT {
+        let fit = (SIZE_LIMIT / points.max(1)).saturating_sub(2) / 11;
+        return Err(refused(
+            &data,
+            match fit.saturating_sub(data.axes.len()) {
+                0 => format!("{points} points are too many for a page; draw a figure with -o instead"),
+                fit => format!(
+                    "{points} points with {} quantities are too many for a page; choose up to {fit} with --quantity NAME",
+                    chosen.len()
+                ),
+            },
+        ));
+    }
+    let interest = data.of_interest(&["motion", "stick_count", "onset_time"]);
+    let first = chosen
+        .iter()
+        .position(|quantity| Some(quantity.name.as_str()) == interest.map(|q| q.name.as_str()));
+    let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let mut failures = data.failures.clone();
+    failures.truncate(MESSAGES);
+    let document = Document {
+        title: data.title.clone(),
+        file: name(file.path().file_name()),
+        stem: name(file.path().file_stem()),
+        complete: data.complete,
+        is_grid: data.is_grid,
+        points,
+        axes: data
+            .axes
+            .iter()
+            .map(|axis| AxisDocument {
+                name: axis.name.clone(),
+                keys: axis.keys.clone(),
+                units: axis.units.clone(),
+                long_name: axis.long_name.clone(),
+                words: axis.words.clone(),
+                logarithmic: axis.words.is_empty() && axis.is_logarithmic(),
+                values: doubles(&axis.values),
+            })
+            .collect(),
+        quantities: chosen
+            .iter()
+            .map(|quantity| QuantityDocument {
+                name: quantity.name.clone(),
+                units: quantity.units.clone(),
+                long_name: quantity.long_name.clone(),
+                flags: quantity.flags.clone(),
+                whole: quantity.whole,
+                values: doubles(&quantity.values),
+            })
+            .collect(),
+        first: first.unwrap_or(0),
+        status: STANDARD.encode(data.status.iter().map(|code| *code as u8).collect::<Vec<u8>>()),
+        failures,
+        command: data.command.clone(),
+        default_tolerance: data.default_tolerance,
+        boundary: critical::boundary(file)?.map(|boundary| BoundaryDocument {
+            x: boundary.x,
+            y: boundary.y,
+            curves: boundary
+                .curves
+                .into_iter()
+                .map(|curve| CurveDocument {
+                    label: curve.label,
+                    color: hex(curve.color),
+                    dashed: curve.style == CurveStyle::Dashed,
+                    pieces: curve.pieces,
+                })
+                .collect(),
+        }),
+        colors: (0..COLORS)
+            .map(|k| hex(colors::at((k as f64 + 0.5) / COLORS as f64)))
+            .collect(),
+    };
+    let json = serde_json::to_string(&document).map_err(|error| PlotError::Drawing(error.to_string()))?;
+    let json = crate::quote::in_json(&json, |c| c == '<');
+    let title = crate::quote::for_terminal(&data.title)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;");
+    let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
+    let mut page = String::with_capacity(TEMPLATE.len() + STYLE.len() + SCRIPT.len() + json.len());
+    let mut rest = TEMPLATE;
+    let parts = [
+        ("{{generator}}", generator.as_str()),
+        ("{{title}}", &title),
+        ("{{style}}", STYLE),
+        ("{{data}}", &json),
+        ("{{script}}", SCRIPT),
+    ];
+    // In the order of the template, so that no text of the file is taken for a place in it.
+    for (place, part) in parts {
+        if let Some((before, after)) = rest.split_once(place) {
+            page.push_str(before);
+            page.push_str(part);
+            rest = after;
+        }
+    }
+    page.push_str(rest);
+    target::write(path, Product::Page, &[page.as_bytes()])?;
+    Ok(StudyPage {
+        points,
+        quantities: chosen.len(),
+        bytes: page.len() as u64,
+    })
+}
+
+fn doubles(values: &[f64]) -> String {
+    STANDARD.encode(values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())
+}
+
+fn hex(RGBColor(r, g, b): RGBColor) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}

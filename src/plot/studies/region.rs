@@ -1,0 +1,226 @@
+//! What the data of a calibration leave: for each pair of parameters where the held targets hold.
+
+use super::data::{StudyAxis, StudyData};
+use super::{refused, title};
+use crate::plot::PlotError;
+use crate::plot::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use crate::plot::style::{BLACK, BLUE, GREY, ORANGE, VERMILLION};
+use crate::results::SweepFile;
+
+/// Residuals up to this are shown apart: how steep the way out of the region is.
+const NEAR: f64 = 4.0;
+/// Room around the region where it is enlarged, as a share of it.
+const ROOM: f64 = 0.15;
+/// The code of a target that is held.
+const HELD: f64 = 0.0;
+
+/// What a calibration found of a parameter; NaN where the file does not have it.
+struct Found {
+    optimum: f64,
+    compromise: f64,
+    range: (f64, f64),
+    least: f64,
+    largest: f64,
+}
+
+/// A figure of each pair of parameters: the ranges, and the region enlarged. Of one parameter alone its residual.
+pub(super) fn figures(file: &SweepFile, data: &StudyData) -> Result<Vec<Figure>, PlotError> {
+    let found = found(file, data)?;
+    let worst = largest_residuals(file, data)?;
+    if data.axes.len() == 1 {
+        return Ok(vec![alone(data, &data.axes[0], &found[0], &worst)]);
+    }
+    let mut figures = Vec::new();
+    for a in 0..data.axes.len() {
+        for b in a + 1..data.axes.len() {
+            figures.push(pair(data, [a, b], &found, &worst));
+        }
+    }
+    if let [figure] = &mut figures[..] {
+        figure.name = "region".to_owned();
+    }
+    Ok(figures)
+}
+
+fn found(file: &SweepFile, data: &StudyData) -> Result<Vec<Found>, PlotError> {
+    let count = data.axes.len();
+    let there = file.variables("calibration");
+    let column = |name: &str| -> Result<Vec<f64>, PlotError> {
+        if !there.iter().any(|known| known == name) {
+            return Ok(vec![f64::NAN; count]);
+        }
+        let mut values = file.numbers(&format!("calibration/{name}"))?;
+        values.resize(count, f64::NAN);
+        Ok(values)
+    };
+    let (optimum, compromise) = (column("optimum")?, column("compromise")?);
+    let (from, to) = (column("range_from")?, column("range_to")?);
+    let (least, largest) = (column("least")?, column("largest")?);
+    let of = |k: usize| Found {
+        optimum: optimum[k],
+        compromise: compromise[k],
+        range: (from[k].min(to[k]), from[k].max(to[k])),
+        least: least[k],
+        largest: largest[k],
+    };
+    Ok((0..count).map(of).collect())
+}
+
+/// Of every run the largest residual of the held targets, in half-widths; NaN of one that failed or lacks a quantity.
+fn largest_residuals(file: &SweepFile, data: &StudyData) -> Result<Vec<f64>, PlotError> {
+    let column = |name: &str| file.numbers(&format!("targets/{name}"));
+    let (value, half_width, role) = (column("value")?, column("half_width")?, column("role")?);
+    let names = file.flags("targets/target");
+    let mut worst = vec![0.0f64; data.status.len()];
+    let mut held = 0;
+    for (k, (_, name)) in names.iter().enumerate() {
+        if role.get(k) != Some(&HELD) {
+            continue;
+        }
+        held += 1;
+        let quantity = data.quantity(name)?;
+        for (worst, own) in worst.iter_mut().zip(&quantity.values) {
+            let residual = ((own - value[k]) / half_width[k]).abs();
+            *worst = if residual.is_nan() {
+                f64::NAN
+            } else {
+                worst.max(residual)
+            };
+        }
+    }
+    if held == 0 {
+        return Err(refused(
+            data,
+            "none of its targets is held, so there is no region; --quantity draws its runs".to_owned(),
+        ));
+    }
+    Ok(worst)
+}
+
+fn drawn(axis: &StudyAxis, found: &Found) -> Axis {
+    let drawn = axis.axis().ranging(found.range.0, found.range.1);
+    // A range of several decades was searched by its logarithm.
+    if found.range.0 > 0.0 && found.range.1 >= 100.0 * found.range.0 {
+        drawn.by_powers()
+    } else {
+        drawn
+    }
+}
+
+fn pair(data: &StudyData, [a, b]: [usize; 2], found: &[Found], worst: &[f64]) -> Figure {
+    let place = |point: usize| (data.axes[a].values[point], data.axes[b].values[point]);
+    let group = |within: &dyn Fn(f64) -> bool| -> Vec<(f64, f64)> {
+        let points = (0..worst.len()).filter(|&point| within(worst[point]));
+        points.map(place).collect()
+    };
+    let far = group(&|worst| worst > NEAR);
+    let near = group(&|worst| worst > 1.0 && worst <= NEAR);
+    let inside = group(&|worst| worst <= 1.0);
+    let mut curves = vec![
+        Curve::line("runs of the search", GREY, far).styled(CurveStyle::Dots),
+        Curve::line("up to 4 half-widths off", ORANGE, near).styled(CurveStyle::Dots),
+        Curve::line("all held targets hold", BLUE, inside.clone()).styled(CurveStyle::Dots),
+    ];
+    curves.retain(|curve| curve.points().next().is_some());
+    let best = (found[a].optimum, found[b].optimum);
+    curves.push(Curve::line("optimum", BLACK, vec![best]).styled(CurveStyle::Points));
+    let compromise = (found[a].compromise, found[b].compromise);
+    if compromise.0.is_finite() && compromise.1.is_finite() {
+        curves.push(Curve::line("compromise", VERMILLION, vec![compromise]).styled(CurveStyle::OpenPoints));
+    }
+    let whole = Panel::new(
+        drawn(&data.axes[a], &found[a]),
+        drawn(&data.axes[b], &found[b]),
+        curves.clone(),
+    );
+    let mut panels = vec![whole];
+    if let Some(close) = enlarged(data, [a, b], found, &curves) {
+        panels.push(close);
+    }
+    let names = [a, b].map(|k| data.axes[k].keys[0].clone());
+    Figure {
+        name: format!("region-{}-{}", data.axes[a].name, data.axes[b].name),
+        title: title(data, &format!("what the data leave of {} and {}", names[0], names[1])),
+        paper_figure: None,
+        panels,
+    }
+}
+
+/// The region with its bounds.
+fn enlarged(data: &StudyData, [a, b]: [usize; 2], found: &[Found], curves: &[Curve]) -> Option<Panel> {
+    let window = |k: usize| {
+        let own = &found[k];
+        let axis = drawn(&data.axes[k], own);
+        // A bound that is no wider than rounding has no inside.
+        let extent = own.largest - own.least;
+        if extent.is_nan() || extent <= 1e-12 * own.largest.abs() {
+            return None;
+        }
+        // From here on an axis of powers shows at least two of them, which would hide the region.
+        let axis = Axis {
+            logarithmic: axis.logarithmic && own.largest >= 100.0 * own.least,
+            ..axis
+        };
+        let margin = ROOM * (own.largest - own.least);
+        let (low, high) = if axis.logarithmic {
+            let factor = (own.largest / own.least).powf(ROOM);
+            (own.least / factor, own.largest * factor)
+        } else {
+            (own.least - margin, own.largest + margin)
+        };
+        Some((axis.ranging(low, high), (low, high)))
+    };
+    let ((x, x_range), (y, y_range)) = (window(a)?, window(b)?);
+    let inside = |&(u, v): &(f64, f64)| u >= x_range.0 && u <= x_range.1 && v >= y_range.0 && v <= y_range.1;
+    let mut curves: Vec<Curve> = curves
+        .iter()
+        .map(|curve| Curve {
+            pieces: vec![curve.points().filter(inside).collect()],
+            ..curve.clone()
+        })
+        .filter(|curve| curve.points().next().is_some())
+        .collect();
+    let (left, right, low, high) = (found[a].least, found[a].largest, found[b].least, found[b].largest);
+    let frame = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
+    curves.push(Curve::line("least and largest", BLACK, frame).styled(CurveStyle::Dashed));
+    let mut panel = Panel::new(x, y, curves);
+    panel.caption = "the region, enlarged".to_owned();
+    Some(panel)
+}
+
+/// The largest residual over the only parameter.
+fn alone(data: &StudyData, axis: &StudyAxis, found: &Found, worst: &[f64]) -> Figure {
+    let points: Vec<(f64, f64)> = axis
+        .values
+        .iter()
+        .zip(worst)
+        .filter(|(_, worst)| worst.is_finite())
+        .map(|(x, worst)| (*x, worst.max(1e-3)))
+        .collect();
+    let (low, high) = found.range;
+    let bounds = [found.least, found.largest]
+        .into_iter()
+        .filter(|bound| bound.is_finite());
+    let bounds = Curve {
+        label: "least and largest".to_owned(),
+        color: BLACK,
+        style: CurveStyle::Dashed,
+        pieces: bounds.map(|bound| vec![(bound, 1e-3), (bound, 1.0)]).collect(),
+    };
+    let curves = vec![
+        Curve::line("runs of the search", BLUE, points).styled(CurveStyle::Dots),
+        Curve::line("all held targets hold below", GREY, vec![(low, 1.0), (high, 1.0)]).styled(CurveStyle::Dashed),
+        bounds,
+        Curve::line("optimum", VERMILLION, vec![(found.optimum, 1.0)]).styled(CurveStyle::Points),
+    ];
+    Figure {
+        name: "region".to_owned(),
+        title: title(data, &format!("what the data leave of {}", axis.keys[0])),
+        paper_figure: None,
+        panels: vec![Panel::new(
+            drawn(axis, found),
+            Axis::new("largest residual, half-widths", "1").by_powers(),
+            curves,
+        )],
+    }
+}
