@@ -1,15 +1,16 @@
 //! The arguments.
 
+use super::failure;
 use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use std::path::PathBuf;
+use clap::{ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// High-accuracy reference runs of friction-induced vibration, stored in HDF5.
 #[derive(Debug, Parser)]
-#[command(name = "stickslip", disable_help_subcommand = true)]
+#[command(name = "stickslip")]
 pub struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -93,6 +94,26 @@ pub(super) enum Command {
     Case(CaseOptions),
 }
 
+impl Command {
+    /// What it writes, with the option that names it; of `export` only where that is a folder.
+    pub fn files(&self) -> Vec<(&'static str, &Path)> {
+        let all: &[(&'static str, Option<&PathBuf>)] = match self {
+            Command::Run(o) => &[("-o", o.output.as_ref())],
+            Command::Certify(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
+            Command::Compare(o) => &[("--report", o.report.as_ref())],
+            Command::Sweep(o) => &[("-o", o.output.as_ref())],
+            Command::Merge(o) => &[("-o", Some(&o.output))],
+            Command::Calibrate(o) => &[("-o", o.output.as_ref()), ("--case", o.case.as_ref())],
+            Command::Plot(o) => &[("-o", Some(&o.output)), ("--html", o.html.as_ref())],
+            Command::Modes(o) => &[("--figure", o.figure.as_ref())],
+            Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
+            Command::Inspect(_) | Command::Check(_) | Command::Case(_) => &[],
+        };
+        let named = all.iter().filter_map(|&(option, path)| Some((option, path?.as_path())));
+        named.collect()
+    }
+}
+
 #[derive(Debug, Args)]
 pub(super) struct RunOptions {
     /// A TOML file, a built-in case, or a result to repeat.
@@ -110,6 +131,9 @@ pub(super) struct RunOptions {
     /// Leave out the witness, a second run by another method.
     #[arg(long)]
     pub no_witness: bool,
+    /// Exit with 1 if there is a warning, or another method finds other events.
+    #[arg(long)]
+    pub strict: bool,
     #[command(flatten)]
     pub budget: Budget,
     /// Replace any file, not only a result of this program.
@@ -163,6 +187,9 @@ pub(super) struct CertifyOptions {
     /// Digits that the time of every event has to have; exit status 1 if one has less.
     #[arg(long, value_name = "N")]
     pub digits: Option<u32>,
+    /// Exit with 1 if there is a warning, or an event is not certain.
+    #[arg(long)]
+    pub strict: bool,
     /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
     #[arg(long)]
     pub oracle: bool,
@@ -196,6 +223,9 @@ pub(super) struct SweepOptions {
     /// Share the points among the ranks of an MPI job [default: if a launcher has started several].
     #[arg(long)]
     pub mpi: bool,
+    /// Exit with 1 if a point failed, or its run ended too early to tell.
+    #[arg(long)]
+    pub strict: bool,
     /// Threads [default: one for each processor; one for each rank].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
@@ -451,14 +481,28 @@ pub(super) struct CaseOptions {
 pub struct Refusal(clap::Error);
 
 impl Refusal {
-    /// Prints the text, to standard output for help and version; exit status 0 for them, 2 for wrong usage.
+    /// Prints the text, to standard output for help and version; exit status 0 for them, 2 for wrong usage. With --json
+    /// wrong usage is a document, too.
     pub fn report(&self) -> ExitCode {
+        use clap::error::ErrorKind;
         let _ = self.0.print();
-        if self.0.use_stderr() {
-            ExitCode::from(2)
-        } else {
-            ExitCode::SUCCESS
+        if !self.0.use_stderr() {
+            return ExitCode::SUCCESS;
         }
+        if self.0.kind() == ErrorKind::InvalidSubcommand {
+            let names: Vec<String> = Arguments::command()
+                .get_subcommands()
+                .map(|command| command.get_name().to_owned())
+                .collect();
+            super::say(&format!("The commands are {}.\n", names.join(", ")));
+        }
+        if std::env::args_os().skip(1).take_while(|a| a != "--").any(|a| a == "--json") {
+            // The message itself; below it stand hints and usage.
+            let text = self.0.to_string();
+            let message = text.strip_prefix("error: ").unwrap_or(&text);
+            failure::document("usage", message.trim_end(), 2, &[]);
+        }
+        ExitCode::from(2)
     }
 }
 
@@ -468,12 +512,16 @@ impl Arguments {
     /// # Errors
     /// If it asks for help or the version, or is wrong.
     pub fn read() -> Result<Arguments, Refusal> {
-        use clap::{CommandFactory, FromArgMatches};
         // The versions of the libraries are known at run time only.
         let matches = Arguments::command()
             .version(provenance::versions())
             .try_get_matches()
             .map_err(Refusal)?;
         Arguments::from_arg_matches(&matches).map_err(Refusal)
+    }
+
+    /// Whether standard output is for one JSON document.
+    pub fn wants_json(&self) -> bool {
+        self.common.json
     }
 }
