@@ -1,6 +1,7 @@
 //! The arguments.
 
 use super::failure;
+use crate::export;
 use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
@@ -85,6 +86,8 @@ pub(super) enum Command {
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
+    /// Write a table of a result as CSV, NPZ, MAT or Parquet, or a benchmark package.
+    Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
     /// Methods by tolerances against a reference: error, work, time.
@@ -107,7 +110,8 @@ impl Command {
             Command::Plot(o) => &[("-o", Some(&o.output)), ("--html", o.html.as_ref())],
             Command::Modes(o) => &[("--figure", o.figure.as_ref())],
             Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
-            Command::Inspect(_) | Command::Check(_) | Command::Case(_) => &[],
+            Command::Export(o) if o.benchmark => &[("-o", Some(&o.output))],
+            Command::Export(_) | Command::Inspect(_) | Command::Check(_) | Command::Case(_) => &[],
         };
         let named = all.iter().filter_map(|&(option, path)| Some((option, path?.as_path())));
         named.collect()
@@ -313,6 +317,118 @@ pub(super) struct InspectOptions {
     pub file: PathBuf,
 }
 
+/// Format of an exported table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableFormat {
+    Csv,
+    Npz,
+    Mat,
+    Parquet,
+}
+
+impl From<TableFormat> for export::Format {
+    fn from(format: TableFormat) -> export::Format {
+        match format {
+            TableFormat::Csv => export::Format::Csv,
+            TableFormat::Npz => export::Format::Npz,
+            TableFormat::Mat => export::Format::Mat,
+            TableFormat::Parquet => export::Format::Parquet,
+        }
+    }
+}
+
+/// Table of a result file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableName {
+    Trajectory,
+    Events,
+    Segments,
+    #[value(name = "stick_slip", alias = "stick-slip")]
+    StickSlip,
+}
+
+impl From<TableName> for export::Which {
+    fn from(table: TableName) -> export::Which {
+        match table {
+            TableName::Trajectory => export::Which::Trajectory,
+            TableName::Events => export::Which::Events,
+            TableName::Segments => export::Which::Segments,
+            TableName::StickSlip => export::Which::StickSlip,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExportOptions {
+    /// A result file.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The file to write, .csv, .npz, .mat or .parquet; - for CSV on standard output; with --benchmark a folder.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Its format, where the extension does not say it.
+    #[arg(long, value_enum, value_name = "F", conflicts_with = "benchmark")]
+    pub format: Option<TableFormat>,
+    /// Which table of the file.
+    #[arg(long, value_enum, value_name = "TABLE", default_value_t = TableName::Trajectory, conflicts_with = "benchmark")]
+    pub table: TableName,
+    /// Only these columns, such as relative_velocity,normal_force.
+    #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark")]
+    pub channels: Vec<String>,
+    /// Only times from FROM to TO, s; either may be left out.
+    #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
+    pub window: Option<(f64, f64)>,
+    /// Evaluate the trajectory so many times in a second, Hz.
+    #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["interval", "at", "benchmark"])]
+    pub rate: Option<f64>,
+    /// Evaluate the trajectory at this interval, s.
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with_all = ["at", "benchmark"])]
+    pub interval: Option<f64>,
+    /// Evaluate the trajectory at the times in the first column of a CSV file, or in its column time, s.
+    #[arg(long, value_name = "CSV", conflicts_with = "benchmark")]
+    pub at: Option<PathBuf>,
+    /// Write a certified result as a folder that can be used and cited without this program.
+    #[arg(long)]
+    pub benchmark: bool,
+    /// With --benchmark: who made it.
+    #[arg(long, value_name = "NAME", requires = "benchmark")]
+    pub author: Option<String>,
+    /// With --benchmark: its licence, an SPDX identifier such as CC-BY-4.0.
+    #[arg(long, value_name = "ID", requires = "benchmark")]
+    pub license: Option<String>,
+    /// Replace any file, not only an earlier export.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("give a number greater than 0".to_owned()),
+    }
+}
+
+/// Two times with a colon between them.
+fn window(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || "give two times in seconds with a colon between them, such as 6.97:6.99".to_owned();
+    let (from, to) = text.split_once(':').ok_or_else(wrong)?;
+    let bound = |text: &str, without: f64| match text.trim() {
+        "" => Ok(without),
+        text => text
+            .parse::<f64>()
+            .ok()
+            .filter(|time| time.is_finite())
+            .ok_or_else(wrong),
+    };
+    let (from, to) = (bound(from, f64::NEG_INFINITY)?, bound(to, f64::INFINITY)?);
+    if from > to {
+        return Err(format!(
+            "the window begins at {from:?} s, after its end; exchange the two"
+        ));
+    }
+    Ok((from, to))
+}
+
 #[derive(Debug, Args)]
 pub(super) struct ModesOptions {
     /// A TOML file, a built-in case, or a result.
@@ -496,7 +612,11 @@ impl Refusal {
                 .collect();
             super::say(&format!("The commands are {}.\n", names.join(", ")));
         }
-        if std::env::args_os().skip(1).take_while(|a| a != "--").any(|a| a == "--json") {
+        if std::env::args_os()
+            .skip(1)
+            .take_while(|a| a != "--")
+            .any(|a| a == "--json")
+        {
             // The message itself; below it stand hints and usage.
             let text = self.0.to_string();
             let message = text.strip_prefix("error: ").unwrap_or(&text);

@@ -65,7 +65,11 @@ pub(super) fn of_case(error: &CaseError) -> CommandError {
             (None, Some((file, line))) if line.parse::<u64>().is_ok() => (Some(file.to_owned()), line.parse().ok()),
             (None, _) => (Some(problem.place.clone()).filter(|place| !place.is_empty()), None),
         };
-        let key = if problem.key.is_empty() { set.unwrap_or_default() } else { &problem.key };
+        let key = if problem.key.is_empty() {
+            set.unwrap_or_default()
+        } else {
+            &problem.key
+        };
         Place {
             file,
             line,

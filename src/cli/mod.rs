@@ -7,6 +7,7 @@ mod certify;
 mod certify_report;
 mod check;
 mod compare;
+mod export;
 mod failure;
 mod input;
 mod inspect;
@@ -135,6 +136,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Check(options) => check::check(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
+        Command::Export(options) => export::export(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),
         Command::WorkPrecision(options) => work_precision::work_precision(&options, &common),
         Command::Case(options) => case_command::case(&options, &common),

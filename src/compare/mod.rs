@@ -24,6 +24,7 @@ mod creep;
 mod crossings;
 mod cycles;
 mod error;
+mod evaluate;
 mod range;
 mod requirement;
 mod saved_case;
@@ -44,6 +45,7 @@ pub use cycles::CycleErrors;
 pub use detect::{Detection, Found};
 pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
+pub use evaluate::Evaluator;
 pub use requirement::Requirement;
 pub use statistics::Statistic;
 pub use vocabulary::Vocabulary;
@@ -61,7 +63,7 @@ use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use range::Range;
-use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
+use reference::{Physics, Rerun, Subject, TrainPhysics, states_at_events};
 use saved_case::saved_case;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
@@ -535,15 +537,7 @@ impl Reference {
             probe(kick, kick + 2.0 * period),
             probe(onset - 4.0 * period, onset),
         ];
-        let walk = match (&self.subject, &self.rerun) {
-            (Subject::Brake(physics, _), Some(rerun)) => {
-                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
-            }
-            (Subject::Trains(physics), _) => {
-                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
-            }
-            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
-        };
+        let walk = self.walk()?;
         let mut pass = StatePass::new(walk, &self.subject, &channels, windows, probes);
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
         let energy_channels = self.subject.energy_channels();
