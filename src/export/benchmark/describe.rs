@@ -164,7 +164,6 @@ pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
             "description": resource.title,
             "encodingFormat": resource.media,
             "contentSize": resource.bytes.to_string(),
-            "sha256": resource.sha256,
         })
     };
     let mut graph = vec![
