@@ -445,7 +445,7 @@ impl ResultFile {
     ///
     /// # Errors
     /// Of the file.
-    pub fn matrix(&self, group: &str, name: &str) -> Result<Option<(Vec<f64>, [usize; 2])>, ResultError> {
+    pub fn matrix(&self, group: &str, name: &str) -> Result<Option<Matrix>, ResultError> {
         let path = format!("{group}/{name}");
         let Some(info) = self.source.dataset(&path)? else {
             return Ok(None);
@@ -596,6 +596,9 @@ impl ResultFile {
         }
     }
 }
+
+/// Values row by row, with the numbers of rows and columns.
+pub type Matrix = (Vec<f64>, [usize; 2]);
 
 /// A column of numbers in a result file.
 #[derive(Debug, Clone, PartialEq)]

@@ -25,9 +25,8 @@ pub(super) fn has_example(parameters: &[Parameter]) -> bool {
         "actuation.rise_time",
         "contact.radius",
     ];
-    let positive =
-        |key: &&str| value("initial.speed").is_some() && value(key).is_some_and(serde_json::Value::is_number);
-    numbers.iter().all(|key| positive(&key))
+    let is_number = |key: &&str| value(key).is_some_and(serde_json::Value::is_number);
+    numbers.iter().all(is_number)
         && is("friction.law", &["exponential"])
         && is("actuation.profile", &["ramp"])
         && is("contact.breakaway_test", &["transmitted"])
