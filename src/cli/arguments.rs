@@ -86,7 +86,7 @@ pub(super) enum Command {
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
-    /// Write a table of a result as CSV, NPZ, MAT or Parquet, or a benchmark package.
+    /// Write a table of a result as CSV, NPZ, MAT or Parquet.
     Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
@@ -135,7 +135,7 @@ pub(super) struct RunOptions {
     /// Leave out the witness, a second run by another method.
     #[arg(long)]
     pub no_witness: bool,
-    /// Exit with 1 if there is a warning, or another method finds other events.
+    /// Exit with 1 if there is a warning, or the witness differs.
     #[arg(long)]
     pub strict: bool,
     #[command(flatten)]
@@ -191,7 +191,7 @@ pub(super) struct CertifyOptions {
     /// Digits that the time of every event has to have; exit status 1 if one has less.
     #[arg(long, value_name = "N")]
     pub digits: Option<u32>,
-    /// Exit with 1 if there is a warning, or an event is not certain.
+    /// Exit with 1 if there is a warning.
     #[arg(long)]
     pub strict: bool,
     /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
@@ -227,7 +227,7 @@ pub(super) struct SweepOptions {
     /// Share the points among the ranks of an MPI job [default: if a launcher has started several].
     #[arg(long)]
     pub mpi: bool,
-    /// Exit with 1 if a point failed, or its run ended too early to tell.
+    /// Exit with 1 if a point failed or ended too early.
     #[arg(long)]
     pub strict: bool,
     /// Threads [default: one for each processor; one for each rank].
@@ -363,37 +363,43 @@ pub(super) struct ExportOptions {
     /// A result file.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// The file to write, .csv, .npz, .mat or .parquet; - for CSV on standard output; with --benchmark a folder.
+    /// The file to write; - for CSV on standard output.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Its format, where the extension does not say it.
-    #[arg(long, value_enum, value_name = "F", conflicts_with = "benchmark")]
+    /// csv, npz, mat or parquet [default: the extension].
+    #[arg(
+        long,
+        value_enum,
+        value_name = "F",
+        hide_possible_values = true,
+        conflicts_with = "benchmark"
+    )]
     pub format: Option<TableFormat>,
-    /// Which table of the file.
-    #[arg(long, value_enum, value_name = "TABLE", default_value_t = TableName::Trajectory, conflicts_with = "benchmark")]
+    /// trajectory, events, segments or stick_slip.
+    #[arg(long, value_enum, value_name = "TABLE", default_value_t = TableName::Trajectory, hide_possible_values = true, hide_default_value = true, conflicts_with = "benchmark")]
     pub table: TableName,
-    /// Only these columns, such as relative_velocity,normal_force.
+    /// Only these columns, such as phi1,normal_force.
     #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark")]
     pub channels: Vec<String>,
     /// Only times from FROM to TO, s; either may be left out.
     #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
     pub window: Option<(f64, f64)>,
-    /// Evaluate the trajectory so many times in a second, Hz.
+    /// Evaluate the trajectory at this rate, Hz.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["interval", "at", "benchmark"])]
     pub rate: Option<f64>,
     /// Evaluate the trajectory at this interval, s.
     #[arg(long, value_name = "S", value_parser = positive, conflicts_with_all = ["at", "benchmark"])]
     pub interval: Option<f64>,
-    /// Evaluate the trajectory at the times in the first column of a CSV file, or in its column time, s.
+    /// Evaluate the trajectory at the times of a table, s.
     #[arg(long, value_name = "CSV", conflicts_with = "benchmark")]
     pub at: Option<PathBuf>,
-    /// Write a certified result as a folder that can be used and cited without this program.
+    /// Write a folder to be used and cited by others.
     #[arg(long)]
     pub benchmark: bool,
     /// With --benchmark: who made it.
     #[arg(long, value_name = "NAME", requires = "benchmark")]
     pub author: Option<String>,
-    /// With --benchmark: its licence, an SPDX identifier such as CC-BY-4.0.
+    /// With --benchmark: SPDX identifier of its licence.
     #[arg(long, value_name = "ID", requires = "benchmark")]
     pub license: Option<String>,
     /// Replace any file, not only an earlier export.

@@ -156,10 +156,12 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Some(text) => Err(CommandError::Computation(text)),
         None => {
             let mut doubts: Vec<String> = certificate.warnings.iter().map(Warning::to_string).collect();
-            if certificate.verdict != Verdict::Converged && doubts.is_empty() {
+            // That an onset is noise was said by the verdict, and not as a warning.
+            let said = certificate.verdict == Verdict::Converged;
+            if !said && doubts.is_empty() {
                 doubts.push(format!("the verdict on the events is {}.", certificate.verdict.name()));
             }
-            strictly(End::Done, options.strict, &doubts, &target)
+            strictly(End::Done, options.strict, &doubts, !common.quiet && said, &target)
         }
     }
 }

@@ -176,21 +176,26 @@ fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
     }
 }
 
-/// With --strict what a warning says makes the exit status 1; otherwise the end stands as it is.
-fn strictly(end: End, strict: bool, doubts: &[String], file: &std::path::Path) -> Result<End, CommandError> {
-    match (doubts, end) {
-        ([first, others @ ..], End::Done) if strict => {
-            let more = match others.len() {
-                0 => String::new(),
-                more => format!(" (and {more} more)"),
-            };
-            let file = file.display();
-            Err(CommandError::Computation(format!(
-                "--strict lets no warning pass{more}: {first} {file} was written nevertheless"
-            )))
-        }
-        _ => Ok(end),
+/// With --strict a warning makes the exit status 1; otherwise the end stands as it is. What was not said before is said now.
+fn strictly(
+    end: End,
+    strict: bool,
+    doubts: &[String],
+    said: bool,
+    file: &std::path::Path,
+) -> Result<End, CommandError> {
+    if !strict || doubts.is_empty() || end != End::Done {
+        return Ok(end);
     }
+    let what = match doubts {
+        _ if !said => doubts.join("\n"),
+        [_] => "there is a warning".to_owned(),
+        all => format!("there are {} warnings", all.len()),
+    };
+    Err(CommandError::Computation(format!(
+        "--strict lets no warning pass: {what}\n{} was written nevertheless",
+        file.display()
+    )))
 }
 
 /// Whether this process has printed its JSON document.

@@ -136,7 +136,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         Some(error) => Err(CommandError::Computation(error)),
         None => {
             let end = finish(failure.as_deref(), &report, &file, common.quiet)?;
-            strictly(end, options.strict, &doubts, &file)
+            strictly(end, options.strict, &doubts, !common.quiet, &file)
         }
     }
 }

@@ -172,7 +172,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             report.points
         ));
     }
-    strictly(End::Done, options.strict, &doubts, &report.file)
+    strictly(End::Done, options.strict, &doubts, false, &report.file)
 }
 
 fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {

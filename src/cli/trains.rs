@@ -128,7 +128,7 @@ pub(super) fn run(
         Some(error) => Err(CommandError::Computation(error)),
         None => {
             let end = finish(failure.as_deref(), &report, &file, common.quiet)?;
-            strictly(end, options.strict, &warnings, &file)
+            strictly(end, options.strict, &warnings, !common.quiet, &file)
         }
     }
 }
@@ -355,7 +355,7 @@ pub(super) fn certify(
             let without = certificate.without_oracle.as_ref();
             let doubt = without.map(|why| format!("the uncertainties are those of the ladder alone: {why}."));
             let doubts: Vec<String> = doubt.into_iter().collect();
-            strictly(End::Done, options.strict, &doubts, &target)
+            strictly(End::Done, options.strict, &doubts, !common.quiet, &target)
         }
     }
 }

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 here = Path(__file__).resolve().parent
-p = {one["key"]: one["value"] for one in json.loads((here / "parameters.json").read_text())["parameters"]}
+p = {one["key"]: one["value"] for one in json.loads((here / "parameters.json").read_text(encoding="utf-8"))["parameters"]}
 with open(here / "events.csv", newline="") as file:
     events = list(csv.DictReader(file))
 with open(here / "samples.csv", newline="") as file:

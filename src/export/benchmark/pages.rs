@@ -99,9 +99,10 @@ hundreds of radians while u stays near 1e-5 rad, so that differences of absolute
 pub(super) fn equations(about: &About) -> String {
     let mut parts = vec!["# Equations\n\nSI units and radians throughout.".to_owned()];
     if about.trains {
-        parts.push(section(MODEL, "## Trains"));
+        parts.push(section(MODEL, "## Trains").replace(" (keys)", ""));
         parts.push(
-            "This benchmark is of two trains; parameters.json has their inertias, shafts and ends, and the law of friction.".to_owned(),
+            "This benchmark is of two trains; parameters.json has their inertias, shafts and ends, and the law of friction. Where it has \
+             `axial` numbers, F_n = max(0, -c_a z' - k_e z) with m z'' + c_a z' + k_e z = -F(t).".to_owned(),
         );
     } else {
         parts.push(section(MODEL, "## Equations"));
@@ -127,7 +128,7 @@ pub(super) fn readme(about: &About, resources: &[Resource]) -> String {
         ),
     };
     let example = if about.example {
-        "\n`python example.py` does so for SciPy's `solve_ivp` in some forty lines: a start for your own.\n"
+        "\n`python example.py` does so for SciPy's `solve_ivp`, and is a start for your own.\n"
     } else {
         ""
     };
