@@ -310,7 +310,8 @@ fn cli_export_benchmark_is_a_package() {
         .iter()
         .map(|name| name.as_str().unwrap().to_owned())
         .collect();
-    (there.sort(), listed.sort());
+    there.sort();
+    listed.sort();
     assert_eq!(there, listed);
     let package = json(&read("datapackage.json"));
     for resource in package["resources"].as_array().unwrap() {
