@@ -2,7 +2,7 @@
 //! JSON, for `jsondecode`.
 
 use super::ExportError;
-use super::formats::{MARK, Origin, is_short, metadata};
+use super::metadata::{MARK, Origin, is_short, metadata};
 use super::table::{Kind, Table};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `table` | columns that are read block by block, of a file or of values that were evaluated |
 //! | `request` | which table, which columns, which rows or times |
-//! | `formats` | the formats, and what they say of a table |
+//! | `metadata` | what a table is from, and what the formats say of it |
+//! | `formats` | the formats by their names |
 //! | `csv`, `npz`, `mat`, `parquet` | the writers |
 //! | [`benchmark`] | a certified run as a folder that others can use and cite |
 //!
@@ -16,13 +17,15 @@ mod csv;
 mod error;
 mod formats;
 mod mat;
+mod metadata;
 mod npz;
 mod parquet;
 mod request;
 mod table;
 
 pub use error::ExportError;
-pub use formats::{Format, Origin};
+pub use formats::Format;
+pub use metadata::Origin;
 pub use request::{Request, Times, Which, evaluated, read_times, stored};
 pub use table::{Column, Kind, Table};
 

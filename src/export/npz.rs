@@ -1,7 +1,7 @@
 //! NumPy's archives: an array for each column, and one with the metadata as JSON.
 
 use super::ExportError;
-use super::formats::{MARK, Origin, is_short, metadata};
+use super::metadata::{MARK, Origin, is_short, metadata};
 use super::table::{Kind, Table};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

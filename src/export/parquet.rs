@@ -1,7 +1,7 @@
 //! Apache Parquet: a column for each column, codes as words, the metadata as JSON under a key of the file.
 
 use super::ExportError;
-use super::formats::{MARK, Origin, metadata};
+use super::metadata::{MARK, Origin, metadata};
 use super::table::{Column, Kind, Table};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
