@@ -13,8 +13,13 @@ pub(crate) const LONGEST_LINE: usize = 16 << 20;
 /// The text of a small file, and what is wrong with it: the operating system's error, or the line that is not UTF-8, if
 /// it is a text of some other encoding.
 pub(crate) fn text(path: &Path) -> io::Result<Result<String, Option<usize>>> {
+    text_of(File::open(path)?)
+}
+
+/// The same of what is open already.
+pub(crate) fn text_of(source: impl Read) -> io::Result<Result<String, Option<usize>>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
+    source.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LARGEST_TEXT {
         let largest = LARGEST_TEXT >> 20;
         let what = format!("it is larger than {largest} MB, which no such file is; check the name");

@@ -26,6 +26,7 @@
 //! | [`oracle`] | the model solved independently, by Taylor series with up to 611 digits |
 //! | [`analysis`] | what is computed from a run: statistics, growth, certificates, sensitivities |
 //! | [`compare`] | the result of any solver compared with a reference |
+//! | [`export`] | tables of results as CSV, NPZ, MAT and Parquet; benchmark packages (feature `cli`) |
 //! | [`sweep`] | many runs: studies over axes, critical curves |
 //! | [`calibrate`] | parameters that reproduce measured numbers |
 //! | [`plot`] | figures: the paper's, and any channel, as SVG and PNG; the interactive page of a run (feature `plot`) |
@@ -37,6 +38,8 @@ pub mod case;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
+#[cfg(feature = "cli")]
+pub mod export;
 pub mod friction;
 pub mod hybrid;
 mod input;

@@ -11,9 +11,10 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(refusal) => return refusal.report(),
     };
+    let json = arguments.wants_json();
     let status = match stickslip::cli::execute(arguments) {
-        Ok(end) => end.exit_code(),
-        Err(error) => error.report(),
+        Ok(end) => end.report(json),
+        Err(error) => error.report(json),
     };
     stickslip::results::end_reading();
     status

@@ -23,7 +23,12 @@ pub enum Origin {
     BuiltIn(String),
     /// The input kept in a result file.
     Result(PathBuf),
+    /// Standard input.
+    StandardInput,
 }
+
+/// How messages call standard input.
+const STANDARD_INPUT: &str = "standard input";
 
 impl CaseSource {
     /// Reads a case file.
@@ -34,6 +39,18 @@ impl CaseSource {
         Ok(CaseSource {
             text: toml_text(path, "case")?,
             origin: Origin::File(path.to_owned()),
+        })
+    }
+
+    /// A case that comes through standard input.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is not UTF-8 text.
+    pub fn standard_input() -> Result<CaseSource, CaseError> {
+        let read = crate::input::text_of(std::io::stdin().lock());
+        Ok(CaseSource {
+            text: checked(read, STANDARD_INPUT, "case")?,
+            origin: Origin::StandardInput,
         })
     }
 
@@ -63,6 +80,7 @@ impl CaseSource {
             Origin::File(path) => path.display().to_string(),
             Origin::BuiltIn(name) => format!("built-in case {name}"),
             Origin::Result(path) => format!("the case in {}", path.display()),
+            Origin::StandardInput => STANDARD_INPUT.to_owned(),
         }
     }
 
@@ -72,22 +90,27 @@ impl CaseSource {
         match &self.origin {
             Origin::File(path) | Origin::Result(path) => stem(path).unwrap_or_else(|| "case".to_owned()),
             Origin::BuiltIn(name) => name.clone(),
+            Origin::StandardInput => "case".to_owned(),
         }
     }
 }
 
 /// The text of a TOML file of this kind: "case", "study".
 pub(crate) fn toml_text(path: &Path, kind: &str) -> Result<String, CaseError> {
-    let label = path.display().to_string();
-    let text = crate::input::text(path).map_err(|error| {
+    checked(crate::input::text(path), &path.display().to_string(), kind)
+}
+
+/// What was read, as a text.
+fn checked(read: std::io::Result<Result<String, Option<usize>>>, label: &str, kind: &str) -> Result<String, CaseError> {
+    let text = read.map_err(|error| {
         let message = format!("the {kind} file cannot be read: {}", words(&error));
-        CaseError::one(&label, "", message)
+        CaseError::one(label, "", message)
     })?;
     text.map_err(|line| {
         let message = format!("not a {kind} file: expected TOML, which is UTF-8 text");
         match line {
             Some(line) => CaseError::one(format!("{label}:{line}"), "", message + "; save the file as UTF-8"),
-            None => CaseError::one(&label, "", message),
+            None => CaseError::one(label, "", message),
         }
     })
 }

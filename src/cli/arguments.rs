@@ -1,15 +1,17 @@
 //! The arguments.
 
+use super::failure;
+use crate::export;
 use crate::provenance;
 use crate::simulation::Method;
 use crate::sweep::Shard;
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
-use std::path::PathBuf;
+use clap::{ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// High-accuracy reference runs of friction-induced vibration, stored in HDF5.
 #[derive(Debug, Parser)]
-#[command(name = "stickslip", disable_help_subcommand = true)]
+#[command(name = "stickslip")]
 pub struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -84,6 +86,8 @@ pub(super) enum Command {
         override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
+    /// Write a table of a result as CSV, NPZ, MAT or Parquet.
+    Export(ExportOptions),
     /// Natural frequencies, damping and loss of stability of a case.
     Modes(ModesOptions),
     /// Methods by tolerances against a reference: error, work, time.
@@ -91,6 +95,27 @@ pub(super) enum Command {
     /// Print a built-in case or study to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
+}
+
+impl Command {
+    /// What it writes, with the option that names it; of `export` only where that is a folder.
+    pub fn files(&self) -> Vec<(&'static str, &Path)> {
+        let all: &[(&'static str, Option<&PathBuf>)] = match self {
+            Command::Run(o) => &[("-o", o.output.as_ref())],
+            Command::Certify(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
+            Command::Compare(o) => &[("--report", o.report.as_ref())],
+            Command::Sweep(o) => &[("-o", o.output.as_ref())],
+            Command::Merge(o) => &[("-o", Some(&o.output))],
+            Command::Calibrate(o) => &[("-o", o.output.as_ref()), ("--case", o.case.as_ref())],
+            Command::Plot(o) => &[("-o", Some(&o.output)), ("--html", o.html.as_ref())],
+            Command::Modes(o) => &[("--figure", o.figure.as_ref())],
+            Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
+            Command::Export(o) if o.benchmark => &[("-o", Some(&o.output))],
+            Command::Export(_) | Command::Inspect(_) | Command::Check(_) | Command::Case(_) => &[],
+        };
+        let named = all.iter().filter_map(|&(option, path)| Some((option, path?.as_path())));
+        named.collect()
+    }
 }
 
 #[derive(Debug, Args)]
@@ -110,6 +135,9 @@ pub(super) struct RunOptions {
     /// Leave out the witness, a second run by another method.
     #[arg(long)]
     pub no_witness: bool,
+    /// Exit with 1 if there is a warning, or the witness differs.
+    #[arg(long)]
+    pub strict: bool,
     #[command(flatten)]
     pub budget: Budget,
     /// Replace any file, not only a result of this program.
@@ -167,6 +195,9 @@ pub(super) struct CertifyOptions {
     /// Digits that the time of every event has to have; exit status 1 if one has less.
     #[arg(long, value_name = "N")]
     pub digits: Option<u32>,
+    /// Exit with 1 if there is a warning.
+    #[arg(long)]
+    pub strict: bool,
     /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
     #[arg(long)]
     pub oracle: bool,
@@ -200,6 +231,9 @@ pub(super) struct SweepOptions {
     /// Share the points among the ranks of an MPI job [default: if a launcher has started several].
     #[arg(long)]
     pub mpi: bool,
+    /// Exit with 1 if a point failed or ended too early.
+    #[arg(long)]
+    pub strict: bool,
     /// Threads [default: one for each processor; one for each rank].
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
@@ -285,6 +319,124 @@ pub(super) struct InspectOptions {
     /// A result file.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+}
+
+/// Format of an exported table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableFormat {
+    Csv,
+    Npz,
+    Mat,
+    Parquet,
+}
+
+impl From<TableFormat> for export::Format {
+    fn from(format: TableFormat) -> export::Format {
+        match format {
+            TableFormat::Csv => export::Format::Csv,
+            TableFormat::Npz => export::Format::Npz,
+            TableFormat::Mat => export::Format::Mat,
+            TableFormat::Parquet => export::Format::Parquet,
+        }
+    }
+}
+
+/// Table of a result file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableName {
+    Trajectory,
+    Events,
+    Segments,
+    #[value(name = "stick_slip", alias = "stick-slip")]
+    StickSlip,
+}
+
+impl From<TableName> for export::Which {
+    fn from(table: TableName) -> export::Which {
+        match table {
+            TableName::Trajectory => export::Which::Trajectory,
+            TableName::Events => export::Which::Events,
+            TableName::Segments => export::Which::Segments,
+            TableName::StickSlip => export::Which::StickSlip,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExportOptions {
+    /// A result file.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The file to write; - for CSV on standard output.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// csv, npz, mat or parquet [default: the extension].
+    #[arg(
+        long,
+        value_enum,
+        value_name = "F",
+        hide_possible_values = true,
+        conflicts_with = "benchmark"
+    )]
+    pub format: Option<TableFormat>,
+    /// trajectory, events, segments or stick_slip.
+    #[arg(long, value_enum, value_name = "TABLE", default_value_t = TableName::Trajectory, hide_possible_values = true, hide_default_value = true, conflicts_with = "benchmark")]
+    pub table: TableName,
+    /// Only these columns, such as phi1,normal_force.
+    #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark")]
+    pub channels: Vec<String>,
+    /// Only times from FROM to TO, s; either may be left out.
+    #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
+    pub window: Option<(f64, f64)>,
+    /// Evaluate the trajectory at this rate, Hz.
+    #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["interval", "at", "benchmark"])]
+    pub rate: Option<f64>,
+    /// Evaluate the trajectory at this interval, s.
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with_all = ["at", "benchmark"])]
+    pub interval: Option<f64>,
+    /// Evaluate the trajectory at the times of a table, s.
+    #[arg(long, value_name = "CSV", conflicts_with = "benchmark")]
+    pub at: Option<PathBuf>,
+    /// Write a folder to be used and cited by others.
+    #[arg(long)]
+    pub benchmark: bool,
+    /// With --benchmark: who made it.
+    #[arg(long, value_name = "NAME", requires = "benchmark")]
+    pub author: Option<String>,
+    /// With --benchmark: SPDX identifier of its licence.
+    #[arg(long, value_name = "ID", requires = "benchmark")]
+    pub license: Option<String>,
+    /// Replace any file, not only an earlier export.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("give a number greater than 0".to_owned()),
+    }
+}
+
+/// Two times with a colon between them.
+fn window(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || "give two times in seconds with a colon between them, such as 6.97:6.99".to_owned();
+    let (from, to) = text.split_once(':').ok_or_else(wrong)?;
+    let bound = |text: &str, without: f64| match text.trim() {
+        "" => Ok(without),
+        text => text
+            .parse::<f64>()
+            .ok()
+            .filter(|time| time.is_finite())
+            .ok_or_else(wrong),
+    };
+    let (from, to) = (bound(from, f64::NEG_INFINITY)?, bound(to, f64::INFINITY)?);
+    if from > to {
+        return Err(format!(
+            "the window begins at {from:?} s, after its end; exchange the two"
+        ));
+    }
+    Ok((from, to))
 }
 
 #[derive(Debug, Args)]
@@ -464,14 +616,32 @@ pub(super) struct CaseOptions {
 pub struct Refusal(clap::Error);
 
 impl Refusal {
-    /// Prints the text, to standard output for help and version; exit status 0 for them, 2 for wrong usage.
+    /// Prints the text, to standard output for help and version; exit status 0 for them, 2 for wrong usage. With --json
+    /// wrong usage is a document, too.
     pub fn report(&self) -> ExitCode {
+        use clap::error::ErrorKind;
         let _ = self.0.print();
-        if self.0.use_stderr() {
-            ExitCode::from(2)
-        } else {
-            ExitCode::SUCCESS
+        if !self.0.use_stderr() {
+            return ExitCode::SUCCESS;
         }
+        if self.0.kind() == ErrorKind::InvalidSubcommand {
+            let names: Vec<String> = Arguments::command()
+                .get_subcommands()
+                .map(|command| command.get_name().to_owned())
+                .collect();
+            super::say(&format!("The commands are {}.\n", names.join(", ")));
+        }
+        if std::env::args_os()
+            .skip(1)
+            .take_while(|a| a != "--")
+            .any(|a| a == "--json")
+        {
+            // The message itself; below it stand hints and usage.
+            let text = self.0.to_string();
+            let message = text.strip_prefix("error: ").unwrap_or(&text);
+            failure::document("usage", message.trim_end(), 2, &[]);
+        }
+        ExitCode::from(2)
     }
 }
 
@@ -481,12 +651,16 @@ impl Arguments {
     /// # Errors
     /// If it asks for help or the version, or is wrong.
     pub fn read() -> Result<Arguments, Refusal> {
-        use clap::{CommandFactory, FromArgMatches};
         // The versions of the libraries are known at run time only.
         let matches = Arguments::command()
             .version(provenance::versions())
             .try_get_matches()
             .map_err(Refusal)?;
         Arguments::from_arg_matches(&matches).map_err(Refusal)
+    }
+
+    /// Whether standard output is for one JSON document.
+    pub fn wants_json(&self) -> bool {
+        self.common.json
     }
 }

@@ -1,7 +1,7 @@
 //! `stickslip calibrate`.
 
 use super::arguments::{CalibrateOptions, Common};
-use super::input::{bad_file, interrupt_flag, looks_like_a_path, overrides};
+use super::input::{bad_case, bad_file, interrupt_flag, looks_like_a_path, overrides};
 use super::progress::CountBar;
 use super::terminal::{align_right, show, table};
 use super::{CommandError, End, complain, print, print_json};
@@ -86,7 +86,7 @@ const TRADED: f64 = 0.9;
 
 /// Finds the parameters of a study, and reports them.
 pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<End, CommandError> {
-    let study = read_study(options).map_err(|error| CommandError::Input(error.to_string()))?;
+    let study = read_study(options).map_err(bad_case)?;
     let name = &study.runs.source.name;
     let path = options
         .output

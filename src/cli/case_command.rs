@@ -1,10 +1,11 @@
 //! `stickslip case`.
 
 use super::arguments::{CaseOptions, Common};
+use super::input::bad_case;
 use super::{CommandError, End, print, print_json, terminal};
 use crate::analysis::work_precision;
 use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
-use crate::case::{Case, CaseError, CaseSource, Origin, TrainCase, builtin};
+use crate::case::{Case, CaseSource, Origin, TrainCase, builtin};
 use crate::sweep::{STUDIES, Study, StudySource};
 use serde::Serialize;
 
@@ -20,7 +21,7 @@ struct Listed {
 
 /// Prints a built-in case or study, or lists them.
 pub(super) fn case(options: &CaseOptions, common: &Common) -> Result<End, CommandError> {
-    let input = |error: CaseError| CommandError::Input(error.to_string());
+    let input = bad_case;
     if let Some(name) = &options.name {
         let studies = STUDIES.iter().chain(CALIBRATIONS).chain(work_precision::STUDIES);
         let source = match studies.into_iter().find(|study| study.name == name) {

@@ -1,14 +1,14 @@
 //! `stickslip certify`.
 
 use super::arguments::{CertifyOptions, Common, DPI, Format};
-use super::input::{Given, Input, Scratch, bad_case, bad_file, interrupt_flag, overrides};
+use super::input::{Given, Input, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides};
 use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::{CommandError, End, certify_report, complain, print, print_json, trains};
+use super::{CommandError, End, certify_report, complain, print, print_json, strictly, trains};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
-use crate::analysis::certificate::CertifyError;
+use crate::analysis::certificate::{CertifyError, Verdict};
 use crate::analysis::exact::as_written as written_numbers;
 use crate::analysis::onset::{Onset, onsets};
 use crate::analysis::{Certified, Certify, SavedRun, Stage, Warning};
@@ -56,10 +56,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
                 .to_owned(),
         ));
     }
-    let target = options
-        .output
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.certified.h5", input.source.name())));
+    let target = output_of(&input.source, options.output.as_deref(), ".certified.h5")?;
     let overwrite = if options.force {
         Overwrite::Force
     } else {
@@ -157,7 +154,15 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             &format!("{kept} has the certificate"),
         ),
         Some(text) => Err(CommandError::Computation(text)),
-        None => Ok(End::Done),
+        None => {
+            let mut doubts: Vec<String> = certificate.warnings.iter().map(Warning::to_string).collect();
+            // That an onset is noise was said by the verdict, and not as a warning.
+            let said = certificate.verdict == Verdict::Converged;
+            if !said && doubts.is_empty() {
+                doubts.push(format!("the verdict on the events is {}.", certificate.verdict.name()));
+            }
+            strictly(End::Done, options.strict, &doubts, !common.quiet && said, &target)
+        }
     }
 }
 
@@ -278,12 +283,14 @@ fn examine(
 
 /// What is missing for a certificate in a file that has lost its case.
 fn without_case(error: CommandError) -> CommandError {
-    match error {
-        CommandError::Input(text) if text.contains("/input") => CommandError::Input(format!(
-            "{text}. A result is certified by runs of its case, which this file no longer holds: certify the case itself"
-        )),
-        other => other,
+    if !error.text().contains("/input") {
+        return error;
     }
+    let text = format!(
+        "{}. A result is certified by runs of its case, which this file no longer holds: certify the case itself",
+        error.text()
+    );
+    error.saying(text)
 }
 
 /// The overrides, and where the numbers of the case are as they were written.

@@ -1,6 +1,6 @@
 //! What the commands share: the case or file that they are given, where its result goes, and how they end.
 
-use super::{CommandError, End, complain};
+use super::{CommandError, End, complain, failure};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
 use crate::results::{ResultError, ResultFile, is_hdf5};
@@ -49,16 +49,15 @@ pub(super) fn finish(
 }
 
 pub(super) fn bad_case(error: CaseError) -> CommandError {
-    CommandError::Input(error.to_string())
+    failure::of_case(&error)
 }
 
 pub(super) fn bad_file(error: ResultError) -> CommandError {
-    if error.is_of_the_system() {
-        CommandError::Computation(error.to_string())
-    } else {
-        CommandError::Input(error.to_string())
-    }
+    failure::of_file(&error)
 }
+
+/// As a case: what comes through standard input.
+const STANDARD_INPUT: &str = "-";
 
 /// What a command was given as a case, not yet read.
 pub(super) struct Given {
@@ -74,7 +73,9 @@ impl Given {
     pub fn read(case: &str) -> Result<Given, CommandError> {
         let path = Path::new(case);
         let mut text = None;
-        let source = if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
+        let source = if case == STANDARD_INPUT {
+            CaseSource::standard_input().map_err(bad_case)?
+        } else if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
             let file = ResultFile::open(path).map_err(bad_file)?;
             text = Some(file.case_text().map_err(bad_file)?);
             CaseSource::result(path, file.resolved().map_err(bad_file)?)
@@ -85,7 +86,10 @@ impl Given {
         };
         Ok(Given {
             text: text.unwrap_or_else(|| source.text.clone()),
-            files: path.exists().then(|| path.to_owned()).into_iter().collect(),
+            files: Some(path.to_owned())
+                .filter(|path| case != STANDARD_INPUT && path.exists())
+                .into_iter()
+                .collect(),
             source,
         })
     }
@@ -114,12 +118,32 @@ pub(super) fn looks_like_a_path(name: &str) -> bool {
     name.contains(std::path::MAIN_SEPARATOR) || Path::new(name).extension().is_some()
 }
 
-pub(super) fn default_output(source: &CaseSource) -> PathBuf {
-    let name = source.name();
-    PathBuf::from(match source.origin {
-        Origin::Result(_) => format!("{name}.repeat.h5"),
-        _ => format!("{name}.h5"),
-    })
+/// The result file that is named, or the one that is named after the case.
+///
+/// # Errors
+/// A case from standard input has no name, and several of them would replace each other's results.
+pub(super) fn output_of(source: &CaseSource, named: Option<&Path>, suffix: &str) -> Result<PathBuf, CommandError> {
+    match (named, &source.origin) {
+        (Some(path), _) => Ok(path.to_owned()),
+        (None, Origin::StandardInput) => Err(CommandError::Input(
+            "a case from standard input has no name after which its result could be called; name the file with -o, for \
+             example -o result.h5"
+                .to_owned(),
+        )),
+        (None, _) => Ok(PathBuf::from(format!("{}{suffix}", source.name()))),
+    }
+}
+
+/// Where the result of `run` goes.
+///
+/// # Errors
+/// Those of [`output_of`].
+pub(super) fn run_output(source: &CaseSource, named: Option<&Path>) -> Result<PathBuf, CommandError> {
+    let suffix = match source.origin {
+        Origin::Result(_) => ".repeat.h5",
+        _ => ".h5",
+    };
+    output_of(source, named, suffix)
 }
 
 /// A flag that Ctrl-C and a termination signal set; the run then ends in good order.

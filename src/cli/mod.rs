@@ -7,6 +7,8 @@ mod certify;
 mod certify_report;
 mod check;
 mod compare;
+mod export;
+mod failure;
 mod input;
 mod inspect;
 mod merge;
@@ -26,7 +28,9 @@ pub use arguments::{Arguments, Refusal};
 
 use crate::quote;
 use arguments::Command;
+use failure::Place;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a command ended that did what it was asked, as far as it was let.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,11 +42,16 @@ pub enum End {
 }
 
 impl End {
-    /// The exit status of the process.
-    pub fn exit_code(self) -> ExitCode {
+    /// The exit status of the process. With `json` a command that was interrupted before it had a document says so in one.
+    pub fn report(self, json: bool) -> ExitCode {
         match self {
             End::Done => ExitCode::SUCCESS,
-            End::Interrupted => ExitCode::from(130),
+            End::Interrupted => {
+                if json {
+                    failure::document("interrupted", "interrupted before there was a result", 130, &[]);
+                }
+                ExitCode::from(130)
+            }
         }
     }
 }
@@ -54,17 +63,44 @@ pub enum CommandError {
     Input(String),
     /// The computation failed: exit status 1.
     Computation(String),
+    /// One of the two, with where it went wrong.
+    Located(Box<CommandError>, Vec<Place>),
 }
 
 impl CommandError {
-    /// Writes the message to stderr; returns the exit status of the process.
-    pub fn report(&self) -> ExitCode {
-        let (text, status) = match self {
-            CommandError::Input(text) => (text, 2),
-            CommandError::Computation(text) => (text, 1),
+    /// Writes the message to stderr, and with `json` a document to stdout if none is there yet; returns the exit status of
+    /// the process.
+    pub fn report(&self, json: bool) -> ExitCode {
+        let (error, places) = match self {
+            CommandError::Located(error, places) => (&**error, &places[..]),
+            error => (error, &[][..]),
         };
-        complain(&quote::lines(text));
+        let (kind, status) = match error {
+            CommandError::Computation(_) => ("computation", 1),
+            _ => ("input", 2),
+        };
+        let text = quote::lines(error.text());
+        if json {
+            failure::document(kind, &text, status, places);
+        }
+        complain(&text);
         ExitCode::from(status)
+    }
+
+    fn text(&self) -> &str {
+        match self {
+            CommandError::Input(text) | CommandError::Computation(text) => text,
+            CommandError::Located(error, _) => error.text(),
+        }
+    }
+
+    /// The same with another text.
+    fn saying(self, text: String) -> CommandError {
+        match self {
+            CommandError::Input(_) => CommandError::Input(text),
+            CommandError::Computation(_) => CommandError::Computation(text),
+            CommandError::Located(error, places) => CommandError::Located(Box::new(error.saying(text)), places),
+        }
     }
 }
 
@@ -90,6 +126,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
         .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     crate::results::follow_external(common.follow_external);
+    refuse_standard_output(&command)?;
     match command {
         Command::Run(options) => run::run(&options, &common),
         Command::Certify(options) => certify::certify(&options, &common),
@@ -100,6 +137,7 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Check(options) => check::check(&options, &common),
         Command::Inspect(options) => inspect::inspect(&options, &common),
         Command::Plot(options) => plot::plot(&options, &common),
+        Command::Export(options) => export::export(&options, &common),
         Command::Modes(options) => modes::modes(&options, &common),
         Command::WorkPrecision(options) => work_precision::work_precision(&options, &common),
         Command::Case(options) => case_command::case(&options, &common),
@@ -119,12 +157,54 @@ fn print(text: &str) -> Result<(), CommandError> {
 
 /// Says something on standard error; if that is closed there is nobody left to tell.
 fn complain(text: &str) {
-    let text = quote::for_terminal(&format!("stickslip: {text}\n"));
+    say(&format!("stickslip: {text}\n"));
+}
+
+/// Writes to standard error.
+fn say(text: &str) {
+    let text = quote::for_terminal(text);
     let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
 }
 
+/// Refuses what would be a file named `-` where others would expect standard output.
+fn refuse_standard_output(command: &Command) -> Result<(), CommandError> {
+    match command.files().into_iter().find(|(_, path)| path.as_os_str() == "-") {
+        Some((option, _)) => Err(CommandError::Input(format!(
+            "{option} -: the file is not written to standard output; name it, such as {option} ./- if it is to have that \
+             name. The command that streams is stickslip export FILE -o -, as CSV"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// With --strict a warning makes the exit status 1; otherwise the end stands as it is. What was not said before is said now.
+fn strictly(
+    end: End,
+    strict: bool,
+    doubts: &[String],
+    said: bool,
+    file: &std::path::Path,
+) -> Result<End, CommandError> {
+    if !strict || doubts.is_empty() || end != End::Done {
+        return Ok(end);
+    }
+    let what = match doubts {
+        _ if !said => doubts.join("\n"),
+        [_] => "there is a warning".to_owned(),
+        all => format!("there are {} warnings", all.len()),
+    };
+    Err(CommandError::Computation(format!(
+        "--strict lets no warning pass: {what}\n{} was written nevertheless",
+        file.display()
+    )))
+}
+
+/// Whether this process has printed its JSON document.
+static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
+
 /// One JSON document on standard output.
 fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
+    DOCUMENT_IS_PRINTED.store(true, Ordering::Relaxed);
     let text = serde_json::to_string_pretty(document)
         .map_err(|error| CommandError::Computation(format!("writing JSON failed: {error}")))?;
     print(&(quote::in_json(&text, |_| false) + "\n"))

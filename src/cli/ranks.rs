@@ -62,7 +62,7 @@ impl Ranks {
 
     /// The study, if every rank has read the same. `Ok(None)` on a rank that has nothing to say of the error.
     pub(super) fn agree(&self, study: Result<Study, CaseError>) -> Result<Option<Study>, CommandError> {
-        let input = |error: CaseError| CommandError::Input(error.to_string());
+        let input = super::input::bad_case;
         match self {
             Ranks::Alone => study.map(Some).map_err(input),
             #[cfg(feature = "mpi")]

@@ -1,10 +1,11 @@
 //! `stickslip run`.
 
 use super::arguments::{Common, RunOptions};
-use super::input::{Given, Input, bad_case, bad_file, default_output, finish, interrupt_flag, overrides};
+use super::input::{Given, Input, bad_case, bad_file, finish, interrupt_flag, overrides, run_output};
 use super::progress::RunBar;
-use super::{CommandError, End, complain, print, print_json, terminal, trains};
+use super::{CommandError, End, complain, print, print_json, strictly, terminal, trains};
 use crate::analysis::headline::is_paper_case;
+use crate::analysis::witness::Testimony;
 use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
 use crate::case::TrainCase;
 use crate::hybrid::RunError;
@@ -54,7 +55,7 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         text,
         files,
     } = given.case(&changes)?;
-    let path = options.output.clone().unwrap_or_else(|| default_output(&source));
+    let path = run_output(&source, options.output.as_deref())?;
     let overwrite = if options.force {
         Overwrite::Force
     } else {
@@ -126,8 +127,16 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             complain(&format!("warning: {warning}"));
         }
     }
+    // Of a run whose onset is noise the warning says it.
+    let mut doubts = warnings;
+    if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
+        doubts.push(witness.statement);
+    }
     match unsaved {
         Some(error) => Err(CommandError::Computation(error)),
-        None => finish(failure.as_deref(), &report, &file, common.quiet),
+        None => {
+            let end = finish(failure.as_deref(), &report, &file, common.quiet)?;
+            strictly(end, options.strict, &doubts, !common.quiet, &file)
+        }
     }
 }

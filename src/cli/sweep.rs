@@ -5,7 +5,7 @@ use super::input::{interrupt_flag, looks_like_a_path, overrides};
 use super::plot_studies;
 use super::progress::SweepBar;
 use super::ranks::Ranks;
-use super::{CommandError, End, complain, print, print_json};
+use super::{CommandError, End, complain, print, print_json, strictly};
 use crate::case::{CaseError, Form};
 use crate::plot::PlotError;
 use crate::plot::studies::{self, Choice};
@@ -165,7 +165,17 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
             report.file.display()
         )));
     }
-    Ok(End::Done)
+    let mut doubts = Vec::new();
+    if report.failed > 0 {
+        doubts.push(format!("{} of {} points failed.", report.failed, report.points));
+    }
+    if let Some(count) = report.unfinished.filter(|count| *count > 0) {
+        doubts.push(format!(
+            "the runs of {count} of {} points end before it is certain what they come to; raise output.end_time.",
+            report.points
+        ));
+    }
+    strictly(End::Done, options.strict, &doubts, false, &report.file)
 }
 
 fn default_path(study: &Study, shard: Option<Shard>) -> PathBuf {

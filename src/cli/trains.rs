@@ -2,9 +2,9 @@
 
 use super::arguments::{CertifyOptions, Common, RunOptions};
 use super::certify_report::{influence, sensitivities};
-use super::input::{Given, Scratch, bad_case, bad_file, default_output, finish, interrupt_flag};
+use super::input::{Given, Scratch, bad_case, bad_file, finish, interrupt_flag, output_of, run_output};
 use super::progress::{OracleBar, RunBar};
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::{CommandError, End, complain, print, print_json, strictly, terminal};
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::sensitivity::Sensitivities;
 use crate::analysis::trains::{
@@ -22,7 +22,6 @@ use crate::simulation::Method;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -59,7 +58,7 @@ pub(super) fn run(
     common: &Common,
 ) -> Result<End, CommandError> {
     let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
-    let path = options.output.clone().unwrap_or_else(|| default_output(&given.source));
+    let path = run_output(&given.source, options.output.as_deref())?;
     let overwrite = if options.force {
         Overwrite::Force
     } else {
@@ -127,7 +126,10 @@ pub(super) fn run(
     }
     match unsaved {
         Some(error) => Err(CommandError::Computation(error)),
-        None => finish(failure.as_deref(), &report, &file, common.quiet),
+        None => {
+            let end = finish(failure.as_deref(), &report, &file, common.quiet)?;
+            strictly(end, options.strict, &warnings, !common.quiet, &file)
+        }
     }
 }
 
@@ -209,10 +211,7 @@ pub(super) fn certify(
     let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
     let written = Written::new(given, changes, &case);
     let exact = TrainCase::exact_parameters(&written.source, written.changes).map_err(bad_case)?;
-    let target = options
-        .output
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.certified.h5", given.source.name())));
+    let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     let overwrite = if options.force {
         Overwrite::Force
     } else {
@@ -352,7 +351,12 @@ pub(super) fn certify(
             "{digits} digits were asked for, and an event has {has}; {}. The file has the exact times in /certificate/oracle",
             remedy(&case)
         ))),
-        _ => Ok(End::Done),
+        _ => {
+            let without = certificate.without_oracle.as_ref();
+            let doubt = without.map(|why| format!("the uncertainties are those of the ladder alone: {why}."));
+            let doubts: Vec<String> = doubt.into_iter().collect();
+            strictly(End::Done, options.strict, &doubts, !common.quiet, &target)
+        }
     }
 }
 

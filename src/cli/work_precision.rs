@@ -1,7 +1,7 @@
 //! `stickslip work-precision`.
 
 use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
-use super::input::{bad_file, interrupt_flag};
+use super::input::{bad_case, bad_file, interrupt_flag};
 use super::plot::{bad, check_target, save};
 use super::progress::CountBar;
 use super::{CommandError, End, complain, print, print_json, terminal};
@@ -74,7 +74,7 @@ impl From<Errors> for ErrorRow {
 
 /// Runs a study into a file and a table, and a figure on request.
 pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) -> Result<End, CommandError> {
-    let study = Study::find(&options.study).map_err(|error| CommandError::Input(error.to_string()))?;
+    let study = Study::find(&options.study).map_err(bad_case)?;
     let path = options
         .output
         .clone()

@@ -24,6 +24,7 @@ mod creep;
 mod crossings;
 mod cycles;
 mod error;
+mod evaluate;
 mod impulse;
 mod offset;
 mod parameters;
@@ -48,6 +49,7 @@ pub use cycles::CycleErrors;
 pub use detect::{Detection, Found};
 pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
+pub use evaluate::Evaluator;
 pub use impulse::ImpulseErrors;
 pub use offset::FoundOffset;
 pub use parameters::{Agreement, FoundBy, OtherClock, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
@@ -72,7 +74,7 @@ use event_errors::EventErrors;
 use impulse::ImpulsePass;
 use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_clock, other_kick, other_parameters};
 use range::Range;
-use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
+use reference::{Physics, Rerun, Subject, TrainPhysics, states_at_events};
 use saved_case::saved_case;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
@@ -678,19 +680,6 @@ impl Reference {
             })
             .collect();
         offset::find(&self.word, &word, self.subject.natural_period() / 8.0)
-    }
-
-    /// At the start of the reference.
-    fn walk(&self) -> Result<AnyWalk<'_>, crate::results::ResultError> {
-        Ok(match (&self.subject, &self.rerun) {
-            (Subject::Brake(physics, _), Some(rerun)) => {
-                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
-            }
-            (Subject::Trains(physics), _) => {
-                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
-            }
-            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
-        })
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {

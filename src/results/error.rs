@@ -158,6 +158,51 @@ fn and_kept(kept: &bool) -> &'static str {
 }
 
 impl ResultError {
+    /// The file that it is about.
+    pub fn path(&self) -> &Path {
+        match self {
+            ResultError::IsInput { path, .. }
+            | ResultError::IsFolder { path, .. }
+            | ResultError::NotUtf8 { path, .. }
+            | ResultError::Reserved { path, .. }
+            | ResultError::NoFileName { path, .. }
+            | ResultError::NoFolder { path, .. }
+            | ResultError::NoPermission { path, .. }
+            | ResultError::ReadOnly { path, .. }
+            | ResultError::Foreign { path, .. }
+            | ResultError::Protected { path, .. }
+            | ResultError::InUse { path, .. }
+            | ResultError::AnotherRun { path, .. }
+            | ResultError::DiskFull { path, .. }
+            | ResultError::TooLarge { path, .. }
+            | ResultError::Write { path, .. }
+            | ResultError::Io { path, .. }
+            | ResultError::NotFound { path, .. }
+            | ResultError::FolderIsNoResult { path, .. }
+            | ResultError::NotHdf5 { path, .. }
+            | ResultError::NotAResult { path, .. }
+            | ResultError::AnotherKind { path, .. }
+            | ResultError::NotASweep { path, .. }
+            | ResultError::OnlyAShard { path, .. }
+            | ResultError::NotAShard { path, .. }
+            | ResultError::NoBoundary { path, .. }
+            | ResultError::Newer { path, .. }
+            | ResultError::Damaged { path, .. }
+            | ResultError::Times { path, .. }
+            | ResultError::NotFinite { path, .. }
+            | ResultError::BeyondLimits { path, .. }
+            | ResultError::Elsewhere { path, .. }
+            | ResultError::NoReader { path, .. }
+            | ResultError::Unnamed { path, .. }
+            | ResultError::Changed { path, .. }
+            | ResultError::Absent { path, .. }
+            | ResultError::Growing { path, .. }
+            | ResultError::Ended { path, .. }
+            | ResultError::Missing { path, .. }
+            | ResultError::UnknownCode { path, .. } => path,
+        }
+    }
+
     /// Whether the system failed to write or read, and nothing is wrong with what was asked for.
     pub fn is_of_the_system(&self) -> bool {
         matches!(

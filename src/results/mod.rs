@@ -33,7 +33,7 @@ pub use dense::{DenseOutput, Side};
 pub(crate) use disk::{folder_of, is_hdf5};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
-pub use reader::ResultFile;
+pub use reader::{Matrix, ResultFile, TableColumn};
 pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
 pub(crate) use sweep::SweepHeader;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::attributes::AttributeValue;
 use super::contents::{self, AddedColumn, AddedGroup, Contents};
 use super::schema::{self, attribute, group, root};
-use super::source::{DatasetInfo, Kind, Numeric, Source};
+use super::source::{DatasetInfo, Holds, Kind, Numeric, Source};
 use super::{Extra, ResultError, Status, StickSlipTable};
 use crate::model::Mode;
 use crate::record::{Channels, Event, EventKind, Sample, Segment, State};
@@ -366,6 +366,109 @@ impl ResultFile {
         Ok(Some(AddedGroup { attributes, columns }))
     }
 
+    /// The columns of numbers of a group, in the order of the file; none if there is no such group.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn table(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
+        if !self.has(group)? {
+            return Ok(Vec::new());
+        }
+        let mut columns = Vec::new();
+        for member in self.source.members(group)? {
+            let Kind::Dataset(info) = member.is else { continue };
+            if info.shape.len() != 1 || !info.holds.is_number() {
+                continue;
+            }
+            let path = format!("{group}/{}", member.name);
+            let attributes = self.source.attributes(&path)?;
+            let find = |name: &str| {
+                attributes
+                    .iter()
+                    .find(|(known, _)| known == name)
+                    .map(|(_, value)| value)
+            };
+            let text = |name: &str| match find(name) {
+                Some(AttributeValue::Text(text)) => text.clone(),
+                _ => String::new(),
+            };
+            let codes = match find(attribute::FLAG_VALUES) {
+                Some(AttributeValue::Integers(codes)) => codes.clone(),
+                Some(AttributeValue::Integer(code)) => vec![*code],
+                _ => Vec::new(),
+            };
+            let meanings = text(attribute::FLAG_MEANINGS);
+            columns.push(TableColumn {
+                units: text(attribute::UNITS),
+                long_name: text(attribute::LONG_NAME),
+                whole: !matches!(info.holds, Holds::Floats(_)),
+                flags: codes
+                    .into_iter()
+                    .zip(meanings.split_whitespace().map(str::to_owned))
+                    .collect(),
+                rows: info.size(),
+                name: member.name,
+            });
+        }
+        Ok(columns)
+    }
+
+    /// Rows `range` of a column of [`Self::table`].
+    ///
+    /// # Errors
+    /// There is no such column or row; or of the file.
+    pub fn table_values(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<f64>, ResultError> {
+        self.values(group, name, range)
+    }
+
+    /// The rows that every column of a table of the schema has for certain, by its group: of a file that is not whole some may
+    /// have more.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn table_rows(&self, group: &str) -> Result<usize, ResultError> {
+        match schema::tables().iter().find(|table| table.group == group) {
+            Some(table) => self.rows(table),
+            None => Ok(self.table(group)?.iter().map(|column| column.rows).min().unwrap_or(0)),
+        }
+    }
+
+    /// A text attribute of a group.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn group_text(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
+        self.source.text_attribute(group, name)
+    }
+
+    /// A table of two dimensions, row by row, with its shape; `None` if there is none.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn matrix(&self, group: &str, name: &str) -> Result<Option<Matrix>, ResultError> {
+        let path = format!("{group}/{name}");
+        let Some(info) = self.source.dataset(&path)? else {
+            return Ok(None);
+        };
+        let &[rows, columns] = &info.shape[..] else {
+            return Ok(None);
+        };
+        let values = self.source.read::<f64>(&path, &[0..rows, 0..columns])?;
+        Ok(Some((values, [rows, columns])))
+    }
+
+    /// A text that is a variable; `None` if there is none.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn text_variable(&self, group: &str, name: &str) -> Result<Option<String>, ResultError> {
+        let path = format!("{group}/{name}");
+        match self.source.dataset(&path)? {
+            Some(_) => self.source.text(&path),
+            None => Ok(None),
+        }
+    }
+
     /// Whether the file has something of this name.
     pub(super) fn has(&self, name: &str) -> Result<bool, ResultError> {
         Ok(self.source.members("")?.iter().any(|member| member.name == name))
@@ -497,6 +600,26 @@ impl ResultFile {
             code,
         }
     }
+}
+
+/// Values row by row, with the numbers of rows and columns.
+pub type Matrix = (Vec<f64>, [usize; 2]);
+
+/// A column of numbers in a result file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableColumn {
+    /// Within its group.
+    pub name: String,
+    /// UDUNITS.
+    pub units: String,
+    /// Description.
+    pub long_name: String,
+    /// Whole numbers.
+    pub whole: bool,
+    /// What codes mean; empty where it has none.
+    pub flags: Vec<(i64, String)>,
+    /// How many values it has.
+    pub rows: usize,
 }
 
 /// The ranges that cover `0..rows`, [`BLOCK`] by block.

@@ -3,6 +3,7 @@
 use super::super::Channel;
 use super::super::vocabulary::{Known, Vocabulary};
 use super::{Curve, Physics, TimeScale, TrainPhysics, TrainWalk, Walk};
+use crate::model::Mode;
 use crate::results::ResultError;
 
 /// The part of a reference that differs between a brake and two trains.
@@ -169,6 +170,14 @@ impl<'a> AnyWalk<'a> {
         match self {
             AnyWalk::Brake(walk) => walk.curves(channels, curves),
             AnyWalk::Trains(walk) => walk.curves(channels, curves),
+        }
+    }
+
+    /// What the contact does in what was found.
+    pub fn mode(&self) -> Mode {
+        match self {
+            AnyWalk::Brake(walk) => walk.mode(),
+            AnyWalk::Trains(walk) => walk.mode(),
         }
     }
 

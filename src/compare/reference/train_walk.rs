@@ -276,6 +276,11 @@ impl<'a> TrainWalk<'a> {
         Some(true)
     }
 
+    /// What the contact does between the two samples.
+    pub fn mode(&self) -> Mode {
+        self.left.as_ref().map_or(Mode::Separated, |left| left.mode)
+    }
+
     /// Whether the equations were integrated again between two samples in more than one step.
     pub fn was_filled(&self) -> bool {
         self.filled

@@ -3,6 +3,7 @@
 use super::super::Channel;
 use super::nodes::{Nodes, Samples, breaks_segment};
 use super::{Curve, Gap, Node, Physics, Rerun};
+use crate::model::Mode;
 use crate::record::Event;
 use crate::results::{ResultError, ResultFile};
 use std::ops::Range;
@@ -137,6 +138,11 @@ impl<'a> Walk<'a> {
         self.inserted.extend(dense[first..last.max(first)].iter().rev());
         self.last = Some(left);
         self.advance()
+    }
+
+    /// What the contact does in the present gap.
+    pub(crate) fn mode(&self) -> Mode {
+        self.gap.as_ref().map_or(Mode::Separated, Gap::mode)
     }
 
     /// theta at the start of the present gap, rad.

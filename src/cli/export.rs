@@ -1,0 +1,168 @@
+//! `stickslip export`.
+
+use super::arguments::{Common, ExportOptions};
+use super::input::bad_file;
+use super::{CommandError, End, complain, print, print_json};
+use crate::compare::{CompareError, Reference};
+use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
+use crate::results::{ResultFile, Status};
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The JSON document of an export.
+#[derive(Serialize)]
+struct ExportDocument<'a> {
+    file: String,
+    format: &'a str,
+    table: &'a str,
+    rows: usize,
+    columns: &'a [export::Column],
+    /// How values between the samples were obtained; absent where the rows are the samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    evaluated: Option<&'a str>,
+    /// Columns that are known at the samples alone.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    left_out: &'a [String],
+}
+
+/// Writes a table of a result file in another format, or a benchmark package.
+pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
+    if options.benchmark {
+        return package(options, common);
+    }
+    let streams = options.output.as_os_str() == "-";
+    let format = format(options, streams)?;
+    if streams && common.json {
+        return Err(CommandError::Input(
+            "-o - writes CSV to standard output, where --json has its document; leave one of them out".to_owned(),
+        ));
+    }
+    let times = match (&options.at, options.rate, options.interval) {
+        (Some(path), ..) => Times::At(export::read_times(path).map_err(bad)?),
+        (None, Some(rate), _) => Times::Rate(rate),
+        (None, None, Some(interval)) => Times::Every(interval),
+        (None, None, None) => Times::Stored,
+    };
+    let request = Request {
+        table: options.table.into(),
+        columns: options.channels.clone(),
+        window: options.window.unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
+        times,
+    };
+    let (file, reference);
+    let found = if request.times == Times::Stored {
+        file = ResultFile::open(&options.file).map_err(bad_file)?;
+        tell_status(&file, common);
+        export::stored(&file, &request).map_err(bad)?
+    } else {
+        reference = Reference::open(&options.file).map_err(|error| bad(error.into()))?;
+        tell_status(reference.file(), common);
+        export::evaluated(&reference, &request).map_err(bad)?
+    };
+    if streams {
+        return match found.stream(io::stdout().lock()) {
+            // A reader that has gone away, as head does, is no error.
+            Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(End::Done),
+            other => other.map(|()| End::Done).map_err(bad),
+        };
+    }
+    let mut inputs = vec![options.file.clone()];
+    inputs.extend(options.at.clone());
+    found
+        .save(&options.output, format, &inputs, options.force)
+        .map_err(bad)?;
+    if common.json {
+        print_json(&ExportDocument {
+            file: options.output.display().to_string(),
+            format: format.name(),
+            table: &found.table.name,
+            rows: found.table.rows,
+            columns: &found.table.columns,
+            evaluated: found.origin.evaluated.as_deref(),
+            left_out: &found.left_out,
+        })?;
+    } else if !common.quiet {
+        print(&report(&found, &options.output))?;
+    }
+    Ok(End::Done)
+}
+
+fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError> {
+    let named = options.format.map(Format::from);
+    if streams {
+        return match named {
+            None | Some(Format::Csv) => Ok(Format::Csv),
+            Some(other) => Err(CommandError::Input(format!(
+                "-o - writes CSV, and {} is written to a file only; name one with -o",
+                other.name()
+            ))),
+        };
+    }
+    named.or_else(|| Format::of_path(&options.output)).ok_or_else(|| {
+        CommandError::Input(format!(
+            "{}: its extension names no format; give it .csv, .npz, .mat or .parquet, or say which with --format",
+            options.output.display()
+        ))
+    })
+}
+
+fn report(found: &Export<'_>, path: &Path) -> String {
+    let table = &found.table;
+    let mut text = format!(
+        "{} rows, {} columns of /{}",
+        table.rows,
+        table.columns.len(),
+        table.name
+    );
+    if let Some(how) = &found.origin.evaluated {
+        text.push_str(&format!(", {how}"));
+    }
+    if !found.left_out.is_empty() {
+        text.push_str(&format!(
+            "\nwithout {}, which are known at the samples alone",
+            found.left_out.join(", ")
+        ));
+    }
+    format!("{text}\n\n{}\n", path.display())
+}
+
+/// Says of a run that is not whole how far it goes.
+fn tell_status(file: &ResultFile, common: &Common) {
+    if common.quiet || *file.status() == Status::Complete {
+        return;
+    }
+    complain(&format!(
+        "warning: {}: this run is {}; exported is what is there",
+        file.path().display(),
+        file.status().name()
+    ));
+}
+
+/// Writes the benchmark package of a certified result.
+fn package(options: &ExportOptions, common: &Common) -> Result<End, CommandError> {
+    let terms = benchmark::Terms {
+        author: options.author.clone(),
+        license: options.license.clone(),
+    };
+    let written = benchmark::write(&options.file, &options.output, &terms, options.force).map_err(bad)?;
+    let folder = options.output.display().to_string();
+    if common.json {
+        print_json(&serde_json::json!({ "folder": folder, "files": written }))?;
+    } else if !common.quiet {
+        let lines: Vec<String> = written
+            .iter()
+            .map(|name| PathBuf::from(&options.output).join(name).display().to_string() + "\n")
+            .collect();
+        print(&lines.concat())?;
+    }
+    Ok(End::Done)
+}
+
+fn bad(error: ExportError) -> CommandError {
+    match error {
+        ExportError::Result(error) | ExportError::Compare(CompareError::Result(error)) => bad_file(error),
+        ExportError::Io { .. } => CommandError::Computation(error.to_string()),
+        _ => CommandError::Input(error.to_string()),
+    }
+}

@@ -1,0 +1,101 @@
+//! What a failed command says as JSON.
+
+use super::{CommandError, DOCUMENT_IS_PRINTED, print_json};
+use crate::case::CaseError;
+use crate::results::ResultError;
+use serde::Serialize;
+use std::sync::atomic::Ordering;
+
+/// Where something is wrong.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Place {
+    /// The file, or how messages call the text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
+    /// From 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u64>,
+    /// The option that brought it, such as --set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    option: Option<&'static str>,
+    /// The dotted path of the key.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    key: Option<String>,
+    /// What is wrong there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    message: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    error: Failure<'a>,
+}
+
+#[derive(Serialize)]
+struct Failure<'a> {
+    /// usage, input, computation or interrupted.
+    kind: &'a str,
+    message: &'a str,
+    exit_status: u8,
+    /// Empty where the message alone says it.
+    places: &'a [Place],
+}
+
+/// Prints the document of a failure, unless the command has printed its own.
+pub(super) fn document(kind: &str, message: &str, exit_status: u8, places: &[Place]) {
+    if DOCUMENT_IS_PRINTED.load(Ordering::Relaxed) {
+        return;
+    }
+    let error = Failure {
+        kind,
+        message,
+        exit_status,
+        places,
+    };
+    // Where standard output cannot be written to, standard error still says it.
+    let _ = print_json(&Document { error });
+}
+
+/// An error of a case or a study, with the place of each problem.
+pub(super) fn of_case(error: &CaseError) -> CommandError {
+    let place = |problem: &crate::case::Problem| {
+        let set = problem.place.strip_prefix("--set ");
+        let (file, line) = match (set, problem.place.rsplit_once(':')) {
+            (Some(_), _) => (None, None),
+            (None, Some((file, line))) if line.parse::<u64>().is_ok() => (Some(file.to_owned()), line.parse().ok()),
+            (None, _) => (Some(problem.place.clone()).filter(|place| !place.is_empty()), None),
+        };
+        let key = if problem.key.is_empty() {
+            set.unwrap_or_default()
+        } else {
+            &problem.key
+        };
+        Place {
+            file,
+            line,
+            option: set.map(|_| "--set"),
+            key: Some(key.to_owned()).filter(|key| !key.is_empty()),
+            message: Some(problem.message.clone()),
+        }
+    };
+    let places = error.problems.iter().map(place).collect();
+    CommandError::Located(Box::new(CommandError::Input(error.to_string())), places)
+}
+
+/// An error of a result file.
+pub(super) fn of_file(error: &ResultError) -> CommandError {
+    let text = error.to_string();
+    let place = Place {
+        file: Some(error.path().display().to_string()),
+        line: None,
+        option: None,
+        key: None,
+        message: None,
+    };
+    let inner = if error.is_of_the_system() {
+        CommandError::Computation(text)
+    } else {
+        CommandError::Input(text)
+    };
+    CommandError::Located(Box::new(inner), vec![place])
+}

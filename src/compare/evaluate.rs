@@ -1,0 +1,117 @@
+//! A run as a function of time: its channels at any time, by the equations of motion between its samples.
+
+use super::reference::{AnyWalk, Curve, Subject, TrainWalk, Walk};
+use super::{Channel, CompareError, Reference};
+use crate::model::Mode;
+use crate::results::ResultError;
+use std::path::PathBuf;
+
+/// Evaluates channels of a run at increasing times; never across an event.
+///
+/// Between two samples the channels of a brake are the polynomials of degree 5 that the equations of motion give, and the case is
+/// run again where the samples are too sparse for them; those of two trains are Taylor series of the equations. At the time of
+/// an event they are those just before it.
+#[derive(Debug)]
+pub struct Evaluator<'a> {
+    path: PathBuf,
+    walk: AnyWalk<'a>,
+    channels: Vec<Channel>,
+    curves: Vec<Curve<'a>>,
+    /// What the curves are for: start and end, s.
+    gap: Option<(f64, f64)>,
+    mode: Mode,
+    sound: bool,
+}
+
+impl Reference {
+    /// The channel of a variable of /trajectory; `None` of those that are known at the samples alone.
+    pub fn channel_of_column(&self, name: &str) -> Option<Channel> {
+        let vocabulary = self.subject.vocabulary();
+        // Of trains z is an alias of the bristles' deflection, and in the file the axial displacement.
+        if self.subject.trains().is_some() && matches!(name, "z" | "z_dot") {
+            return None;
+        }
+        vocabulary.find(name)
+    }
+
+    /// Times of the first and the last sample, s.
+    pub fn times(&self) -> (f64, f64) {
+        (self.start, self.end)
+    }
+
+    /// Whether the run was repeated, or its equations integrated again, where its samples are too sparse.
+    pub fn was_repeated(&self) -> bool {
+        self.rerun.as_ref().is_some_and(super::reference::Rerun::was_made)
+    }
+
+    /// The file.
+    pub fn file(&self) -> &crate::results::ResultFile {
+        &self.file
+    }
+
+    /// Its channels as functions of time, from the start on.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn evaluator(&self, channels: &[Channel]) -> Result<Evaluator<'_>, CompareError> {
+        Ok(Evaluator {
+            path: self.file.path().to_owned(),
+            walk: self.walk()?,
+            channels: channels.to_vec(),
+            curves: Vec::new(),
+            gap: None,
+            mode: Mode::Separated,
+            sound: false,
+        })
+    }
+
+    /// A walk through it from its start on.
+    pub(super) fn walk(&self) -> Result<AnyWalk<'_>, ResultError> {
+        Ok(match (&self.subject, &self.rerun) {
+            (Subject::Brake(physics, _), Some(rerun)) => {
+                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
+            }
+            (Subject::Trains(physics), _) => {
+                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
+            }
+            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
+        })
+    }
+}
+
+impl Evaluator<'_> {
+    /// The mode, and the values of the channels in their order, at `time` (s), which may not lie before an earlier one.
+    ///
+    /// # Errors
+    /// A time before the first or after the last sample; a time between samples that are too far apart, of a run that cannot be
+    /// repeated; or of the file.
+    pub fn at(&mut self, time: f64, values: &mut [f64]) -> Result<Mode, CompareError> {
+        let content = |what: String, remedy: &str| CompareError::content(&self.path, "", what, remedy);
+        if self.gap.is_none_or(|(_, to)| time > to) {
+            let Some((from, to, _)) = self.walk.at(time)? else {
+                return Err(content(
+                    format!("the run has no state at t = {time:?} s"),
+                    "ask for times from its first to its last sample",
+                ));
+            };
+            self.mode = self.walk.mode();
+            self.sound = self.walk.curves(&self.channels, &mut self.curves).unwrap_or(false);
+            self.gap = Some((from, to));
+        }
+        let (from, to) = self.gap.unwrap_or((time, time));
+        if !self.sound && time != from && time != to {
+            return Err(content(
+                format!(
+                    "the samples at t = {from:?} s and {to:?} s are too far apart for the equations of motion to lead from one to \
+                     the other, and this program does not repeat the run as it is in the file"
+                ),
+                "repeat the run with this version of the program, or with closer samples by output.interval",
+            ));
+        }
+        let part = if to > from { (time - from) / (to - from) } else { 0.0 };
+        for (value, curve) in values.iter_mut().zip(&self.curves) {
+            *value = curve.at(part);
+        }
+        Ok(self.mode)
+    }
+}

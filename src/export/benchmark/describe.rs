@@ -1,0 +1,207 @@
+//! The two descriptions of a package for programs: a Data Package (Frictionless, version 1) and an RO-Crate 1.1.
+
+use super::super::table::{Column, Kind};
+use super::{About, MARK, RO_CRATE};
+use serde_json::{Map, Value, json};
+
+/// A file of the package.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Resource {
+    pub path: String,
+    pub title: String,
+    pub media: &'static str,
+    pub bytes: u64,
+    /// In hexadecimal digits.
+    pub sha256: String,
+    /// Of a table.
+    pub schema: Option<Value>,
+}
+
+impl Resource {
+    /// Letters, digits, points and hyphens: the path without the extension of a table.
+    fn name(&self) -> String {
+        self.path.trim_end_matches(".csv").to_lowercase()
+    }
+}
+
+/// The Table Schema of columns.
+pub(super) fn schema(columns: &[Column], key: &[&'static str]) -> Value {
+    let fields: Vec<Value> = columns.iter().map(field).collect();
+    let mut schema = json!({ "fields": fields, "missingValues": ["", "NaN"], "primaryKey": key });
+    if key.len() > 1 {
+        schema["foreignKeys"] = json!([{
+            "fields": ["event"],
+            "reference": { "resource": "events", "fields": ["event"] },
+        }]);
+    }
+    schema
+}
+
+fn field(column: &Column) -> Value {
+    let kind = match column.kind {
+        Kind::Number => "number",
+        Kind::Whole => "integer",
+        Kind::Code => "string",
+        Kind::Boolean => "boolean",
+    };
+    let mut field = json!({ "name": column.name, "type": kind, "description": column.long_name });
+    if column.kind == Kind::Number {
+        field["unit"] = column.units.as_str().into();
+    }
+    if column.kind == Kind::Code {
+        let mut words: Vec<&str> = column.meanings.iter().map(|(_, word)| word.as_str()).collect();
+        words.sort_unstable();
+        words.dedup();
+        field["constraints"] = json!({ "required": true, "enum": words });
+    }
+    field
+}
+
+fn description(about: &About) -> String {
+    format!(
+        "A reference run of friction-induced stick-slip vibration: {}. {} events, of which {} have a certified time, with \
+         uncertainties up to {:.1e} s; equations, parameters, sensitivities and samples.",
+        about.title, about.events, about.certain, about.largest_uncertainty
+    )
+}
+
+fn printed(document: &Value) -> String {
+    serde_json::to_string_pretty(document).unwrap_or_default() + "\n"
+}
+
+/// The text of `datapackage.json`.
+pub(super) fn data_package(about: &About, resources: &[Resource]) -> String {
+    let resource = |resource: &Resource| {
+        let mut found = json!({
+            "name": resource.name(),
+            "path": resource.path,
+            "title": resource.title,
+            "mediatype": resource.media,
+            "encoding": "utf-8",
+            "bytes": resource.bytes,
+            "hash": format!("sha256:{}", resource.sha256),
+        });
+        if let Some((_, extension)) = resource.path.rsplit_once('.') {
+            found["format"] = extension.into();
+        }
+        if let Some(schema) = &resource.schema {
+            found["profile"] = "tabular-data-resource".into();
+            found["dialect"] = json!({ "delimiter": ",", "lineTerminator": "\n", "header": true });
+            found["schema"] = schema.clone();
+        }
+        found
+    };
+    let mut package = json!({
+        "profile": "data-package",
+        "name": MARK,
+        "title": about.title,
+        "description": description(about),
+        "created": about.made,
+        "keywords": ["friction", "stick-slip", "event location", "reference solution"],
+        "sources": [{ "title": about.program }],
+        "resources": resources.iter().map(resource).collect::<Vec<_>>(),
+    });
+    if let Some(id) = &about.terms.license {
+        package["licenses"] = json!([{ "name": id, "path": license_page(id) }]);
+    }
+    if let Some(name) = &about.terms.author {
+        package["contributors"] = json!([{ "title": name, "role": "author" }]);
+    }
+    printed(&package)
+}
+
+fn license_page(id: &str) -> String {
+    format!("https://spdx.org/licenses/{id}")
+}
+
+/// The text of `ro-crate-metadata.json`.
+pub(super) fn ro_crate(about: &About, resources: &[Resource]) -> String {
+    let reference = |id: &str| json!({ "@id": id });
+    let mut parts: Vec<Value> = resources.iter().map(|resource| reference(&resource.path)).collect();
+    parts.push(reference(super::DATA_PACKAGE));
+    let mut root: Map<String, Value> = Map::new();
+    for (key, value) in [
+        ("@id", Value::from("./")),
+        ("@type", "Dataset".into()),
+        ("name", about.title.as_str().into()),
+        ("description", description(about).into()),
+        ("datePublished", about.made.get(..10).unwrap_or_default().into()),
+        (
+            "keywords",
+            "friction, stick-slip, event location, reference solution".into(),
+        ),
+        ("hasPart", parts.into()),
+        ("mentions", reference("#run")),
+    ] {
+        root.insert(key.to_owned(), value);
+    }
+    let mut further = Vec::new();
+    match &about.terms.license {
+        Some(id) => {
+            let page = license_page(id);
+            root.insert("license".to_owned(), reference(&page));
+            further.push(json!({
+                "@id": page,
+                "@type": "CreativeWork",
+                "name": id,
+                "description": format!("The licence with the SPDX identifier {id}"),
+            }));
+        }
+        None => {
+            let nothing = "No licence is stated; ask whoever published this package.";
+            root.insert("license".to_owned(), nothing.into());
+        }
+    }
+    if let Some(name) = &about.terms.author {
+        root.insert("author".to_owned(), reference("#author"));
+        further.push(json!({ "@id": "#author", "@type": "Person", "name": name }));
+    }
+    let file = |resource: &Resource| {
+        json!({
+            "@id": resource.path,
+            "@type": "File",
+            "name": resource.title,
+            "description": resource.title,
+            "encodingFormat": resource.media,
+            "contentSize": resource.bytes.to_string(),
+        })
+    };
+    let mut graph = vec![
+        json!({
+            "@id": RO_CRATE,
+            "@type": "CreativeWork",
+            "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" },
+            "about": { "@id": "./" },
+        }),
+        Value::Object(root),
+    ];
+    graph.extend(resources.iter().map(file));
+    graph.push(json!({
+        "@id": super::DATA_PACKAGE,
+        "@type": "File",
+        "name": "The description of the tables",
+        "description": "Data Package: every file with its size and digest, every column with its type and unit",
+        "encodingFormat": "application/json",
+    }));
+    graph.push(json!({
+        "@id": "#program",
+        "@type": "SoftwareApplication",
+        "name": "stickslip",
+        "description": "High-accuracy reference runs of friction-induced stick-slip vibration",
+        "version": about.version,
+        "softwareVersion": about.version,
+    }));
+    let results: Vec<Value> = ["events.csv", "samples.csv"].into_iter().map(reference).collect();
+    graph.push(json!({
+        "@id": "#run",
+        "@type": "CreateAction",
+        "name": "The run and its certificate",
+        "description": format!("Integrated by method {}; uncertainties by the {}", about.method, about.certified_by),
+        "endTime": about.run,
+        "instrument": { "@id": "#program" },
+        "object": { "@id": "case.toml" },
+        "result": results,
+    }));
+    graph.extend(further);
+    printed(&json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph }))
+}

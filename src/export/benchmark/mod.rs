@@ -1,0 +1,416 @@
+//! A certified run as a folder that others can use and cite without this program: equations, parameters, events with
+//! uncertainties, sensitivities and samples, described as a Data Package (Frictionless) and as an RO-Crate.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `pages` | what is there to read, and the script that repeats the run |
+//! | `parameters` | the resolved case as a list with units |
+//! | `describe` | `datapackage.json` and `ro-crate-metadata.json` |
+
+mod describe;
+mod pages;
+mod parameters;
+
+use super::request::{Which, columns};
+use super::table::{Column, Kind, Table};
+use super::{ExportError, csv};
+use crate::provenance;
+use crate::results::schema::{TIME_UNCERTAINTY, group};
+use crate::results::{AttributeValue, ResultFile, folder_of};
+use describe::Resource;
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+/// By which the program knows a package that it has written.
+const MARK: &str = "stickslip-benchmark";
+
+/// The description that has the mark, and what an RO-Crate has to be called.
+const DATA_PACKAGE: &str = "datapackage.json";
+const RO_CRATE: &str = "ro-crate-metadata.json";
+
+/// Under which conditions a package is given away.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Terms {
+    /// Who made it.
+    pub author: Option<String>,
+    /// An SPDX identifier.
+    pub license: Option<String>,
+}
+
+/// What a package says of itself.
+#[derive(Debug)]
+struct About {
+    title: String,
+    terms: Terms,
+    /// The program, with its version.
+    program: String,
+    version: String,
+    /// Where the equations are published; empty where they are not.
+    references: String,
+    /// When the run was made, and the package, UTC.
+    run: String,
+    made: String,
+    method: String,
+    /// By what the uncertainties were found: ladder or oracle.
+    certified_by: String,
+    events: usize,
+    /// Those whose time has an uncertainty.
+    certain: usize,
+    largest_uncertainty: f64,
+    trains: bool,
+    /// A script that repeats the run belongs to it.
+    example: bool,
+}
+
+/// Writes the package of the certified result at `path` into `folder`; returns the names of its files.
+///
+/// # Errors
+/// A result that is not certified; a folder that is there already and is no such package, without `force`; a licence that is no
+/// identifier; or one of the files.
+pub fn write(path: &Path, folder: &Path, terms: &Terms, force: bool) -> Result<Vec<String>, ExportError> {
+    let file = ResultFile::open(path)?;
+    check_terms(terms)?;
+    check_folder(folder, force)?;
+    let (about, events) = examine(&file, terms)?;
+    let failed = |error| ExportError::io(folder, "writing the package", error);
+    let parent = folder_of(folder);
+    let made = tempfile::Builder::new()
+        .prefix(".stickslip-")
+        .tempdir_in(&parent)
+        .map_err(failed)?;
+    let resources = fill(made.path(), &file, about, events)?;
+    let mut names: Vec<String> = resources.into_iter().map(|resource| resource.path).collect();
+    names.extend([DATA_PACKAGE.to_owned(), RO_CRATE.to_owned()]);
+    fs::create_dir_all(folder).map_err(failed)?;
+    // What an earlier package had and this one does not would not be described.
+    for stale in OPTIONAL.iter().filter(|name| !names.iter().any(|known| known == *name)) {
+        let _ = fs::remove_file(folder.join(stale));
+    }
+    for name in &names {
+        fs::rename(made.path().join(name), folder.join(name)).map_err(failed)?;
+    }
+    Ok(names)
+}
+
+/// Files that not every package has.
+const OPTIONAL: [&str; 3] = ["exact-events.csv", "sensitivities.csv", "example.py"];
+
+fn check_terms(terms: &Terms) -> Result<(), ExportError> {
+    let is_identifier = |text: &str| {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+');
+        !text.is_empty() && text.len() <= 64 && text.chars().all(is_part)
+    };
+    match &terms.license {
+        Some(text) if !is_identifier(text) => Err(ExportError::Asked(format!(
+            "--license {}: not an SPDX identifier; give one such as CC-BY-4.0 or CC0-1.0",
+            crate::quote::shown(text)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Whether the package may be written there.
+fn check_folder(folder: &Path, force: bool) -> Result<(), ExportError> {
+    let refuse = |what: &str| Err(ExportError::Asked(format!("{}: {what}", folder.display())));
+    if !folder_of(folder).is_dir() {
+        return refuse("the folder that is to hold it does not exist; create it, or choose another with -o");
+    }
+    let mut entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(_) if folder.exists() => {
+            return refuse("a benchmark package is a folder, and this is a file; choose another name with -o");
+        }
+        Err(_) => return Ok(()),
+    };
+    let is_own = || {
+        let text = fs::read_to_string(folder.join(DATA_PACKAGE));
+        text.is_ok_and(|text| text.contains(MARK))
+    };
+    if force || entries.next().is_none() || is_own() {
+        return Ok(());
+    }
+    refuse("there already, and not a benchmark package; choose another folder with -o, or write into it with --force")
+}
+
+/// Reads what the package says of itself, and its table of events.
+fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>), ExportError> {
+    let rows = file.table_rows(group::EVENTS)?;
+    let of_events = columns(file, Which::Events)?;
+    let path = file.path().display();
+    if !of_events.iter().any(|(column, _)| column.name == TIME_UNCERTAINTY) {
+        return Err(ExportError::Asked(format!(
+            "{path}: it has no certificate, and a benchmark states how far its events can be trusted; make one with stickslip \
+             certify {path} -o NAME.h5, and export that"
+        )));
+    }
+    let uncertainties = file.event_column(TIME_UNCERTAINTY)?;
+    let certain = uncertainties.iter().filter(|value| value.is_finite());
+    let largest = certain.clone().fold(0.0, |most: f64, value| most.max(*value));
+    let certain = certain.count();
+    if certain == 0 && rows > 0 {
+        let remedy = file.group_text(group::CERTIFICATE, "remedy")?.unwrap_or_default();
+        let remedy = if remedy.is_empty() {
+            "see what stickslip certify says of it".to_owned()
+        } else {
+            remedy
+        };
+        return Err(ExportError::Asked(format!(
+            "{path}: none of its events is certain by its certificate, so that nothing can be held against it; {remedy}"
+        )));
+    }
+    let meta = file.meta()?;
+    let of_meta = |name: &str| match meta.iter().find(|(known, _)| known == name) {
+        Some((_, AttributeValue::Text(text))) => text.clone(),
+        _ => String::new(),
+    };
+    let resolved = file.resolved()?;
+    let trains = meta.iter().any(|(name, _)| name == "motion") || resolved.contains("\n[rotor]");
+    let certified_by = file.group_text(group::CERTIFICATE, "uncertainty_by")?;
+    Ok((
+        About {
+            title: file.title().to_owned(),
+            terms: terms.clone(),
+            program: provenance::source(),
+            version: of_meta("program_version"),
+            references: file.text("references").unwrap_or_default(),
+            run: of_meta("started"),
+            made: provenance::now(),
+            method: of_meta("method"),
+            certified_by: certified_by.unwrap_or_else(|| "oracle".to_owned()),
+            events: rows,
+            certain,
+            largest_uncertainty: largest,
+            trains,
+            example: false,
+        },
+        Table::of_file(group::EVENTS, file, of_events, 0..rows),
+    ))
+}
+
+/// Writes every file of the package into a folder.
+fn fill(folder: &Path, file: &ResultFile, mut about: About, events: Table<'_>) -> Result<Vec<Resource>, ExportError> {
+    let mut package = Package {
+        folder,
+        resources: Vec::new(),
+    };
+    let parameters = parameters::read(&file.resolved()?);
+    about.example = !about.trains && pages::has_example(&parameters);
+    let rows = file.table_rows(group::TRAJECTORY)?;
+    let samples = Table::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
+
+    package.text(
+        "case.toml",
+        "The case as it was given",
+        "application/toml",
+        &file.case_text()?,
+    )?;
+    package.text(
+        "case.resolved.toml",
+        "The case with every parameter in SI and full precision",
+        "application/toml",
+        &file.resolved()?,
+    )?;
+    package.text(
+        "parameters.json",
+        "Every parameter in SI, with its unit and meaning",
+        "application/json",
+        &parameters::document(&parameters),
+    )?;
+    package.text(
+        "equations.md",
+        "The equations of motion, the modes of the contact and its transitions",
+        "text/markdown",
+        &pages::equations(&about),
+    )?;
+    package.table(
+        "events.csv",
+        "Every event, with its uncertainty and the states before and after it",
+        &events,
+        &["event"],
+    )?;
+    if let Some(exact) = file.text_variable(group::CERTIFICATE, "oracle")? {
+        package.text(
+            "exact-events.csv",
+            "Exact events as decimal texts, each with its true digits, by a multiprecision solution",
+            "text/csv",
+            &exact,
+        )?;
+    }
+    if let Some(table) = sensitivities(file)? {
+        package.table(
+            "sensitivities.csv",
+            "How the time of each event changes with each parameter",
+            &table,
+            &["event", "parameter"],
+        )?;
+    }
+    package.table(
+        "samples.csv",
+        "The states and forces at the samples of the run",
+        &samples,
+        &["time"],
+    )?;
+    if about.example {
+        package.text(
+            "example.py",
+            "Repeats the stick-slip by SciPy alone, and holds it against events.csv",
+            "text/x-python",
+            pages::EXAMPLE,
+        )?;
+    }
+    let readme = pages::readme(&about, &package.resources);
+    package.text(
+        "README.md",
+        "What this is, how to use and how to cite it",
+        "text/markdown",
+        &readme,
+    )?;
+    let resources = package.resources;
+    let described = [
+        (DATA_PACKAGE, describe::data_package(&about, &resources)),
+        (RO_CRATE, describe::ro_crate(&about, &resources)),
+    ];
+    for (name, text) in described {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|error| ExportError::io(&path, "writing", error))?;
+    }
+    Ok(resources)
+}
+
+/// The package as far as it is written.
+struct Package<'a> {
+    folder: &'a Path,
+    resources: Vec<Resource>,
+}
+
+impl Package<'_> {
+    fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), ExportError> {
+        self.write(name, title, media, None, |file| {
+            let path = Path::new(name);
+            file.write_all(text.as_bytes())
+                .map_err(|error| ExportError::io(path, "writing", error))
+        })
+    }
+
+    fn table(&mut self, name: &str, title: &str, table: &Table, key: &[&'static str]) -> Result<(), ExportError> {
+        let schema = describe::schema(&table.columns, key);
+        self.write(name, title, "text/csv", Some(schema), |file| {
+            csv::write_plain(table, file, Path::new(name))
+        })
+    }
+
+    fn write(
+        &mut self,
+        name: &str,
+        title: &str,
+        media: &'static str,
+        schema: Option<serde_json::Value>,
+        fill: impl FnOnce(&mut Summed) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let path = self.folder.join(name);
+        let file = fs::File::create(&path).map_err(|error| ExportError::io(&path, "writing", error))?;
+        let mut file = Summed {
+            file,
+            digest: Sha256::new(),
+            bytes: 0,
+        };
+        fill(&mut file)?;
+        self.resources.push(Resource {
+            path: name.to_owned(),
+            title: title.to_owned(),
+            media,
+            bytes: file.bytes,
+            sha256: file
+                .digest
+                .finalize()
+                .iter()
+                .map(|byte| format!("{byte:02x}"))
+                .collect(),
+            schema,
+        });
+        Ok(())
+    }
+}
+
+/// A file with the digest of what is written to it.
+struct Summed {
+    file: fs::File,
+    digest: Sha256,
+    bytes: u64,
+}
+
+impl Write for Summed {
+    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
+        let count = self.file.write(buffer)?;
+        self.digest.update(&buffer[..count]);
+        self.bytes += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// /sensitivity/time_sensitivity, a row for each event and parameter; `None` of a file that has none.
+fn sensitivities(file: &ResultFile) -> Result<Option<Table<'static>>, ExportError> {
+    const GROUP: &str = group::SENSITIVITY;
+    let Some((values, [rows, width])) = file.matrix(GROUP, "time_sensitivity")? else {
+        return Ok(None);
+    };
+    let list = |text: Option<String>| -> Vec<String> {
+        let text = text.unwrap_or_default();
+        text.split(", ").map(str::to_owned).collect()
+    };
+    let names = list(file.group_text(GROUP, "parameters")?);
+    let units = list(file.group_text(GROUP, "parameter_units")?);
+    if names.len() != width || units.len() != width {
+        return Ok(None);
+    }
+    let uncertainty = file.matrix(GROUP, "time_sensitivity_uncertainty")?;
+    let words = |texts: &[String]| -> Vec<(i64, String)> { (0..).zip(texts.iter().cloned()).collect() };
+    let column = |name: &str, long_name: &str, kind: Kind, meanings: Vec<(i64, String)>| Column {
+        name: name.to_owned(),
+        units: "1".to_owned(),
+        long_name: long_name.to_owned(),
+        kind,
+        meanings,
+    };
+    let mut columns = vec![
+        column("event", "index of the event", Kind::Whole, Vec::new()),
+        column(
+            "parameter",
+            "path of the parameter in case.toml",
+            Kind::Code,
+            words(&names),
+        ),
+        column("parameter_unit", "SI unit of the parameter", Kind::Code, words(&units)),
+        column(
+            "time_sensitivity",
+            "d(event time)/d(parameter), s for each unit of the parameter; NaN: not known",
+            Kind::Number,
+            Vec::new(),
+        ),
+    ];
+    if uncertainty.is_some() {
+        columns.push(column(
+            "time_sensitivity_uncertainty",
+            "how far time_sensitivity can be off, in its unit; NaN: not known",
+            Kind::Number,
+            Vec::new(),
+        ));
+    }
+    let mut spool = super::table::Spool::new(columns.len())?;
+    for row in 0..rows {
+        for k in 0..width {
+            let mut cells = vec![row as f64, k as f64, k as f64, values[row * width + k]];
+            if let Some((uncertainty, _)) = &uncertainty {
+                cells.push(uncertainty.get(row * width + k).copied().unwrap_or(f64::NAN));
+            }
+            spool.push(&cells)?;
+        }
+    }
+    spool.finish("sensitivities", columns).map(Some)
+}

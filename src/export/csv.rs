@@ -1,0 +1,75 @@
+//! Comma-separated values: a header of names with units in brackets, numbers as the shortest text that reads back to the same
+//! double, codes as words, NaN as `NaN`.
+
+use super::ExportError;
+use super::table::{Column, Kind, Table};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// The first line of a table, with its end.
+pub(super) fn header(columns: &[Column]) -> String {
+    let names: Vec<String> = columns.iter().map(|column| quoted(&column.header())).collect();
+    names.join(",") + "\n"
+}
+
+/// A text as a field.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+/// Adds a value to a line.
+fn push(line: &mut String, column: &Column, value: f64) {
+    use std::fmt::Write;
+    // Writing to a string cannot fail.
+    let _ = match column.kind {
+        _ if value.is_nan() => write!(line, "NaN"),
+        Kind::Code => write!(line, "{}", quoted(&column.word(value))),
+        Kind::Whole | Kind::Boolean => write!(line, "{value:.0}"),
+        Kind::Number => write!(line, "{value:?}"),
+    };
+}
+
+/// Writes a table.
+///
+/// # Errors
+/// The table cannot be read, or the sink not be written to.
+pub(super) fn write(table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
+    write_below(&header(&table.columns), table, sink, path)
+}
+
+/// Writes a table whose header has the names alone.
+///
+/// # Errors
+/// Those of [`write`].
+pub(super) fn write_plain(table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
+    let names: Vec<String> = table.columns.iter().map(|column| quoted(&column.name)).collect();
+    write_below(&(names.join(",") + "\n"), table, sink, path)
+}
+
+fn write_below(header: &str, table: &Table, sink: impl Write, path: &Path) -> Result<(), ExportError> {
+    let failed = |error| ExportError::io(path, "writing", error);
+    let mut sink = BufWriter::new(sink);
+    sink.write_all(header.as_bytes()).map_err(failed)?;
+    let mut line = String::new();
+    for rows in table.blocks() {
+        let columns = (0..table.columns.len())
+            .map(|k| table.read(k, rows.clone()))
+            .collect::<Result<Vec<_>, _>>()?;
+        for row in 0..rows.len() {
+            line.clear();
+            for (k, (column, values)) in table.columns.iter().zip(&columns).enumerate() {
+                if k > 0 {
+                    line.push(',');
+                }
+                push(&mut line, column, values[row]);
+            }
+            line.push('\n');
+            sink.write_all(line.as_bytes()).map_err(failed)?;
+        }
+    }
+    sink.flush().map_err(failed)
+}

@@ -1,0 +1,77 @@
+//! The file formats of tables.
+
+use super::metadata::{MARK, Origin};
+use super::table::Table;
+use super::{ExportError, csv, mat, npz, parquet};
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// The format of an exported table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated values, UTF-8.
+    Csv,
+    /// An archive of NumPy, an array for each column.
+    Npz,
+    /// A MAT-file, level 5, a column vector for each column.
+    Mat,
+    /// Apache Parquet, uncompressed.
+    Parquet,
+}
+
+/// Bytes at either end of a file in which the mark stands.
+const REACH: u64 = 1 << 16;
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Format; 4] = [Format::Csv, Format::Npz, Format::Mat, Format::Parquet];
+
+    /// Its name, which is also the extension of its files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Csv => "csv",
+            Format::Npz => "npz",
+            Format::Mat => "mat",
+            Format::Parquet => "parquet",
+        }
+    }
+
+    /// By the extension of a file name.
+    pub fn of_path(path: &Path) -> Option<Format> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Format::ALL.into_iter().find(|format| format.name() == extension)
+    }
+
+    /// Whether the file at `path` is an export of this program in this format; a CSV file is taken for one by its header, which
+    /// is that of the table.
+    pub(super) fn is_own(self, path: &Path, table: &Table) -> io::Result<bool> {
+        let mut file = File::open(path)?;
+        let mut bytes = Vec::new();
+        if self == Format::Csv {
+            let header = csv::header(&table.columns);
+            (&file).take(header.len() as u64).read_to_end(&mut bytes)?;
+            return Ok(bytes == header.as_bytes());
+        }
+        (&file).take(REACH).read_to_end(&mut bytes)?;
+        let length = file.seek(SeekFrom::End(0))?;
+        if length > REACH {
+            file.seek(SeekFrom::Start(length.saturating_sub(REACH).max(REACH)))?;
+            file.read_to_end(&mut bytes)?;
+        }
+        Ok(bytes.windows(MARK.len()).any(|window| window == MARK.as_bytes()))
+    }
+
+    /// Writes a table to an open file.
+    ///
+    /// # Errors
+    /// The table cannot be read, or the file not be written, or the format has no room for so many rows.
+    pub(super) fn write(self, table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+        match self {
+            Format::Csv => csv::write(table, file, path),
+            Format::Npz => npz::write(table, origin, file, path),
+            Format::Mat => mat::write(table, origin, file, path),
+            Format::Parquet => parquet::write(table, origin, file, path),
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! MAT-files, level 5 ("MAT-File Format", The MathWorks): a column vector for each column, and a text with the metadata as
+//! JSON, for `jsondecode`.
+
+use super::ExportError;
+use super::metadata::{MARK, Origin, is_short, metadata};
+use super::table::{Kind, Table};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// A variable has no more bytes: their number has 32 bits, of which readers take one for a sign.
+const MOST_BYTES: u64 = (1 << 31) - 1024;
+
+/// A name has no more letters.
+const LONGEST_NAME: usize = 63;
+
+// Types of elements.
+const INT8: u32 = 1;
+const UINT8: u32 = 2;
+const UINT16: u32 = 4;
+const INT32: u32 = 5;
+const UINT32: u32 = 6;
+const DOUBLE: u32 = 9;
+const INT64: u32 = 12;
+const MATRIX: u32 = 14;
+
+// Classes of arrays.
+const CHAR_CLASS: u32 = 4;
+const DOUBLE_CLASS: u32 = 6;
+const INT8_CLASS: u32 = 8;
+const UINT8_CLASS: u32 = 9;
+const INT64_CLASS: u32 = 14;
+
+/// Bit of the flags: an array of truth values.
+const LOGICAL: u32 = 0x0200;
+
+/// An element with its tag, up to a multiple of eight bytes; four bytes and fewer stand in the tag itself.
+fn element(kind: u32, bytes: &[u8]) -> Vec<u8> {
+    let mut found = Vec::with_capacity(bytes.len() + 16);
+    if bytes.len() <= 4 && !bytes.is_empty() {
+        found.extend((kind | (bytes.len() as u32) << 16).to_le_bytes());
+        found.extend(bytes);
+    } else {
+        found.extend(kind.to_le_bytes());
+        found.extend((bytes.len() as u32).to_le_bytes());
+        found.extend(bytes);
+    }
+    found.resize(found.len().next_multiple_of(8), 0);
+    found
+}
+
+/// Flags, dimensions and name of an array.
+fn head(class: u32, rows: usize, columns: usize, name: &str) -> Vec<u8> {
+    let pair = |a: u32, b: u32| [a.to_le_bytes(), b.to_le_bytes()].concat();
+    let mut found = element(UINT32, &pair(class, 0));
+    found.extend(element(INT32, &pair(rows as u32, columns as u32)));
+    found.extend(element(INT8, name.as_bytes()));
+    found
+}
+
+/// Writes a table.
+///
+/// # Errors
+/// The table cannot be read, is too long for the format, or the file cannot be written.
+pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+    let failed = |error: io::Error| ExportError::io(path, "writing", error);
+    if 8 * table.rows as u64 > MOST_BYTES {
+        return Err(ExportError::Asked(format!(
+            "{}: a variable of a MAT-file of level 5 has at most 2 GB, and {} rows take more; export .npz or .parquet, or a \
+             --window",
+            path.display(),
+            table.rows
+        )));
+    }
+    let mut sink = BufWriter::new(file);
+    // 116 bytes of text, 8 of which nothing stands, version and byte order.
+    let mut start = format!("MATLAB 5.0 MAT-file, {MARK}, {}", origin.source).into_bytes();
+    start.retain(u8::is_ascii);
+    start.resize(116, b' ');
+    start.extend([0; 8]);
+    start.extend(0x0100u16.to_le_bytes());
+    start.extend(b"IM");
+    sink.write_all(&start).map_err(failed)?;
+    for (k, column) in table.columns.iter().enumerate() {
+        let (kind, class, size) = match column.kind {
+            Kind::Number => (DOUBLE, DOUBLE_CLASS, 8),
+            Kind::Whole => (INT64, INT64_CLASS, 8),
+            Kind::Code => (INT8, INT8_CLASS, 1),
+            Kind::Boolean => (UINT8, UINT8_CLASS | LOGICAL, 1),
+        };
+        let name: String = column.name.chars().take(LONGEST_NAME).collect();
+        let head = head(class, table.rows, 1, &name);
+        let bytes = size * table.rows;
+        let small = (1..=4).contains(&bytes);
+        let padded = bytes.next_multiple_of(8);
+        let whole = head.len() + if small { 8 } else { 8 + padded };
+        sink.write_all(&[MATRIX.to_le_bytes(), (whole as u32).to_le_bytes()].concat())
+            .and_then(|()| sink.write_all(&head))
+            .map_err(failed)?;
+        let raw = |values: &[f64]| -> Vec<u8> {
+            match column.kind {
+                Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+                _ if is_short(column) => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
+                _ => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
+            }
+        };
+        if small {
+            let values = table.read(k, 0..table.rows)?;
+            sink.write_all(&element(kind, &raw(&values))).map_err(failed)?;
+            continue;
+        }
+        sink.write_all(&[kind.to_le_bytes(), (bytes as u32).to_le_bytes()].concat())
+            .map_err(failed)?;
+        for rows in table.blocks() {
+            let values = table.read(k, rows)?;
+            sink.write_all(&raw(&values)).map_err(failed)?;
+        }
+        sink.write_all(&vec![0; padded - bytes]).map_err(failed)?;
+    }
+    let text = metadata(table, origin);
+    let units: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let mut array = head(CHAR_CLASS, 1, text.len(), "metadata");
+    array.extend(element(UINT16, &units));
+    sink.write_all(&element(MATRIX, &array))
+        .and_then(|()| sink.flush())
+        .map_err(failed)
+}

@@ -1,0 +1,115 @@
+//! What a result file holds, for programs that read no HDF5: tables as CSV, NPZ, MAT and Parquet, and benchmark packages.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `table` | columns that are read block by block, of a file or of values that were evaluated |
+//! | `request` | which table, which columns, which rows or times |
+//! | `metadata` | what a table is from, and what the formats say of it |
+//! | `formats` | the formats by their names |
+//! | `csv`, `npz`, `mat`, `parquet` | the writers |
+//! | [`benchmark`] | a certified run as a folder that others can use and cite |
+//!
+//! Memory is bounded: no writer holds more than a block of rows, and what is evaluated waits in a temporary file.
+
+pub mod benchmark;
+
+mod csv;
+mod error;
+mod formats;
+mod mat;
+mod metadata;
+mod npz;
+mod parquet;
+mod request;
+mod table;
+
+pub use error::ExportError;
+pub use formats::Format;
+pub use metadata::Origin;
+pub use request::{Request, Times, Which, evaluated, read_times, stored};
+pub use table::{Column, Kind, Table};
+
+use crate::results::folder_of;
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// A table with what it is from, and the columns that it leaves out.
+#[derive(Debug)]
+pub struct Export<'a> {
+    /// What is exported.
+    pub table: Table<'a>,
+    /// Where it is from.
+    pub origin: Origin,
+    /// Columns of the file that are known at its samples alone, and were not asked for by name.
+    pub left_out: Vec<String>,
+}
+
+impl Export<'_> {
+    /// Writes it under a temporary name, which becomes `path` when all is written. An earlier export of the program is replaced
+    /// (of CSV one with the same header), any other file only with `force`, and none of the `inputs`.
+    ///
+    /// # Errors
+    /// A file that is not to be replaced, a folder that is missing, or one of the disk.
+    pub fn save(&self, path: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<(), ExportError> {
+        check_target(path, inputs, force, |path| format.is_own(path, &self.table))?;
+        let failed = |error| ExportError::io(path, "writing", error);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".stickslip-");
+        // As for any file that a program makes, and not for its owner alone; the umask takes from it.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder_of(path)).map_err(failed)?;
+        format.write(&self.table, &self.origin, file.as_file(), path)?;
+        file.persist(path).map_err(|error| failed(error.error))?;
+        Ok(())
+    }
+
+    /// Writes it as CSV to what is open already, such as standard output.
+    ///
+    /// # Errors
+    /// Of the file or the sink.
+    pub fn stream(&self, sink: impl Write) -> Result<(), ExportError> {
+        csv::write(&self.table, sink, Path::new("standard output"))
+    }
+}
+
+/// Whether a file may be written.
+fn check_target(
+    path: &Path,
+    inputs: &[PathBuf],
+    force: bool,
+    is_own: impl Fn(&Path) -> std::io::Result<bool>,
+) -> Result<(), ExportError> {
+    let refuse = |what: &str| Err(ExportError::Asked(format!("{}: {what}", path.display())));
+    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
+        return refuse("this is a folder; name a file in it with -o");
+    }
+    if path.file_name().is_none() {
+        return refuse("not a usable file name; name a file with -o");
+    }
+    if !folder_of(path).is_dir() {
+        return refuse("the folder does not exist; create it, or choose another with -o");
+    }
+    if inputs.iter().any(|input| crate::results::disk::same_file(input, path)) {
+        return refuse("this is the file to be exported; choose another name with -o");
+    }
+    let found = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(ExportError::io(path, "looking at the file", error)),
+        Ok(found) => found,
+    };
+    if force {
+        return Ok(());
+    }
+    if found.permissions().readonly() {
+        return refuse("write-protected; choose another name with -o, or replace it with --force");
+    }
+    // Not opened unless it is a plain file: a pipe, for one, would block.
+    match path.is_file() && is_own(path).map_err(|error| ExportError::io(path, "reading the file", error))? {
+        true => Ok(()),
+        false => refuse(
+            "there already, and not an earlier export of this table; choose another name with -o, or replace it with --force",
+        ),
+    }
+}

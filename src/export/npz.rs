@@ -1,0 +1,72 @@
+//! NumPy's archives: an array for each column, and one with the metadata as JSON.
+
+use super::ExportError;
+use super::metadata::{MARK, Origin, is_short, metadata};
+use super::table::{Kind, Table};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+/// The header of an array of this type and shape, of which the whole is a multiple of 64 bytes.
+fn array_header(descr: &str, shape: &str) -> Vec<u8> {
+    let mut text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+    let unpadded = 10 + text.len() + 1;
+    text.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
+    text.push('\n');
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend((text.len() as u16).to_le_bytes());
+    header.extend(text.into_bytes());
+    header
+}
+
+/// Writes a table.
+///
+/// # Errors
+/// The table cannot be read, or the file not be written.
+pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) -> Result<(), ExportError> {
+    let failed = |error: io::Error| ExportError::io(path, "writing", error);
+    let mut archive = ZipWriter::new(BufWriter::new(file));
+    archive.set_comment(MARK).map_err(|error| failed(error.into()))?;
+    let options = |bytes: usize| {
+        SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(bytes as u64 > u64::from(u32::MAX) / 2)
+    };
+    let member = |archive: &mut ZipWriter<_>, name: &str, bytes: usize| {
+        archive
+            .start_file(format!("{name}.npy"), options(bytes))
+            .map_err(|error| failed(error.into()))
+    };
+    for (k, column) in table.columns.iter().enumerate() {
+        let (descr, size) = match column.kind {
+            Kind::Number => ("<f8", 8),
+            Kind::Whole => ("<i8", 8),
+            Kind::Code => ("|i1", 1),
+            Kind::Boolean => ("|b1", 1),
+        };
+        member(&mut archive, &column.name, size * table.rows)?;
+        archive
+            .write_all(&array_header(descr, &format!("({},)", table.rows)))
+            .map_err(failed)?;
+        for rows in table.blocks() {
+            let values = table.read(k, rows)?;
+            let bytes: Vec<u8> = match column.kind {
+                Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+                _ if is_short(column) => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
+                _ => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
+            };
+            archive.write_all(&bytes).map_err(failed)?;
+        }
+    }
+    let text = metadata(table, origin);
+    member(&mut archive, "metadata", 4 * text.len())?;
+    let units: Vec<u8> = text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+    archive
+        .write_all(&array_header(&format!("<U{}", text.len()), "()"))
+        .and_then(|()| archive.write_all(&units))
+        .map_err(failed)?;
+    let mut sink = archive.finish().map_err(|error| failed(error.into()))?;
+    sink.flush().map_err(failed)
+}

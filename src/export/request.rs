@@ -1,0 +1,485 @@
+//! Which table is exported: its columns, and its rows or the times at which it is evaluated.
+
+use super::table::{Column, Kind, Spool, Table};
+use super::{Export, ExportError, Origin};
+use crate::case::suggest;
+use crate::compare::{Channel, Reference};
+use crate::input::{LONGEST_LINE, Rows};
+use crate::provenance;
+use crate::quote::{quoted, shown};
+use crate::results::schema::group;
+use crate::results::{ResultFile, TableColumn};
+use std::fs::File;
+use std::ops::Range;
+use std::path::Path;
+
+/// More times are held at once by no list, and no evaluation has more rows.
+const MOST_TIMES: usize = 1 << 26;
+const MOST_ROWS: f64 = 1e9;
+
+/// The tables of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// The samples, or the channels at other times.
+    Trajectory,
+    /// Every event, with what a certificate says of it.
+    Events,
+    /// Every stretch between restarts, with what it cost.
+    Segments,
+    /// Every cycle.
+    StickSlip,
+}
+
+impl Which {
+    /// Its group in the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Which::Trajectory => group::TRAJECTORY,
+            Which::Events => group::EVENTS,
+            Which::Segments => group::SEGMENTS,
+            Which::StickSlip => group::STICK_SLIP,
+        }
+    }
+}
+
+/// At which times a trajectory is exported.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Times {
+    /// Those of its samples.
+    Stored,
+    /// At multiples of an interval (s) after the start.
+    Every(f64),
+    /// So many times in a second, from the start on.
+    Rate(f64),
+    /// These, s, in increasing order.
+    At(Vec<f64>),
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// Which table.
+    pub table: Which,
+    /// Names of columns, in their order; none for all.
+    pub columns: Vec<String>,
+    /// First and last time, s; either may be infinite.
+    pub window: (f64, f64),
+    /// At which times; of a trajectory only.
+    pub times: Times,
+}
+
+/// What /certificate has for each event, beside `time_uncertainty`, which stands in /events itself.
+const OF_EVENTS: [&str; 6] = [
+    "verdict",
+    "ladder_uncertainty",
+    "ladder_verdict",
+    "rounding",
+    "growth",
+    "true_error",
+];
+
+fn column(found: TableColumn) -> Column {
+    let kind = match (found.whole, found.flags.is_empty()) {
+        (true, false) => Kind::Code,
+        (true, true) => Kind::Whole,
+        _ => Kind::Number,
+    };
+    Column {
+        name: found.name,
+        units: found.units,
+        long_name: found.long_name,
+        kind,
+        meanings: found.flags,
+    }
+}
+
+/// The columns of a table, each with its group.
+pub(super) fn columns(file: &ResultFile, which: Which) -> Result<Vec<(Column, String)>, ExportError> {
+    let of = |group: &str| -> Result<Vec<(Column, String)>, ExportError> {
+        let found = file.table(group)?.into_iter();
+        Ok(found.map(|one| (column(one), group.to_owned())).collect())
+    };
+    let mut all = of(which.name())?;
+    if which == Which::Events {
+        let certificate = of(group::CERTIFICATE)?;
+        all.extend(
+            certificate
+                .into_iter()
+                .filter(|(column, _)| OF_EVENTS.contains(&column.name.as_str())),
+        );
+    }
+    Ok(all)
+}
+
+fn origin(file: &ResultFile, evaluated: Option<String>) -> Origin {
+    Origin {
+        source: provenance::source(),
+        title: file.title().to_owned(),
+        file: file
+            .path()
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
+        status: file.status().name().to_owned(),
+        evaluated,
+    }
+}
+
+/// The columns that are asked for, in their order; all where none is.
+fn chosen<T>(
+    file: &ResultFile,
+    table: &str,
+    all: Vec<T>,
+    name: impl Fn(&T) -> &str,
+    wanted: &[String],
+) -> Result<Vec<T>, ExportError> {
+    if wanted.is_empty() {
+        return Ok(all);
+    }
+    let known: Vec<String> = all.iter().map(|one| name(one).to_owned()).collect();
+    let mut rest: Vec<Option<T>> = all.into_iter().map(Some).collect();
+    let mut found: Vec<T> = Vec::with_capacity(wanted.len());
+    for one in wanted {
+        let place = rest
+            .iter()
+            .position(|other| other.as_ref().is_some_and(|other| name(other) == one));
+        let Some(taken) = place.and_then(|place| rest[place].take()) else {
+            let twice = found.iter().any(|other| name(other) == one);
+            let path = file.path().display();
+            return Err(ExportError::Asked(if twice {
+                format!("--channels names {} twice; leave one out", quoted(one))
+            } else {
+                let close = suggest(one, known.iter().map(String::as_str));
+                let hint = close.map_or(String::new(), |close| format!(" (did you mean {close}?)"));
+                format!(
+                    "{path}: no column {}{hint} in /{table}; there are {}",
+                    quoted(one),
+                    known.join(", ")
+                )
+            }));
+        };
+        found.push(taken);
+    }
+    Ok(found)
+}
+
+/// The rows of a table as they are in the file.
+///
+/// # Errors
+/// Columns or rows that there are none of; or of the file.
+pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>, ExportError> {
+    let name = request.table.name();
+    let all = columns(file, request.table)?;
+    if all.is_empty() {
+        return Err(ExportError::Asked(format!(
+            "{}: it has no /{name}; repeat the run",
+            file.path().display()
+        )));
+    }
+    let mut rows = 0..file.table_rows(name)?;
+    if request.window != (f64::NEG_INFINITY, f64::INFINITY) {
+        rows = rows_within(file, request, rows)?;
+    }
+    let mut wanted = request.columns.clone();
+    // Rows without their times are no trajectory.
+    if request.table == Which::Trajectory && !wanted.is_empty() && !wanted.iter().any(|one| one == "time") {
+        wanted.insert(0, "time".to_owned());
+    }
+    let columns = chosen(file, name, all, |(column, _)| &column.name, &wanted)?;
+    Ok(Export {
+        table: Table::of_file(name, file, columns, rows),
+        origin: origin(file, None),
+        left_out: Vec::new(),
+    })
+}
+
+/// Those of `rows` whose times are in the window; of segments those that have a part in it.
+fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
+    let (from, to) = request.window;
+    let (starts, ends) = match request.table {
+        Which::Trajectory | Which::Events => ("time", "time"),
+        Which::Segments => ("start", "end"),
+        Which::StickSlip => {
+            return Err(ExportError::Asked(
+                "--window is of times, and the cycles of /stick_slip have none; leave it out, or export --table events"
+                    .to_owned(),
+            ));
+        }
+    };
+    let name = request.table.name();
+    // The first row of which `is_past` holds; the values increase.
+    let first = |column: &str, is_past: &dyn Fn(f64) -> bool| -> Result<usize, ExportError> {
+        let (mut low, mut high) = (rows.start, rows.end);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if is_past(file.table_values(name, column, middle..middle + 1)?[0]) {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        Ok(low)
+    };
+    let start = first(ends, &|time| time >= from)?;
+    let end = first(starts, &|time| time > to)?;
+    Ok(start..end.max(start))
+}
+
+/// A column of an evaluated trajectory.
+#[derive(Debug)]
+struct Evaluated {
+    column: Column,
+    value: Value,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Value {
+    Time,
+    Mode,
+    Channel(Channel),
+}
+
+/// The trajectory at other times than its samples, by the equations of motion.
+///
+/// # Errors
+/// Another table, columns that are known at the samples alone, times outside the run, or a run whose samples are too sparse and
+/// that cannot be repeated; or of the file.
+pub fn evaluated(reference: &Reference, request: &Request) -> Result<Export<'static>, ExportError> {
+    let file = reference.file();
+    let path = file.path().display();
+    if request.table != Which::Trajectory {
+        return Err(ExportError::Asked(format!(
+            "--rate, --interval and --at evaluate a trajectory at other times, and the rows of /{} are what they are; leave them out",
+            request.table.name()
+        )));
+    }
+    let mut left_out = Vec::new();
+    let mut known = Vec::new();
+    for (column, _) in columns(file, Which::Trajectory)? {
+        let value = match column.name.as_str() {
+            "time" => Some(Value::Time),
+            "mode" => Some(Value::Mode),
+            name => reference.channel_of_column(name).map(Value::Channel),
+        };
+        match value {
+            Some(value) => known.push(Evaluated { column, value }),
+            None => left_out.push(column.name),
+        }
+    }
+    if let Some(one) = request.columns.iter().find(|one| left_out.contains(one)) {
+        let evaluable: Vec<&str> = known.iter().map(|one| one.column.name.as_str()).collect();
+        return Err(ExportError::Asked(format!(
+            "{path}: {one} is known at the samples of the run alone; export it without --rate, --interval and --at. At any time \
+             there are {}",
+            evaluable.join(", ")
+        )));
+    }
+    let mut wanted = request.columns.clone();
+    if wanted.is_empty() {
+        left_out.retain(|name| name != "segment");
+    } else {
+        left_out.clear();
+        wanted.retain(|one| one != "time");
+        wanted.insert(0, "time".to_owned());
+    }
+    let chosen = chosen(file, group::TRAJECTORY, known, |one| &one.column.name, &wanted)?;
+    let channels: Vec<Channel> = chosen
+        .iter()
+        .filter_map(|one| match one.value {
+            Value::Channel(channel) => Some(channel),
+            _ => None,
+        })
+        .collect();
+    let mut evaluator = reference.evaluator(&channels)?;
+    let mut values = vec![0.0; channels.len()];
+    let mut row = vec![0.0; chosen.len()];
+    let mut spool = Spool::new(chosen.len())?;
+    for time in Grid::new(reference, request)? {
+        let mode = evaluator.at(time, &mut values)?;
+        let mut next = values.iter();
+        for (cell, one) in row.iter_mut().zip(&chosen) {
+            *cell = match one.value {
+                Value::Time => time,
+                Value::Mode => f64::from(mode.code()),
+                Value::Channel(_) => next.next().copied().unwrap_or(f64::NAN),
+            };
+        }
+        spool.push(&row)?;
+    }
+    let how = if reference.was_repeated() {
+        "by the equations of motion between the samples of the run, which was repeated where they are sparse"
+    } else {
+        "by the equations of motion between the samples of the run"
+    };
+    let columns = chosen.into_iter().map(|one| one.column).collect();
+    Ok(Export {
+        table: spool.finish(group::TRAJECTORY, columns)?,
+        origin: origin(file, Some(how.to_owned())),
+        left_out,
+    })
+}
+
+/// The times that are asked for.
+enum Grid<'a> {
+    /// From a time on, so many, at multiples of an interval, or of the inverse of a rate.
+    Regular {
+        from: f64,
+        step: Step,
+        next: usize,
+        count: usize,
+    },
+    List(std::slice::Iter<'a, f64>),
+}
+
+#[derive(Clone, Copy)]
+enum Step {
+    Interval(f64),
+    Rate(f64),
+}
+
+impl Step {
+    /// Without the error of a sum.
+    fn after(self, from: f64, k: usize) -> f64 {
+        match self {
+            Step::Interval(interval) => from + k as f64 * interval,
+            Step::Rate(rate) => from + k as f64 / rate,
+        }
+    }
+}
+
+impl<'a> Grid<'a> {
+    fn new(reference: &Reference, request: &'a Request) -> Result<Grid<'a>, ExportError> {
+        let (start, end) = reference.times();
+        let path = reference.file().path().display();
+        let (from, to) = (request.window.0.max(start), request.window.1.min(end));
+        if from > to {
+            return Err(ExportError::Asked(format!(
+                "{path}: the window from {:?} to {:?} s has no part of the run, which goes from {start:?} to {end:?} s",
+                request.window.0, request.window.1
+            )));
+        }
+        let step = match &request.times {
+            Times::At(times) => {
+                let first = times.partition_point(|time| *time < request.window.0);
+                let last = times.partition_point(|time| *time <= request.window.1);
+                let times = &times[first..last];
+                if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
+                    return Err(ExportError::Asked(format!(
+                        "{path}: the run goes from {start:?} to {end:?} s, and --at asks for t = {time:?} s; leave such times out, or \
+                         give a --window"
+                    )));
+                }
+                return Ok(Grid::List(times.iter()));
+            }
+            Times::Rate(rate) => Step::Rate(*rate),
+            Times::Every(interval) => Step::Interval(*interval),
+            Times::Stored => unreachable!("samples are not evaluated"),
+        };
+        let rows = match step {
+            Step::Interval(interval) => (to - from) / interval,
+            Step::Rate(rate) => (to - from) * rate,
+        };
+        if !(0.0..MOST_ROWS).contains(&rows) {
+            return Err(ExportError::Asked(format!(
+                "{rows:.1e} rows are more than the {MOST_ROWS:e} that an export has; give a --window, or a lower --rate"
+            )));
+        }
+        // The last one is within the window in spite of rounding.
+        let mut count = rows.floor() as usize + 2;
+        while count > 1 && step.after(from, count - 1) > to {
+            count -= 1;
+        }
+        Ok(Grid::Regular {
+            from,
+            step,
+            next: 0,
+            count,
+        })
+    }
+}
+
+impl Iterator for Grid<'_> {
+    type Item = f64;
+
+    fn next(&mut self) -> Option<f64> {
+        match self {
+            Grid::List(times) => times.next().copied(),
+            Grid::Regular {
+                from,
+                step,
+                next,
+                count,
+            } => {
+                let k = *next;
+                *next += 1;
+                (k < *count).then(|| step.after(*from, k))
+            }
+        }
+    }
+}
+
+/// The times in a CSV file, s: its column `time` or `t`, with or without a unit behind it in brackets, else its first column.
+///
+/// # Errors
+/// A file that cannot be read, with a cell that is no number, or times that do not increase.
+pub fn read_times(path: &Path) -> Result<Vec<f64>, ExportError> {
+    let asked = |what: String| ExportError::Asked(format!("{}{what}", path.display()));
+    let file =
+        File::open(path).map_err(|error| asked(format!(": the times cannot be read: {error}; check the name")))?;
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(Rows::new(file));
+    let mut record = csv::StringRecord::new();
+    let (mut times, mut place, mut first) = (Vec::<f64>::new(), 0, true);
+    loop {
+        let more = reader.read_record(&mut record).map_err(|error| {
+            let most = LONGEST_LINE >> 20;
+            asked(format!(
+                ": {}; a table of times has lines of text, up to {most} MB each",
+                shown(&error.to_string())
+            ))
+        })?;
+        if !more {
+            break;
+        }
+        reader.get_mut().taken();
+        let line = record.position().map_or(0, csv::Position::line);
+        if std::mem::take(&mut first) && record.iter().all(|cell| cell.parse::<f64>().is_err()) {
+            let is_time = |cell: &str| {
+                let name = cell.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
+                matches!(name.as_str(), "time" | "t")
+            };
+            place = record.iter().position(is_time).unwrap_or(0);
+            continue;
+        }
+        let cell = record.get(place).unwrap_or_default();
+        let time = cell.parse::<f64>().ok().filter(|time| time.is_finite());
+        let time = time.ok_or_else(|| {
+            asked(format!(
+                ":{line}: {} is no time in seconds; correct the file",
+                quoted(cell)
+            ))
+        })?;
+        if let Some(before) = times.last().filter(|before| **before >= time) {
+            return Err(asked(format!(
+                ":{line}: the time {time:?} s comes after {before:?} s; put the times in increasing order"
+            )));
+        }
+        if times.len() == MOST_TIMES {
+            return Err(asked(format!(
+                ": more than {MOST_TIMES} times; split the file, or use --rate"
+            )));
+        }
+        times.push(time);
+    }
+    if times.is_empty() {
+        return Err(asked(
+            ": holds no times; give a table with a column of times in seconds".to_owned(),
+        ));
+    }
+    Ok(times)
+}
