@@ -406,6 +406,15 @@ pub(super) struct PlotOptions {
     /// Pixels of an inch in PNG.
     #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
     pub dpi: f64,
+    /// Draw this candidate beside one result, with its error: a result, other HDF5, CSV, NPZ, a table of events.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "list", "x", "phase"])]
+    pub candidate: Option<PathBuf>,
+    /// A TOML file that says which column of the candidate is which channel, as of compare.
+    #[arg(long, value_name = "FILE", requires = "candidate")]
+    pub map: Option<PathBuf>,
+    /// The same for one column, such as relative_velocity=w:rpm; may be repeated.
+    #[arg(long = "column", value_name = "CHANNEL=COLUMN[:UNIT]", requires = "candidate")]
+    pub columns: Vec<String>,
     /// Write the interactive page of one file.
     #[arg(
         long,

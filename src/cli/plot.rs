@@ -4,7 +4,9 @@ use super::arguments::{Common, Format, PlotOptions};
 use super::input::bad_file;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::case::Motion;
+use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES};
+use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{Figure, Layout, PlotError, Run, critical, own, page, raster, svg, vector};
@@ -67,6 +69,9 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     {
         return critical_curve(options, file, common);
     }
+    if let Some(candidate) = &options.candidate {
+        return beside(options, candidate, common);
+    }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
     let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
     let mut names = std::collections::HashSet::new();
@@ -113,6 +118,60 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
     }
 }
 
+/// Draws a candidate beside a result: what there is to see of their comparison, or the channels that are asked for.
+fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
+    let [file] = &options.files[..] else {
+        return Err(CommandError::Input(format!(
+            "--candidate is drawn beside one result, and {} files are given; name one, or leave out --candidate to draw \
+             them over each other",
+            options.files.len()
+        )));
+    };
+    if options.channels.is_empty() && (options.from.is_some() || options.to.is_some()) {
+        return Err(CommandError::Input(
+            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME"
+                .to_owned(),
+        ));
+    }
+    let run = Run::open(file).map_err(bad)?;
+    let of_comparison = |error: CompareError| bad(error.into());
+    let reference = Reference::open(file).map_err(of_comparison)?;
+    let mut mapping = match &options.map {
+        Some(path) => reference.mapping().with_file(path).map_err(of_comparison)?,
+        None => reference.mapping(),
+    };
+    for column in &options.columns {
+        mapping.add_option(column).map_err(of_comparison)?;
+    }
+    let beside = Beside {
+        reference: &reference,
+        run: &run,
+        path: candidate,
+        mapping: &mapping,
+    };
+    let figures = if options.channels.is_empty() {
+        let comparison = reference.compare(candidate, &mapping).map_err(of_comparison)?;
+        beside.figures(&comparison).map_err(bad)?
+    } else {
+        let window = own::window(std::slice::from_ref(&run), options.from, options.to).map_err(bad)?;
+        beside.channels_over_time(&options.channels, window).map_err(bad)?
+    };
+    let mut inputs = options.files.clone();
+    inputs.push(candidate.to_owned());
+    inputs.extend(options.map.clone());
+    let written = write_of(options, &figures, &inputs)?;
+    if common.json {
+        print_json(&PlotDocument {
+            files: written,
+            not_drawn: Vec::new(),
+            sampling: None,
+        })?;
+    } else if !common.quiet {
+        print(&report(&written, &Chosen::default(), &options.files))?;
+    }
+    Ok(End::Done)
+}
+
 /// Draws the boundaries of a sweep file.
 fn critical_curve(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
     let file = SweepFile::open(path).map_err(|error| bad(error.into()))?;
@@ -152,7 +211,7 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
 /// The exit status that an error deserves.
 pub(super) fn bad(error: PlotError) -> CommandError {
     match error {
-        PlotError::Result(error) => bad_file(error),
+        PlotError::Result(error) | PlotError::Compare(CompareError::Result(error)) => bad_file(error),
         PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
             CommandError::Computation(error.to_string())
         }
@@ -349,6 +408,11 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
 }
 
 fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, CommandError> {
+    write_of(options, figures, &options.files)
+}
+
+/// Writes the figures of some inputs, which they do not replace.
+fn write_of(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
     let targets = targets(options, figures).map_err(bad)?;
     let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
@@ -362,7 +426,7 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
         })?;
     }
     for (_, path, _) in &targets {
-        check_target(path, &options.files, options.force)?;
+        check_target(path, inputs, options.force)?;
     }
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, String)> = None;

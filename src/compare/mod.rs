@@ -30,6 +30,7 @@ mod saved_case;
 mod statistics;
 mod terms;
 mod torques;
+mod trace;
 mod units;
 mod vocabulary;
 
@@ -46,6 +47,7 @@ pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
 pub use requirement::Requirement;
 pub use statistics::Statistic;
+pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
 use crate::case::AnyCase;
@@ -61,7 +63,7 @@ use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use range::Range;
-use reference::{AnyWalk, Physics, Rerun, Subject, TrainPhysics, TrainWalk, Walk, states_at_events};
+use reference::{Physics, Rerun, Subject, TrainPhysics, states_at_events};
 use saved_case::saved_case;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
@@ -535,15 +537,7 @@ impl Reference {
             probe(kick, kick + 2.0 * period),
             probe(onset - 4.0 * period, onset),
         ];
-        let walk = match (&self.subject, &self.rerun) {
-            (Subject::Brake(physics, _), Some(rerun)) => {
-                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
-            }
-            (Subject::Trains(physics), _) => {
-                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
-            }
-            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
-        };
+        let walk = self.walk()?;
         let mut pass = StatePass::new(walk, &self.subject, &channels, windows, probes);
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
         let energy_channels = self.subject.energy_channels();

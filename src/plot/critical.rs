@@ -3,6 +3,8 @@
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::style::{BLACK, GREY, PALETTE};
+use crate::case::{Case, CaseSource};
+use crate::model::Parameters;
 use crate::results::{ResultError, SweepFile};
 
 /// Symbols of the keys that the paper's figure has.
@@ -47,7 +49,7 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     for line in lines(file, "boundary", "curve", &x, &y)? {
         let words = outside.iter().zip(&values).map(|(name, values)| {
             let units = file.attribute(&format!("boundary/{name}"), "units").unwrap_or_default();
-            format!("{} = {:?} {units}", symbol(name), values[line.first])
+            format!("{} = {} {units}", symbol(name), written(values[line.first]))
         });
         let label = words.collect::<Vec<_>>().join(", ");
         let label = if label.is_empty() {
@@ -84,11 +86,26 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
             Some(criterion) if !is_the_papers => format!("Where {criterion} ends"),
             _ => "Critical curve: where stick-slip ends".to_owned(),
         },
-        paper_figure: is_the_papers.then_some(25),
+        paper_figure: (is_the_papers && of_the_papers_case(file)).then_some(25),
         panels: vec![Panel {
             labels,
             ..Panel::new(axis(&x, "x_spacing"), axis(&y, "y_spacing"), curves)
         }],
+    })
+}
+
+/// Whether the base case of a sweep is the paper's, whatever its kick: the study sets that.
+fn of_the_papers_case(file: &SweepFile) -> bool {
+    let parsed = |source: &CaseSource| Case::parse(source, &[]).ok();
+    let base = file.case_text();
+    let base = base.and_then(|text| parsed(&CaseSource::result(file.path(), text)));
+    let papers = CaseSource::built_in("paper").ok().and_then(|source| parsed(&source));
+    base.zip(papers).is_some_and(|(base, papers)| {
+        let kicked = Parameters {
+            perturbations: base.parameters.perturbations.clone(),
+            ..papers.parameters
+        };
+        base.parameters == kicked
     })
 }
 
@@ -134,6 +151,16 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
         labels.extend(best.map(|point| (point, level.to_string())));
     }
     labels
+}
+
+/// A number, with a power of ten as people write it.
+fn written(value: f64) -> String {
+    let text = format!("{value:?}");
+    match text.split_once('e') {
+        Some(("1", power)) => format!("10^{power}"),
+        Some((digits, power)) => format!("{digits}·10^{power}"),
+        None => text,
+    }
 }
 
 /// A connected line of one of the file's tables.

@@ -2,6 +2,7 @@
 
 use super::target::TargetError;
 use crate::case::{self, CaseError};
+use crate::compare::CompareError;
 use crate::results::ResultError;
 use std::path::PathBuf;
 
@@ -15,6 +16,9 @@ pub enum PlotError {
     /// The case kept in the result file could not be read.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// The candidate beside it could not be read.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     /// A figure or a page cannot go where it should.
     #[error(transparent)]
     Target(#[from] TargetError),
@@ -33,6 +37,8 @@ pub enum PlotError {
         hint: String,
         known: String,
     },
+    #[error("{path}: has no \"{name}\" to be drawn beside the result; it has {known} (--column and --map name its columns)")]
+    NotInCandidate { path: PathBuf, name: String, known: String },
     #[error("there is no figure \"{name}\"{hint}; there are {known}")]
     UnknownFigure { name: String, hint: String, known: String },
     #[error(

@@ -4,6 +4,7 @@
 //! draws them; [`raster`] turns that into pixels and [`vector`] into PDF and EPS, with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
+pub mod comparison;
 pub mod critical;
 pub mod decimate;
 pub mod entry;

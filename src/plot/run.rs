@@ -32,6 +32,9 @@ pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
 /// would have: in long slip the fast mode has died away.
 const LONGEST_FAST: f64 = 20.0;
 
+/// Periods before the first stick in which the oscillation that grows is seen beside those that follow.
+const GROWTH: f64 = 12.0;
+
 /// Closest stretches of modes that the ground shows apart, as a share of the panel's width.
 const GROUND_CELLS: usize = 600;
 
@@ -324,7 +327,8 @@ impl Run {
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
-    /// The stretches between two events of the contact in a window that have too few samples: of a brake, those in which two
+    /// The stretches between two events of the contact in a window that have too few samples, and the growth before the first:
+    /// of a brake, those in which two
     /// samples are further apart than a twelfth of the natural period; of trains, whose motion has no one period, those
     /// without a sample. Sticks of trains are not counted: in those the surfaces move as one, or within a threshold of it.
     ///
@@ -335,7 +339,22 @@ impl Run {
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
+        // The growth before the first stick, which has the fast mode too.
+        let unstable = self.events.iter().find(|event| event.kind == EventKind::Destabilised);
+        let first = self.events.iter().find(|event| event.kind.in_event_sequence() && event.time > 0.0);
+        if let (Some(period), Some(unstable), Some(first)) = (period, unstable, first) {
+            let from = unstable.time.max(first.time - GROWTH * period).max(window.0);
+            let to = first.time.min(window.1);
+            if from < to {
+                stretches.push((from, to));
+            }
+        }
+        let growth = stretches.first().map(|stretch| stretch.1);
         for pair in of_contact.windows(2) {
+            // The sliding before the growth is smooth.
+            if growth == Some(pair[1].time) {
+                continue;
+            }
             let is_stick = pair[0].kind == EventKind::Stick || pair[0].mode_after == Mode::Stick;
             if pair[1].time > pair[0].time && (period.is_some() || !is_stick) {
                 stretches.push((pair[0].time, pair[1].time));
