@@ -44,16 +44,54 @@ struct View {
 /// A candidate's curve and its error in a window.
 struct Traced {
     candidate: MinMax,
-    error: MinMax,
+    /// A piece ends where there is no error to draw.
+    error: Vec<MinMax>,
+    open: bool,
     samples: usize,
     compared: usize,
+}
+
+/// Pieces of an error's curve, beyond which the last goes on.
+const MOST_PIECES: usize = 1000;
+
+impl Traced {
+    fn of((from, to): (f64, f64)) -> Traced {
+        Traced {
+            candidate: MinMax::new(from, to, BUCKETS),
+            error: Vec::new(),
+            open: false,
+            samples: 0,
+            compared: 0,
+        }
+    }
+
+    fn push(&mut self, (from, to): (f64, f64), time: f64, candidate: f64, reference: Option<f64>) {
+        self.samples += 1;
+        self.candidate.push(time, candidate);
+        self.compared += usize::from(reference.is_some());
+        let error = reference.map_or(0.0, |reference| (candidate - reference).abs());
+        // Nothing has no logarithm.
+        if error > 0.0 {
+            if self.error.is_empty() || (!self.open && self.error.len() < MOST_PIECES) {
+                self.error.push(MinMax::new(from, to, BUCKETS));
+            }
+            if let Some(piece) = self.error.last_mut() {
+                piece.push(time, error);
+            }
+        }
+        self.open = error > 0.0;
+    }
 }
 
 impl Beside<'_> {
     /// What the legend calls the candidate.
     fn label(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        if stem == self.run.label() { format!("candidate {stem}") } else { stem }
+        if stem == self.run.label() {
+            format!("candidate {stem}")
+        } else {
+            stem
+        }
     }
 
     /// The figures of a comparison; of a table of events only the errors of these.
@@ -75,12 +113,21 @@ impl Beside<'_> {
             views.push(view("", format!("{name}: reference, candidate and error"), (from, to)));
             let period = self.reference.natural_period();
             let stick_slip = &self.run.stick_slip;
-            if let (Some(onset), Some(end), None) = (stick_slip.onset_time, stick_slip.final_stick_time, &self.run.trains) {
+            if let (Some(onset), Some(end), None) =
+                (stick_slip.onset_time, stick_slip.final_stick_time, &self.run.trains)
+            {
                 let window = (onset - 12.0 * period, end + 6.0 * period);
-                views.push(view("-stick-slip", format!("{name} in stick-slip: reference, candidate and error"), window));
+                views.push(view(
+                    "-stick-slip",
+                    format!("{name} in stick-slip: reference, candidate and error"),
+                    window,
+                ));
             }
             if let Some((title, time, error)) = first_wrong(comparison) {
-                let scale = comparison.time_scale.as_ref().map_or(2.5 * period, |scale| 0.5 * scale.period);
+                let scale = comparison
+                    .time_scale
+                    .as_ref()
+                    .map_or(2.5 * period, |scale| 0.5 * scale.period);
                 let half = scale.max(4.0 * error);
                 views.push(view("-first-wrong-event", title, (time - half, time + half)));
             }
@@ -131,32 +178,22 @@ impl Beside<'_> {
         let traced = self.reference.traced(self.path, self.mapping)?;
         let place = |view: &View| traced.iter().position(|channel| channel.name() == view.channel);
         let places: Vec<usize> = views.iter().filter_map(place).collect();
-        let new = |view: &View| Traced {
-            candidate: MinMax::new(view.window.0, view.window.1, BUCKETS),
-            error: MinMax::new(view.window.0, view.window.1, BUCKETS),
-            samples: 0,
-            compared: 0,
-        };
-        let mut found: Vec<Traced> = views.iter().map(new).collect();
+        let mut found: Vec<Traced> = views.iter().map(|view| Traced::of(view.window)).collect();
         if !views.is_empty() {
             self.reference.trace(self.path, self.mapping, &mut |pair| {
                 for ((view, &place), traced) in views.iter().zip(&places).zip(&mut found) {
-                    if pair.time < view.window.0 || pair.time > view.window.1 {
-                        continue;
-                    }
-                    traced.samples += 1;
-                    traced.candidate.push(pair.time, pair.candidate[place]);
-                    if let Some(reference) = pair.reference {
-                        traced.compared += 1;
-                        let error = (pair.candidate[place] - reference[place]).abs();
-                        if error > 0.0 {
-                            traced.error.push(pair.time, error);
-                        }
+                    if pair.time >= view.window.0 && pair.time <= view.window.1 {
+                        let reference = pair.reference.map(|values| values[place]);
+                        traced.push(view.window, pair.time, pair.candidate[place], reference);
                     }
                 }
             })?;
         }
-        views.iter().zip(found).map(|(view, traced)| self.figure(view, traced)).collect()
+        views
+            .iter()
+            .zip(found)
+            .map(|(view, traced)| self.figure(view, traced))
+            .collect()
     }
 
     fn figure(&self, view: &View, traced: Traced) -> Result<Figure, PlotError> {
@@ -168,7 +205,7 @@ impl Beside<'_> {
             view.window,
         )?;
         let axis = self.run.axis(&view.channel)?;
-        let error = traced.error.finish();
+        let error: Vec<Vec<(f64, f64)>> = traced.error.into_iter().map(MinMax::finish).collect();
         if let Some(panel) = figure.panels.first_mut() {
             if let Some(curve) = panel.curves.first_mut() {
                 curve.label = self.run.label();
@@ -177,20 +214,45 @@ impl Beside<'_> {
             let points = traced.candidate.finish();
             let label = self.label();
             if traced.samples <= FEW {
-                panel.curves.push(Curve::line("", VERMILLION, points.clone()).styled(CurveStyle::Thin));
-                panel.curves.push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Points));
+                panel
+                    .curves
+                    .push(Curve::line("", VERMILLION, points.clone()).styled(CurveStyle::Thin));
+                panel
+                    .curves
+                    .push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Points));
             } else {
-                panel.curves.push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Thin));
+                panel
+                    .curves
+                    .push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Thin));
             }
         }
         if error.is_empty() {
-            let why = if traced.compared > 0 { "no difference at its samples" } else { "it has no sample here" };
+            let why = if traced.compared > 0 {
+                "no difference at its samples"
+            } else {
+                "it has no sample here"
+            };
             figure.title = format!("{}; {why}", figure.title);
         } else {
-            let style = if traced.samples <= FEW { CurveStyle::Points } else { CurveStyle::Solid };
-            let curve = Curve::line("|error| at the same time", BLACK, error).styled(style);
-            let size = Axis::new(&format!("error of {}", axis.short()), &axis.unit).with_symbol("").by_powers();
-            let ground = figure.panels.first().map(|panel| panel.modes.clone()).unwrap_or_default();
+            let style = if traced.samples <= FEW {
+                CurveStyle::Points
+            } else {
+                CurveStyle::Solid
+            };
+            let curve = Curve {
+                label: "|error| at the same time".to_owned(),
+                color: BLACK,
+                style,
+                pieces: error,
+            };
+            let size = Axis::new(&format!("error of {}", axis.short()), &axis.unit)
+                .with_symbol("")
+                .by_powers();
+            let ground = figure
+                .panels
+                .first()
+                .map(|panel| panel.modes.clone())
+                .unwrap_or_default();
             figure.panels.push(Panel {
                 modes: ground,
                 ..Panel::new(time_axis(view.window), size, vec![curve])
@@ -216,8 +278,8 @@ fn first_wrong(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
     let title = format!(
-        "The event with the largest error: {} {} at {:.6} s is off by {:.1e} s",
-        worst.kind, worst.position, worst.time, worst.error
+        "The event with the largest error: event {}, a {} at {:.6} s, is off by {:.1e} s",
+        worst.position, worst.kind, worst.time, worst.error
     );
     Some((title, worst.time, worst.error.abs()))
 }
@@ -230,19 +292,27 @@ fn by_event(comparison: &Comparison) -> Option<Figure> {
     }
     let of = |late: bool| -> Vec<(f64, f64)> {
         let side = events.iter().filter(|event| (event.error >= 0.0) == late);
-        side.map(|event| (event.position as f64, event.error.abs().max(LEAST))).collect()
+        side.map(|event| (event.position as f64, event.error.abs().max(LEAST)))
+            .collect()
     };
     let (late, early) = (of(true), of(false));
     let largest = events.iter().map(|event| event.error.abs()).fold(LEAST, f64::max);
     let of_fault = |faults: &[Fault]| -> Vec<(f64, f64)> {
-        let there = comparison.sequence.iter().filter(|difference| faults.contains(&difference.fault));
+        let there = comparison
+            .sequence
+            .iter()
+            .filter(|difference| faults.contains(&difference.fault));
         there.map(|difference| (difference.position as f64, largest)).collect()
     };
     let mut curves = vec![
         Curve::line("the candidate is late", VERMILLION, late).styled(CurveStyle::Points),
         Curve::line("the candidate is early", BLUE, early).styled(CurveStyle::Points),
-        Curve::line("without a match (no error)", BLACK, of_fault(&[Fault::Missing, Fault::Spurious]))
-            .styled(CurveStyle::OpenPoints),
+        Curve::line(
+            "without a match (no error)",
+            BLACK,
+            of_fault(&[Fault::Missing, Fault::Spurious]),
+        )
+        .styled(CurveStyle::OpenPoints),
     ];
     curves.retain(|curve| curve.points().next().is_some());
     let last = events.iter().map(|event| event.position).max().unwrap_or(0) as f64;

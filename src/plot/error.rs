@@ -37,7 +37,9 @@ pub enum PlotError {
         hint: String,
         known: String,
     },
-    #[error("{path}: has no \"{name}\" to be drawn beside the result; it has {known} (--column and --map name its columns)")]
+    #[error(
+        "{path}: has no \"{name}\" to be drawn beside the result; it has {known} (--column and --map name its columns)"
+    )]
     NotInCandidate { path: PathBuf, name: String, known: String },
     #[error("there is no figure \"{name}\"{hint}; there are {known}")]
     UnknownFigure { name: String, hint: String, known: String },

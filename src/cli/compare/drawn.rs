@@ -27,7 +27,11 @@ pub(super) fn figures(
         };
         let mut parts = Vec::new();
         for figure in beside.figures(comparison)? {
-            let place = if number == 0 { String::new() } else { format!("-{}", number + 1) };
+            let place = if number == 0 {
+                String::new()
+            } else {
+                format!("-{}", number + 1)
+            };
             parts.push(Part::Figure(Drawn {
                 file: format!("{stem}{place}-{}.svg", figure.name),
                 title: figure.full_title(),

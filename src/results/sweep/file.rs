@@ -53,7 +53,9 @@ impl SweepFile {
 
     /// The base case with what the study sets, in TOML; `None` of a file that does not say it.
     pub fn case_text(&self) -> Option<String> {
-        self.source.text(&format!("{}/{INPUT_CASE}", schema::group::INPUT)).ok()?
+        self.source
+            .text(&format!("{}/{INPUT_CASE}", schema::group::INPUT))
+            .ok()?
     }
 
     /// The digest of its study.
