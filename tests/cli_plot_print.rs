@@ -111,7 +111,7 @@ fn cli_plot_refuses_sizes_without_room() {
     let folder = with_run();
     for (arguments, words) in [
         (&["--width", "84furlong"][..], &["84mm", "240pt"][..]),
-        (&["--width", "2in"], &["60 mm"]),
+        (&["--width", "2in"], &["60.0mm"]),
         (&["--font-size", "40"], &["from 4 to 24"]),
         (&["--width", "84mm", "--font-size", "12pt"], &["no room", "102.9mm"]),
     ] {

@@ -168,7 +168,7 @@ fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
     } else {
         0.34f64.min(1.36 / count as f64)
     };
-    let height = (share * width).min(8000.0).max(LEAST_HEIGHT);
+    let height = (share * width).clamp(LEAST_HEIGHT, 8000.0);
     let mut measured: Vec<Measured> = figure
         .panels
         .iter()
