@@ -10,7 +10,7 @@ pub(crate) const UNITS_PER_MM: f64 = 100.0;
 /// Column of a journal, mm.
 pub const COLUMN_WIDTH: f64 = 85.0;
 
-/// Size of ticks, axis names and legend where nothing else is asked for, points: [`LABEL_SIZE`].
+/// Size of ticks, axis names and legend where nothing else is asked for, points.
 pub const FONT_SIZE: f64 = 7.0;
 
 /// Least width in which there is room for axes, mm, at [`FONT_SIZE`]; in proportion at another.
