@@ -11,7 +11,7 @@ use stickslip::friction::Law;
 use stickslip::model::{KickTime, Mode, Parameters};
 use stickslip::record::{Event, EventKind, NoRecorder, Recorder, RecorderError, Sample, Segment};
 use stickslip::signal::{Ramp, Signal};
-use stickslip::simulation::{Method, OutputOptions, SolverOptions};
+use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
 use stickslip::sundials::{Cvode, CvodeOptions, Direction, Integrator, OdeSystem, Outcome, Task, Tolerances};
 
 /// The paper's case without samples, to `end_time`.
@@ -23,6 +23,7 @@ fn paper(method: Method, end_time: f64) -> (Parameters, SolverOptions, OutputOpt
         interval: end_time,
         windows: Vec::new(),
         steps: false,
+        follow: Following::default(),
     };
     (case.parameters, solver, output)
 }

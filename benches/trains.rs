@@ -4,7 +4,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use stickslip::Run;
 use stickslip::case::{CaseSource, Origin, TrainCase};
-use stickslip::simulation::{Method, OutputOptions, SolverOptions};
+use stickslip::simulation::{Following, Method, OutputOptions, SolverOptions};
 
 fn run(case: &TrainCase, method: Method, end_time: f64) -> usize {
     let solver = SolverOptions {
@@ -17,6 +17,7 @@ fn run(case: &TrainCase, method: Method, end_time: f64) -> usize {
         interval: end_time,
         windows: Vec::new(),
         steps: false,
+        follow: Following::default(),
     };
     let report = Run::of_trains(&case.parameters, 0.0, &solver, &output).start().unwrap();
     report.events.len()

@@ -179,7 +179,10 @@ impl Header {
             resolved: case.resolved(),
             meta: meta(case, &started),
             events: events(case.solver.method),
-            extension: Extension::default(),
+            extension: Extension {
+                dense: case.output.follow.dense,
+                ..Extension::default()
+            },
         }
     }
 
@@ -222,5 +225,6 @@ pub(crate) fn extension(case: &TrainCase) -> Extension {
         further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
         trains: true,
         translation: case.motion == Motion::Translation,
+        dense: case.output.follow.dense,
     }
 }

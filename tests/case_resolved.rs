@@ -9,7 +9,7 @@ use stickslip::case::{Case, CaseSource, Override, builtin};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::signal::{Ramp, Signal, Table};
-use stickslip::simulation::{Method, OutputOptions, OutputWindow, SolverOptions};
+use stickslip::simulation::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
 
 fn read(text: String) -> Case {
     let source = CaseSource::result(&PathBuf::from("run.h5"), text);
@@ -230,14 +230,23 @@ fn output() -> impl Strategy<Value = OutputOptions> {
         interval,
     });
     // Few enough samples to be accepted.
-    (1e-3f64..1e3, 1e-5f64..10.0, vec(window, 0..4), any::<bool>()).prop_map(|(end_time, interval, windows, steps)| {
-        OutputOptions {
+    let around = prop_oneof![Just(None), proptest::sample::select(&Around::ALL[..]).prop_map(Some)];
+    let follow =
+        (around, optional(), optional(), any::<bool>()).prop_map(|(around, margin, samples, dense)| Following {
+            around,
+            margin,
+            samples_per_period: samples,
+            dense,
+        });
+    (1e-3f64..1e3, 1e-5f64..10.0, vec(window, 0..4), any::<bool>(), follow).prop_map(
+        |(end_time, interval, windows, steps, follow)| OutputOptions {
             end_time,
             interval,
             windows,
             steps,
-        }
-    })
+            follow,
+        },
+    )
 }
 
 /// Every law, with its defaults and without, and what another case than the exponential one is told apart by.

@@ -111,12 +111,14 @@ fn over(stretches: &[Stretch], value: &dyn Fn(&Stretch) -> f64) -> f64 {
 }
 
 /// The rows that are compared: those that the settings ask for, without the integrator's own steps, or, where they are more
-/// than can be kept of several runs, every second, third, ... of them.
+/// than can be kept of several runs, every second, third, ... of them. Of samples around events, the output is one for which
+/// these are known: [`Case::settled_output`](crate::case::Case::settled_output).
 pub fn compared_output(output: &OutputOptions) -> OutputOptions {
-    let plain = OutputOptions {
+    let mut plain = OutputOptions {
         steps: false,
         ..output.clone()
     };
+    plain.follow.dense = false;
     let rows = Times::new(&plain).count();
     let share = rows.div_ceil(MOST_ROWS).max(1) as f64;
     let mut thinned = plain;

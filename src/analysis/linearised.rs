@@ -17,7 +17,7 @@ use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{KickTime, Mode};
 use crate::record::{Event, EventKind, MemoryRecorder};
 use crate::run::Run;
-use crate::simulation::{RunFailure, SolverOptions};
+use crate::simulation::{Following, RunFailure, SolverOptions};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use std::ops::ControlFlow;
 
@@ -85,6 +85,7 @@ pub fn linearise(
     };
     let mut plain = case.output.clone();
     plain.windows.clear();
+    plain.follow = Following::default();
     plain.interval = plain.end_time;
     let first = run(plain)?;
     let recorder = run(resolving_output(case, &first))?;

@@ -14,7 +14,7 @@ use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{Axial, Mode, Parameters};
 use crate::record::State;
 use crate::run::Run;
-use crate::simulation::{OutputOptions, RunFailure, RunReport, SolverOptions};
+use crate::simulation::{Following, OutputOptions, RunFailure, RunReport, SolverOptions};
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -372,6 +372,7 @@ fn run_to_first_stick(parameters: &Parameters, solver: &SolverOptions, end_time:
         interval: end_time,
         windows: Vec::new(),
         steps: false,
+        follow: Following::default(),
     };
     let result = Run::of(parameters, solver, &output)
         .control(|progress| {

@@ -94,6 +94,10 @@ pub fn onsets(case: &Case, stop: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Onset
 struct FirstStick(Cell<Option<f64>>);
 
 impl Recorder for &FirstStick {
+    fn stores_motion(&self) -> bool {
+        false
+    }
+
     fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
         Ok(())
     }

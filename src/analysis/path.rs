@@ -6,7 +6,7 @@ use crate::model::Mode;
 use crate::model::state::DYNAMIC;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Event, MemoryRecorder, Sample, Segment, State};
-use crate::simulation::{OutputOptions, OutputWindow};
+use crate::simulation::{Following, OutputOptions, OutputWindow};
 use std::iter::Peekable;
 
 /// Samples in a natural period where the fast mode moves: a cubic between them is good to 1e-6 of its amplitude.
@@ -109,5 +109,6 @@ pub(super) fn resolving_output(case: &Case, run: &MemoryRecorder) -> OutputOptio
             })
             .collect(),
         steps: true,
+        follow: Following::default(),
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
-use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
 use crate::simulation::{Method, OutputOptions, SolverOptions};
@@ -98,8 +98,16 @@ impl Recorder for Remembering<'_> {
         self.recorder.segment(segment)
     }
 
+    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+        self.recorder.piece(piece)
+    }
+
     fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
         self.recorder.cycle(cycle)
+    }
+
+    fn stores_motion(&self) -> bool {
+        self.recorder.stores_motion()
     }
 
     fn stores_events(&self) -> bool {

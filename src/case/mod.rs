@@ -46,9 +46,11 @@ pub use trains::{TrainCase, TrainKey, TrainKind, TrainNumber, train_keys};
 pub(crate) use value::number_of;
 
 use crate::friction::{Exponential, Friction, Parameters as _};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
+use crate::record::Event;
 use crate::signal::{Profile, Ramp, Signal};
-use crate::simulation::{OutputOptions, SolverOptions};
+use crate::simulation::{Following, OutputOptions, SolverOptions};
 
 /// A case: what is computed, how, and what is recorded. Always valid when it comes from [`Case::parse`].
 #[derive(Debug, Clone, PartialEq)]
@@ -96,6 +98,12 @@ impl Case {
         resolved::write(self)
     }
 
+    /// The output with absolute windows in the place of the dense samples around events, of a run that has these events.
+    pub fn settled_output(&self, events: &[Event]) -> OutputOptions {
+        let period = TorsionModel::new(&self.parameters).natural_period();
+        self.output.settled(events, period)
+    }
+
     /// A case with the defaults of the schema, and NaN for what has none.
     fn blank(title: String) -> Case {
         Case {
@@ -131,6 +139,7 @@ impl Case {
                 interval: f64::NAN,
                 windows: Vec::new(),
                 steps: false,
+                follow: Following::default(),
             },
         }
     }

@@ -13,6 +13,7 @@ use crate::model::KickTime;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
 use crate::quote::shown;
 use crate::signal::Signal;
+use crate::simulation::Around;
 
 pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, CaseError> {
     let label = source.label();
@@ -39,6 +40,10 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
     reader.fill(&mut case);
     reader.contact(&mut case);
     fill_intervals(&mut case);
+    let said = reader.root.at(schema::AROUND).is_some();
+    if !said && case.output.windows.is_empty() && case.solver.method.locates_events() {
+        case.output.follow.around = Some(Around::Events);
+    }
     // Conditions between values mean nothing while some are missing.
     if reader.problems.is_empty() {
         for violation in conditions::violated(&case) {

@@ -7,7 +7,7 @@ use super::quantity::Dimension;
 use crate::friction::{FrictionLaw, Interpolation};
 use crate::model::{BreakawayTest, Kick, KickTime};
 use crate::signal::{Profile as _, Ramp, Signal, Table};
-use crate::simulation::{Method, OutputWindow};
+use crate::simulation::{Around, Method, OutputWindow};
 
 /// One key of the case file.
 #[derive(Debug)]
@@ -140,6 +140,9 @@ pub(crate) const INSTABILITY: &str = "instability";
 pub(crate) const AXIAL_RINGING_FLOOR: &str = "axial.ringing_floor";
 /// The first speed of a friction table, which is 0.
 pub(crate) const FIRST_SPEED: &str = "friction.speed.0";
+/// The key that says around which events samples are dense, and the word for none.
+pub(super) const AROUND: &str = "output.around";
+const NOTHING: &str = "none";
 /// Which law friction has in slip.
 pub(super) const FRICTION_LAW: &str = "friction.law";
 pub(super) const KICK: &str = "kick";
@@ -603,6 +606,51 @@ const KEYS: &[Key] = &[
         "whether every step of the integrator is recorded too",
         Default("false"),
         Kind::Flag(field!(output.steps)),
+    ),
+    key(
+        AROUND,
+        "which events have dense samples around them: all, those of the stick-slip, the first stick, or none",
+        Default("\"events\" of a brake without windows, else \"none\""),
+        Kind::Choice(
+            || {
+                Around::ALL
+                    .iter()
+                    .map(|around| around.name())
+                    .chain([NOTHING])
+                    .collect()
+            },
+            Access {
+                // Windows mean none, unless the case says otherwise.
+                get: |case, _| match case.output.follow.around {
+                    Some(around) => Some(around.name()),
+                    None => case.output.windows.is_empty().then_some(NOTHING),
+                },
+                set: |case, _, name| {
+                    case.output.follow.around = Around::ALL.into_iter().find(|around| around.name() == name);
+                },
+            },
+        ),
+    ),
+    key(
+        "output.margin",
+        "how far before and after each of these events the dense samples reach",
+        Default("20 natural periods"),
+        Kind::Number(D::Time, Positive, optional!(output.follow.margin)),
+    ),
+    key(
+        "output.samples_per_period",
+        "dense samples in a natural period",
+        Default("100"),
+        Kind::Number(D::Number, Positive, optional!(output.follow.samples_per_period)),
+    ),
+    key(
+        "output.dense",
+        "whether polynomials are recorded that give every channel at every time",
+        Default("false"),
+        Kind::Flag(Access {
+            get: |case, _| case.output.follow.dense.then_some(true),
+            set: |case, _, dense| case.output.follow.dense = dense,
+        }),
     ),
     key(
         "output.window[].from",

@@ -229,7 +229,8 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
 
 /// What is certified of a file.
 fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
-    let mut compared = Compared::new(&compared_output(&case.output));
+    let events = file.events()?;
+    let mut compared = Compared::new(&compared_output(&case.settled_output(&events)));
     let (mut samples, count) = (Vec::new(), file.sample_count()?);
     for from in (0..count).step_by(ROWS_AT_A_TIME) {
         let rows = file.finite_samples(from..count.min(from + ROWS_AT_A_TIME))?;
@@ -237,7 +238,7 @@ fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultErr
     }
     Ok(MemoryRecorder {
         samples,
-        events: file.events()?,
+        events,
         segments: Vec::new(),
     })
 }

@@ -167,6 +167,23 @@ pub trait Observer<L, K> {
         Ok(())
     }
 
+    /// Whether [`Self::inside`] is wanted.
+    fn wants_inside(&self) -> bool {
+        false
+    }
+
+    /// A step from `from` to `to` (s) has been made; `at` gives the state at any time inside it. Before the samples that are due
+    /// there.
+    fn inside(
+        &mut self,
+        _from: f64,
+        _to: f64,
+        _location: &L,
+        _at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
+    ) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
     /// An event at time `t` (s), with the states on its two sides.
     fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
 

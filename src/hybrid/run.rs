@@ -223,6 +223,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         begun.map_err(|source| self.failed(chosen, start, source))?;
         let mut steps = 0u32;
         let end = loop {
+            let from = self.time;
             let advance = engine.advance();
             let advance = advance.map_err(|source| self.failed(chosen, self.time, source))?;
             self.state.copy_from_slice(engine.state());
@@ -230,6 +231,14 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 Advance::Stop => segment.stop,
                 _ => start + engine.time(),
             };
+            if self.observer.wants_inside() && self.time > from {
+                let mut at = |t: f64, out: &mut [f64]| engine.state_at(t - start, out);
+                let inside = self.observer.inside(from, self.time, &segment.location, &mut at);
+                inside.map_err(|error| match error.downcast::<EngineError>() {
+                    Ok(source) => self.failed(chosen, self.time, *source),
+                    Err(error) => self.observed(error),
+                })?;
+            }
             self.samples_until::<R>(self.time, false, |run, t| {
                 let inside = engine.state_at(t - start, &mut run.sample);
                 inside.map_err(|source| run.failed(chosen, t, source))

@@ -8,9 +8,11 @@
 //! | [`polynomial_roots`] | the roots of a polynomial in an interval, all of them, in order |
 //! | [`radau_tableau`] | the coefficients of Radau IIA with any odd number of stages |
 //! | [`radau`] | a step of Radau IIA, with its interpolant and its error |
+//! | [`chebyshev`] | polynomials through a smooth motion |
 //!
 //! Nothing here allocates after it has been made.
 
+pub mod chebyshev;
 pub mod number;
 pub mod polynomial_roots;
 pub mod radau;

@@ -1,7 +1,7 @@
 //! Who takes the rows of a run.
 
 use super::digest::Cycle;
-use super::rows::{Event, Sample, Segment};
+use super::rows::{Event, Piece, Sample, Segment};
 
 /// A recorder failed (a full disk, for example); the run stops and says so.
 pub type RecorderError = Box<dyn std::error::Error + Send + Sync>;
@@ -19,6 +19,10 @@ pub trait Recorder {
     fn event(&mut self, event: &Event) -> Result<(), RecorderError>;
     /// A segment, when it has ended.
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError>;
+    /// A piece of the motion, of a run with dense output.
+    fn piece(&mut self, _piece: &Piece<'_>) -> Result<(), RecorderError> {
+        Ok(())
+    }
     /// A cycle of stick-slip, after the event that completes it.
     fn cycle(&mut self, _cycle: &Cycle) -> Result<(), RecorderError> {
         Ok(())
@@ -28,6 +32,10 @@ pub trait Recorder {
     fn stores_events(&self) -> bool {
         false
     }
+    /// Whether samples and pieces are kept; where they are not, none are made around events.
+    fn stores_motion(&self) -> bool {
+        true
+    }
 }
 
 /// A recorder that keeps nothing.
@@ -35,6 +43,9 @@ pub trait Recorder {
 pub struct NoRecorder;
 
 impl Recorder for NoRecorder {
+    fn stores_motion(&self) -> bool {
+        false
+    }
     fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
         Ok(())
     }

@@ -92,6 +92,22 @@ pub struct Sample {
     pub channels: Channels,
 }
 
+/// A stretch of a motion between two events, in which every quantity is a polynomial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece<'a> {
+    /// s.
+    pub start: f64,
+    /// s.
+    pub end: f64,
+    /// Mode in force.
+    pub mode: Mode,
+    /// Index of the segment that holds it.
+    pub segment: u32,
+    /// The Chebyshev coefficients of each quantity, [`COEFFICIENTS`](crate::numerics::chebyshev::COEFFICIENTS) in a row: those of
+    /// [`State`], of [`Channels`], and the further ones of the run.
+    pub coefficients: &'a [f64],
+}
+
 /// What happened. The numbers are those of the result file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EventKind {

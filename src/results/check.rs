@@ -211,7 +211,12 @@ impl Check {
             translation: motion.is_some_and(|(_, value)| *value == translation),
             ..Extension::default()
         };
-        for table in schema::extended_tables(&extension) {
+        let mut tables = schema::extended_tables(&extension).to_vec();
+        if self.source.dataset(&format!("{}/piece", group::DENSE))?.is_some() {
+            tables.extend(schema::dense_tables(&tables[0]));
+            file.dense().map(drop)?;
+        }
+        for table in tables {
             let structure = self.structure(&table, complete);
             self.note(&format!("/{}", table.group), structure);
         }

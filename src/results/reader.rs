@@ -367,7 +367,7 @@ impl ResultFile {
     }
 
     /// Whether the file has something of this name.
-    fn has(&self, name: &str) -> Result<bool, ResultError> {
+    pub(super) fn has(&self, name: &str) -> Result<bool, ResultError> {
         Ok(self.source.members("")?.iter().any(|member| member.name == name))
     }
 
@@ -379,7 +379,7 @@ impl ResultFile {
     }
 
     /// The rows of a table that is read as a whole.
-    fn few(&self, table: &schema::Table) -> Result<usize, ResultError> {
+    pub(super) fn few(&self, table: &schema::Table) -> Result<usize, ResultError> {
         let rows = self.rows(table)?;
         if rows > MOST_ROWS {
             return Err(self.source.refused(format!("/{} has {rows} rows", table.group)));
@@ -389,7 +389,7 @@ impl ResultFile {
 
     /// Rows that every column of a table has. A run that was killed in the middle of a flush may
     /// have left some columns longer than others, or longer than their data.
-    fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
+    pub(super) fn rows(&self, table: &schema::Table) -> Result<usize, ResultError> {
         let mut rows = usize::MAX;
         for variable in &table.variables {
             let info = self.dataset(table.group, &variable.name)?;
@@ -424,7 +424,12 @@ impl ResultFile {
             .collect()
     }
 
-    fn values<T: Numeric>(&self, group: &str, name: &str, range: Range<usize>) -> Result<Vec<T>, ResultError> {
+    pub(super) fn values<T: Numeric>(
+        &self,
+        group: &str,
+        name: &str,
+        range: Range<usize>,
+    ) -> Result<Vec<T>, ResultError> {
         let info = self.dataset(group, name)?;
         let size = info.size();
         if range.end > size {
@@ -478,7 +483,7 @@ impl ResultFile {
         U::try_from(value).map_err(wrong)
     }
 
-    fn missing(&self, what: &str) -> ResultError {
+    pub(super) fn missing(&self, what: &str) -> ResultError {
         ResultError::Missing {
             path: self.path.clone(),
             what: what.to_owned(),

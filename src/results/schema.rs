@@ -5,6 +5,7 @@
 //! `flag_meanings`, as CF has them.
 
 use crate::model::Mode;
+use crate::numerics::chebyshev::COEFFICIENTS;
 use crate::record::{Channels, EventKind, State};
 
 /// Root attribute `format` of every result file.
@@ -54,6 +55,9 @@ pub mod group {
     pub(crate) const INPUT: &str = "input";
     pub(crate) const META: &str = "meta";
     pub(crate) const RUNS: &str = "runs";
+    /// Only of runs with dense output.
+    pub(crate) const DENSE: &str = "dense";
+    pub(crate) const DENSE_COEFFICIENTS: &str = "dense/coefficients";
     /// The reference of a work-precision study.
     pub const REFERENCE: &str = "reference";
 }
@@ -386,6 +390,48 @@ pub struct Extension {
     pub trains: bool,
     /// The case is one of translation: metres stand for radians, and forces for torques.
     pub translation: bool,
+    /// The motion is there as polynomials, too.
+    pub dense: bool,
+}
+
+/// The tables of the dense output, of which the second has a column for each channel of the trajectory. A piece has
+/// [`COEFFICIENTS`] rows there.
+pub(crate) fn dense_tables(trajectory: &Table) -> [Table; 2] {
+    let seconds = |name: &str, long_name: &str| Variable::new(name, Kind::Float64, "s", long_name);
+    let of_trajectory = |name: &str| trajectory.variables.iter().find(|variable| variable.name == name);
+    let mut pieces = vec![
+        Variable::index("piece", "index of the piece"),
+        seconds("start", "time of the piece's start, a"),
+        seconds("end", "time of the piece's end, b"),
+    ];
+    pieces.extend(of_trajectory("mode").cloned());
+    pieces.push(Variable::index("segment", "index of the segment that holds the piece"));
+    let coefficient = "index of the coefficient: piece times 16 plus the degree j of T_j(x), x = (2 t - a - b)/(b - a)";
+    let mut coefficients = vec![Variable::index("coefficient", coefficient)];
+    for variable in channels(trajectory) {
+        let long_name = format!("Chebyshev coefficients of {}", variable.name);
+        coefficients.push(Variable::new(&variable.name, Kind::Float64, variable.units, &long_name));
+    }
+    [
+        Table {
+            group: group::DENSE,
+            chunk: LONG_CHUNK / COEFFICIENTS,
+            variables: pieces,
+        },
+        Table {
+            group: group::DENSE_COEFFICIENTS,
+            chunk: LONG_CHUNK,
+            variables: coefficients,
+        },
+    ]
+}
+
+/// The channels of a trajectory: what it has beside time, mode and segment.
+pub(crate) fn channels(trajectory: &Table) -> impl Iterator<Item = &Variable> {
+    trajectory
+        .variables
+        .iter()
+        .filter(|variable| variable.kind == Kind::Float64 && variable.name != "time")
 }
 
 /// Every table with an extension, in the order of the file.

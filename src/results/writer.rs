@@ -14,7 +14,8 @@ use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite};
 use super::{ResultError, StickSlipTable, checksums};
 use crate::model::Mode;
-use crate::record::{Cycle, Event, Recorder, RecorderError, Sample, Segment};
+use crate::numerics::chebyshev::COEFFICIENTS;
+use crate::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
 
 /// Longest time between flushes, if rows come. In a flush some thousands of bytes all over the file change, which
 /// takes less than a millisecond and is not atomic: a program that reads at that very moment may
@@ -370,6 +371,10 @@ impl Recorder for ResultWriter {
         self.record(SEGMENTS, cells)
     }
 
+    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+        self.with_open(|open, _| open.piece(piece)).map_err(RecorderError::from)
+    }
+
     fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
         let Some(open) = &self.open else {
             return self.record(STICK_SLIP, []);
@@ -408,6 +413,8 @@ fn solver_code(solver: &str) -> i8 {
 struct Open {
     /// Before the file, so that they are dropped, and so closed, first.
     tables: [TableWriter; 4],
+    /// Pieces and coefficients, of a run with dense output.
+    dense: Option<[TableWriter; 2]>,
     file: hdf5::File,
     /// `None` until the first rows are on disk.
     flushed: Option<Instant>,
@@ -431,9 +438,20 @@ impl Open {
         file.new_attr::<i32>()
             .create(schema::root::FORMAT_VERSION)?
             .write_scalar(&schema::FORMAT_VERSION)?;
-        let [trajectory, events, segments, stick_slip] =
-            schema::extended_tables(&header.extension).map(|table| TableWriter::create(&file, &table));
+        let described = schema::extended_tables(&header.extension);
+        let dense = header
+            .extension
+            .dense
+            .then(|| schema::dense_tables(&described[TRAJECTORY]));
+        let [trajectory, events, segments, stick_slip] = described.map(|table| TableWriter::create(&file, &table));
         let tables = [trajectory?, events?, segments?, stick_slip?];
+        let dense = match dense {
+            None => None,
+            Some([pieces, coefficients]) => {
+                let pieces = TableWriter::create(&file, &pieces)?;
+                Some([pieces, TableWriter::create(&file, &coefficients)?])
+            }
+        };
         let input = create_group(&file, schema::group::INPUT)?;
         for (name, text, long_name) in [
             (schema::INPUT_CASE, &header.case_text, "the case as it was given (TOML)"),
@@ -452,6 +470,7 @@ impl Open {
         file.flush()?;
         Ok(Open {
             tables,
+            dense,
             file,
             flushed: None,
             saved: SavedRows::default(),
@@ -490,7 +509,33 @@ impl Open {
     }
 
     fn append_all(&mut self) -> hdf5::Result<()> {
-        self.tables.iter_mut().try_for_each(TableWriter::append)
+        let dense = self.dense.iter_mut().flatten();
+        self.tables.iter_mut().chain(dense).try_for_each(TableWriter::append)
+    }
+
+    /// Appends a piece of the motion.
+    fn piece(&mut self, piece: &Piece<'_>) -> hdf5::Result<()> {
+        let Some([pieces, coefficients]) = &mut self.dense else {
+            return Ok(());
+        };
+        let cells = [
+            Cell::I32(pieces.next_index()),
+            Cell::F64(piece.start),
+            Cell::F64(piece.end),
+            Cell::I8(piece.mode.code()),
+            Cell::I32(index(piece.segment)),
+        ];
+        let mut full = pieces.push(cells);
+        for degree in 0..COEFFICIENTS {
+            let of_channels = piece.coefficients.iter().skip(degree).step_by(COEFFICIENTS);
+            let number = Cell::I32(coefficients.next_index());
+            full |= coefficients.push(std::iter::once(number).chain(of_channels.map(|c| Cell::F64(*c))));
+        }
+        if full {
+            pieces.append()?;
+            coefficients.append()?;
+        }
+        Ok(())
     }
 
     fn finish(
@@ -544,7 +589,8 @@ impl Open {
             write_text_attribute(&self.file, schema::root::FAILURE, message)?;
         }
         self.append_all()?;
-        let known = self.tables.iter().flat_map(TableWriter::sums).collect();
+        let dense = self.dense.iter().flatten();
+        let known = self.tables.iter().chain(dense).flat_map(TableWriter::sums).collect();
         checksums::write(&self.file, &known)?;
         // All the rest is on disk before the file says that it is complete.
         self.flush(lock)?;
@@ -556,6 +602,7 @@ impl Open {
 
     fn close(self) -> hdf5::Result<()> {
         drop(self.tables);
+        drop(self.dense);
         self.file.close()
     }
 }

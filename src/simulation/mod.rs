@@ -11,6 +11,7 @@ pub mod sampling;
 pub mod semi_analytic;
 pub mod trains;
 
+mod follower;
 mod observer;
 mod readings;
 mod report;
@@ -18,7 +19,7 @@ mod runge_kutta;
 
 pub(crate) use options::FORESEEN_STEPS;
 
-pub use options::{Method, OutputOptions, OutputWindow, SolverOptions};
+pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
 pub use report::{Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, ChosenSolver, Dynamics, Limits, Rules, RunError, Start};
@@ -31,6 +32,7 @@ use observer::Recording;
 use plan::Plan;
 use readings::{Readings, TwistReadings};
 use rules::BrakeRules;
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -84,6 +86,9 @@ pub(crate) fn simulate(
     let initial_energy = readings.kinetic_energy(0.0, &location, &state);
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
+    let axial = TAU * (parameters.axial.mass / parameters.axial.stiffness).sqrt();
+    let period = brake.torsion.natural_period();
+    recording.follow(output, brake.dimension(), (period, period.min(axial)), solver.rtol);
     let start = Start {
         time: 0.0,
         location,
@@ -122,7 +127,13 @@ where
         Ok(finish) if finish.interrupted => recording.in_time(finish.time, &finish.location).map(|()| finish),
         other => other,
     };
+    // What waits is handed on however the run has ended.
+    let flushed = recording.flush();
     let mut report = recording.into_report();
+    let result = result.and_then(|finish| match flushed {
+        Ok(()) => Ok(finish),
+        Err(error) => Err(RunError::observed(error, || dynamics.describe(&finish.location))),
+    });
     let result = result.map(|finish| {
         report.end = finish.time;
         report.interrupted = finish.interrupted;

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::case::{Case, CaseSource};
     use crate::record::MemoryRecorder;
-    use crate::simulation::{OutputOptions, simulate};
+    use crate::simulation::{Following, OutputOptions, simulate};
     use std::ops::ControlFlow;
 
     /// From each sample of a run to the next, forward and backward, over a two-hundredth of the natural period, through slip,
@@ -111,6 +111,7 @@ mod tests {
             interval: 1.2e-6,
             windows: Vec::new(),
             steps: false,
+            follow: Following::default(),
         };
         let mut recorder = MemoryRecorder::default();
         simulate(&case.parameters, &case.solver, &output, &mut recorder, &mut |_| {

@@ -1,10 +1,11 @@
 //! From the states of a run to the rows of the record.
 
+use super::follower::{At, Follower};
 use super::options::OutputOptions;
 use super::readings::{Place, Readings};
 use super::report::{Progress, RunReport, SolverWork};
 use super::sampling::SampleTimes;
-use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport};
+use crate::hybrid::{EngineError, Observer, ObserverError, Overflow, RunError, SegmentReport};
 use crate::model::Mode;
 use crate::record::EventDigest;
 use crate::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
@@ -18,6 +19,9 @@ pub(super) struct Recording<'a, R> {
     recorder: &'a mut dyn Recorder,
     control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     times: SampleTimes,
+    follower: Option<Follower>,
+    /// As long as a state.
+    inside: Vec<f64>,
     steps: bool,
     last_sample: f64,
     /// Segments that have ended.
@@ -43,6 +47,16 @@ fn overflow<'v>(
     found.map_or(Ok(()), |((what, ..), &value)| Err(Overflow { time, what, value }))
 }
 
+/// Completes channels by the work of the kicks so far and by what energy the run has gained or lost.
+fn with_history(mut c: Channels, work_perturbation: f64, initial_energy: f64) -> Channels {
+    c.work_perturbation = work_perturbation;
+    c.energy_residual = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
+        - c.work_applied
+        - c.work_perturbation
+        - initial_energy;
+    c
+}
+
 fn check_state(time: f64, state: &State) -> Result<(), Overflow> {
     overflow(time, State::DESCRIPTIONS, &state.values())
 }
@@ -61,6 +75,8 @@ impl<'a, R: Readings> Recording<'a, R> {
             recorder,
             control,
             times: SampleTimes::new(output),
+            follower: None,
+            inside: Vec::new(),
             steps: output.steps,
             last_sample: f64::NEG_INFINITY,
             segments: 0,
@@ -76,6 +92,20 @@ impl<'a, R: Readings> Recording<'a, R> {
             out_of_time: false,
             further: Vec::new(),
         }
+    }
+
+    /// Follows the motion as `output` says; the state has so many components. The periods (s) are the natural one and the
+    /// shortest; `rtol` is the relative tolerance.
+    pub(super) fn follow(&mut self, output: &OutputOptions, dimension: usize, periods: (f64, f64), rtol: f64) {
+        self.follower = Follower::new(output, periods, rtol, self.recorder);
+        self.inside = vec![0.0; dimension];
+    }
+
+    /// Hands on what waits for events that might have come.
+    pub(super) fn flush(&mut self) -> Result<(), ObserverError> {
+        self.follower
+            .as_mut()
+            .map_or(Ok(()), |follower| follower.finish(self.recorder))
     }
 
     /// From now on, so much wall time (s) is left.
@@ -103,15 +133,13 @@ impl<'a, R: Readings> Recording<'a, R> {
     }
 
     fn channels(&mut self, t: f64, place: &R::Place, y: &[f64]) -> Result<Channels, Overflow> {
-        let mut channels = self.readings.channels(t, place, y);
-        let c = &mut channels;
-        c.work_perturbation = self.work_perturbation;
-        c.energy_residual = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping
-            - c.work_applied
-            - c.work_perturbation
-            - self.report.initial_energy;
-        overflow(t, Channels::DESCRIPTIONS, &c.values())?;
-        self.report.energy_residual = self.report.energy_residual.max(c.energy_residual.abs());
+        let channels = with_history(
+            self.readings.channels(t, place, y),
+            self.work_perturbation,
+            self.report.initial_energy,
+        );
+        overflow(t, Channels::DESCRIPTIONS, &channels.values())?;
+        self.report.energy_residual = self.report.energy_residual.max(channels.energy_residual.abs());
         Ok(channels)
     }
 
@@ -138,8 +166,16 @@ impl<'a, R: Readings> Recording<'a, R> {
         };
         self.further.clear();
         self.readings.further(t, location, y, &mut self.further);
-        self.recorder.further(&self.further)?;
-        self.recorder.sample(&sample)
+        match &mut self.follower {
+            Some(follower) if follower.holds_samples() => {
+                follower.sample(sample, &self.further);
+                Ok(())
+            }
+            _ => {
+                self.recorder.further(&self.further)?;
+                self.recorder.sample(&sample)
+            }
+        }
     }
 
     /// Records a segment at `location` from `span.0` to `span.1` (s), with what it cost.
@@ -151,6 +187,9 @@ impl<'a, R: Readings> Recording<'a, R> {
         c: &Counters,
     ) -> Result<(), ObserverError> {
         let (start, end) = span;
+        if let Some(follower) = &mut self.follower {
+            follower.segment_ended();
+        }
         self.segments += 1;
         self.report.end = end;
         let work = &mut self.report.work;
@@ -214,6 +253,38 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.record(t, location, y)
     }
 
+    fn wants_inside(&self) -> bool {
+        self.follower.as_ref().is_some_and(Follower::wants_inside)
+    }
+
+    fn inside(
+        &mut self,
+        from: f64,
+        to: f64,
+        location: &R::Place,
+        at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
+    ) -> Result<(), ObserverError> {
+        let Some(follower) = &mut self.follower else {
+            return Ok(());
+        };
+        let (readings, y) = (&self.readings, &mut self.inside);
+        let (work_perturbation, initial_energy) = (self.work_perturbation, self.report.initial_energy);
+        let mut row = |t: f64| {
+            at(t, y)?;
+            let channels = with_history(readings.channels(t, location, y), work_perturbation, initial_energy);
+            let mut row = readings.state(t, location, y).values().to_vec();
+            row.extend(channels.values());
+            readings.further(t, location, y, &mut row);
+            Ok(row)
+        };
+        let mut at = At {
+            mode: location.mode(),
+            segment: self.segments,
+            row: &mut row,
+        };
+        follower.inside(from, to, &mut at, self.recorder)
+    }
+
     fn event(
         &mut self,
         t: f64,
@@ -226,6 +297,9 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
                 self.readings.kinetic_energy(t, after.0, after.1) - self.readings.kinetic_energy(t, before.0, before.1);
         }
         self.counted += usize::from(kind.in_event_sequence());
+        if let Some(follower) = &mut self.follower {
+            follower.event(t, kind);
+        }
         let state_after = self.readings.state(t, after.0, after.1);
         // A kick may lead beyond the end of its mode, where friction is that of the mode which the reversal then begins.
         let reversed = f64::from(after.0.mode().sense()) * state_after.relative_velocity < 0.0;

@@ -1,5 +1,6 @@
 //! How a run is integrated and what it writes.
 
+use crate::record::{Event, EventKind};
 use crate::sundials::ErkTable;
 
 /// The integration method of a run.
@@ -180,9 +181,103 @@ pub struct OutputOptions {
     pub windows: Vec<OutputWindow>,
     /// Also record a sample at every step of the integrator.
     pub steps: bool,
+    /// What of the motion is recorded where it happens, whenever that is.
+    pub follow: Following,
+}
+
+/// What is recorded of the motion where it happens.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Following {
+    /// Which events have dense samples around them; `None`: none.
+    pub around: Option<Around>,
+    /// How far before and after each of them, s; `None`: [`Following::PERIODS`] natural periods.
+    pub margin: Option<f64>,
+    /// Samples in a natural period there; `None`: [`Following::PER_PERIOD`].
+    pub samples_per_period: Option<f64>,
+    /// Record polynomials, which give every channel at every time.
+    pub dense: bool,
+}
+
+impl Following {
+    /// Natural periods before and after an event that have dense samples, unless a case says otherwise.
+    pub const PERIODS: f64 = 20.0;
+    /// Samples in a natural period, unless a case says otherwise.
+    pub const PER_PERIOD: f64 = 100.0;
+
+    /// Margin and interval (s) around the events, for a natural period (s).
+    pub(crate) fn sampling(&self, period: f64) -> (f64, f64) {
+        let margin = self.margin.unwrap_or(Self::PERIODS * period);
+        (margin, period / self.samples_per_period.unwrap_or(Self::PER_PERIOD))
+    }
+}
+
+/// Which events have dense samples around them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Around {
+    /// All of every kind.
+    Events,
+    /// Those of the event sequence: stick, slip, reversal, separation, contact.
+    StickSlip,
+    /// The first stick.
+    Onset,
+}
+
+impl Around {
+    /// All.
+    pub const ALL: [Around; 3] = [Around::Events, Around::StickSlip, Around::Onset];
+
+    /// The name in case files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Around::Events => "events",
+            Around::StickSlip => "stick-slip",
+            Around::Onset => "onset",
+        }
+    }
+
+    /// Whether an event of this kind is meant, before which there were so many sticks.
+    pub(crate) fn takes(self, kind: EventKind, sticks: usize) -> bool {
+        match self {
+            Around::Events => true,
+            Around::StickSlip => kind.in_event_sequence(),
+            Around::Onset => kind == EventKind::Stick && sticks == 0,
+        }
+    }
 }
 
 impl OutputOptions {
+    /// The same where the events are known: absolute windows in the place of those around events, and no polynomials. `period` is
+    /// the natural period, s.
+    pub(crate) fn settled(&self, events: &[Event], period: f64) -> Self {
+        let mut settled = OutputOptions {
+            follow: Following::default(),
+            ..self.clone()
+        };
+        let Some(around) = self.follow.around else {
+            return settled;
+        };
+        let (margin, interval) = self.follow.sampling(period);
+        let mut sticks = 0;
+        let mut last: Option<OutputWindow> = None;
+        for event in events {
+            if around.takes(event.kind, sticks) {
+                // The grid of the samples has its origin at t = 0.
+                let from = ((event.time - margin).max(0.0) / interval).ceil() * interval;
+                let to = (event.time + margin).min(self.end_time);
+                match &mut last {
+                    Some(window) if from <= window.to => window.to = to,
+                    _ => settled
+                        .windows
+                        .extend(last.replace(OutputWindow { from, to, interval })),
+                }
+            }
+            sticks += usize::from(event.kind == EventKind::Stick);
+        }
+        settled.windows.extend(last);
+        settled.windows.retain(|window| window.from < window.to);
+        settled
+    }
+
     /// Of a run to `end_time` (s) that is made for its events: samples at its start and its end only.
     pub(crate) fn at_the_ends(end_time: f64) -> Self {
         OutputOptions {
@@ -190,6 +285,7 @@ impl OutputOptions {
             interval: end_time,
             windows: Vec::new(),
             steps: false,
+            follow: Following::default(),
         }
     }
 }

@@ -96,7 +96,7 @@ impl SampleTimes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::OutputWindow;
+    use crate::simulation::{Following, OutputWindow};
 
     fn all(output: &OutputOptions) -> Vec<f64> {
         let mut times = SampleTimes::new(output);
@@ -120,6 +120,7 @@ mod tests {
             interval: 0.25,
             windows,
             steps: false,
+            follow: Following::default(),
         });
         assert_eq!(list, [0.0, 0.25, 0.375, 0.5, 0.75, 1.0]);
     }
@@ -143,6 +144,7 @@ mod tests {
             interval: 0.1,
             windows,
             steps: false,
+            follow: Following::default(),
         });
         assert!(list.windows(2).all(|p| p[0] < p[1]));
         assert_eq!(list.first(), Some(&0.0));

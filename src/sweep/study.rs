@@ -9,7 +9,7 @@ use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
 use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Override, Problem, Setting};
 use crate::results::{ResultFile, is_hdf5};
-use crate::simulation::Method;
+use crate::simulation::{Following, Method};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -261,6 +261,7 @@ impl Study {
             output.interval = output.end_time;
             output.windows.clear();
             output.steps = false;
+            output.follow = Following::default();
         }
         Ok(case)
     }

@@ -10,7 +10,7 @@ use stickslip::friction::{Exponential, Friction};
 use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};
 use stickslip::record::{EventKind, MemoryRecorder, Sample};
 use stickslip::signal::{Ramp, Signal};
-use stickslip::simulation::{Method, OutputOptions, RunReport, SolverOptions};
+use stickslip::simulation::{Following, Method, OutputOptions, RunReport, SolverOptions};
 
 /// An event or a sample of the independent multiprecision code, rounded to double.
 pub struct TruthState {
@@ -124,6 +124,7 @@ pub fn output(end_time: f64, interval: f64) -> OutputOptions {
         interval,
         windows: Vec::new(),
         steps: false,
+        follow: Following::default(),
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::model::Mode;
 use crate::model::trains::Trains;
-use crate::record::{Cycle, Event, EventKind, Recorder, RecorderError, Sample, Segment};
+use crate::record::{Cycle, Event, EventKind, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::signal::{Drive, Frequency};
 use crate::simulation::trains::{PortraitPoint, Section, further, portrait};
 use serde::Serialize;
@@ -348,8 +348,16 @@ impl Recorder for Recurrence<'_> {
         self.inner.segment(segment)
     }
 
+    fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
+        self.inner.piece(piece)
+    }
+
     fn cycle(&mut self, cycle: &Cycle) -> Result<(), RecorderError> {
         self.inner.cycle(cycle)
+    }
+
+    fn stores_motion(&self) -> bool {
+        self.inner.stores_motion()
     }
 
     fn stores_events(&self) -> bool {

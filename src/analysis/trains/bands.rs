@@ -50,7 +50,8 @@ impl TrainRecord {
     /// # Errors
     /// If the file cannot be read, or holds numbers that are none.
     pub fn read(file: &ResultFile, case: &TrainCase) -> Result<TrainRecord, ResultError> {
-        let mut compared = Compared::new(&compared_output(&case.output));
+        let events = file.events()?;
+        let mut compared = Compared::new(&output(case, &events));
         let further: Vec<String> = columns(case)
             .skip(State::COUNT + Channels::COUNT)
             .map(|(name, _)| name)
@@ -71,7 +72,7 @@ impl TrainRecord {
         }
         Ok(TrainRecord {
             rows,
-            ..TrainRecord::of_events(file.events()?)
+            ..TrainRecord::of_events(events)
         })
     }
 }
@@ -159,9 +160,9 @@ pub struct TrainBands {
     pub channels: Vec<TrainBand>,
 }
 
-/// The rows that are compared, as [`compared_output`] has it.
-pub(super) fn output(case: &TrainCase) -> OutputOptions {
-    compared_output(&case.output)
+/// The rows that are compared of a run with these events, as [`compared_output`] has it.
+pub(super) fn output(case: &TrainCase, events: &[Event]) -> OutputOptions {
+    compared_output(&case.settled_output(events))
 }
 
 /// Start and end of the stretch of this index in a run with these events; `None` where it has not so many.

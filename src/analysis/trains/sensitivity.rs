@@ -80,6 +80,10 @@ pub struct TrainSensitivities {
 struct Times(Vec<(f64, EventKind, Mode)>);
 
 impl Recorder for Times {
+    fn stores_motion(&self) -> bool {
+        false
+    }
+
     fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
         Ok(())
     }

@@ -77,6 +77,10 @@ impl Beside<'_> {
 }
 
 impl Recorder for Beside<'_> {
+    fn stores_motion(&self) -> bool {
+        false
+    }
+
     fn sample(&mut self, _: &Sample) -> Result<(), RecorderError> {
         Ok(())
     }

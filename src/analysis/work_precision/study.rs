@@ -6,7 +6,7 @@ use crate::case::document::{self, Node, Value};
 use crate::case::{CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
 use crate::oracle::trains::ExactTrains;
 use crate::quote::shown;
-use crate::simulation::Method;
+use crate::simulation::{Following, Method};
 use std::path::{Path, PathBuf};
 
 /// Every built-in study; the first is run if none is named.
@@ -155,6 +155,7 @@ impl Study {
             output.interval = output.end_time;
             output.windows.clear();
             output.steps = false;
+            output.follow = Following::default();
             Ok(case)
         };
         let runs = pairs

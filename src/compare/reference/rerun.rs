@@ -5,7 +5,7 @@ use super::{Node, Physics};
 use crate::case::Case;
 use crate::record::{Event, Recorder, RecorderError, Sample, Segment};
 use crate::run::Run;
-use crate::simulation::{OutputOptions, OutputWindow};
+use crate::simulation::{Following, OutputOptions, OutputWindow};
 use std::cell::OnceCell;
 
 /// Samples in a natural period while the fast mode is about.
@@ -64,6 +64,7 @@ impl Rerun {
             steps: true,
             interval: self.case.output.interval.min(SLOW).max(end_time / MOST_SLOW),
             windows: Vec::new(),
+            follow: Following::default(),
             ..self.case.output.clone()
         };
         // The fast mode is about from an event on until it has decayed; steps of the integrator serve elsewhere.

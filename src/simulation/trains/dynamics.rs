@@ -7,6 +7,7 @@ use crate::model::Mode;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Engagement, Outside, TrainSystem};
 use nalgebra::{DMatrix, DMatrixViewMut};
+use std::f64::consts::TAU;
 
 /// The discrete state of the trains.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -155,6 +156,16 @@ impl TrainDynamics {
     pub(super) fn unit(&self, stretch: usize) -> f64 {
         let fastest = self.rates.fastest.max(self.excitation.fastest(stretch));
         if fastest > 0.0 { 1.0 / fastest } else { 1.0 }
+    }
+
+    /// The shorter period of a surface on its shaft, or else of the fastest thing that moves, s.
+    pub(crate) fn natural_period(&self) -> f64 {
+        let sides = [&self.system.rotor, &self.system.stator].into_iter();
+        let periods = sides.filter_map(|side| {
+            let (inertia, stiffness) = (side.inertia.first()?, side.stiffness.first().filter(|k| **k > 0.0)?);
+            Some(TAU * (inertia / stiffness).sqrt())
+        });
+        periods.min_by(f64::total_cmp).unwrap_or(TAU * self.unit(0))
     }
 
     /// The magnitude of the fastest eigenvalue, 1/s; 0 where nothing moves by itself.

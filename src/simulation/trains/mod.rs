@@ -38,12 +38,18 @@ use crate::record::{EventDigest, Recorder};
 use plan::TrainPlan;
 use readings::TrainReadings;
 use rules::TrainRules;
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// What the state of a case has beyond [`State`](crate::record::State), in the order in which a recorder gets it.
 pub(crate) fn further(trains: &Trains) -> Vec<Further> {
     readings::further_names(&TrainSystem::new(trains))
+}
+
+/// The period by which dense samples are spaced, s.
+pub(crate) fn natural_period(trains: &Trains) -> f64 {
+    TrainDynamics::new(trains, 0.0).natural_period()
 }
 
 /// The state at t = 0.
@@ -106,6 +112,8 @@ pub(crate) fn simulate(
     let digest = EventDigest::without_instability();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
+    let periods = (dynamics.natural_period(), TAU * dynamics.unit(0));
+    recording.follow(output, dynamics.system.dimension, periods, solver.rtol);
     let start = Start {
         time: 0.0,
         location,
