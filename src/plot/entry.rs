@@ -141,6 +141,9 @@ impl<'a> Subject<'a> {
         period: f64,
     ) -> Result<Result<(f64, f64), Absent>, PlotError> {
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));
+        if self.run.is_dense(window) {
+            return Ok(Ok(window));
+        }
         let count = match self.run.rows_in(window) {
             Ok(rows) => rows.len() as f64,
             Err(PlotError::NothingInRange { .. }) => 0.0,

@@ -16,7 +16,9 @@ pub fn window(runs: &[Run], from: Option<f64>, to: Option<f64>) -> Result<(f64, 
         return Ok((0.0, 0.0));
     };
     let window = (from.unwrap_or(run.times.0), to.unwrap_or(run.times.1));
-    run.rows_in(window)?;
+    if !run.is_dense(window) {
+        run.rows_in(window)?;
+    }
     Ok((window.0.max(run.times.0), window.1.min(run.times.1)))
 }
 

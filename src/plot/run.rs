@@ -10,7 +10,7 @@ use crate::case::{Case, CaseSource, TrainCase};
 use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind, State};
-use crate::results::{Header, ResultFile, Status, StickSlipTable, schema};
+use crate::results::{Header, ResultFile, Side, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
 use crate::simulation::trains::further;
 use std::cell::RefCell;
@@ -62,6 +62,8 @@ pub struct Run {
     pub attractor_period: Option<f64>,
     /// Windows in which the run was sampled more densely.
     pub windows: Vec<OutputWindow>,
+    /// What the dense output covers, if the file has one, s.
+    dense: Option<(f64, f64)>,
     /// (start, end, mode), joined where the mode goes on.
     stretches: Vec<(f64, f64, Mode)>,
     /// The variables of /trajectory.
@@ -134,9 +136,11 @@ impl Run {
                 _ => stretches.push((segment.start, segment.end, segment.mode)),
             }
         }
+        let dense = file.dense()?.and_then(|dense| dense.span());
         Ok(Run {
             rows,
             times,
+            dense,
             stick_slip: StickSlip::from_events(&events),
             events,
             parameters,
@@ -252,6 +256,53 @@ impl Run {
         }
     }
 
+    /// Whether the dense output covers a window, as far as the run goes: then it is drawn from that.
+    pub(crate) fn is_dense(&self, (from, to): (f64, f64)) -> bool {
+        let (first, last) = (from.max(self.times.0), to.min(self.times.1));
+        first < last && self.dense.is_some_and(|span| span.0 <= first && last <= span.1)
+    }
+
+    /// Times inside of the pieces of the dense output in a window: as close as the buckets of a figure, and 16 in each piece.
+    fn dense_times(&self, (from, to): (f64, f64)) -> Result<Vec<f64>, PlotError> {
+        let (from, to) = (from.max(self.times.0), to.min(self.times.1));
+        let mut times = vec![from];
+        let Some(dense) = self.file.dense()? else {
+            return Ok(times);
+        };
+        for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
+            let (start, end) = (start.max(from), end.min(to));
+            let count = (4.0 * BUCKETS as f64 * (end - start) / (to - from)).ceil().max(16.0) as usize;
+            let inside = (0..count).map(|k| start + (end - start) * (k as f64 + 0.5) / count as f64);
+            times.extend(inside.filter(|t| *t > from && *t < to));
+        }
+        times.push(to);
+        times.dedup();
+        Ok(times)
+    }
+
+    /// The columns of a window from the dense output; the mode from the segments.
+    fn dense_columns(&self, channels: &[&str], times: &[f64]) -> Result<Vec<Vec<f64>>, PlotError> {
+        let dense = self.file.dense()?;
+        let mode_at = |t: f64| {
+            let index = self
+                .stretches
+                .partition_point(|stretch| stretch.0 <= t)
+                .saturating_sub(1);
+            self.stretches
+                .get(index)
+                .map_or(f64::NAN, |stretch| f64::from(stretch.2 as u8))
+        };
+        let column = |channel: &&str| -> Result<Vec<f64>, PlotError> {
+            Ok(match (*channel, &dense) {
+                ("time", _) => times.to_vec(),
+                ("mode", _) => times.iter().map(|&t| mode_at(t)).collect(),
+                (channel, Some(dense)) => dense.values(channel, times, Side::After)?,
+                (_, None) => vec![f64::NAN; times.len()],
+            })
+        };
+        channels.iter().map(column).collect()
+    }
+
     /// Hands the columns of a window to `take`, block by block.
     fn blocks(
         &self,
@@ -259,10 +310,17 @@ impl Run {
         window: (f64, f64),
         mut take: impl FnMut(&[Vec<f64>]),
     ) -> Result<(), PlotError> {
-        let rows = self.rows_in(window)?;
         for channel in channels {
             self.axis(channel)?;
         }
+        // The number of a segment is in the samples alone.
+        if self.is_dense(window) && !channels.contains(&"segment") {
+            for block in self.dense_times(window)?.chunks(BLOCK) {
+                take(&self.dense_columns(channels, block)?);
+            }
+            return Ok(());
+        }
+        let rows = self.rows_in(window)?;
         for start in rows.clone().step_by(BLOCK) {
             let block = start..rows.end.min(start + BLOCK);
             let columns = channels
@@ -335,6 +393,9 @@ impl Run {
     /// # Errors
     /// As [`Self::each_sample`].
     pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
+        if self.is_dense(window) {
+            return Ok(Undersampled::default());
+        }
         let period = self
             .parameters
             .as_ref()
@@ -540,6 +601,10 @@ impl Run {
     /// # Errors
     /// As `each_sample`.
     pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
+        if self.is_dense(window) {
+            let first = self.dense_columns(&[x, y], &[window.0.max(self.times.0)])?;
+            return Ok((first[0][0], first[1][0]));
+        }
         let row = self.rows_in(window)?.start;
         let value = |channel: &str| -> Result<f64, PlotError> {
             self.axis(channel)?;
@@ -554,6 +619,9 @@ impl Run {
     /// # Errors
     /// As [`Self::each_sample`].
     pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
+        if self.is_dense(window) {
+            return Ok(Some(window.1.min(self.times.1)));
+        }
         match self.rows_in(window) {
             Err(PlotError::NothingInRange { .. }) => return Ok(None),
             other => other?,
