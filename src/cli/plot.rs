@@ -5,10 +5,14 @@ use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::case::Motion;
+use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES};
+use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
-use crate::plot::{Figure, PlotError, Run, certified, own, page, raster, studies, svg, trains, work_precision};
+use crate::plot::{
+    Figure, Layout, PlotError, Run, certified, own, page, raster, studies, svg, trains, vector, work_precision,
+};
 use crate::results::{ResultError, ResultFile, Status};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -65,6 +69,9 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     }
     if let Some(drawn) = of_many_runs(options)? {
         return finish_studies(options, drawn, common);
+    }
+    if let Some(candidate) = &options.candidate {
+        return beside(options, candidate, common);
     }
     let chosen = options.only.iter().map(|name| catalogue::find(name));
     let mut chosen: Vec<&Entry> = chosen.collect::<Result<_, _>>().map_err(bad)?;
@@ -159,6 +166,60 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
     )))
 }
 
+/// Draws a candidate beside a result: what there is to see of their comparison, or the channels that are asked for.
+fn beside(options: &PlotOptions, candidate: &Path, common: &Common) -> Result<End, CommandError> {
+    let [file] = &options.files[..] else {
+        return Err(CommandError::Input(format!(
+            "--candidate is drawn beside one result, and {} files are given; name one, or leave out --candidate to draw \
+             them over each other",
+            options.files.len()
+        )));
+    };
+    if options.channels.is_empty() && (options.from.is_some() || options.to.is_some()) {
+        return Err(CommandError::Input(
+            "--from and --to are for channels that are named; name what to draw beside the candidate with --channel NAME"
+                .to_owned(),
+        ));
+    }
+    let run = Run::open(file).map_err(bad)?;
+    let of_comparison = |error: CompareError| bad(error.into());
+    let reference = Reference::open(file).map_err(of_comparison)?;
+    let mut mapping = match &options.map {
+        Some(path) => reference.mapping().with_file(path).map_err(of_comparison)?,
+        None => reference.mapping(),
+    };
+    for column in &options.columns {
+        mapping.add_option(column).map_err(of_comparison)?;
+    }
+    let beside = Beside {
+        reference: &reference,
+        run: &run,
+        path: candidate,
+        mapping: &mapping,
+    };
+    let figures = if options.channels.is_empty() {
+        let comparison = reference.compare(candidate, &mapping).map_err(of_comparison)?;
+        beside.figures(&comparison).map_err(bad)?
+    } else {
+        let window = own::window(std::slice::from_ref(&run), options.from, options.to).map_err(bad)?;
+        beside.channels_over_time(&options.channels, window).map_err(bad)?
+    };
+    let mut inputs = options.files.clone();
+    inputs.push(candidate.to_owned());
+    inputs.extend(options.map.clone());
+    let written = write_of(options, &figures, &inputs)?;
+    if common.json {
+        print_json(&PlotDocument {
+            files: written,
+            not_drawn: Vec::new(),
+            sampling: None,
+        })?;
+    } else if !common.quiet {
+        print(&report(&written, &Chosen::default(), &options.files))?;
+    }
+    Ok(End::Done)
+}
+
 /// Writes the figures of many runs, and says how their quantities are spread.
 fn finish_studies(options: &PlotOptions, drawn: Drawn, common: &Common) -> Result<End, CommandError> {
     let written = write(options, &drawn.figures)?;
@@ -236,7 +297,7 @@ fn finish_page(path: &Path, page: &impl Serialize, common: &Common) -> Result<En
 /// The exit status that an error deserves.
 pub(super) fn bad(error: PlotError) -> CommandError {
     match error {
-        PlotError::Result(error) => bad_file(error),
+        PlotError::Result(error) | PlotError::Compare(CompareError::Result(error)) => bad_file(error),
         PlotError::Drawing(_) | PlotError::Target(TargetError::Io { .. }) => {
             CommandError::Computation(error.to_string())
         }
@@ -396,6 +457,9 @@ fn remedy(sampling: &str, path: &Path) -> String {
     )
 }
 
+/// Channels that a title lists; of more it says how many.
+const FEW: usize = 3;
+
 fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotError> {
     let window = own::window(runs, options.from, options.to)?;
     let mut figures = Vec::new();
@@ -420,7 +484,11 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
             let channels: Vec<&str> = options.channels.iter().map(String::as_str).collect();
             let axes = runs.iter().take(1).flat_map(|run| channels.iter().map(|c| run.axis(c)));
             let names = axes.map(|axis| Ok(axis?.name)).collect::<Result<Vec<_>, PlotError>>()?;
-            figures.push(own::channels(runs, &title(&names.join(", ")), &channels, window)?);
+            let what = match names.len() {
+                ..=FEW => names.join(", "),
+                many => format!("{many} channels"),
+            };
+            figures.push(own::channels(runs, &title(&what), &channels, window)?);
         }
         None => {}
     }
@@ -439,7 +507,7 @@ fn capitalised(text: &str) -> String {
 }
 
 /// Extensions by which nobody means a folder.
-const OTHER_FORMATS: [&str; 8] = ["pdf", "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif"];
+const OTHER_FORMATS: [&str; 6] = ["ps", "jpg", "jpeg", "tif", "tiff", "gif"];
 
 /// Where each figure goes, in which format.
 fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
@@ -474,7 +542,13 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
 }
 
 fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, CommandError> {
+    write_of(options, figures, &options.files)
+}
+
+/// Writes the figures of some inputs, which they do not replace.
+fn write_of(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Result<Vec<Written>, CommandError> {
     let targets = targets(options, figures).map_err(bad)?;
+    let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
         std::fs::create_dir_all(&options.output).map_err(|source| {
             bad(PlotError::Target(TargetError::Io {
@@ -486,7 +560,7 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
         })?;
     }
     for (_, path, _) in &targets {
-        check_target(path, &options.files, options.force)?;
+        check_target(path, inputs, options.force)?;
     }
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, String)> = None;
@@ -494,9 +568,9 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
         let figure = &figures[number];
         let text = match drawn.take().filter(|(of, _)| *of == number) {
             Some((_, text)) => text,
-            None => svg::svg(figure, options.width).map_err(bad)?,
+            None => svg::svg(figure, layout).map_err(bad)?,
         };
-        save(&path, &text, format, options.dpi).map_err(bad)?;
+        save(&path, &text, &figure.full_title(), format, options.dpi).map_err(bad)?;
         written.push(Written {
             file: path.display().to_string(),
             figure: figure.name.clone(),
@@ -508,16 +582,36 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
     Ok(written)
 }
 
+/// How large figures are drawn, if they have room for their axes.
+fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
+    let layout = Layout {
+        width: options.width,
+        font_size: options.font_size,
+        title: !options.no_title,
+    };
+    if layout.width < layout.least_width() {
+        return Err(CommandError::Input(format!(
+            "--width {:.1}mm has no room for axes with letters of {} points; give at least {:.1}mm, or a smaller --font-size",
+            layout.width,
+            layout.font_size,
+            layout.least_width()
+        )));
+    }
+    Ok(layout)
+}
+
 /// Also by force an input is never an output.
 pub(super) fn check_target(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
     target::check(path, Product::Figure, inputs, force).map_err(|error| bad(error.into()))
 }
 
 /// Writes one figure in one format.
-pub(super) fn save(path: &Path, svg: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
+pub(super) fn save(path: &Path, svg: &str, title: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
     match format {
         Format::Svg => target::write(path, Product::Figure, &[svg.as_bytes()])?,
         Format::Png => target::write(path, Product::Figure, &[&raster::png(svg, dpi)?])?,
+        Format::Pdf => target::write(path, Product::Figure, &[&vector::pdf(svg, title)?])?,
+        Format::Eps => target::write(path, Product::Figure, &[&vector::eps(svg, title)?])?,
     }
     Ok(())
 }

@@ -35,6 +35,7 @@ mod saved_case;
 mod statistics;
 mod terms;
 mod torques;
+mod trace;
 mod units;
 mod vocabulary;
 
@@ -56,6 +57,7 @@ pub use parameters::{Agreement, FoundBy, OtherClock, OtherKick, OtherNumber, Oth
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
 pub use statistics::Statistic;
+pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
 use crate::case::AnyCase;

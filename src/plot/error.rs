@@ -2,6 +2,7 @@
 
 use super::target::TargetError;
 use crate::case::{self, CaseError};
+use crate::compare::CompareError;
 use crate::results::ResultError;
 use std::path::PathBuf;
 
@@ -15,6 +16,9 @@ pub enum PlotError {
     /// The case kept in the result file could not be read.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// The candidate beside it could not be read.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     /// A figure or a page cannot go where it should.
     #[error(transparent)]
     Target(#[from] TargetError),
@@ -33,6 +37,10 @@ pub enum PlotError {
         hint: String,
         known: String,
     },
+    #[error(
+        "{path}: has no \"{name}\" to be drawn beside the result; it has {known} (--column and --map name its columns)"
+    )]
+    NotInCandidate { path: PathBuf, name: String, known: String },
     #[error("there is no figure \"{name}\"{hint}; there are {known}")]
     UnknownFigure { name: String, hint: String, known: String },
     #[error(
@@ -65,10 +73,10 @@ pub enum PlotError {
     },
     #[error(
         "{path}: several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends \
-         in .svg or .png"
+         in .svg, .png, .pdf or .eps"
     )]
     NoFolder { path: PathBuf },
-    #[error("{path}: figures are SVG or PNG; give a name that ends in .svg or .png, or a folder")]
+    #[error("{path}: figures are SVG, PNG, PDF or EPS; give a name that ends in .svg, .png, .pdf or .eps, or a folder")]
     Format { path: PathBuf },
     #[error("a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi")]
     TooLarge { width: f64, height: f64 },

@@ -40,6 +40,8 @@ pub struct Panel {
     pub areas: Vec<Area>,
     /// Below everything: a plane in colours.
     pub map: Option<Map>,
+    /// Words at a point (x, y) of the panel, in the curves' units.
+    pub labels: Vec<((f64, f64), String)>,
 }
 
 /// What lies between two lines over the same x, filled so that others show below it.
@@ -228,6 +230,7 @@ impl Panel {
             caption: String::new(),
             areas: Vec::new(),
             map: None,
+            labels: Vec::new(),
         }
     }
 

@@ -1,11 +1,12 @@
 //! Figures: from result files to SVG and PNG.
 //!
 //! A result file is opened as a [`Run`]; the [`catalogue`] or [`own`] makes [`Figure`]s of it, which are data; [`svg`]
-//! draws them, and [`raster`] turns that into pixels with a font of its own. [`page`] is a page for the browser.
+//! draws them; [`raster`] turns that into pixels and [`vector`] into PDF and EPS, with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
 pub mod certified;
 pub mod colors;
+pub mod comparison;
 pub mod critical;
 pub mod decimate;
 pub mod entry;
@@ -22,6 +23,7 @@ pub mod portraits;
 pub mod raster;
 pub mod run;
 pub mod scale;
+mod sides;
 pub mod signature;
 pub mod spiral;
 pub mod studies;
@@ -29,8 +31,11 @@ pub mod style;
 pub mod svg;
 pub mod target;
 pub mod trains;
+mod typeset;
+pub mod vector;
 pub mod work_precision;
 
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, Panel};
 pub use run::Run;
+pub use style::Layout;

@@ -4,11 +4,13 @@ use super::decimate::{MinMax, Portrait};
 use super::error::PlotError;
 use super::figure::Axis;
 use super::labels;
+use super::sides::{self, Sides};
 use crate::analysis::StickSlip;
 use crate::case::{Case, CaseSource, TrainCase};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind, State};
-use crate::results::{AddedGroup, Header, ResultFile, Status, StickSlipTable, schema};
+use crate::results::{AddedGroup, Header, ResultFile, Side, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
 use crate::simulation::trains::further;
 use std::cell::RefCell;
@@ -22,6 +24,16 @@ const BLOCK: usize = 65_536;
 
 /// Buckets of a curve over time: finer than the pixels of a column at 300 dots per inch.
 const BUCKETS: usize = 1200;
+
+/// Samples in a period of the fast mode from which on a figure shows the motion and not its sampling.
+pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
+
+/// A stretch between two events that lasts longer than so many periods has enough samples if it has as many as these periods
+/// would have: in long slip the fast mode has died away.
+const LONGEST_FAST: f64 = 20.0;
+
+/// Periods before the first stick in which the oscillation that grows is seen beside those that follow.
+const GROWTH: f64 = 12.0;
 
 /// Closest stretches of modes that the ground shows apart, as a share of the panel's width.
 const GROUND_CELLS: usize = 600;
@@ -50,6 +62,8 @@ pub struct Run {
     pub attractor_period: Option<f64>,
     /// Windows in which the run was sampled more densely.
     pub windows: Vec<OutputWindow>,
+    /// What the dense output covers, if the file has one, s.
+    dense: Option<(f64, f64)>,
     /// (start, end, mode), joined where the mode goes on.
     stretches: Vec<(f64, f64, Mode)>,
     /// The variables of /trajectory.
@@ -60,11 +74,22 @@ pub struct Run {
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
 
-/// A channel before and after every event.
-#[derive(Debug)]
-struct Sides {
-    before: Vec<f64>,
-    after: Vec<f64>,
+/// Stretches between two events of the contact that have too few samples to be drawn, and of how many.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Undersampled {
+    /// (start, end), s, in order of time.
+    pub(crate) stretches: Vec<(f64, f64)>,
+    /// All stretches in the window.
+    pub(crate) of: usize,
+}
+
+impl Undersampled {
+    /// Those that are wide enough in a figure of this window to be seen.
+    pub(crate) fn seen(&self, (from, to): (f64, f64)) -> Vec<(f64, f64)> {
+        let least = 3.0 * (to - from) / BUCKETS as f64;
+        let wide = |stretch: &&(f64, f64)| stretch.1 - stretch.0 > least;
+        self.stretches.iter().filter(wide).copied().collect()
+    }
 }
 
 impl Run {
@@ -111,9 +136,11 @@ impl Run {
                 _ => stretches.push((segment.start, segment.end, segment.mode)),
             }
         }
+        let dense = file.dense()?.and_then(|dense| dense.span());
         Ok(Run {
             rows,
             times,
+            dense,
             stick_slip: StickSlip::from_events(&events),
             events,
             parameters,
@@ -242,6 +269,53 @@ impl Run {
         }
     }
 
+    /// Whether the dense output covers a window, as far as the run goes: then it is drawn from that.
+    pub(crate) fn is_dense(&self, (from, to): (f64, f64)) -> bool {
+        let (first, last) = (from.max(self.times.0), to.min(self.times.1));
+        first < last && self.dense.is_some_and(|span| span.0 <= first && last <= span.1)
+    }
+
+    /// Times inside of the pieces of the dense output in a window: as close as the buckets of a figure, and 16 in each piece.
+    fn dense_times(&self, (from, to): (f64, f64)) -> Result<Vec<f64>, PlotError> {
+        let (from, to) = (from.max(self.times.0), to.min(self.times.1));
+        let mut times = vec![from];
+        let Some(dense) = self.file.dense()? else {
+            return Ok(times);
+        };
+        for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
+            let (start, end) = (start.max(from), end.min(to));
+            let count = (4.0 * BUCKETS as f64 * (end - start) / (to - from)).ceil().max(16.0) as usize;
+            let inside = (0..count).map(|k| start + (end - start) * (k as f64 + 0.5) / count as f64);
+            times.extend(inside.filter(|t| *t > from && *t < to));
+        }
+        times.push(to);
+        times.dedup();
+        Ok(times)
+    }
+
+    /// The columns of a window from the dense output; the mode from the segments.
+    fn dense_columns(&self, channels: &[&str], times: &[f64]) -> Result<Vec<Vec<f64>>, PlotError> {
+        let dense = self.file.dense()?;
+        let mode_at = |t: f64| {
+            let index = self
+                .stretches
+                .partition_point(|stretch| stretch.0 <= t)
+                .saturating_sub(1);
+            self.stretches
+                .get(index)
+                .map_or(f64::NAN, |stretch| f64::from(stretch.2 as u8))
+        };
+        let column = |channel: &&str| -> Result<Vec<f64>, PlotError> {
+            Ok(match (*channel, &dense) {
+                ("time", _) => times.to_vec(),
+                ("mode", _) => times.iter().map(|&t| mode_at(t)).collect(),
+                (channel, Some(dense)) => dense.values(channel, times, Side::After)?,
+                (_, None) => vec![f64::NAN; times.len()],
+            })
+        };
+        channels.iter().map(column).collect()
+    }
+
     /// Hands the columns of a window to `take`, block by block.
     fn blocks(
         &self,
@@ -249,10 +323,17 @@ impl Run {
         window: (f64, f64),
         mut take: impl FnMut(&[Vec<f64>]),
     ) -> Result<(), PlotError> {
-        let rows = self.rows_in(window)?;
         for channel in channels {
             self.axis(channel)?;
         }
+        // The number of a segment is in the samples alone.
+        if self.is_dense(window) && !channels.contains(&"segment") {
+            for block in self.dense_times(window)?.chunks(BLOCK) {
+                take(&self.dense_columns(channels, block)?);
+            }
+            return Ok(());
+        }
+        let rows = self.rows_in(window)?;
         for start in rows.clone().step_by(BLOCK) {
             let block = start..rows.end.min(start + BLOCK);
             let columns = channels
@@ -285,22 +366,28 @@ impl Run {
         })
     }
 
-    /// A channel on both sides of every event, if the file has it there. Of trains only: a brake's figures have windows of
-    /// dense samples, and show nothing else.
+    /// A channel on both sides of every event: as the file has it, or as the equations give it for the state there; `None` of
+    /// those that only the whole history gives.
     fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
-        let Some(case) = &self.trains else { return Ok(None) };
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
         }
-        let further = || further(&case.parameters).into_iter().any(|one| one.name == channel);
-        let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel) || further();
-        let sides = match is_state {
-            true => Some(Rc::new(Sides {
+        let further = |case: &TrainCase| further(&case.parameters).into_iter().any(|one| one.name == channel);
+        let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel);
+        let sides = if is_state || self.trains.as_ref().is_some_and(further) {
+            Some(Sides {
                 before: self.file.event_column(&format!("{channel}_before"))?,
                 after: self.file.event_column(&format!("{channel}_after"))?,
-            })),
-            false => None,
+            })
+        } else {
+            let first = self.stretches.first().map(|stretch| stretch.2);
+            match (&self.parameters, &self.trains) {
+                (Some(brake), _) => sides::of_brake(brake, &self.events, first, channel),
+                (None, Some(case)) => sides::of_trains(case, &self.file, &self.events, first, channel)?,
+                (None, None) => None,
+            }
         };
+        let sides = sides.map(Rc::new);
         self.at_events.borrow_mut().insert(channel.to_owned(), sides.clone());
         Ok(sides)
     }
@@ -311,37 +398,89 @@ impl Run {
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
-    /// Of a run of trains, how many of the stretches between two events of the contact in a window have no sample, and how
-    /// many stretches there are. Sticks are not counted: in those the surfaces move as one, or within a threshold of it.
+    /// The stretches between two events of the contact in a window that have too few samples, and the growth before the first:
+    /// of a brake, those in which two
+    /// samples are further apart than a twelfth of the natural period; of trains, whose motion has no one period, those
+    /// without a sample. Sticks of trains are not counted: in those the surfaces move as one, or within a threshold of it.
     ///
     /// # Errors
     /// As [`Self::each_sample`].
-    pub(crate) fn unsampled(&self, window: (f64, f64)) -> Result<(usize, usize), PlotError> {
-        if self.trains.is_none() {
-            return Ok((0, 0));
+    pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
+        if self.is_dense(window) {
+            return Ok(Undersampled::default());
         }
+        let period = self
+            .parameters
+            .as_ref()
+            .map(|brake| TorsionModel::new(brake).natural_period());
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
+        // The growth before the first stick, which has the fast mode too.
+        let unstable = self.events.iter().find(|event| event.kind == EventKind::Destabilised);
+        let first = self
+            .events
+            .iter()
+            .find(|event| event.kind.in_event_sequence() && event.time > 0.0);
+        if let (Some(period), Some(unstable), Some(first)) = (period, unstable, first) {
+            let from = unstable.time.max(first.time - GROWTH * period).max(window.0);
+            let to = first.time.min(window.1);
+            if from < to {
+                stretches.push((from, to));
+            }
+        }
+        let growth = stretches.first().map(|stretch| stretch.1);
         for pair in of_contact.windows(2) {
-            if pair[0].kind != EventKind::Stick && pair[0].mode_after != Mode::Stick {
+            // The sliding before the growth is smooth.
+            if growth == Some(pair[1].time) {
+                continue;
+            }
+            let is_stick = pair[0].kind == EventKind::Stick || pair[0].mode_after == Mode::Stick;
+            if pair[1].time > pair[0].time && (period.is_some() || !is_stick) {
                 stretches.push((pair[0].time, pair[1].time));
             }
         }
-        let (mut sampled, mut next, mut seen) = (0, 0, false);
-        if !stretches.is_empty() {
-            self.each_sample(&["time"], window, |row| {
-                while next < stretches.len() && row[0] >= stretches[next].1 {
-                    next += 1;
-                    seen = false;
-                }
-                if !seen && stretches.get(next).is_some_and(|stretch| row[0] > stretch.0) {
-                    sampled += 1;
-                    seen = true;
-                }
-            })?;
+        let all = stretches.len();
+        let (Some(first), Some(last)) = (stretches.first(), stretches.last()) else {
+            return Ok(Undersampled::default());
+        };
+        let window = (first.0, last.1);
+        // Rounding of the times, and of an interval written with two digits.
+        let enough = |(from, to): (f64, f64)| match period {
+            Some(period) => 1.05 * period.max((to - from) / LONGEST_FAST) / SAMPLES_PER_PERIOD,
+            None => f64::INFINITY,
+        };
+        // Widest gap of each, and whether it has a sample at all.
+        let mut gaps: Vec<(f64, bool)> = vec![(0.0, false); all];
+        let mut next = 0;
+        let mut before = window.0;
+        let mut pass = |t: f64, is_sample: bool| {
+            while next < all && stretches[next].1 <= t {
+                gaps[next].0 = gaps[next].0.max(stretches[next].1 - before.max(stretches[next].0));
+                next += 1;
+            }
+            if next < all && t > stretches[next].0 && is_sample {
+                gaps[next].0 = gaps[next].0.max(t - before.max(stretches[next].0));
+                gaps[next].1 = true;
+            }
+            before = t;
+        };
+        match self.each_sample(&["time"], window, |row| pass(row[0], true)) {
+            Ok(()) | Err(PlotError::NothingInRange { .. }) => {}
+            Err(error) => return Err(error),
         }
-        Ok((stretches.len() - sampled, stretches.len()))
+        pass(window.1, false);
+        let short = stretches
+            .into_iter()
+            .zip(gaps)
+            .filter(|(stretch, (widest, sampled))| match period {
+                Some(_) => *widest > enough(*stretch),
+                None => !sampled,
+            });
+        Ok(Undersampled {
+            stretches: short.map(|(stretch, _)| stretch).collect(),
+            of: all,
+        })
     }
 
     /// Curves of channels over time in a window, thinned without losing an extreme. One pass over the file for all.
@@ -475,6 +614,10 @@ impl Run {
     /// # Errors
     /// As `each_sample`.
     pub fn start(&self, x: &str, y: &str, window: (f64, f64)) -> Result<(f64, f64), PlotError> {
+        if self.is_dense(window) {
+            let first = self.dense_columns(&[x, y], &[window.0.max(self.times.0)])?;
+            return Ok((first[0][0], first[1][0]));
+        }
         let row = self.rows_in(window)?.start;
         let value = |channel: &str| -> Result<f64, PlotError> {
             self.axis(channel)?;
@@ -489,6 +632,9 @@ impl Run {
     /// # Errors
     /// As [`Self::each_sample`].
     pub(crate) fn dense_until(&self, window: (f64, f64), gap: f64) -> Result<Option<f64>, PlotError> {
+        if self.is_dense(window) {
+            return Ok(Some(window.1.min(self.times.1)));
+        }
         match self.rows_in(window) {
             Err(PlotError::NothingInRange { .. }) => return Ok(None),
             other => other?,

@@ -1,5 +1,6 @@
 //! `stickslip compare`.
 
+mod drawn;
 mod pages;
 mod render;
 mod target;
@@ -48,10 +49,14 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         .flat_map(|comparison| requirements.iter().filter_map(|r| r.shortfall(comparison)))
         .collect();
     if let Some(target) = report {
-        let pages: Vec<_> = comparisons
-            .iter()
-            .map(|c| pages::page(c, pages::Length::Whole))
-            .collect();
+        let page = |(number, c): (usize, &Comparison)| {
+            let mut page = pages::page(c, pages::Length::Whole);
+            let figures = drawn::figures((&reference, &mapping), c, (target.path(), number));
+            // After what was read.
+            page.parts.splice(1..1, figures);
+            page
+        };
+        let pages: Vec<_> = comparisons.iter().enumerate().map(page).collect();
         target.write(&pages, &shortfalls)?;
     }
     if common.json {

@@ -26,6 +26,15 @@ pub(super) struct Page {
 pub(super) enum Part {
     Text(String),
     Table(Table),
+    Figure(Drawn),
+}
+
+/// A figure of a report.
+pub(super) struct Drawn {
+    /// Name of its file, without folder, where it has one of its own.
+    pub file: String,
+    pub title: String,
+    pub svg: String,
 }
 
 /// A table; all columns but the first are numbers, unless `texts` says how many are not.

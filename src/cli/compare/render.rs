@@ -14,6 +14,8 @@ pub(super) fn terminal(pages: &[Page]) -> String {
             text.push('\n');
             match part {
                 Part::Text(paragraph) => text += &format!("{paragraph}\n"),
+                // A report has them.
+                Part::Figure(_) => {}
                 Part::Table(table) => {
                     if !table.title.is_empty() {
                         text += &format!("{}\n", table.title);
@@ -41,6 +43,12 @@ pub(super) fn markdown(pages: &[Page], shortfalls: &[String]) -> String {
             match part {
                 Part::Text(paragraph) => text += &format!("{}\n\n", plain(paragraph)),
                 Part::Table(table) => text += &markdown_table(table),
+                Part::Figure(figure) => {
+                    // A space would end the address, and so would a bracket.
+                    let file = figure.file.replace('%', "%25").replace(' ', "%20");
+                    let file = plain(&file.replace('(', "%28").replace(')', "%29"));
+                    text += &format!("![{}]({file})\n\n", plain(&figure.title));
+                }
             }
         }
     }
@@ -94,6 +102,11 @@ pub(super) fn html(pages: &[Page], shortfalls: &[String]) -> String {
             match part {
                 Part::Text(paragraph) => body += &format!("<p>{}</p>\n", safe(paragraph)),
                 Part::Table(table) => body += &html_table(table),
+                Part::Figure(figure) => {
+                    // Inside of a page it needs no name of its language.
+                    let svg = figure.svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+                    body += &format!("<figure>{svg}</figure>\n");
+                }
             }
         }
     }
@@ -114,6 +127,7 @@ const STYLE: &str = "\
 body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
 h1 { font-size: 1.3em; margin-top: 2em } h2 { font-size: 1.1em } .verdict { font-weight: bold }
 table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; border-bottom: 1px solid #ccc }
+figure { margin: 1em 0 } figure svg { width: 100%; height: auto; max-width: 44em }
 th { text-align: left } td.number, th.number { text-align: right; font-variant-numeric: tabular-nums }
 ";
 

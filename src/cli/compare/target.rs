@@ -2,14 +2,17 @@
 
 use super::super::CommandError;
 use super::super::arguments::CompareOptions;
-use super::pages::Page;
+use super::super::plot::bad;
+use super::pages::{Page, Part};
 use super::render;
+use crate::plot::target::{self, Product, TargetError};
 use std::path::{Path, PathBuf};
 
 /// A file that a report may be written to.
 pub(super) struct Target {
     path: PathBuf,
     html: bool,
+    force: bool,
 }
 
 impl Target {
@@ -47,13 +50,22 @@ impl Target {
         Ok(Target {
             path: path.to_owned(),
             html,
+            force: options.force,
         })
     }
 
+    /// Where the report goes.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the report; the figures of one in Markdown are files beside it, which replace no other than figures of this
+    /// program.
     pub fn write(&self, pages: &[Page], shortfalls: &[String]) -> Result<(), CommandError> {
         let text = if self.html {
             render::html(pages, shortfalls)
         } else {
+            self.write_figures(pages)?;
             render::markdown(pages, shortfalls)
         };
         crate::results::disk::write_whole(&self.path, &[text.as_bytes()]).map_err(|error| {
@@ -62,6 +74,20 @@ impl Target {
                 "{path}: writing failed: {error}; check the disk and the folder"
             ))
         })
+    }
+}
+
+impl Target {
+    fn write_figures(&self, pages: &[Page]) -> Result<(), CommandError> {
+        let figures = pages.iter().flat_map(|page| &page.parts);
+        for part in figures {
+            let Part::Figure(figure) = part else { continue };
+            let path = self.path.with_file_name(&figure.file);
+            let failed = |error: TargetError| bad(error.into());
+            target::check(&path, Product::Figure, &[], self.force).map_err(failed)?;
+            target::write(&path, Product::Figure, &[figure.svg.as_bytes()]).map_err(failed)?;
+        }
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::schema::{DIGEST, FAILURES, POINT};
+use super::schema::{DIGEST, FAILURES, INPUT_CASE, POINT};
 use crate::results::schema;
 use crate::results::source::{DatasetInfo, Kind, Source};
 use crate::results::{AttributeValue, ResultError};
@@ -62,6 +62,13 @@ impl SweepFile {
     pub fn text(&self, name: &str) -> Option<String> {
         let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
         self.source.text_attribute(group, name).ok()?
+    }
+
+    /// The base case with what the study sets, in TOML; `None` of a file that does not say it.
+    pub fn case_text(&self) -> Option<String> {
+        self.source
+            .text(&format!("{}/{INPUT_CASE}", schema::group::INPUT))
+            .ok()?
     }
 
     /// The digest of its study.

@@ -1,0 +1,44 @@
+//! The figures of a report.
+
+use super::pages::{Drawn, Part};
+use crate::compare::{Comparison, Mapping, Reference};
+use crate::plot::comparison::Beside;
+use crate::plot::{PlotError, Run, svg};
+use std::path::Path;
+
+/// Width of a figure of a report, mm.
+const WIDTH: f64 = 170.0;
+
+/// What there is to see of a comparison, the `number`th of a report whose file is `report`; or why there is nothing.
+pub(super) fn figures(
+    (reference, mapping): (&Reference, &Mapping),
+    comparison: &Comparison,
+    (report, number): (&Path, usize),
+) -> Vec<Part> {
+    let stem = report.file_stem().unwrap_or_default().to_string_lossy();
+    let drawn = || -> Result<Vec<Part>, PlotError> {
+        let run = Run::open(Path::new(&comparison.reference))?;
+        let path = Path::new(&comparison.candidate);
+        let beside = Beside {
+            reference,
+            run: &run,
+            path,
+            mapping,
+        };
+        let mut parts = Vec::new();
+        for figure in beside.figures(comparison)? {
+            let place = if number == 0 {
+                String::new()
+            } else {
+                format!("-{}", number + 1)
+            };
+            parts.push(Part::Figure(Drawn {
+                file: format!("{stem}{place}-{}.svg", figure.name),
+                title: figure.full_title(),
+                svg: svg::svg(&figure, WIDTH)?,
+            }));
+        }
+        Ok(parts)
+    };
+    drawn().unwrap_or_else(|error| vec![Part::Text(format!("no figure: {error}"))])
+}

@@ -1,0 +1,88 @@
+//! A candidate beside its reference at the same times, sample by sample: for what is drawn of a comparison.
+
+use super::candidate::Block;
+use super::{Candidate, Channel, CompareError, Mapping, Reference};
+use std::path::Path;
+
+/// A sample of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair<'a> {
+    /// s.
+    pub time: f64,
+    /// Its channels, in SI units, in the order of [`Reference::traced`].
+    pub candidate: &'a [f64],
+    /// The same of the reference at that time; `None` outside of it, and where it is not known between its samples.
+    pub reference: Option<&'a [f64]>,
+}
+
+impl Reference {
+    /// Of the fast mode, s; of trains, of what their times are measured by.
+    pub fn natural_period(&self) -> f64 {
+        self.subject.natural_period()
+    }
+
+    /// The channels of a candidate that [`Self::trace`] gives; none of a table of events.
+    ///
+    /// # Errors
+    /// If the candidate cannot be read.
+    pub fn traced(&self, path: &Path, mapping: &Mapping) -> Result<Vec<Channel>, CompareError> {
+        let candidate = Candidate::open(path, mapping, &self.subject)?;
+        Ok(match candidate.has_rows() {
+            true => of_rows(candidate.channels(&self.subject)),
+            false => Vec::new(),
+        })
+    }
+
+    /// Hands every sample of a candidate to `take`, with the reference at the same time. A comparison's errors of states are
+    /// timed from the last matched event instead; these are what a figure over time shows.
+    ///
+    /// # Errors
+    /// If the candidate or the reference cannot be read.
+    pub fn trace(&self, path: &Path, mapping: &Mapping, take: &mut dyn FnMut(Pair)) -> Result<(), CompareError> {
+        let candidate = Candidate::open(path, mapping, &self.subject)?;
+        if !candidate.has_rows() {
+            return Ok(());
+        }
+        let channels = of_rows(candidate.channels(&self.subject));
+        let mut walk = self.walk()?;
+        let mut rows = candidate.rows(&channels, &self.subject)?;
+        let mut block = Block::default();
+        let (mut own, mut other) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
+        while rows.next(&mut block)? {
+            let mut curves = Vec::new();
+            let mut gap: Option<(f64, f64, bool)> = None;
+            for (row, &time) in block.time.iter().enumerate() {
+                for (value, column) in own.iter_mut().zip(&block.columns) {
+                    *value = column[row];
+                }
+                if gap.is_none_or(|(_, right, _)| time > right) {
+                    let found = walk.at(time)?;
+                    let sound = found.is_some() && walk.curves(&channels, &mut curves).unwrap_or(false);
+                    gap = found.map(|(left, right, _)| (left, right, sound));
+                }
+                let known = gap.and_then(|(left, right, sound)| {
+                    let part = (time - left) / (right - left);
+                    let inside = (0.0..=1.0).contains(&part);
+                    (inside && (sound || part == 0.0 || part == 1.0)).then_some(part)
+                });
+                if let Some(part) = known {
+                    for (value, curve) in other.iter_mut().zip(&curves) {
+                        *value = curve.at(part);
+                    }
+                }
+                take(Pair {
+                    time,
+                    candidate: &own,
+                    reference: known.is_some().then_some(&other[..]),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Those that have a value at a time, which an impulse since the first sample has not.
+fn of_rows(mut channels: Vec<Channel>) -> Vec<Channel> {
+    channels.retain(|channel| !channel.is_impulse());
+    channels
+}

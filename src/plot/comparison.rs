@@ -1,0 +1,327 @@
+//! What there is to see of a comparison: reference, candidate and error over time, the error by event, and the first event
+//! that is wrong, enlarged.
+
+use super::decimate::MinMax;
+use super::error::PlotError;
+use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::own::{over_time, time_axis};
+use super::run::Run;
+use super::style::{BLACK, BLUE, VERMILLION};
+use crate::compare::{Comparison, Mapping, Reference};
+use crate::record::sequence::Fault;
+use std::path::Path;
+
+/// Buckets of a candidate's curve, as of a run's.
+const BUCKETS: usize = 1200;
+
+/// Samples in a window up to which each of a candidate's is a point.
+const FEW: usize = 150;
+
+/// An error of nothing has no logarithm: event times are drawn from here on, s, which is below the spacing of doubles.
+const LEAST: f64 = 1e-17;
+
+/// A candidate to be drawn beside a reference.
+#[derive(Debug, Clone, Copy)]
+pub struct Beside<'a> {
+    /// What it is held against.
+    pub reference: &'a Reference,
+    /// The reference's file, open for drawing.
+    pub run: &'a Run,
+    /// The candidate's file.
+    pub path: &'a Path,
+    /// Of its columns.
+    pub mapping: &'a Mapping,
+}
+
+/// What is drawn over time.
+struct View {
+    name: String,
+    title: String,
+    channel: String,
+    window: (f64, f64),
+}
+
+/// A candidate's curve and its error in a window.
+struct Traced {
+    candidate: MinMax,
+    /// A piece ends where there is no error to draw.
+    error: Vec<MinMax>,
+    open: bool,
+    samples: usize,
+    compared: usize,
+}
+
+/// Pieces of an error's curve, beyond which the last goes on.
+const MOST_PIECES: usize = 1000;
+
+impl Traced {
+    fn of((from, to): (f64, f64)) -> Traced {
+        Traced {
+            candidate: MinMax::new(from, to, BUCKETS),
+            error: Vec::new(),
+            open: false,
+            samples: 0,
+            compared: 0,
+        }
+    }
+
+    fn push(&mut self, (from, to): (f64, f64), time: f64, candidate: f64, reference: Option<f64>) {
+        self.samples += 1;
+        self.candidate.push(time, candidate);
+        self.compared += usize::from(reference.is_some());
+        let error = reference.map_or(0.0, |reference| (candidate - reference).abs());
+        // Nothing has no logarithm.
+        if error > 0.0 {
+            if self.error.is_empty() || (!self.open && self.error.len() < MOST_PIECES) {
+                self.error.push(MinMax::new(from, to, BUCKETS));
+            }
+            if let Some(piece) = self.error.last_mut() {
+                piece.push(time, error);
+            }
+        }
+        self.open = error > 0.0;
+    }
+}
+
+impl Beside<'_> {
+    /// What the legend calls the candidate.
+    fn label(&self) -> String {
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if stem == self.run.label() {
+            format!("candidate {stem}")
+        } else {
+            stem
+        }
+    }
+
+    /// The figures of a comparison; of a table of events only the errors of these.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn figures(&self, comparison: &Comparison) -> Result<Vec<Figure>, PlotError> {
+        let mut views = Vec::new();
+        if let Some(channel) = self.channels()?.into_iter().next() {
+            let name = self.run.axis(&channel)?.name;
+            let name = name[..1].to_uppercase() + &name[1..];
+            let view = |of: &str, title: String, (from, to): (f64, f64)| View {
+                name: format!("comparison{of}"),
+                title,
+                channel: channel.clone(),
+                window: (from.max(self.run.times.0), to.min(self.run.times.1)),
+            };
+            let (from, to) = comparison.span.map_or(self.run.times, |span| (span.from, span.to));
+            views.push(view("", format!("{name}: reference, candidate and error"), (from, to)));
+            let period = self.reference.natural_period();
+            let stick_slip = &self.run.stick_slip;
+            if let (Some(onset), Some(end), None) =
+                (stick_slip.onset_time, stick_slip.final_stick_time, &self.run.trains)
+            {
+                let window = (onset - 12.0 * period, end + 6.0 * period);
+                views.push(view(
+                    "-stick-slip",
+                    format!("{name} in stick-slip: reference, candidate and error"),
+                    window,
+                ));
+            }
+            if let Some((title, time, error)) = first_wrong(comparison) {
+                let scale = comparison
+                    .time_scale
+                    .as_ref()
+                    .map_or(2.5 * period, |scale| 0.5 * scale.period);
+                let half = scale.max(4.0 * error);
+                views.push(view("-first-wrong-event", title, (time - half, time + half)));
+            }
+            views.retain(|view| view.window.0 < view.window.1 && self.run.rows_in(view.window).is_ok());
+        }
+        let mut figures = self.over_time(&views)?;
+        figures.extend(by_event(comparison));
+        Ok(figures)
+    }
+
+    /// Channels of the candidate over time, each with its error; those that are asked for.
+    ///
+    /// # Errors
+    /// The reference or the candidate has no such channel; or a file cannot be read.
+    pub fn channels_over_time(&self, channels: &[String], window: (f64, f64)) -> Result<Vec<Figure>, PlotError> {
+        let known = self.channels()?;
+        let mut views = Vec::new();
+        for channel in channels {
+            let axis = self.run.axis(channel)?;
+            if !known.contains(channel) {
+                return Err(PlotError::NotInCandidate {
+                    path: self.path.to_owned(),
+                    name: channel.clone(),
+                    known: known.join(", "),
+                });
+            }
+            views.push(View {
+                name: format!("comparison-{channel}"),
+                title: format!("{}: reference, candidate and error", axis.name),
+                channel: channel.clone(),
+                window,
+            });
+        }
+        self.over_time(&views)
+    }
+
+    /// The channels that both have, the relative velocity first.
+    fn channels(&self) -> Result<Vec<String>, PlotError> {
+        let traced = self.reference.traced(self.path, self.mapping)?;
+        let names = traced.iter().map(|channel| channel.name().into_owned());
+        let mut names: Vec<String> = names.filter(|name| self.run.axis(name).is_ok()).collect();
+        names.sort_by_key(|name| name != "relative_velocity");
+        Ok(names)
+    }
+
+    /// One pass over the candidate for all.
+    fn over_time(&self, views: &[View]) -> Result<Vec<Figure>, PlotError> {
+        let traced = self.reference.traced(self.path, self.mapping)?;
+        let place = |view: &View| traced.iter().position(|channel| channel.name() == view.channel);
+        let places: Vec<usize> = views.iter().filter_map(place).collect();
+        let mut found: Vec<Traced> = views.iter().map(|view| Traced::of(view.window)).collect();
+        if !views.is_empty() {
+            self.reference.trace(self.path, self.mapping, &mut |pair| {
+                for ((view, &place), traced) in views.iter().zip(&places).zip(&mut found) {
+                    if pair.time >= view.window.0 && pair.time <= view.window.1 {
+                        let reference = pair.reference.map(|values| values[place]);
+                        traced.push(view.window, pair.time, pair.candidate[place], reference);
+                    }
+                }
+            })?;
+        }
+        views
+            .iter()
+            .zip(found)
+            .map(|(view, traced)| self.figure(view, traced))
+            .collect()
+    }
+
+    fn figure(&self, view: &View, traced: Traced) -> Result<Figure, PlotError> {
+        let mut figure = over_time(
+            std::slice::from_ref(self.run),
+            &view.name,
+            &view.title,
+            &[&[&view.channel]],
+            view.window,
+        )?;
+        let axis = self.run.axis(&view.channel)?;
+        let error: Vec<Vec<(f64, f64)>> = traced.error.into_iter().map(MinMax::finish).collect();
+        if let Some(panel) = figure.panels.first_mut() {
+            if let Some(curve) = panel.curves.first_mut() {
+                curve.label = self.run.label();
+                curve.color = BLUE;
+            }
+            let points = traced.candidate.finish();
+            let label = self.label();
+            if traced.samples <= FEW {
+                panel
+                    .curves
+                    .push(Curve::line("", VERMILLION, points.clone()).styled(CurveStyle::Thin));
+                panel
+                    .curves
+                    .push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Points));
+            } else {
+                panel
+                    .curves
+                    .push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Thin));
+            }
+        }
+        if error.is_empty() {
+            let why = if traced.compared > 0 {
+                "no difference at its samples"
+            } else {
+                "it has no sample here"
+            };
+            figure.title = format!("{}; {why}", figure.title);
+        } else {
+            let style = if traced.samples <= FEW {
+                CurveStyle::Points
+            } else {
+                CurveStyle::Solid
+            };
+            let curve = Curve {
+                label: "|error| at the same time".to_owned(),
+                color: BLACK,
+                style,
+                pieces: error,
+            };
+            let size = Axis::new(&format!("error of {}", axis.short()), &axis.unit)
+                .with_symbol("")
+                .by_powers();
+            let ground = figure
+                .panels
+                .first()
+                .map(|panel| panel.modes.clone())
+                .unwrap_or_default();
+            figure.panels.push(Panel {
+                modes: ground,
+                ..Panel::new(time_axis(view.window), size, vec![curve])
+            });
+        }
+        Ok(figure)
+    }
+}
+
+/// What is wrong first: where the sequences part, else the event with the largest error. In words, its time and its error, s.
+fn first_wrong(comparison: &Comparison) -> Option<(String, f64, f64)> {
+    if let Some(first) = comparison.sequence.first() {
+        let what = match first.fault {
+            Fault::Missing => "is missing in the candidate",
+            Fault::Spurious => "is the candidate's alone",
+            Fault::Doubled => "is there twice",
+            Fault::Swapped => "has changed places with its neighbour",
+            Fault::Renamed => "is another event in the candidate",
+        };
+        let title = format!("First wrong event: the {} at {:.6} s {what}", first.kind, first.time);
+        return Some((title, first.time, 0.0));
+    }
+    let events = comparison.event_errors.events.iter();
+    let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
+    let title = format!(
+        "The event with the largest error: event {}, a {} at {:.6} s, is off by {:.1e} s",
+        worst.position, worst.kind, worst.time, worst.error
+    );
+    Some((title, worst.time, worst.error.abs()))
+}
+
+/// The error of each event by its number; `None` without a matched event.
+fn by_event(comparison: &Comparison) -> Option<Figure> {
+    let events = &comparison.event_errors.events;
+    if events.is_empty() {
+        return None;
+    }
+    let of = |late: bool| -> Vec<(f64, f64)> {
+        let side = events.iter().filter(|event| (event.error >= 0.0) == late);
+        side.map(|event| (event.position as f64, event.error.abs().max(LEAST)))
+            .collect()
+    };
+    let (late, early) = (of(true), of(false));
+    let largest = events.iter().map(|event| event.error.abs()).fold(LEAST, f64::max);
+    let of_fault = |faults: &[Fault]| -> Vec<(f64, f64)> {
+        let there = comparison
+            .sequence
+            .iter()
+            .filter(|difference| faults.contains(&difference.fault));
+        there.map(|difference| (difference.position as f64, largest)).collect()
+    };
+    let mut curves = vec![
+        Curve::line("the candidate is late", VERMILLION, late).styled(CurveStyle::Points),
+        Curve::line("the candidate is early", BLUE, early).styled(CurveStyle::Points),
+        Curve::line(
+            "without a match (no error)",
+            BLACK,
+            of_fault(&[Fault::Missing, Fault::Spurious]),
+        )
+        .styled(CurveStyle::OpenPoints),
+    ];
+    curves.retain(|curve| curve.points().next().is_some());
+    let last = events.iter().map(|event| event.position).max().unwrap_or(0) as f64;
+    let x = Axis::new("event of the reference", "1").ranging(-0.03 * last - 0.5, 1.03 * last + 0.5);
+    let y = Axis::new("error of the time", "s").by_powers();
+    Some(Figure {
+        name: "comparison-events".to_owned(),
+        title: "Error of the time of each event".to_owned(),
+        paper_figure: None,
+        panels: vec![Panel::new(x, y, curves)],
+    })
+}
