@@ -166,7 +166,7 @@ pub(super) struct CertifyOptions {
     /// Solve the case by the multiprecision oracle too, and compare the result with its solution.
     #[arg(long)]
     pub oracle: bool,
-    /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG).
+    /// Draw the first stick against the tolerance, with and without a kick (SVG, PNG, PDF, EPS).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
     /// Override a key, such as solver.rtol=1e-12; for a case only.
@@ -291,7 +291,7 @@ pub(super) struct ModesOptions {
     /// Override a key, such as friction.decay=4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Draw growth rate and damping over the speed (SVG, PNG).
+    /// Draw growth rate and damping over the speed (SVG, PNG, PDF, EPS).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
     /// Replace any file, not only this program's figure.
@@ -339,22 +339,26 @@ fn method_help() -> String {
 pub(super) enum Format {
     Svg,
     Png,
+    Pdf,
+    Eps,
 }
 
 impl Format {
+    const ALL: [Format; 4] = [Format::Svg, Format::Png, Format::Pdf, Format::Eps];
+
     pub fn extension(self) -> &'static str {
         match self {
             Format::Svg => "svg",
             Format::Png => "png",
+            Format::Pdf => "pdf",
+            Format::Eps => "eps",
         }
     }
 
     /// By the extension of a file name.
     pub(crate) fn of_path(path: &std::path::Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        [Format::Svg, Format::Png]
-            .into_iter()
-            .find(|f| f.extension() == extension)
+        Format::ALL.into_iter().find(|f| f.extension() == extension)
     }
 }
 
@@ -387,12 +391,18 @@ pub(super) struct PlotOptions {
     /// End of a figure of one's own, s.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// Format in a folder [default: both].
-    #[arg(long, value_enum, value_name = "svg|png", hide_possible_values = true)]
+    /// Format in a folder [default: SVG and PNG].
+    #[arg(long, value_enum, value_name = "svg|png|pdf|eps", hide_possible_values = true)]
     pub format: Option<Format>,
-    /// Width, mm: 85 is a column, 300 a screen.
-    #[arg(long, value_name = "MM", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
+    /// Width, mm or with a unit (84mm, 3.3in, 8.4cm, 240pt): 85 is a column, 300 a screen.
+    #[arg(long, value_name = "WIDTH", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
     pub width: f64,
+    /// Size of the letters, points; lines grow with them.
+    #[arg(long, value_name = "SIZE", default_value_t = crate::plot::style::FONT_SIZE, value_parser = font_size)]
+    pub font_size: f64,
+    /// Leave out the title above the figure.
+    #[arg(long)]
+    pub no_title: bool,
     /// Pixels of an inch in PNG.
     #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
     pub dpi: f64,
@@ -401,7 +411,7 @@ pub(super) struct PlotOptions {
         long,
         value_name = "PAGE",
         conflicts_with_all = [
-            "output", "only", "list", "channels", "x", "phase", "from", "to", "format", "width", "dpi"
+            "output", "only", "list", "channels", "x", "phase", "from", "to", "format", "width", "font_size", "no_title", "dpi"
         ]
     )]
     pub html: Option<PathBuf>,
@@ -427,9 +437,29 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Below 60 mm there is no room for axes.
+/// Units of a length, with how many millimetres each has.
+const LENGTHS: [(&str, f64); 4] = [("mm", 1.0), ("cm", 10.0), ("in", 25.4), ("pt", 25.4 / 72.0)];
+
+/// Below 60 mm there is no room for axes at the usual font size.
 fn width(text: &str) -> Result<f64, String> {
-    between(text, 60.0, 1000.0)
+    let of_unit = |(unit, millimetres): (&str, f64)| Some((text.strip_suffix(unit)?.trim_end(), millimetres));
+    let (digits, millimetres) = LENGTHS.into_iter().find_map(of_unit).unwrap_or((text, 1.0));
+    // A larger font needs more: that is seen where both are known. A smaller one needs less.
+    let least = crate::plot::style::LEAST_WIDTH * LEAST_FONT / crate::plot::style::FONT_SIZE;
+    match digits.parse::<f64>() {
+        Ok(value) if (least..=1000.0).contains(&(value * millimetres)) => Ok(value * millimetres),
+        _ => Err(
+            "give a width from 60 to 1000 mm, such as 84mm, 3.3in, 8.4cm or 240pt; smaller ones take a smaller --font-size"
+                .to_owned(),
+        ),
+    }
+}
+
+/// Least size of letters, points: below, print loses them.
+const LEAST_FONT: f64 = 4.0;
+
+fn font_size(text: &str) -> Result<f64, String> {
+    between(text.strip_suffix("pt").unwrap_or(text).trim_end(), LEAST_FONT, 24.0)
 }
 
 fn dpi(text: &str) -> Result<f64, String> {

@@ -166,8 +166,9 @@ fn draw(case: &Case, (path, format): (&Path, Format), stop: &AtomicBool) -> Resu
     let Some(onsets) = onsets(case, &|| stop.load(Ordering::Relaxed)) else {
         return Ok(None);
     };
-    let text = svg::svg(&onset::figure(&case.title, &onsets), style::COLUMN_WIDTH).map_err(bad)?;
-    save(path, &text, format, DPI).map_err(bad)?;
+    let figure = onset::figure(&case.title, &onsets);
+    let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
+    save(path, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     Ok(Some(onsets))
 }
 

@@ -49,7 +49,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     if let Some((path, format)) = target {
         let figure = crate::plot::modes::figure(&case.title, &modes);
         let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
-        save(path, &text, format, DPI).map_err(bad)?;
+        save(path, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     }
     if let (Some(failure), false) = (&modes.run_failure, common.quiet) {
         complain(&format!(
@@ -68,7 +68,7 @@ pub(super) fn figure_target<'a>(
 ) -> Result<(&'a Path, Format), CommandError> {
     let format = Format::of_path(path).ok_or_else(|| {
         CommandError::Input(format!(
-            "{}: a figure is an SVG or a PNG file; give it the extension .svg or .png",
+            "{}: a figure is an SVG, PNG, PDF or EPS file; give it the extension .svg, .png, .pdf or .eps",
             path.display()
         ))
     })?;

@@ -7,7 +7,7 @@ use crate::case::Motion;
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
-use crate::plot::{Figure, PlotError, Run, critical, own, page, raster, svg};
+use crate::plot::{Figure, Layout, PlotError, Run, critical, own, page, raster, svg, vector};
 use crate::results::{ResultFile, Status, SweepFile};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -264,6 +264,9 @@ fn remedy(sampling: &str, path: &Path) -> String {
     )
 }
 
+/// Channels that a title lists; of more it says how many.
+const FEW: usize = 3;
+
 fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotError> {
     let window = own::window(runs, options.from, options.to)?;
     let mut figures = Vec::new();
@@ -288,7 +291,11 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
             let channels: Vec<&str> = options.channels.iter().map(String::as_str).collect();
             let axes = runs.iter().take(1).flat_map(|run| channels.iter().map(|c| run.axis(c)));
             let names = axes.map(|axis| Ok(axis?.name)).collect::<Result<Vec<_>, PlotError>>()?;
-            figures.push(own::channels(runs, &title(&names.join(", ")), &channels, window)?);
+            let what = match names.len() {
+                ..=FEW => names.join(", "),
+                many => format!("{many} channels"),
+            };
+            figures.push(own::channels(runs, &title(&what), &channels, window)?);
         }
         None => {}
     }
@@ -307,7 +314,7 @@ fn capitalised(text: &str) -> String {
 }
 
 /// Extensions by which nobody means a folder.
-const OTHER_FORMATS: [&str; 8] = ["pdf", "eps", "ps", "jpg", "jpeg", "tif", "tiff", "gif"];
+const OTHER_FORMATS: [&str; 6] = ["ps", "jpg", "jpeg", "tif", "tiff", "gif"];
 
 /// Where each figure goes, in which format.
 fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, PathBuf, Format)>, PlotError> {
@@ -343,6 +350,7 @@ fn targets(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<(usize, Path
 
 fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, CommandError> {
     let targets = targets(options, figures).map_err(bad)?;
+    let layout = layout(options)?;
     if Format::of_path(&options.output).is_none() && !targets.is_empty() {
         std::fs::create_dir_all(&options.output).map_err(|source| {
             bad(PlotError::Target(TargetError::Io {
@@ -362,9 +370,9 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
         let figure = &figures[number];
         let text = match drawn.take().filter(|(of, _)| *of == number) {
             Some((_, text)) => text,
-            None => svg::svg(figure, options.width).map_err(bad)?,
+            None => svg::svg(figure, layout).map_err(bad)?,
         };
-        save(&path, &text, format, options.dpi).map_err(bad)?;
+        save(&path, &text, &figure.full_title(), format, options.dpi).map_err(bad)?;
         written.push(Written {
             file: path.display().to_string(),
             figure: figure.name.clone(),
@@ -376,16 +384,36 @@ fn write(options: &PlotOptions, figures: &[Figure]) -> Result<Vec<Written>, Comm
     Ok(written)
 }
 
+/// How large figures are drawn, if they have room for their axes.
+fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
+    let layout = Layout {
+        width: options.width,
+        font_size: options.font_size,
+        title: !options.no_title,
+    };
+    if layout.width < layout.least_width() {
+        return Err(CommandError::Input(format!(
+            "--width {:.1}mm has no room for axes with letters of {} points; give at least {:.1}mm, or a smaller --font-size",
+            layout.width,
+            layout.font_size,
+            layout.least_width()
+        )));
+    }
+    Ok(layout)
+}
+
 /// Also by force an input is never an output.
 pub(super) fn check_target(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
     target::check(path, Product::Figure, inputs, force).map_err(|error| bad(error.into()))
 }
 
 /// Writes one figure in one format.
-pub(super) fn save(path: &Path, svg: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
+pub(super) fn save(path: &Path, svg: &str, title: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
     match format {
         Format::Svg => target::write(path, Product::Figure, &[svg.as_bytes()])?,
         Format::Png => target::write(path, Product::Figure, &[&raster::png(svg, dpi)?])?,
+        Format::Pdf => target::write(path, Product::Figure, &[&vector::pdf(svg, title)?])?,
+        Format::Eps => target::write(path, Product::Figure, &[&vector::eps(svg, title)?])?,
     }
     Ok(())
 }

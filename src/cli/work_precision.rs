@@ -170,10 +170,11 @@ fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> R
     if targets.is_empty() || result.measurements.is_empty() {
         return Ok(Vec::new());
     }
-    let text = svg::svg(&figure::figure(&study.title, result), style::COLUMN_WIDTH)?;
+    let figure = figure::figure(&study.title, result);
+    let text = svg::svg(&figure, style::COLUMN_WIDTH)?;
     targets
         .iter()
-        .map(|(path, format)| save(path, &text, *format, DPI).map(|()| path.clone()))
+        .map(|(path, format)| save(path, &text, &figure.full_title(), *format, DPI).map(|()| path.clone()))
         .collect()
 }
 

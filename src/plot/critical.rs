@@ -24,9 +24,8 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     };
     let mut curves = Vec::new();
     let contours = lines(file, "growth_contours", "line", &x, &y)?;
-    let label = levels_label(&contours);
-    for contour in contours {
-        curves.push(Curve::line(&label, GREY, contour.points).styled(CurveStyle::Thin));
+    for contour in &contours {
+        curves.push(Curve::line("growth exponent G", GREY, contour.points.clone()).styled(CurveStyle::Thin));
     }
     merge_by_label(&mut curves);
     for limit in lines(file, "linear_limit", "line", &x, &y)? {
@@ -61,6 +60,8 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
     }
     merge_by_label(&mut boundaries);
     curves.extend(boundaries);
+    let spacing = |name: &str| boundary(name).as_deref() == Some("log");
+    let labels = contour_labels(&contours, &curves, (spacing("x_spacing"), spacing("y_spacing")));
     let axis = |name: &str, spacing: &str| {
         let units = file
             .attribute(&format!("boundary/{name}"), "units")
@@ -84,17 +85,55 @@ pub fn figure(file: &SweepFile) -> Result<Figure, PlotError> {
             _ => "Critical curve: where stick-slip ends".to_owned(),
         },
         paper_figure: is_the_papers.then_some(25),
-        panels: vec![Panel::new(axis(&x, "x_spacing"), axis(&y, "y_spacing"), curves)],
+        panels: vec![Panel {
+            labels,
+            ..Panel::new(axis(&x, "x_spacing"), axis(&y, "y_spacing"), curves)
+        }],
     })
 }
 
-/// One label for all contours, which have one colour: their levels in increasing order.
-fn levels_label(contours: &[Line]) -> String {
+/// The level of each contour where it is on its longest line, as far from all other lines, labels and the edges as may be.
+fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) -> Vec<((f64, f64), String)> {
+    let place = |(x, y): (f64, f64)| {
+        let of = |value: f64, by_powers: bool| if by_powers { value.log10() } else { value };
+        (of(x, by_powers.0), of(y, by_powers.1))
+    };
+    let all: Vec<(f64, f64)> = curves.iter().flat_map(Curve::points).map(place).collect();
+    let range = |of: fn(&(f64, f64)) -> f64| {
+        let (low, high) = all.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        (low, (high - low).max(f64::MIN_POSITIVE))
+    };
+    let (x, y) = (range(|point| point.0), range(|point| point.1));
+    // In parts of the panel, which is twice as wide as high.
+    let scaled = |point: (f64, f64)| {
+        let (a, b) = place(point);
+        (2.0 * (a - x.0) / x.1, (b - y.0) / y.1)
+    };
+    let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
     let mut levels: Vec<f64> = contours.iter().map(|contour| contour.level).collect();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
-    let levels: Vec<String> = levels.iter().map(f64::to_string).collect();
-    format!("G = {}", levels.join(", "))
+    let mut labels: Vec<((f64, f64), String)> = Vec::new();
+    for level in levels {
+        let of_level = contours.iter().filter(|contour| contour.level == level);
+        let Some(longest) = of_level.max_by_key(|contour| contour.points.len()) else {
+            continue;
+        };
+        let own = |point: &(f64, f64)| contours.iter().any(|c| c.level == level && c.points.contains(point));
+        let others: Vec<(f64, f64)> = curves.iter().flat_map(Curve::points).filter(|p| !own(p)).map(scaled).collect();
+        let room = |point: (f64, f64)| {
+            let at = scaled(point);
+            let to_edges = at.0.min(2.0 - at.0).min(at.1).min(1.0 - at.1);
+            let placed = labels.iter().map(|(point, _)| 0.5 * distance(scaled(*point), at));
+            let lines = others.iter().map(|other| distance(*other, at));
+            placed.chain(lines).fold(to_edges, f64::min)
+        };
+        // A hundred places are enough to choose from.
+        let step = (longest.points.len() / 100).max(1);
+        let best = longest.points.iter().step_by(step).copied().max_by(|a, b| room(*a).total_cmp(&room(*b)));
+        labels.extend(best.map(|point| (point, level.to_string())));
+    }
+    labels
 }
 
 /// A connected line of one of the file's tables.

@@ -2,16 +2,13 @@
 
 use super::error::PlotError;
 use super::figure::Figure;
-use super::run::Run;
-use crate::case::TrainCase;
+use super::run::{Run, SAMPLES_PER_PERIOD};
+use crate::case::{Case, CaseSource, TrainCase};
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
 use std::f64::consts::TAU;
-
-/// Samples in a period from which a close-up shows the motion and not its sampling.
-pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
 
 /// What comes of a figure: drawn, or why this run does not have it.
 pub type Outcome = Result<Figure, Absent>;
@@ -58,11 +55,16 @@ impl Entry {
         }
         let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {
-            // The paper's are of its brake.
-            paper_figure: self.paper_figure.filter(|_| of_trains.is_none()),
+            paper_figure: self.paper_figure.filter(|_| is_the_papers(subject.run)),
             ..figure
         }))
     }
+}
+
+/// Whether a run is of the paper's own case: the paper's figures show no other.
+fn is_the_papers(run: &Run) -> bool {
+    let papers = CaseSource::built_in("paper").and_then(|source| Case::parse(&source, &[]));
+    papers.is_ok_and(|papers| run.parameters.as_ref() == Some(&papers.parameters))
 }
 
 /// The figure that only runs of trains have.

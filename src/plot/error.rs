@@ -55,10 +55,10 @@ pub enum PlotError {
     },
     #[error(
         "{path}: several figures want a folder; one alone (--only, --channel, --phase) may have a file, whose name ends \
-         in .svg or .png"
+         in .svg, .png, .pdf or .eps"
     )]
     NoFolder { path: PathBuf },
-    #[error("{path}: figures are SVG or PNG; give a name that ends in .svg or .png, or a folder")]
+    #[error("{path}: figures are SVG, PNG, PDF or EPS; give a name that ends in .svg, .png, .pdf or .eps, or a folder")]
     Format { path: PathBuf },
     #[error("a picture of {width} x {height} pixels is too large; use a smaller --width or --dpi")]
     TooLarge { width: f64, height: f64 },

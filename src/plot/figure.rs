@@ -34,6 +34,8 @@ pub struct Panel {
     pub driven_by: &'static str,
     /// Equally high and wide, as for a phase portrait.
     pub square: bool,
+    /// Words at a point (x, y) of the panel, in the curves' units.
+    pub labels: Vec<((f64, f64), String)>,
 }
 
 /// One axis.
@@ -163,6 +165,7 @@ impl Panel {
             events: Vec::new(),
             driven_by: "F(t)",
             square: false,
+            labels: Vec::new(),
         }
     }
 

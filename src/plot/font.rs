@@ -1,5 +1,6 @@
 //! The font of the figures, which is part of the program: no figure depends on what a system has installed.
 
+use super::typeset::{self, Level};
 use std::sync::OnceLock;
 
 /// DejaVu Sans, reduced to the letters that figures use: see data/fonts.
@@ -16,8 +17,17 @@ fn face() -> Option<&'static ttf_parser::Face<'static>> {
     FACE.get_or_init(|| ttf_parser::Face::parse(DATA, 0).ok()).as_ref()
 }
 
-/// Width of a line of text in the unit of `size`, its font size.
+/// Width of a line of text in the unit of `size`, its font size; indices and exponents are smaller.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
+    let pieces = typeset::pieces(text).into_iter();
+    let width = |(level, piece): (Level, String)| match level {
+        Level::Line => plain_width(&piece, size),
+        Level::Index | Level::Exponent => plain_width(&piece, typeset::SMALL * size),
+    };
+    pieces.map(width).sum()
+}
+
+fn plain_width(text: &str, size: f64) -> f64 {
     let Some(face) = face() else {
         return MISSING * size * text.chars().count() as f64;
     };

@@ -1,7 +1,7 @@
 //! Figures: from result files to SVG and PNG.
 //!
 //! A result file is opened as a [`Run`]; the [`catalogue`] or [`own`] makes [`Figure`]s of it, which are data; [`svg`]
-//! draws them, and [`raster`] turns that into pixels with a font of its own. [`page`] is a page for the browser.
+//! draws them; [`raster`] turns that into pixels and [`vector`] into PDF and EPS, with a font of its own. [`page`] is a page for the browser.
 
 pub mod catalogue;
 pub mod critical;
@@ -20,14 +20,18 @@ pub mod portraits;
 pub mod raster;
 pub mod run;
 pub mod scale;
+mod sides;
 pub mod signature;
 pub mod spiral;
 pub mod style;
 pub mod svg;
 pub mod target;
 pub mod trains;
+mod typeset;
+pub mod vector;
 pub mod work_precision;
 
 pub use error::PlotError;
 pub use figure::{Axis, Curve, CurveStyle, Figure, Panel};
 pub use run::Run;
+pub use style::Layout;

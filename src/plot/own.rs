@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
 use super::labels;
-use super::run::Run;
+use super::run::{Run, Undersampled};
 use super::style::{BLACK, line_color, of_mode};
 use crate::model::Mode;
 
@@ -38,6 +38,9 @@ pub(crate) fn over_time(
 ) -> Result<Figure, PlotError> {
     let mut drawn = Vec::with_capacity(panels.len());
     let mut first_color = 0;
+    let undersampled = runs.iter().map(|run| run.undersampled(window));
+    let undersampled: Vec<Undersampled> = undersampled.collect::<Result<_, _>>()?;
+    let mut named = false;
     for channels in panels {
         let mut curves = Vec::new();
         let mut axes = Vec::with_capacity(channels.len());
@@ -52,7 +55,22 @@ pub(crate) fn over_time(
                 };
                 let color = line_color(first_color + number * channels.len() + k);
                 let style = style_of(number);
-                curves.push(Curve::line(&label, color, points).styled(style));
+                let (pieces, broken) = split(points, &undersampled[number].seen(window));
+                curves.push(Curve {
+                    label,
+                    color,
+                    style,
+                    pieces,
+                });
+                if !broken.is_empty() {
+                    curves.push(Curve {
+                        label: if named { String::new() } else { UNDERSAMPLED.to_owned() },
+                        color,
+                        style: CurveStyle::Dashed,
+                        pieces: broken,
+                    });
+                    named = true;
+                }
                 if number == 0 {
                     axes.push(axis);
                 }
@@ -73,26 +91,46 @@ pub(crate) fn over_time(
     }
     Ok(Figure {
         name: name.to_owned(),
-        title: with_gaps(title, runs, window)?,
+        title: with_gaps(title, &undersampled),
         paper_figure: None,
         panels: drawn,
     })
 }
 
-/// The title of a figure, with how much of its motion no sample shows.
-fn with_gaps(title: &str, runs: &[Run], window: (f64, f64)) -> Result<String, PlotError> {
-    let (mut missed, mut all) = (0, 0);
-    for run in runs {
-        let stretches = run.unsampled(window)?;
-        missed += stretches.0;
-        all += stretches.1;
+/// What the legend says of lines through too few samples.
+const UNDERSAMPLED: &str = "too few samples";
+
+/// The pieces of a curve outside of stretches of time, and those inside of them.
+#[expect(clippy::type_complexity, reason = "two lists of lines")]
+fn split(points: Vec<(f64, f64)>, stretches: &[(f64, f64)]) -> (Vec<Vec<(f64, f64)>>, Vec<Vec<(f64, f64)>>) {
+    if stretches.is_empty() {
+        return (vec![points], Vec::new());
     }
-    Ok(match missed {
+    let (mut outside, mut inside, mut next) = (Vec::new(), Vec::new(), 0);
+    for &(from, to) in stretches {
+        // From the last point before it, which is the state after the event, to the first behind it.
+        let start = points.partition_point(|point| point.0 <= from).max(1);
+        let end = points.partition_point(|point| point.0 < to).max(start);
+        outside.push(points[next.min(start)..start].to_vec());
+        inside.push(points[start - 1..(end + 1).min(points.len())].to_vec());
+        next = end;
+    }
+    outside.push(points[next.min(points.len())..].to_vec());
+    outside.retain(|piece| !piece.is_empty());
+    inside.retain(|piece| piece.len() > 1);
+    (outside, inside)
+}
+
+/// The title of a figure, with how much of its motion the samples do not show.
+fn with_gaps(title: &str, undersampled: &[Undersampled]) -> String {
+    let missed: usize = undersampled.iter().map(|of_run| of_run.stretches.len()).sum();
+    let all: usize = undersampled.iter().map(|of_run| of_run.of).sum();
+    match missed {
         0 => title.to_owned(),
         missed => {
-            format!("{title}; straight lines for {missed} of {all} stretches between two events without a sample")
+            format!("{title}; straight lines for {missed} of {all} stretches between two events with too few samples")
         }
-    })
+    }
 }
 
 /// Channels over time: those with a common unit in common axes.
@@ -165,9 +203,11 @@ pub fn phase(
         square: true,
         ..Panel::new(x, y, curves)
     };
+    let undersampled = runs.iter().map(|run| run.undersampled(window));
+    let undersampled: Vec<Undersampled> = undersampled.collect::<Result<_, _>>()?;
     Ok(Figure {
         name: name.to_owned(),
-        title: with_gaps(title, runs, window)?,
+        title: with_gaps(title, &undersampled),
         paper_figure: None,
         panels: vec![panel],
     })

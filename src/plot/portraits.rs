@@ -1,9 +1,9 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, SAMPLES_PER_PERIOD, Subject, too_sparse};
+use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
-use super::run::Run;
+use super::run::{Run, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
 use crate::analysis::modes::stick_modes;
 use crate::model::torsion::TorsionModel;

@@ -4,8 +4,10 @@ use super::decimate::{MinMax, Portrait};
 use super::error::PlotError;
 use super::figure::Axis;
 use super::labels;
+use super::sides::{self, Sides};
 use crate::analysis::StickSlip;
 use crate::case::{Case, CaseSource, TrainCase};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind, State};
 use crate::results::{Header, ResultFile, Status, StickSlipTable, schema};
@@ -22,6 +24,13 @@ const BLOCK: usize = 65_536;
 
 /// Buckets of a curve over time: finer than the pixels of a column at 300 dots per inch.
 const BUCKETS: usize = 1200;
+
+/// Samples in a period of the fast mode from which on a figure shows the motion and not its sampling.
+pub(super) const SAMPLES_PER_PERIOD: f64 = 12.0;
+
+/// A stretch between two events that lasts longer than so many periods has enough samples if it has as many as these periods
+/// would have: in long slip the fast mode has died away.
+const LONGEST_FAST: f64 = 20.0;
 
 /// Closest stretches of modes that the ground shows apart, as a share of the panel's width.
 const GROUND_CELLS: usize = 600;
@@ -60,11 +69,22 @@ pub struct Run {
     at_events: RefCell<HashMap<String, Option<Rc<Sides>>>>,
 }
 
-/// A channel before and after every event.
-#[derive(Debug)]
-struct Sides {
-    before: Vec<f64>,
-    after: Vec<f64>,
+/// Stretches between two events of the contact that have too few samples to be drawn, and of how many.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Undersampled {
+    /// (start, end), s, in order of time.
+    pub(crate) stretches: Vec<(f64, f64)>,
+    /// All stretches in the window.
+    pub(crate) of: usize,
+}
+
+impl Undersampled {
+    /// Those that are wide enough in a figure of this window to be seen.
+    pub(crate) fn seen(&self, (from, to): (f64, f64)) -> Vec<(f64, f64)> {
+        let least = 3.0 * (to - from) / BUCKETS as f64;
+        let wide = |stretch: &&(f64, f64)| stretch.1 - stretch.0 > least;
+        self.stretches.iter().filter(wide).copied().collect()
+    }
 }
 
 impl Run {
@@ -272,22 +292,28 @@ impl Run {
         })
     }
 
-    /// A channel on both sides of every event, if the file has it there. Of trains only: a brake's figures have windows of
-    /// dense samples, and show nothing else.
+    /// A channel on both sides of every event: as the file has it, or as the equations give it for the state there; `None` of
+    /// those that only the whole history gives.
     fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
-        let Some(case) = &self.trains else { return Ok(None) };
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
         }
-        let further = || further(&case.parameters).into_iter().any(|one| one.name == channel);
-        let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel) || further();
-        let sides = match is_state {
-            true => Some(Rc::new(Sides {
+        let further = |case: &TrainCase| further(&case.parameters).into_iter().any(|one| one.name == channel);
+        let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel);
+        let sides = if is_state || self.trains.as_ref().is_some_and(further) {
+            Some(Sides {
                 before: self.file.event_column(&format!("{channel}_before"))?,
                 after: self.file.event_column(&format!("{channel}_after"))?,
-            })),
-            false => None,
+            })
+        } else {
+            let first = self.stretches.first().map(|stretch| stretch.2);
+            match (&self.parameters, &self.trains) {
+                (Some(brake), _) => sides::of_brake(brake, &self.events, first, channel),
+                (None, Some(case)) => sides::of_trains(case, &self.file, &self.events, first, channel)?,
+                (None, None) => None,
+            }
         };
+        let sides = sides.map(Rc::new);
         self.at_events.borrow_mut().insert(channel.to_owned(), sides.clone());
         Ok(sides)
     }
@@ -298,37 +324,61 @@ impl Run {
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
-    /// Of a run of trains, how many of the stretches between two events of the contact in a window have no sample, and how
-    /// many stretches there are. Sticks are not counted: in those the surfaces move as one, or within a threshold of it.
+    /// The stretches between two events of the contact in a window that have too few samples: of a brake, those in which two
+    /// samples are further apart than a twelfth of the natural period; of trains, whose motion has no one period, those
+    /// without a sample. Sticks of trains are not counted: in those the surfaces move as one, or within a threshold of it.
     ///
     /// # Errors
     /// As [`Self::each_sample`].
-    pub(crate) fn unsampled(&self, window: (f64, f64)) -> Result<(usize, usize), PlotError> {
-        if self.trains.is_none() {
-            return Ok((0, 0));
-        }
+    pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
+        let period = self.parameters.as_ref().map(|brake| TorsionModel::new(brake).natural_period());
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
         for pair in of_contact.windows(2) {
-            if pair[0].kind != EventKind::Stick && pair[0].mode_after != Mode::Stick {
+            let is_stick = pair[0].kind == EventKind::Stick || pair[0].mode_after == Mode::Stick;
+            if pair[1].time > pair[0].time && (period.is_some() || !is_stick) {
                 stretches.push((pair[0].time, pair[1].time));
             }
         }
-        let (mut sampled, mut next, mut seen) = (0, 0, false);
-        if !stretches.is_empty() {
-            self.each_sample(&["time"], window, |row| {
-                while next < stretches.len() && row[0] >= stretches[next].1 {
-                    next += 1;
-                    seen = false;
-                }
-                if !seen && stretches.get(next).is_some_and(|stretch| row[0] > stretch.0) {
-                    sampled += 1;
-                    seen = true;
-                }
-            })?;
+        let all = stretches.len();
+        let (Some(first), Some(last)) = (stretches.first(), stretches.last()) else {
+            return Ok(Undersampled::default());
+        };
+        let window = (first.0, last.1);
+        // Rounding of the times, and of an interval written with two digits.
+        let enough = |(from, to): (f64, f64)| match period {
+            Some(period) => 1.05 * period.max((to - from) / LONGEST_FAST) / SAMPLES_PER_PERIOD,
+            None => f64::INFINITY,
+        };
+        // Widest gap of each, and whether it has a sample at all.
+        let mut gaps: Vec<(f64, bool)> = vec![(0.0, false); all];
+        let mut next = 0;
+        let mut before = window.0;
+        let mut pass = |t: f64, is_sample: bool| {
+            while next < all && stretches[next].1 <= t {
+                gaps[next].0 = gaps[next].0.max(stretches[next].1 - before.max(stretches[next].0));
+                next += 1;
+            }
+            if next < all && t > stretches[next].0 && is_sample {
+                gaps[next].0 = gaps[next].0.max(t - before.max(stretches[next].0));
+                gaps[next].1 = true;
+            }
+            before = t;
+        };
+        match self.each_sample(&["time"], window, |row| pass(row[0], true)) {
+            Ok(()) | Err(PlotError::NothingInRange { .. }) => {}
+            Err(error) => return Err(error),
         }
-        Ok((stretches.len() - sampled, stretches.len()))
+        pass(window.1, false);
+        let short = stretches.into_iter().zip(gaps).filter(|(stretch, (widest, sampled))| match period {
+            Some(_) => *widest > enough(*stretch),
+            None => !sampled,
+        });
+        Ok(Undersampled {
+            stretches: short.map(|(stretch, _)| stretch).collect(),
+            of: all,
+        })
     }
 
     /// Curves of channels over time in a window, thinned without losing an extreme. One pass over the file for all.

@@ -3,8 +3,8 @@
 use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
-/// A range this many times smaller than its values is shown from an offset.
-const OFFSET_SHARE: f64 = 0.02;
+/// A range this many times smaller than its values is shown from an offset: wider ones are told apart by five digits.
+const OFFSET_SHARE: f64 = 1.5e-3;
 
 /// SI prefixes by powers of a thousand, from -5 on.
 const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
@@ -48,8 +48,15 @@ impl Scale {
         let base = human_unit(unit);
         let (offset, off) = if span < OFFSET_SHARE * size {
             let grid = 10f64.powi(span.log10().floor() as i32);
-            let offset = (low / grid).floor() * grid;
-            (offset, offset_text(offset, grid, &base))
+            // A rounder value inside of the range is what the reader looks from, such as the corner of a ramp at 1 s.
+            let coarse = 10.0 * grid;
+            let rounder = (low / coarse).ceil() * coarse;
+            if rounder <= high {
+                (rounder, offset_text(rounder, coarse, &base))
+            } else {
+                let offset = (low / grid).floor() * grid;
+                (offset, offset_text(offset, grid, &base))
+            }
         } else {
             (0.0, String::new())
         };
@@ -120,8 +127,10 @@ impl Scale {
 
     /// What stands at a tick.
     pub fn label(&self, tick: f64, decimals: usize) -> String {
-        if self.logarithmic {
-            format!("1e{}", number(tick, decimals))
+        if self.logarithmic && decimals == 0 {
+            format!("10{}", superscript(tick as i32))
+        } else if self.logarithmic {
+            format!("10^{}", number(tick, decimals))
         } else {
             number(tick, decimals)
         }
@@ -206,6 +215,9 @@ mod tests {
         assert_eq!(t.title("time"), "time − 6.974 s (ms)");
         assert!((t.show(6.975) - 1.0).abs() < 1e-9);
         assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.21 µm (nm)");
+        // A corner at 1 s stands at 1 s, or at 0.
+        assert_eq!(Scale::new((0.998, 1.009), "s").title("time"), "time (s)");
+        assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (ms)");
         assert_eq!(Scale::new((0.0, 100.0), "rad s-1").title("ω"), "ω (rad/s)");
         assert_eq!(Scale::new((0.0, 2224.0), "N").title("F"), "F (kN)");
         assert_eq!(Scale::new((0.0, 371.0), "rad").title("θ"), "θ (rad)");
@@ -232,7 +244,7 @@ mod tests {
             assert!(ticks.iter().all(|t| t.fract() == 0.0), "{count}: {ticks:?}");
             assert_eq!(decimals, 0);
         }
-        assert_eq!(scale.label(-7.0, 0), "1e−7");
+        assert_eq!(scale.label(-7.0, 0), "10⁻⁷");
     }
 
     #[test]

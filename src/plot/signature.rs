@@ -8,3 +8,9 @@ pub const SVG: &str = "stickslip figure";
 
 /// A page has this near its beginning.
 pub const PAGE: &str = "<meta name=\"generator\" content=\"stickslip";
+
+/// The producer of every PDF.
+pub const PDF: &str = "stickslip figure";
+
+/// The creator of every EPS.
+pub const EPS: &str = "stickslip figure";

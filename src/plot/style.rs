@@ -4,11 +4,61 @@ use crate::model::Mode;
 use crate::record::EventKind;
 use plotters::style::RGBColor;
 
-/// Units of the drawing in a millimetre: coordinates are integers.
+/// Units of the drawing in a millimetre at the font size of [`FONT_SIZE`]: coordinates are integers.
 pub(crate) const UNITS_PER_MM: f64 = 100.0;
 
 /// Column of a journal, mm.
 pub const COLUMN_WIDTH: f64 = 85.0;
+
+/// Size of ticks, axis names and legend where nothing else is asked for, points: [`LABEL_SIZE`].
+pub const FONT_SIZE: f64 = 7.0;
+
+/// Least width in which there is room for axes, mm, at [`FONT_SIZE`]; in proportion at another.
+pub const LEAST_WIDTH: f64 = 60.0;
+
+/// How large a figure is drawn, and what of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    /// Of the whole figure, mm.
+    pub width: f64,
+    /// Of ticks, axis names and legend, points; lines grow with it.
+    pub font_size: f64,
+    /// Whether its title stands above it.
+    pub title: bool,
+}
+
+impl Default for Layout {
+    /// The column of a journal.
+    fn default() -> Self {
+        Layout {
+            width: COLUMN_WIDTH,
+            font_size: FONT_SIZE,
+            title: true,
+        }
+    }
+}
+
+impl From<f64> for Layout {
+    /// Of a width, mm.
+    fn from(width: f64) -> Self {
+        Layout {
+            width,
+            ..Layout::default()
+        }
+    }
+}
+
+impl Layout {
+    /// Units of the drawing in a millimetre.
+    pub(crate) fn units_per_mm(&self) -> f64 {
+        UNITS_PER_MM * FONT_SIZE / self.font_size
+    }
+
+    /// The least width with this font size, mm.
+    pub fn least_width(&self) -> f64 {
+        LEAST_WIDTH * self.font_size / FONT_SIZE
+    }
+}
 
 /// Font sizes and strokes in drawing units; 7.5 and 7 points stay readable in print.
 pub(crate) const TITLE_SIZE: f64 = 265.0;
@@ -46,12 +96,22 @@ pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 /// Grid and separated contact.
 pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
 
+/// Okabe-Ito yellow.
+pub(crate) const YELLOW: RGBColor = RGBColor(240, 228, 66);
+/// Dark enough to be seen on the ground of every mode.
+pub(crate) const WINE: RGBColor = RGBColor(136, 34, 85);
+/// Dark enough to be seen on the ground of every mode.
+pub(crate) const OLIVE: RGBColor = RGBColor(105, 105, 0);
+
+/// Colours of curves over the ground of modes, none of which is that of a ground.
+const OVER_GROUND: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, BLACK, OLIVE, WINE];
+
 /// Colour and opacity of the ground behind a mode.
 pub fn ground(mode: Mode) -> (RGBColor, f64) {
     match mode {
         Mode::SlipForward | Mode::Engaged => (SKY, 0.16),
         Mode::SlipBackward => (PURPLE, 0.22),
-        Mode::Stick => (ORANGE, 0.32),
+        Mode::Stick => (YELLOW, 0.34),
         Mode::Separated => (GREY, 0.28),
     }
 }
@@ -80,5 +140,5 @@ pub(crate) fn of_event(kind: EventKind) -> RGBColor {
 
 /// Colour of the n-th line.
 pub(crate) fn line_color(number: usize) -> RGBColor {
-    PALETTE[number % PALETTE.len()]
+    OVER_GROUND[number % OVER_GROUND.len()]
 }

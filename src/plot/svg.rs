@@ -8,6 +8,7 @@ use super::marks::marks;
 use super::scale::Scale;
 use super::signature;
 use super::style::*;
+use super::typeset;
 use crate::record::EventKind;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -27,6 +28,8 @@ const WIDEST_SQUARE: f64 = 11_000.0;
 const SWATCH: f64 = 380.0;
 const SWATCH_GAP: f64 = 90.0;
 const ENTRY_GAP: f64 = 300.0;
+/// Least height of a panel, drawing units.
+const LEAST_HEIGHT: f64 = 1300.0;
 /// Room above the largest and below the least value, as a share of the range.
 const HEADROOM: f64 = 0.05;
 
@@ -55,15 +58,20 @@ struct Measured<'a> {
     marks: Vec<(f64, EventKind)>,
 }
 
-/// The figure as an SVG document, `width` mm wide.
+/// The figure as an SVG document, laid out as is asked for, or in a column of that width in mm.
 ///
 /// # Errors
 /// If the drawing library fails, which it does for no valid figure.
-pub fn svg(figure: &Figure, width: f64) -> Result<String, PlotError> {
+pub fn svg(figure: &Figure, layout: impl Into<Layout>) -> Result<String, PlotError> {
+    let layout = layout.into();
     let square = figure.panels.iter().all(|panel| panel.square);
-    let width = width * UNITS_PER_MM;
+    let width = layout.width * layout.units_per_mm();
     let width = if square { width.min(WIDEST_SQUARE) } else { width };
-    let title = wrapped_title(&figure.full_title(), TITLE_SIZE, width - 2.0 * MARGIN);
+    let title = if layout.title {
+        wrapped_title(&figure.full_title(), TITLE_SIZE, width - 2.0 * MARGIN)
+    } else {
+        Vec::new()
+    };
     let (measured, left, right) = measure(figure, width);
     let legend = legend_rows(&legend(&measured), width - 2.0 * MARGIN);
     let top = MARGIN + (title.len() + legend.len()) as f64 * LINE_HEIGHT + 0.3 * LINE_HEIGHT;
@@ -92,7 +100,7 @@ pub fn svg(figure: &Figure, width: f64) -> Result<String, PlotError> {
         }
         root.present().map_err(failed)?;
     }
-    Ok(with_header(&text, figure, size))
+    Ok(with_header(&text, figure, size, layout.units_per_mm()))
 }
 
 fn failed(error: impl std::fmt::Display) -> PlotError {
@@ -100,10 +108,11 @@ fn failed(error: impl std::fmt::Display) -> PlotError {
 }
 
 /// The document with its physical size, and with what it shows for those who do not see it.
-fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> String {
+fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32), units_per_mm: f64) -> String {
     // Of texts the drawing library escapes no more than XML asks for.
     let body = crate::quote::for_terminal(text.split_once('>').map_or("", |(_, body)| body));
-    let mm = |units: u32| f64::from(units) / UNITS_PER_MM;
+    let body = typeset(&body);
+    let mm = |units: u32| (f64::from(units) / units_per_mm * 1e3).round() / 1e3;
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {width} {height}\" \
          role=\"img\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{} {}</desc>{body}",
@@ -113,6 +122,30 @@ fn with_header(text: &str, figure: &Figure, (width, height): (u32, u32)) -> Stri
         signature::SVG,
         escaped(&figure.name),
     )
+}
+
+/// The document with indices and exponents in its texts, and without those that are empty.
+fn typeset(body: &str) -> String {
+    let mut set = String::with_capacity(body.len());
+    let mut rest = body;
+    while let Some((before, element)) = rest.split_once("<text ") {
+        set += before;
+        let parts = element
+            .split_once("</text>")
+            .and_then(|(text, after)| Some((text.split_once('>')?, after)));
+        let Some(((attributes, content), after)) = parts else {
+            set += "<text ";
+            rest = element;
+            continue;
+        };
+        let size = attributes.split_once("font-size=\"").and_then(|(_, size)| size.split_once('"'));
+        let size = size.and_then(|(size, _)| size.parse().ok()).unwrap_or(LABEL_SIZE);
+        if !content.trim().is_empty() {
+            set += &format!("<text {attributes}>{}</text>", typeset::spans(content, size));
+        }
+        rest = after;
+    }
+    set + rest
 }
 
 /// A text as the content of an element. Control characters are none that XML allows, and would steer a terminal on which
@@ -127,8 +160,9 @@ fn escaped(text: &str) -> String {
 /// Scales, ticks and heights of the panels, and the margins that all of them share.
 fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
     let count = figure.panels.len();
-    let share = if count == 1 { 0.5 } else { 0.34 };
-    let height = (share * width).min(8000.0);
+    // Four panels or more are together as high as four, as far as each has room for its ticks.
+    let share = if count == 1 { 0.5 } else { 0.34f64.min(1.36 / count as f64) };
+    let height = (share * width).min(8000.0).max(LEAST_HEIGHT);
     let mut measured: Vec<Measured> = figure
         .panels
         .iter()
@@ -218,7 +252,7 @@ fn widest_label(scale: &Scale, count: usize) -> f64 {
 }
 
 fn label_height(m: &Measured) -> f64 {
-    2.0 * f64::from(TICK) + LINE_HEIGHT * if m.last { 2.0 } else { 1.1 }
+    2.0 * f64::from(TICK) + LINE_HEIGHT * if m.last { 2.0 } else { 0.3 }
 }
 
 fn panel_height(m: &Measured) -> f64 {
@@ -356,7 +390,18 @@ fn draw_panel(area: &Area, m: &Measured, (left, right): (f64, f64)) -> Result<()
         let style = stroke(of_event(kind), THIN_STROKE);
         draw(&chart, &PathElement::new(line, style))?;
     }
-    m.panel.curves.iter().try_for_each(|curve| draw_curve(&chart, m, curve))
+    m.panel.curves.iter().try_for_each(|curve| draw_curve(&chart, m, curve))?;
+    for (at, text) in &m.panel.labels {
+        let (x, y) = chart.backend_coord(&(m.x.show(at.0), m.y.show(at.1)));
+        let (half, high) = ((text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32, (0.55 * LABEL_SIZE) as i32);
+        let origin = area.get_base_pixel();
+        let (x, y) = (x - origin.0, y - origin.1);
+        area.draw(&Rectangle::new([(x - half, y - high), (x + half, y + high)], WHITE.filled()))
+            .map_err(failed)?;
+        let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Center));
+        area.draw_text(text, &style, (x, y)).map_err(failed)?;
+    }
+    Ok(())
 }
 
 fn draw<'b, E>(chart: &Chart<'_, 'b>, element: &E) -> Result<(), PlotError>
@@ -385,7 +430,7 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
         .set_all_tick_mark_size(TICK)
         .x_labels(m.x_ticks)
         .y_labels(m.y_ticks)
-        .x_label_formatter(&|v| m.x.label(*v, x_decimals))
+        .x_label_formatter(&|v| if m.last { m.x.label(*v, x_decimals) } else { String::new() })
         .y_label_formatter(&|v| m.y.label(*v, y_decimals))
         .label_style(label.clone())
         .axis_desc_style(label)

@@ -12,7 +12,7 @@ const HEAD: u64 = 4096;
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Product {
-    /// SVG or PNG.
+    /// SVG, PNG, PDF or EPS.
     Figure,
     /// An HTML page.
     Page,
@@ -48,6 +48,8 @@ impl Product {
         match self {
             Product::Page => contains(signature::PAGE),
             Product::Figure if head.starts_with(b"\x89PNG") => contains(&format!("{keyword}\0{value}")),
+            Product::Figure if head.starts_with(b"%PDF") => contains(&format!("/Producer ({})", signature::PDF)),
+            Product::Figure if head.starts_with(b"%!PS") => contains(&format!("%%Creator: {}", signature::EPS)),
             Product::Figure => contains(&format!("<desc>{}", signature::SVG)),
         }
     }
