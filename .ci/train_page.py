@@ -17,22 +17,6 @@ import numpy as np
 import page as common
 from page import Page, check, close, quantity
 
-# Legends that are not columns of the file.
-LIMITS = ("limit μ₀", "−μ₀")
-
-
-def shown_values(page):
-    """(panel, legend, value) of every curve of the panels that are shown."""
-    for panel in page.all("#chart > div"):
-        if not panel.is_displayed() or not panel.find_elements(common.By.CSS_SELECTOR, ".legend"):
-            continue
-        title = panel.find_element(common.By.CSS_SELECTOR, "b").text.split(",")[0].replace(" since the left edge", "")
-        for button in panel.find_elements(common.By.CSS_SELECTOR, "button"):
-            text = button.find_element(common.By.CSS_SELECTOR, "output").text
-            name = button.text.removesuffix(text).strip()
-            if text and not name.startswith(LIMITS):
-                yield title, name, text
-
 
 def check_panels(page, file, name):
     """Every panel can be shown; what its legends say at a sample is a column of the file there."""
@@ -42,7 +26,7 @@ def check_panels(page, file, name):
             box.click()
     page.find("#panel-choice summary").click()
     page.settle()
-    check(f"{name}: every panel is there", all(panel.is_displayed() for panel in page.all("#chart > div .legend")))
+    check(f"{name}: every panel is there", all(panel.is_displayed() for panel in page.all("#chart > .panel")))
     columns = {key: column[:] for key, column in file["trajectory"].items() if column.dtype == float}
     time = columns["time"]
     translation = file["meta"].attrs["motion"] == "translation"
@@ -52,8 +36,10 @@ def check_panels(page, file, name):
     row = int(np.argmin(abs(time - shown)))
     check(f"{name}: the pointer reads a sample of the file", close(time[row], shown, 1e-12))
     count = 0
-    for panel, legend, text in shown_values(page):
+    for title, legend, text in page.readings():
+        panel = title.split(",")[0]
         value, digit = quantity(text)
+        value += common.offset_of(title)
         near = slice(max(row - 128, 0), row + 128)
         held = [
             key for key, column in columns.items()
@@ -110,7 +96,7 @@ def check_texts(page, file, name):
 
 
 def check_layout(page, name):
-    for width in (1400, 800):
+    for width in (1400, 800, 390):
         page.browser.set_window_size(width, 1000)
         page.settle()
         page.event_row(0).click()

@@ -130,17 +130,26 @@ fn critical_curve(options: &PlotOptions, path: &Path, common: &Common) -> Result
     Ok(End::Done)
 }
 
-/// Writes the interactive page of a result file.
+/// Writes the interactive page of a result file, or of two.
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
-    let [file] = &options.files[..] else {
-        return Err(CommandError::Input(format!(
-            "--html shows one run on a page, and {} files are given; make a page of each, or leave out --html to draw \
-             them over each other",
-            options.files.len()
-        )));
+    let page = match &options.files[..] {
+        [file] => page::write(&ResultFile::open(file).map_err(bad_file)?, path, options.force),
+        [first, second] => {
+            let runs = [Run::open(first).map_err(bad)?, Run::open(second).map_err(bad)?];
+            one_kind(&runs)?;
+            drop(runs);
+            let (first, second) = (ResultFile::open(first), ResultFile::open(second));
+            page::write_two(&first.map_err(bad_file)?, &second.map_err(bad_file)?, path, options.force)
+        }
+        files => {
+            return Err(CommandError::Input(format!(
+                "--html shows one run on a page, or two, and {} files are given; make a page of each or of two at a time, or leave \
+                 out --html to draw them over each other",
+                files.len()
+            )));
+        }
     };
-    let file = ResultFile::open(file).map_err(bad_file)?;
-    let page = page::write(&file, path, options.force).map_err(bad)?;
+    let page = page.map_err(bad)?;
     if common.json {
         print_json(&serde_json::json!({ "file": path.display().to_string(), "page": page }))?;
     } else if !common.quiet {

@@ -1,0 +1,59 @@
+//! Stretches between events that have too few samples for a straight line between them.
+
+use serde::Serialize;
+
+use super::encoding;
+use crate::plot::{PlotError, Run};
+
+/// Stretches on a page.
+const MOST: usize = 5_000;
+
+/// Samples in the shortest of the stretches that the remedy asks for.
+const SAMPLES_EACH: f64 = 20.0;
+
+/// Samples that the remedy asks for at most.
+const MOST_SAMPLES: f64 = 1e6;
+
+/// The stretches, in order of time, as figures mark them.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Sparse {
+    /// When they begin and end, s.
+    from: String,
+    to: String,
+    #[serde(skip)]
+    stretches: Vec<(f64, f64)>,
+}
+
+impl Sparse {
+    /// Those of a run whose case is known.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn of(run: &Run) -> Result<Sparse, PlotError> {
+        let mut stretches = run.undersampled(run.times)?.stretches;
+        let whole = stretches.clone();
+        stretches.truncate(MOST);
+        let (from, to): (Vec<f64>, Vec<f64>) = stretches.into_iter().unzip();
+        Ok(Sparse {
+            from: encoding::doubles(&from),
+            to: encoding::doubles(&to),
+            stretches: whole,
+        })
+    }
+
+    /// The command that repeats the run of the file `name` with enough samples.
+    pub(super) fn remedy(&self, name: &str) -> Option<String> {
+        let (from, to) = (self.stretches.first()?.0, self.stretches.last()?.1);
+        let lengths = self.stretches.iter().map(|(from, to)| to - from);
+        let finest = lengths.fold(f64::INFINITY, f64::min) / SAMPLES_EACH;
+        let wanted = finest.max((to - from) / MOST_SAMPLES);
+        let power = 10f64.powf(wanted.log10().floor());
+        let interval = [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|&one| one <= wanted)?;
+        let margin = (to - from) * 0.02;
+        let (from, to) = ((from - margin).max(0.0), to + margin);
+        Some(format!(
+            "For samples there: stickslip run {name} -o NEW.h5 --set \
+             'output.window=[{{from={from:.6}, to={to:.6}, interval={interval:.0e}}}]'."
+        ))
+    }
+}
