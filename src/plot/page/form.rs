@@ -141,7 +141,7 @@ impl Display for Portrait {
         let jumps = if self.jumps { ", jumps: true" } else { "" };
         writeln!(
             f,
-            "  new Portrait(byId(\"{}\"), trajectory, run.modes, {{ {} }}, {{ {}{jumps} }}),",
+            "  new Portrait(byId(\"{}\"), trajectory, source.modes, {{ {} }}, {{ {}{jumps} }}),",
             self.id,
             axis(&self.x),
             axis(&self.y)
