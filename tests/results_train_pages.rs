@@ -121,6 +121,11 @@ fn results_page_of_trains_has_every_channel() {
         assert!(states.len() > 5);
         for state in states {
             let name = state["name"].as_str().unwrap();
+            // By the equations, for the states that the file has.
+            if ["normal_force", "friction_torque", "transmitted_torque"].contains(&name) {
+                assert_eq!(doubles(&state["before"]).len(), file.events().unwrap().len(), "{name}");
+                continue;
+            }
             for side in ["before", "after"] {
                 let stored = file.event_column(&format!("{name}_{side}")).unwrap();
                 assert_eq!(doubles(&state[side]), stored, "{name}");

@@ -81,7 +81,7 @@ pub(super) enum Command {
     Calibrate(CalibrateOptions),
     /// Draw figures of result files, or write an interactive page.
     #[command(
-        override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
+        override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> [FILE] --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
     /// Natural frequencies, damping and loss of stability of a case.

@@ -139,7 +139,12 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
             one_kind(&runs)?;
             drop(runs);
             let (first, second) = (ResultFile::open(first), ResultFile::open(second));
-            page::write_two(&first.map_err(bad_file)?, &second.map_err(bad_file)?, path, options.force)
+            page::write_two(
+                &first.map_err(bad_file)?,
+                &second.map_err(bad_file)?,
+                path,
+                options.force,
+            )
         }
         files => {
             return Err(CommandError::Input(format!(

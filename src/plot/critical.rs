@@ -100,7 +100,12 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
     };
     let all: Vec<(f64, f64)> = curves.iter().flat_map(Curve::points).map(place).collect();
     let range = |of: fn(&(f64, f64)) -> f64| {
-        let (low, high) = all.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = all
+            .iter()
+            .map(of)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
         (low, (high - low).max(f64::MIN_POSITIVE))
     };
     let (x, y) = (range(|point| point.0), range(|point| point.1));
@@ -120,7 +125,12 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
             continue;
         };
         let own = |point: &(f64, f64)| contours.iter().any(|c| c.level == level && c.points.contains(point));
-        let others: Vec<(f64, f64)> = curves.iter().flat_map(Curve::points).filter(|p| !own(p)).map(scaled).collect();
+        let others: Vec<(f64, f64)> = curves
+            .iter()
+            .flat_map(Curve::points)
+            .filter(|p| !own(p))
+            .map(scaled)
+            .collect();
         let room = |point: (f64, f64)| {
             let at = scaled(point);
             let to_edges = at.0.min(2.0 - at.0).min(at.1).min(1.0 - at.1);
@@ -130,7 +140,12 @@ fn contour_labels(contours: &[Line], curves: &[Curve], by_powers: (bool, bool)) 
         };
         // A hundred places are enough to choose from.
         let step = (longest.points.len() / 100).max(1);
-        let best = longest.points.iter().step_by(step).copied().max_by(|a, b| room(*a).total_cmp(&room(*b)));
+        let best = longest
+            .points
+            .iter()
+            .step_by(step)
+            .copied()
+            .max_by(|a, b| room(*a).total_cmp(&room(*b)));
         labels.extend(best.map(|point| (point, level.to_string())));
     }
     labels

@@ -331,7 +331,10 @@ impl Run {
     /// # Errors
     /// As [`Self::each_sample`].
     pub(crate) fn undersampled(&self, window: (f64, f64)) -> Result<Undersampled, PlotError> {
-        let period = self.parameters.as_ref().map(|brake| TorsionModel::new(brake).natural_period());
+        let period = self
+            .parameters
+            .as_ref()
+            .map(|brake| TorsionModel::new(brake).natural_period());
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
@@ -371,10 +374,13 @@ impl Run {
             Err(error) => return Err(error),
         }
         pass(window.1, false);
-        let short = stretches.into_iter().zip(gaps).filter(|(stretch, (widest, sampled))| match period {
-            Some(_) => *widest > enough(*stretch),
-            None => !sampled,
-        });
+        let short = stretches
+            .into_iter()
+            .zip(gaps)
+            .filter(|(stretch, (widest, sampled))| match period {
+                Some(_) => *widest > enough(*stretch),
+                None => !sampled,
+            });
         Ok(Undersampled {
             stretches: short.map(|(stretch, _)| stretch).collect(),
             of: all,

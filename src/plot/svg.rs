@@ -138,7 +138,9 @@ fn typeset(body: &str) -> String {
             rest = element;
             continue;
         };
-        let size = attributes.split_once("font-size=\"").and_then(|(_, size)| size.split_once('"'));
+        let size = attributes
+            .split_once("font-size=\"")
+            .and_then(|(_, size)| size.split_once('"'));
         let size = size.and_then(|(size, _)| size.parse().ok()).unwrap_or(LABEL_SIZE);
         if !content.trim().is_empty() {
             set += &format!("<text {attributes}>{}</text>", typeset::spans(content, size));
@@ -161,7 +163,11 @@ fn escaped(text: &str) -> String {
 fn measure(figure: &Figure, width: f64) -> (Vec<Measured<'_>>, f64, f64) {
     let count = figure.panels.len();
     // Four panels or more are together as high as four, as far as each has room for its ticks.
-    let share = if count == 1 { 0.5 } else { 0.34f64.min(1.36 / count as f64) };
+    let share = if count == 1 {
+        0.5
+    } else {
+        0.34f64.min(1.36 / count as f64)
+    };
     let height = (share * width).min(8000.0).max(LEAST_HEIGHT);
     let mut measured: Vec<Measured> = figure
         .panels
@@ -390,14 +396,23 @@ fn draw_panel(area: &Area, m: &Measured, (left, right): (f64, f64)) -> Result<()
         let style = stroke(of_event(kind), THIN_STROKE);
         draw(&chart, &PathElement::new(line, style))?;
     }
-    m.panel.curves.iter().try_for_each(|curve| draw_curve(&chart, m, curve))?;
+    m.panel
+        .curves
+        .iter()
+        .try_for_each(|curve| draw_curve(&chart, m, curve))?;
     for (at, text) in &m.panel.labels {
         let (x, y) = chart.backend_coord(&(m.x.show(at.0), m.y.show(at.1)));
-        let (half, high) = ((text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32, (0.55 * LABEL_SIZE) as i32);
+        let (half, high) = (
+            (text_width(text, LABEL_SIZE) / 2.0 + 40.0) as i32,
+            (0.55 * LABEL_SIZE) as i32,
+        );
         let origin = area.get_base_pixel();
         let (x, y) = (x - origin.0, y - origin.1);
-        area.draw(&Rectangle::new([(x - half, y - high), (x + half, y + high)], WHITE.filled()))
-            .map_err(failed)?;
+        area.draw(&Rectangle::new(
+            [(x - half, y - high), (x + half, y + high)],
+            WHITE.filled(),
+        ))
+        .map_err(failed)?;
         let style = text_style(LABEL_SIZE, Pos::new(HPos::Center, VPos::Center));
         area.draw_text(text, &style, (x, y)).map_err(failed)?;
     }
@@ -430,7 +445,13 @@ fn draw_mesh(chart: &mut Chart, m: &Measured) -> Result<(), PlotError> {
         .set_all_tick_mark_size(TICK)
         .x_labels(m.x_ticks)
         .y_labels(m.y_ticks)
-        .x_label_formatter(&|v| if m.last { m.x.label(*v, x_decimals) } else { String::new() })
+        .x_label_formatter(&|v| {
+            if m.last {
+                m.x.label(*v, x_decimals)
+            } else {
+                String::new()
+            }
+        })
         .y_label_formatter(&|v| m.y.label(*v, y_decimals))
         .label_style(label.clone())
         .axis_desc_style(label)

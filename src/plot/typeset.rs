@@ -32,7 +32,9 @@ pub(crate) fn pieces(text: &str) -> Vec<(Level, String)> {
             letters[k + 1..=k + length].iter().for_each(|&c| add(Level::Index, c));
             k += length + 1;
         } else if let Some(length) = exponent_at(&letters, k) {
-            letters[k + 1..=k + length].iter().for_each(|&c| add(Level::Exponent, c));
+            letters[k + 1..=k + length]
+                .iter()
+                .for_each(|&c| add(Level::Exponent, c));
             k += length + 1;
         } else {
             let (level, c) = plain(letters[k]);
@@ -118,16 +120,24 @@ mod tests {
         let own = |list: &[(Level, &str)]| -> Vec<(Level, String)> {
             list.iter().map(|(level, text)| (*level, (*text).to_owned())).collect()
         };
-        assert_eq!(set("torque T_f, c_t"), own(&[(Line, "torque T"), (Index, "f"), (Line, ", c"), (Index, "t")]));
+        assert_eq!(
+            set("torque T_f, c_t"),
+            own(&[(Line, "torque T"), (Index, "f"), (Line, ", c"), (Index, "t")])
+        );
         assert_eq!(set("10^−5 m"), own(&[(Line, "10"), (Exponent, "−5"), (Line, " m")]));
         assert_eq!(set("10⁻¹²"), own(&[(Line, "10"), (Exponent, "−12")]));
-        assert_eq!(set("|ωᵣ| φ₁′"), own(&[(Line, "|ω"), (Index, "r"), (Line, "| φ"), (Index, "1"), (Line, "′")]));
+        assert_eq!(
+            set("|ωᵣ| φ₁′"),
+            own(&[(Line, "|ω"), (Index, "r"), (Line, "| φ"), (Index, "1"), (Line, "′")])
+        );
     }
 
     /// What is called by the user is no symbol.
     #[test]
     fn analytic_names_stay_as_they_are() {
-        for name in ["paper_si", "run_1", "a_b_c", "c_tt_", "_f", "T_", "T_fric", "x^y", "mu_s", "^2"] {
+        for name in [
+            "paper_si", "run_1", "a_b_c", "c_tt_", "_f", "T_", "T_fric", "x^y", "mu_s", "^2",
+        ] {
             assert_eq!(pieces(name), [(Line, name.to_owned())], "{name}");
         }
     }

@@ -137,7 +137,10 @@ impl Drawing {
         {
             self.line(format_args!("{color} rg"));
             self.outline(path, transform);
-            self.line(format_args!("{}", if fill.rule() == FillRule::EvenOdd { "f*" } else { "f" }));
+            self.line(format_args!(
+                "{}",
+                if fill.rule() == FillRule::EvenOdd { "f*" } else { "f" }
+            ));
         }
         if let Some(stroke) = path.stroke()
             && let Some(color) = on_white(stroke.paint(), opacity * stroke.opacity().get())
@@ -156,7 +159,10 @@ impl Drawing {
                 LineJoin::Bevel => 2,
             };
             let width = number(f64::from(stroke.width().get()) * scale);
-            self.line(format_args!("{color} RG {width} w {cap} J {join} j [{}] 0 d", lengths.join(" ")));
+            self.line(format_args!(
+                "{color} RG {width} w {cap} J {join} j [{}] 0 d",
+                lengths.join(" ")
+            ));
             self.outline(path, transform);
             self.line(format_args!("S"));
         }
@@ -185,7 +191,10 @@ impl Drawing {
                     // The same parabola as a cubic.
                     let (middle, end) = (place(middle), place(point));
                     let third = |from: (f64, f64)| {
-                        (from.0 + 2.0 / 3.0 * (middle.0 - from.0), from.1 + 2.0 / 3.0 * (middle.1 - from.1))
+                        (
+                            from.0 + 2.0 / 3.0 * (middle.0 - from.0),
+                            from.1 + 2.0 / 3.0 * (middle.1 - from.1),
+                        )
                     };
                     self.points(&[third(last), third(end), end], "c");
                     last = end;
@@ -242,8 +251,17 @@ mod tests {
                    <rect x=\"0\" y=\"0\" width=\"254\" height=\"127\" fill=\"#ff0000\" opacity=\"0.5\"/>\
                    <path d=\"M 0 0 L 2540 1270\" stroke=\"#0000ff\" stroke-width=\"10\" stroke-dasharray=\"20 10\"/></svg>";
         let Page { width, height, content } = page(svg).unwrap();
-        assert!((width - 720.0).abs() < 1e-3 && (height - 360.0).abs() < 1e-3, "{width} {height}");
-        assert!(content.starts_with("1 0.5 0.5 rg\n0 360 m\n72 360 l\n72 324 l\n0 324 l\nh\nf\n"), "{content}");
-        assert!(content.contains("0 0 1 RG 2.835 w 0 J 0 j [5.669 2.835] 0 d\n0 360 m\n720 0 l\nS\n"), "{content}");
+        assert!(
+            (width - 720.0).abs() < 1e-3 && (height - 360.0).abs() < 1e-3,
+            "{width} {height}"
+        );
+        assert!(
+            content.starts_with("1 0.5 0.5 rg\n0 360 m\n72 360 l\n72 324 l\n0 324 l\nh\nf\n"),
+            "{content}"
+        );
+        assert!(
+            content.contains("0 0 1 RG 2.835 w 0 J 0 j [5.669 2.835] 0 d\n0 360 m\n720 0 l\nS\n"),
+            "{content}"
+        );
     }
 }

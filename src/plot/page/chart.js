@@ -267,9 +267,6 @@ class Chart {
           states.pyramid.extremes(...source.inView);
           ends.push(states.pyramid.low, states.pyramid.high);
         }
-        if (source.dense && source.dense.has(curve.name) && source.entries < 2 * this.plotWidth) {
-          for (let x = 0; x <= this.plotWidth; x += 2) ends.push(source.dense.valueAt(curve.name, this.from + x / this.scale));
-        }
         for (const value of ends) if (isFinite(value)) take(value, curve.shift);
       }
     }
@@ -362,26 +359,12 @@ class Chart {
     }
   }
 
-  // Few entries: each sample, the states on both sides of the events between them, and where polynomials are known, values at
-  // every second pixel between those. A NaN is a gap.
+  // Few entries: each sample, and the states on both sides of the events between them. A NaN is a gap.
   vertices(source, name) {
     const { trajectory, columns, events } = source, { time } = trajectory, { low } = trajectory.channel(name);
     const states = events.states.get(name), times = [], values = [];
     const first = columns[0], last = columns[columns.length - 1];
-    const left = this.timeAt(LEFT - 20), right = this.timeAt(this.width - RIGHT + 20), pixels = 2 / this.scale;
-    const dense = source.dense && source.dense.has(name) ? source.dense : null;
     const push = (t, value) => {
-      const from = times.length ? times[times.length - 1] : NaN;
-      if (dense && t - from > pixels && t >= left && from <= right) {
-        const steps = Math.min(Math.ceil((Math.min(t, right) - Math.max(from, left)) / pixels), 5000);
-        for (let k = 1; k < steps; k++) {
-          const at = Math.max(from, left) + k * (Math.min(t, right) - Math.max(from, left)) / steps, between = dense.valueAt(name, at);
-          if (!isNaN(between)) {
-            times.push(at);
-            values.push(between);
-          }
-        }
-      }
       times.push(t);
       values.push(value);
     };
@@ -397,7 +380,7 @@ class Chart {
       push(time[i], trajectory.isBucket(i) ? NaN : low[i]);
     }
     // Behind the last sample of the run.
-    if (last === trajectory.size) pass(right);
+    if (last === trajectory.size) pass(this.limits[1]);
     return { times, values };
   }
 

@@ -158,7 +158,6 @@ class Source {
     this.events = { count, kinds, time: doubles(time), kind: codes(kind), mode_after: codes(mode_after), internal_force: doubles(internal_force) };
     this.events.states = new Map(run.events.states.map(({ name, before, after }) => [name, Source.sides(doubles(before), doubles(after))]));
     this.sparse = { from: doubles(run.sparse.from), to: doubles(run.sparse.to) };
-    this.dense = run.dense ? new Dense(run.dense) : null;
     this.addLimit(run.breakaway_arm, run.torque_unit);
   }
 
@@ -176,7 +175,6 @@ class Source {
       const one = times(force.low, factor), other = force.high === force.low ? one : times(force.high, factor);
       this.trajectory.add(name, factor > 0 ? one : other, factor > 0 ? other : one, unit);
       if (states) this.events.states.set(name, Source.sides(times(states.before, factor), times(states.after, factor)));
-      if (this.dense) this.dense.alias(name, "normal_force", factor);
     }
   }
 
@@ -186,7 +184,7 @@ class Source {
     return k < to.length && from[k] < time;
   }
 
-  // The value of a channel on its curve: by the polynomials, or on the straight line between what is known on both sides.
+  // The value of a channel on its curve: a sample, or on the straight line between what is known on both sides.
   valueAt(name, time) {
     const { trajectory, events } = this, { time: t, size } = trajectory, values = trajectory.channel(name).low;
     const i = lowerBound(t, time);
@@ -197,39 +195,6 @@ class Source {
     if (states && k < events.time.length && events.time[k] <= t1) [t1, v1] = [events.time[k], states.before[k]];
     if (states && k > 0 && events.time[k - 1] >= t0) [t0, v0] = [events.time[k - 1], states.after[k - 1]];
     if (time === t1) return v1;
-    const dense = this.dense ? this.dense.valueAt(name, time) : NaN;
-    return isNaN(dense) ? v0 + (v1 - v0) * (time - t0) / (t1 - t0) : dense;
-  }
-}
-
-// Pieces of Chebyshev polynomials: piece k is from start k to end k.
-class Dense {
-  constructor({ start, end, degree, channels }) {
-    Object.assign(this, { start: doubles(start), end: doubles(end), width: degree + 1 });
-    this.channels = new Map(channels.map(({ name, base, coefficients }) => [name, { base, coefficients, factor: 1 }]));
-  }
-
-  has(name) {
-    return this.channels.has(name);
-  }
-
-  alias(name, of, factor) {
-    const channel = this.channels.get(of);
-    if (channel) this.channels.set(name, { ...channel, factor });
-  }
-
-  // NaN where there is no piece.
-  valueAt(name, time) {
-    const channel = this.channels.get(name), k = lowerBound(this.end, time);
-    if (!channel || k >= this.end.length || time < this.start[k]) return NaN;
-    if (typeof channel.base === "string") {
-      channel.base = doubles(channel.base);
-      channel.coefficients = new Float32Array(bytesOf(channel.coefficients).buffer);
-    }
-    const { width } = this, { base, coefficients, factor } = channel, first = k * width;
-    const x = 2 * (time - this.start[k]) / (this.end[k] - this.start[k]) - 1;
-    let b1 = 0, b2 = 0;
-    for (let n = width - 1; n > 0; n--) [b1, b2] = [2 * x * b1 - b2 + coefficients[first + n], b1];
-    return factor * (base[k] + coefficients[first] + x * b1 - b2);
+    return v0 + (v1 - v0) * (time - t0) / (t1 - t0);
   }
 }

@@ -236,11 +236,13 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     let mut uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
     uncertainty.truncate(events);
     let codes: Vec<i8> = verdict.values.iter().map(|&code| code as i8).collect();
-    Ok((codes.len() == events && uncertainty.len() == events).then(|| Certified {
-        uncertainty: encoding::doubles(&uncertainty),
-        verdict: encoding::codes(&codes),
-        verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
-    }))
+    Ok(
+        (codes.len() == events && uncertainty.len() == events).then(|| Certified {
+            uncertainty: encoding::doubles(&uncertainty),
+            verdict: encoding::codes(&codes),
+            verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
+        }),
+    )
 }
 
 /// An attribute as one writes it: a whole number without a decimal point.

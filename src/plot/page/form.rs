@@ -3,10 +3,10 @@
 
 use std::fmt::{self, Display};
 
+use super::sparse::Sparse;
 use crate::analysis::Headline;
 use crate::analysis::headline::{HeadlineRow, is_paper_case};
 use crate::case::{Case, TrainCase};
-use super::sparse::Sparse;
 use crate::model::torsion::TorsionModel;
 use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
@@ -221,9 +221,7 @@ impl Form {
     /// Whether the paper's numbers stand beside those of the run.
     pub(super) fn is_beside_paper(&self) -> bool {
         match &self.case {
-            FormCase::Brake(case) => case
-                .as_ref()
-                .is_some_and(|(case, _)| is_paper_case(&case.parameters)),
+            FormCase::Brake(case) => case.as_ref().is_some_and(|(case, _)| is_paper_case(&case.parameters)),
             FormCase::Trains { .. } => false,
         }
     }
@@ -286,7 +284,9 @@ impl Form {
     /// A channel before and after every event, if it is known there: as the file has it, or by the equations.
     pub(super) fn sides(&self, file: &ResultFile, name: &str) -> Result<Option<(Vec<f64>, Vec<f64>)>, PlotError> {
         match self.run() {
-            Some(run) => Ok(run.at_events(name)?.map(|sides| (sides.before.clone(), sides.after.clone()))),
+            Some(run) => Ok(run
+                .at_events(name)?
+                .map(|sides| (sides.before.clone(), sides.after.clone()))),
             None if State::DESCRIPTIONS.iter().any(|state| state.0 == name) => Ok(Some((
                 file.event_column(&format!("{name}_before"))?,
                 file.event_column(&format!("{name}_after"))?,

@@ -67,7 +67,9 @@ impl<'a> Pair<'a> {
             trajectory: None,
         };
         let panels = form.panels.iter().filter(|panel| panel.shown && !panel.change);
-        let shown = panels.flat_map(|panel| &panel.curves).map(|curve| curve.channel.clone());
+        let shown = panels
+            .flat_map(|panel| &panel.curves)
+            .map(|curve| curve.channel.clone());
         let mut compared: Vec<String> = shown.filter(|name| own.has(name)).collect();
         compared.sort();
         compared.dedup();
@@ -165,7 +167,9 @@ impl<I: Iterator<Item = Result<Vec<(f64, f64)>, ResultError>>> Line<I> {
     /// The next sample that has not been passed.
     fn peek(&mut self) -> Result<Option<(f64, f64)>, ResultError> {
         while self.next == self.block.len() {
-            let Some(block) = self.blocks.next() else { return Ok(None) };
+            let Some(block) = self.blocks.next() else {
+                return Ok(None);
+            };
             self.block = block?;
             self.next = 0;
         }
@@ -214,7 +218,9 @@ impl<I: Iterator<Item = Result<Vec<(f64, f64)>, ResultError>>> Line<I> {
 fn paired(ours: &[Event], theirs: &[Event], natural_period: Option<f64>) -> Vec<(usize, usize)> {
     let contact = |events: &[Event]| -> Vec<usize> {
         let all = events.iter().enumerate();
-        all.filter(|(_, event)| event.kind.in_event_sequence()).map(|(k, _)| k).collect()
+        all.filter(|(_, event)| event.kind.in_event_sequence())
+            .map(|(k, _)| k)
+            .collect()
     };
     let (first, second) = (contact(ours), contact(theirs));
     let word = |events: &[Event], indices: &[usize]| -> Vec<SequenceEvent> {
@@ -248,6 +254,8 @@ fn paired(ours: &[Event], theirs: &[Event], natural_period: Option<f64>) -> Vec<
 /// The length of the last cycle, s.
 fn cycle(events: &[Event]) -> Option<f64> {
     let mut statistics = CycleStatistics::default();
-    let cycles = events.iter().filter_map(|event| statistics.push(event.time, event.kind));
+    let cycles = events
+        .iter()
+        .filter_map(|event| statistics.push(event.time, event.kind));
     cycles.last().map(|cycle| cycle.stick_duration + cycle.slip_duration)
 }
