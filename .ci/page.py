@@ -75,6 +75,7 @@ LAYOUT = """
 const bad = [];
 for (const e of document.querySelectorAll('button, h1, h2, p, summary, label, option, output, .legend, .key, #headline, #provenance, #event-detail, #event-detail td')) {
   if (e.closest('[hidden]') || !e.getClientRects().length) continue;
+  if (e.tagName !== 'SUMMARY' && e.closest('details:not([open])')) continue;
   if (e.clientWidth && e.scrollWidth > e.clientWidth + 1) bad.push('clipped: ' + (e.id || e.className || e.tagName) + ' ' + e.textContent.slice(0, 40));
   const box = e.getBoundingClientRect();
   if (box.right > innerWidth + 1 || box.left < -1) bad.push('outside: ' + e.textContent.slice(0, 40));
@@ -398,6 +399,10 @@ def check_layout(page, name):
         page.settle()
         bad = page.browser.execute_script(LAYOUT)
         check(f"{name} at {width} pixels: nothing overlaps or is clipped", not bad, str(bad[:5]))
+        page.find("#panel-choice summary").click()
+        bad = page.browser.execute_script(LAYOUT)
+        check(f"{name} at {width} pixels: nor with the list of panels", not bad, str(bad[:5]))
+        page.find("#panel-choice summary").click()
     page.browser.set_window_size(1400, 1000)
     time.sleep(0.3)
     page.click("#whole")
