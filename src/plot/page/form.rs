@@ -12,6 +12,9 @@ use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
 use crate::results::{ResultError, ResultFile, schema};
 
+/// A channel before and after every event.
+pub(super) type BothSides = (Vec<f64>, Vec<f64>);
+
 /// A colour of the page's script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Colour {
@@ -282,7 +285,7 @@ impl Form {
     }
 
     /// A channel before and after every event, if it is known there: as the file has it, or by the equations.
-    pub(super) fn sides(&self, file: &ResultFile, name: &str) -> Result<Option<(Vec<f64>, Vec<f64>)>, PlotError> {
+    pub(super) fn sides(&self, file: &ResultFile, name: &str) -> Result<Option<BothSides>, PlotError> {
         match self.run() {
             Some(run) => Ok(run
                 .at_events(name)?

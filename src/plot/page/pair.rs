@@ -128,7 +128,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The curve of a channel of the second run.
-    fn line(&self, name: &str) -> Result<Line<impl Iterator<Item = Result<Vec<(f64, f64)>, ResultError>>>, PlotError> {
+    fn line(&self, name: &str) -> Result<Line<impl Iterator<Item = Block>>, PlotError> {
         let blocks = self.file.column_blocks("time")?.zip(self.file.column_blocks(name)?);
         let blocks = blocks.map(|(times, values)| Ok(times?.into_iter().zip(values?).collect()));
         let mut states = Vec::new();
@@ -149,6 +149,9 @@ impl<'a> Pair<'a> {
     }
 }
 
+/// Times and values of consecutive samples.
+type Block = Result<Vec<(f64, f64)>, ResultError>;
+
 /// A curve that is followed in order of time.
 struct Line<I> {
     blocks: I,
@@ -163,7 +166,7 @@ struct Line<I> {
     of_time: bool,
 }
 
-impl<I: Iterator<Item = Result<Vec<(f64, f64)>, ResultError>>> Line<I> {
+impl<I: Iterator<Item = Block>> Line<I> {
     /// The next sample that has not been passed.
     fn peek(&mut self) -> Result<Option<(f64, f64)>, ResultError> {
         while self.next == self.block.len() {
