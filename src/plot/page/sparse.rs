@@ -33,8 +33,13 @@ impl Sparse {
     /// # Errors
     /// The file cannot be read.
     pub(super) fn of(run: &Run) -> Result<Sparse, PlotError> {
-        let mut stretches: Vec<(f64, f64)> = growth(run)?.into_iter().collect();
-        stretches.extend(run.undersampled(run.times)?.stretches);
+        let mut stretches = run.undersampled(run.times)?.stretches;
+        let growth = growth(run)?;
+        // Unless figures mark it by themselves.
+        let known = |end: f64| stretches.first().is_some_and(|first| first.0 < end);
+        if let Some(growth) = growth.filter(|growth| !known(growth.1)) {
+            stretches.insert(0, growth);
+        }
         let whole = stretches.clone();
         stretches.truncate(MOST);
         let (from, to): (Vec<f64>, Vec<f64>) = stretches.into_iter().unzip();
