@@ -341,9 +341,10 @@ fn regression_page_of_a_brake_has_its_words() {
         "[\"work_applied\", \"work of F\", PURPLE]], shown: true, change: true },\n",
         "curves: [[\"slip_displacement\", \"φ₂ − φ₁\", BLUE]], shown: false },\n];\n",
         "{ name: \"relative_velocity\", label: \"ω_r\" }, { name: \"friction_torque\", label: \"torque\", jumps: true }),\n];\n",
-        "\"slip-backward\": \"#f4e2ec\" };",
+        "\"slip-backward\": \"backward\", ",
+        "--backward: #f4e2ec;",
         "<section class=\"card\"><h2>Rotor twist</h2><div class=\"figure\" id=\"portrait-rotor\"></div>",
-        "|| low, \"N m\");",
+        "\"torque_unit\":\"N m\"",
     ] {
         assert!(page.html.contains(words), "{words}");
     }
