@@ -75,6 +75,7 @@ LAYOUT = """
 const bad = [];
 for (const e of document.querySelectorAll('button, h1, h2, p, summary, label, option, output, .legend, .key, #headline, #provenance, #event-detail, #event-detail td')) {
   if (e.closest('[hidden]') || !e.getClientRects().length) continue;
+  if (e.tagName !== 'SUMMARY' && e.closest('details:not([open])')) continue;
   if (e.clientWidth && e.scrollWidth > e.clientWidth + 1) bad.push('clipped: ' + (e.id || e.className || e.tagName) + ' ' + e.textContent.slice(0, 40));
   const box = e.getBoundingClientRect();
   if (box.right > innerWidth + 1 || box.left < -1) bad.push('outside: ' + e.textContent.slice(0, 40));
@@ -153,11 +154,39 @@ class Page:
         dy = 0 if y is None else y - canvas.size["height"] / 2
         return ActionChains(self.browser, duration=20).move_to_element_with_offset(canvas, round(x - middle), round(dy))
 
-    def wheel(self, x, amount):
+    def wheel(self, x, amount, key=Keys.CONTROL):
+        """Turns the wheel over the figure, with a key held down or `None`."""
         canvas = self.panel()
         origin = ScrollOrigin.from_element(canvas, round(x - canvas.size["width"] / 2), 0)
+        if key:
+            ActionChains(self.browser, duration=0).key_down(key).perform()
         ActionChains(self.browser, duration=0).scroll_from_origin(origin, 0, amount).perform()
+        if key:
+            ActionChains(self.browser, duration=0).key_up(key).perform()
         return self.view()
+
+    def scrolled(self):
+        """How far the page is scrolled, CSS pixels."""
+        self.settle()
+        return self.browser.execute_script("return scrollY")
+
+    def readings(self):
+        """(panel, legend, text) of every reading of the panels that are shown."""
+        for panel in self.all("#chart > .panel"):
+            if not panel.is_displayed():
+                continue
+            title = panel.find_element(By.CSS_SELECTOR, "b").get_attribute("textContent")
+            for button in panel.find_elements(By.CSS_SELECTOR, "button"):
+                for output in button.find_elements(By.CSS_SELECTOR, "output"):
+                    text = output.text
+                    if text:
+                        yield title, button.text.removesuffix(text).strip(), text
+
+    def at_cursors(self):
+        """The table of the cursors: by its first column, the others."""
+        self.settle()
+        rows = [[cell.text for cell in row.find_elements(By.TAG_NAME, "td")] for row in self.all("#measure tbody tr")]
+        return {row[0]: row[1:] for row in rows}
 
     def keys(self, *keys):
         ActionChains(self.browser).send_keys(*keys).perform()
@@ -301,6 +330,22 @@ def check_events(page, file):
     check("the view is named to a nanosecond or better", close(float(shown[1]), start, 1e-9) and close(float(shown[2]), stop, 1e-9))
 
 
+def offset_of(title):
+    """What the readings of a panel count from, as its title has it."""
+    found = re.search(r", from ([−\d.]+)", title)
+    return float(found[1].replace("−", "-")) if found else 0.0
+
+
+def row_at(page, time, place):
+    """The row of the file that the pointer at a time reads."""
+    page.move_to(page.panel(), page.pixel_of(place)).perform()
+    page.settle()
+    shown = float(re.search(r"sample at ([\d.]+) s", page.find("#sample-time").text)[1])
+    row = int(np.argmin(abs(time - shown)))
+    check("the pointer reads a sample of the file", close(time[row], shown, 1e-12))
+    return row
+
+
 def check_values(page, file):
     """What the legends say at a sample is what the file has there."""
     columns = {name: file["trajectory"][name][:] for name in set(LEGENDS.values())}
@@ -311,25 +356,28 @@ def check_values(page, file):
         if view == "cycle":
             index = int(np.searchsorted(file["events/time"][:], place))
             page.event_row(index).click()
-        page.move_to(page.panel(), page.pixel_of(place)).perform()
-        page.settle()
-        shown = float(re.search(r"sample at ([\d.]+) s", page.find("#sample-time").text)[1])
-        row = int(np.argmin(abs(time - shown)))
-        check(f"{view}: the pointer reads a sample of the file", close(time[row], shown, 1e-12))
-        for panel in page.all("#chart > div"):
-            if not panel.is_displayed() or not panel.find_elements(By.CSS_SELECTOR, ".legend"):
+        # Energies in a short view count from its left edge: of those, the difference of two readings.
+        other = row_at(page, time, place + (3e-5 if view == "cycle" else 1.0))
+        before = {(title, legend): quantity(text) for title, legend, text in page.readings()}
+        row = row_at(page, time, place)
+        count = 0
+        for title, legend, text in page.readings():
+            name = LEGENDS.get((title.split(",")[0].replace(" since the left edge", ""), legend))
+            if name is None:
                 continue
-            title = panel.find_element(By.CSS_SELECTOR, "b").text.split(",")[0].replace(" since the left edge", "")
-            for button in panel.find_elements(By.CSS_SELECTOR, "button"):
-                text = button.find_element(By.CSS_SELECTOR, "output").text
-                name = LEGENDS.get((title, button.text.removesuffix(text).strip()))
-                if name is None:
-                    continue
-                value, digit = quantity(text)
-                stored = columns[name][row]
-                near = columns[name][max(row - 128, 0):row + 128]
-                tolerance = digit + 1.2e-7 * (near.max() - near.min())
-                check(f"{view}: {name} is the file's", close(value, stored, tolerance), f"({text} for {stored})")
+            value, digit = quantity(text)
+            near = columns[name][max(row - 128, 0):row + 128]
+            tolerance = digit + 1.2e-7 * (near.max() - near.min())
+            if "since the left edge" in title:
+                value, digit = value - before[title, legend][0], 2 * digit
+                stored, tolerance = columns[name][row] - columns[name][other], 2 * tolerance
+                unit = re.search(r", ([kmµn]?)J", title)[1]
+                check(f"{view}: {name} is read in the unit of its axis", text.endswith(f" {unit}J"), f"({text}, {title})")
+            else:
+                value, stored = value + offset_of(title), columns[name][row]
+            check(f"{view}: {name} is the file's", close(value, stored, tolerance), f"({text} in {title} for {stored})")
+            count += 1
+        check(f"{view}: every channel is read", count == len(LEGENDS), f"({count})")
 
 
 def check_shades(page, file):
@@ -344,15 +392,188 @@ def check_shades(page, file):
 
 
 def check_layout(page, name):
-    for width in (1400, 800):
+    for width in (1400, 800, 390):
         page.browser.set_window_size(width, 1000)
         time.sleep(0.3)
         page.event_row(20).click()
         page.settle()
         bad = page.browser.execute_script(LAYOUT)
         check(f"{name} at {width} pixels: nothing overlaps or is clipped", not bad, str(bad[:5]))
+        page.find("#panel-choice summary").click()
+        bad = page.browser.execute_script(LAYOUT)
+        check(f"{name} at {width} pixels: nor with the list of panels", not bad, str(bad[:5]))
+        page.find("#panel-choice summary").click()
     page.browser.set_window_size(1400, 1000)
     time.sleep(0.3)
+    page.click("#whole")
+
+
+def check_wheel(page):
+    """The wheel is the page's until the figure has the focus."""
+    page.browser.execute_script("document.activeElement.blur(); scrollTo(0, 0)")
+    whole = page.view()
+    check("the wheel alone leaves the view", page.wheel(500, 300, None) == whole)
+    time.sleep(0.3)
+    check("and scrolls the page", page.scrolled() > 50, f"({page.scrolled()})")
+    page.browser.execute_script("scrollTo(0, 0)")
+    page.move_to(page.panel(), 400).click().perform()
+    start, stop = page.wheel(500, -300, None)
+    check("in a figure with the focus the wheel zooms", stop - start < 0.9 * (whole[1] - whole[0]))
+    check("and does not scroll", page.scrolled() == 0)
+    page.keys(Keys.ESCAPE)
+    check("Esc gives the wheel back", page.wheel(500, 300, None) == (start, stop))
+    page.browser.execute_script("scrollTo(0, 0)")
+    page.click("#whole")
+
+
+def check_readout(page):
+    """The pointer moves nothing but its own line."""
+    for width in (1400, 390):
+        page.browser.set_window_size(width, 1000)
+        time.sleep(0.3)
+        page.click("#whole")
+        boxes = "return [document.documentElement.scrollHeight, ...[...document.querySelectorAll('#chart canvas')].map(e => e.offsetTop)].join()"
+        seen = set()
+        for view in ("#whole", "#stick-slip"):
+            page.click(view)
+            for share in (0.2, 0.45, 0.7, 0.95):
+                left, plot = page.geometry()
+                page.move_to(page.panel(0), left + share * plot).perform()
+                page.settle()
+                seen.add(page.browser.execute_script(boxes))
+            page.move_to(page.panel(0), 2).perform()
+            page.settle()
+            seen.add(page.browser.execute_script(boxes))
+        check(f"at {width} pixels no reading moves the layout", len(seen) == 1, str(seen))
+    page.browser.set_window_size(1400, 1000)
+    time.sleep(0.3)
+    page.click("#whole")
+
+
+def check_cursors(page, file):
+    """Two cursors, put at two events, and dragged."""
+    times = file["events/time"][:]
+    page.event_row(20).click()
+    page.click("#whole")
+    page.event_row(20).click()
+    page.move_to(page.panel(), 300).click().perform()
+    page.move_to(page.panel(0), page.pixel_of(times[20])).perform()
+    page.keys("1")
+    page.move_to(page.panel(0), page.pixel_of(times[22])).perform()
+    page.keys("2")
+    table = page.at_cursors()
+    between = times[22] - times[20]
+    check("a cursor near an event is at it", table["time"][:2] == [f"{times[20]:.12f} s", f"{times[22]:.12f} s"], str(table["time"]))
+    check("the time between two cursors", close(quantity(table["time"][2])[0], between, 1e-9 * between + 1e-15), str(table["time"]))
+    check("and its inverse", close(quantity(table["1/Δt"][2])[0], 1 / between, 1e-6 / between), str(table["1/Δt"]))
+    before = file["events/phi1_before"]
+    shown = [quantity(text)[0] for text in table["Twist, stator, φ₁"]]
+    expected = [before[20], before[22], before[22] - before[20]]
+    check("the values at the cursors", all(close(a, b, 1e-6 * abs(expected[0])) for a, b in zip(shown, expected)), f"({shown} for {expected})")
+    at = page.pixel_of(times[22])
+    page.move_to(page.panel(), at).click_and_hold().move_by_offset(-60, 0).release().perform()
+    moved = float(page.at_cursors()["time"][1].removesuffix(" s"))
+    start, stop = page.view()
+    check("a cursor is dragged", close(moved, times[22] - 60 / page.geometry()[1] * (stop - start), 7 / page.geometry()[1] * (stop - start)))
+    check("and the view stays", start < times[20] < stop)
+
+
+def check_address(page):
+    """The address restores window, panels, curves and cursors."""
+    page.find("#panel-choice summary").click()
+    page.all("#panel-choice input")[4].click()
+    page.find("#panel-choice summary").click()
+    page.all("#chart > .panel button")[1].click()
+    view, table = page.view(), page.at_cursors()
+    time.sleep(0.5)
+    address = page.browser.current_url
+    check("the address has the view", "#t=" in address and "cursors=" in address and "off=" in address, address)
+    state = "return [...document.querySelectorAll('.panel')].map(e => e.hidden + [...e.querySelectorAll('button')].map(b => b.getAttribute('aria-pressed'))).join()"
+    before = page.browser.execute_script(state)
+    page.browser.get("about:blank")
+    page.browser.get(address)
+    page.browser.execute_async_script(DRAWN)
+    page.chart = page.find("#chart")
+    check("and restores it exactly", page.view() == view, f"({page.view()} for {view})")
+    check("with panels and curves", page.browser.execute_script(state) == before)
+    check("and cursors", page.at_cursors() == table, str(page.at_cursors()))
+    page.browser.get(address.split("#")[0])
+    page.browser.refresh()
+    page.browser.execute_async_script(DRAWN)
+    page.chart = page.find("#chart")
+
+
+# Texts and curves that do not stand out from what is behind them, [contrast, what], with the least that they need.
+CONTRAST = """
+const channels = text => (text.match(/[\\d.]+/g) || []).map(Number);
+const luminance = ([r, g, b]) => [r, g, b].map(v => v / 255).map(v => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+  .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+const ratio = (a, b) => { const [x, y] = [luminance(a), luminance(b)].sort((p, q) => q - p); return (x + 0.05) / (y + 0.05); };
+const behind = e => { for (; e; e = e.parentElement) { const c = channels(getComputedStyle(e).backgroundColor); if (c.length === 3) return c; } return [255, 255, 255]; };
+const bad = [];
+for (const e of document.querySelectorAll('h1, h2, p, b, button, summary, td, th, li, pre, label, span, output, option')) {
+  if (!e.getClientRects().length || !e.textContent.trim() || e.getAttribute('aria-pressed') === 'false') continue;
+  const found = ratio(channels(getComputedStyle(e).color), behind(e));
+  if (found < 4.5) bad.push(`${found.toFixed(2)} ${e.tagName} ${e.textContent.slice(0, 30)}`);
+}
+const probe = document.body.appendChild(document.createElement('i'));
+const named = name => { probe.style.color = `var(--${name})`; return channels(getComputedStyle(probe).color); };
+for (const curve of ['blue', 'vermillion', 'green', 'purple', 'orange', 'black', 'axis']) {
+  const least = arguments[0] || !['orange', 'purple'].includes(curve) ? 3 : 2;
+  const found = ratio(named(curve), named('ground'));
+  if (found < least) bad.push(`${found.toFixed(2)} ${curve}`);
+}
+probe.remove();
+return bad;
+"""
+
+
+def check_colours(page):
+    """The system's colours, a switch, and contrast in both."""
+    page.click("#whole")
+    ground = lambda: sum(page.colour(2, 0.3 * page.view()[1], 6))
+    for scheme in ("light", "dark"):
+        page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+        page.settle()
+        is_dark = ground() < 200
+        check(f"a {scheme} system has a {scheme} page", is_dark == (scheme == "dark"))
+        bad = page.browser.execute_script(CONTRAST, scheme == "dark")
+        check(f"texts and curves stand out on the {scheme} page", not bad, str(bad[:6]))
+    page.click("#theme")
+    page.settle()
+    check("the switch makes a dark page light", ground() > 600)
+    page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "light"}]})
+    check("and it stays so", ground() > 600)
+
+
+def check_pinch(page):
+    """Two fingers zoom, and the times under them stay there."""
+    page.click("#whole")
+    page.browser.execute_script("scrollTo(0, 0)")
+    box = page.browser.execute_script("const b = document.querySelectorAll('#chart canvas')[1].getBoundingClientRect(); return [b.left, b.top]")
+    left, width = page.geometry()
+    start, stop = page.view()
+
+    def touch(kind, *xs):
+        points = [{"x": box[0] + x, "y": box[1] + 60, "id": k} for k, x in enumerate(xs)]
+        page.browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    at = lambda x, view: view[0] + (x - left) / width * (view[1] - view[0])
+    first, second = left + 0.45 * width, left + 0.55 * width
+    touch("touchStart", first)
+    touch("touchStart", first, second)
+    for k in range(1, 6):
+        touch("touchMove", first - 30 * k, second + 30 * k)
+    touch("touchEnd")
+    view = page.view()
+    check("two fingers that part zoom in", view[1] - view[0] < 0.6 * (stop - start), str(view))
+    for before, after in ((first, first - 150), (second, second + 150)):
+        check("what is under a finger stays", close(at(after, view), at(before, (start, stop)), 3 / width * (stop - start)))
+    touch("touchStart", 500)
+    for k in range(1, 6):
+        touch("touchMove", 500 - 20 * k)
+    touch("touchEnd")
+    check("one finger moves", page.view()[0] > view[0])
     page.click("#whole")
 
 
@@ -398,6 +619,12 @@ def main():
         check_values(page, file)
         check_shades(page, file)
         check_layout(page, path.name)
+        check_wheel(page)
+        check_readout(page)
+        check_cursors(page, file)
+        check_address(page)
+        check_pinch(page)
+        check_colours(page)
         check_frames(page, path.name, "the whole run")
         page.click("#stick-slip")
         check_frames(page, path.name, "the stick-slip")

@@ -104,6 +104,24 @@ fn cli_a_page_that_has_no_place_says_so() {
 }
 
 #[test]
+fn cli_a_page_shows_two_runs_and_not_three() {
+    let folder = folder();
+    std::fs::copy(folder.path("paper.h5"), folder.path("other.h5")).unwrap();
+    let (stdout, stderr) = output(
+        &mut folder.stickslip(&["plot", "paper.h5", "other.h5", "--html", "pair.html"]),
+        0,
+    );
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("pair.html\n", ""));
+    let page = std::fs::read_to_string(folder.path("pair.html")).unwrap();
+    assert!(page.contains("other.h5") && page.contains("difference_of_relative_velocity"));
+    let stderr = refusal(&mut folder.stickslip(&["plot", "paper.h5", "other.h5", "paper.h5", "--html", "three.html"]));
+    assert!(stderr.contains("or two, and 3 files are given"), "{stderr}");
+    // Neither of the two is ever replaced.
+    let stderr = refusal(&mut folder.stickslip(&["plot", "paper.h5", "other.h5", "--html", "other.h5", "--force"]));
+    assert!(stderr.contains("other.h5"), "{stderr}");
+}
+
+#[test]
 fn cli_a_page_of_something_else_is_refused() {
     let folder = folder();
     folder.write("case.toml", "title = \"no result\"");

@@ -52,6 +52,7 @@ fn cli_wrong_usage_is_status_2_and_says_so_on_standard_error() {
         &["plot"],
         &["plot", "paper.h5", "--html", "page.html", "--width", "85"],
         &["plot", "a.h5", "b.h5", "--html", "page.html"],
+        &["plot", "a.h5", "b.h5", "c.h5", "--html", "page.html"],
         &["inspect"],
         &["case"],
         &["case", "paper", "--list"],

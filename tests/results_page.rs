@@ -11,7 +11,8 @@ use results_common::{header, record, stick_slip, write};
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::plot::PlotError;
-use stickslip::plot::page::{self, SIZE_LIMIT};
+use stickslip::plot::page::{self, SIZE_LIMIT, SIZE_LIMIT_OF_TWO};
+use stickslip::record::EventKind;
 use stickslip::results::{Header, Overwrite, ResultFile, ResultWriter, Status, partial_path};
 use tempfile::TempDir;
 
@@ -219,6 +220,122 @@ fn results_a_list_that_is_cut_says_so() {
     assert!(page.run["notes"].to_string().contains("first 5000 of 6000 events"));
 }
 
+/// The torque at which the interface lets go is in no column of /events: T_f, which is r times the internal force.
+#[test]
+fn results_torques_of_a_brake_are_there_on_both_sides_of_events() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, _, page) = page_of(&run(&folder, &[]));
+    let side = |name: &str, side: &str| {
+        let states = page.run["events"]["states"].as_array().unwrap();
+        let state = states
+            .iter()
+            .find(|state| state["name"] == name)
+            .expect("a channel at events");
+        doubles(&state[side])
+    };
+    let (transmitted, friction) = (side("transmitted_torque", "after"), side("friction_torque", "after"));
+    let before = side("friction_torque", "before");
+    // 2.0625 in.
+    let radius = 2.0625 * 0.0254;
+    let events = file.events().unwrap();
+    let mut sticks = 0;
+    for (k, event) in events.iter().enumerate() {
+        let held = event.internal_force * radius;
+        // Both are sums of the same products, in another order, of torques of up to 110 N m.
+        // A kick of both surfaces changes it, and the file has what it was before.
+        if event.kind != EventKind::Kick {
+            assert!((transmitted[k] - held).abs() < 1e-9, "{} for {held}", transmitted[k]);
+        }
+        if event.kind == EventKind::Stick {
+            sticks += 1;
+            assert_eq!(friction[k], transmitted[k]);
+            // Sliding ends at mu_s r F_n = 0.6 x 0.0523875 m x 2224.1 N = 69.9 N m, whose F_n still rings at 1e-4 of itself.
+            assert!((before[k] - 69.91).abs() < 0.02, "{}", before[k]);
+        }
+    }
+    assert!(sticks > 40);
+}
+
+/// 15 samples for 94 stretches: they are named, with the command that mends it; the case as it is has enough.
+#[test]
+fn results_stretches_with_too_few_samples_are_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, _, page) = page_of(&run(&folder, &[]));
+    assert!(doubles(&page.run["sparse"]["from"]).is_empty());
+    assert!(page.run["remedy"].is_null());
+    std::fs::remove_file(folder.path().join("paper.html")).unwrap();
+    let (file, _, page) = page_of(&run(&folder, &["output.window=[]", "output.interval=1e-3"]));
+    let (from, to) = (doubles(&page.run["sparse"]["from"]), doubles(&page.run["sparse"]["to"]));
+    assert!(from.len() > 80 && from.len() == to.len(), "{}", from.len());
+    assert!(from.iter().zip(&to).all(|(from, to)| from < to) && from.is_sorted());
+    // The first is that in which the oscillation grows, from the loss of stability on.
+    let events = file.events().unwrap();
+    let of = |kind: EventKind| events.iter().find(|event| event.kind == kind).unwrap().time;
+    assert!(from[0] >= of(EventKind::Destabilised) && to[0] == of(EventKind::Stick));
+    let remedy = page.run["remedy"].as_str().unwrap();
+    assert!(
+        remedy.contains("stickslip run paper.h5") && remedy.contains("output.window=[{from=6.9"),
+        "{remedy}"
+    );
+}
+
+/// Two runs: the columns of both, their difference at the samples of the first, and which events stand for each other.
+#[test]
+fn results_two_runs_are_on_one_page_with_their_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = folder.path().join("first.h5");
+    std::fs::rename(run(&folder, &[]), &first).unwrap();
+    let second = run(&folder, &["friction.decay=4.99"]);
+    let (first, second) = (ResultFile::open(&first).unwrap(), ResultFile::open(&second).unwrap());
+    let target = folder.path().join("pair.html");
+    let made = page::write_two(&first, &second, &target, false).unwrap();
+    assert!(made.bytes < SIZE_LIMIT_OF_TWO as u64);
+    assert_eq!(made.samples, made.samples_kept);
+    let page = Page::read(&target);
+    let times = first.column("time", 0..made.samples).unwrap();
+    let rows = second.sample_count().unwrap();
+    let other_times = second.column("time", 0..rows).unwrap();
+    for name in ["relative_velocity", "phi1", "transmitted_torque"] {
+        let (difference, _) = page.channel(&format!("difference_of_{name}"));
+        let (ours, theirs) = (
+            first.column(name, 0..made.samples).unwrap(),
+            second.column(name, 0..rows).unwrap(),
+        );
+        let expected: Vec<f64> = difference
+            .iter()
+            .enumerate()
+            .map(
+                |(k, shown)| match other_times.binary_search_by(|t| t.total_cmp(&times[k])) {
+                    Ok(row) => ours[k] - theirs[row],
+                    // Between two samples of the second run it is on a line.
+                    Err(_) => *shown,
+                },
+            )
+            .collect();
+        assert!(expected.iter().any(|difference| difference.abs() > 0.0));
+        assert_decoded(name, &difference, &expected, page.block());
+    }
+    let note = page.trajectory["notes"].to_string();
+    assert!(note.contains("first run less the second"), "{note}");
+    let other = &page.run["second"];
+    assert_eq!(doubles(&other["trajectory"]["time"]), other_times);
+    let (ours, theirs) = (first.events().unwrap(), second.events().unwrap());
+    let pairs = other["pairs"].as_array().unwrap();
+    let indices = |pair: &serde_json::Value| (pair[0].as_u64().unwrap() as usize, pair[1].as_u64().unwrap() as usize);
+    for (k, m) in pairs.iter().map(indices) {
+        assert_eq!(ours[k].kind, theirs[m].kind);
+    }
+    // Every first stick has its partner, a fraction of a natural period later or earlier.
+    let stick = |events: &[stickslip::record::Event]| events.iter().position(|e| e.kind == EventKind::Stick).unwrap();
+    assert!(
+        pairs
+            .iter()
+            .map(indices)
+            .any(|pair| pair == (stick(&ours), stick(&theirs)))
+    );
+    assert!(pairs.len() * 10 > ours.len() * 8, "{} of {}", pairs.len(), ours.len());
+}
+
 #[test]
 fn results_shaded_modes_are_those_of_the_segments() {
     let folder = tempfile::tempdir().unwrap();
@@ -365,6 +482,12 @@ fn results_a_certificate_is_shown_where_there_is_one() {
         .unwrap()
         .write_scalar(&verdict)
         .unwrap();
+    group
+        .new_attr::<f64>()
+        .create("witnesses")
+        .unwrap()
+        .write_scalar(&3.0)
+        .unwrap();
     let rtols = group
         .new_dataset_builder()
         .with_data(&[1e-8, 1e-9, 1e-10])
@@ -384,6 +507,8 @@ fn results_a_certificate_is_shown_where_there_is_one() {
         certificate["attributes"][0],
         serde_json::json!(["verdict", "12 digits"])
     );
+    // A whole number has no decimal point.
+    assert_eq!(certificate["attributes"][1], serde_json::json!(["witnesses", "3"]));
     assert_eq!(certificate["columns"][0]["name"], "rtol");
     assert_eq!(doubles(&certificate["columns"][0]["values"]), [1e-8, 1e-9, 1e-10]);
 }

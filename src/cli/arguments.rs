@@ -83,7 +83,7 @@ pub(super) enum Command {
     Calibrate(CalibrateOptions),
     /// Draw figures of result files, or write an interactive page.
     #[command(
-        override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> --html <PAGE>\n       stickslip plot --list"
+        override_usage = "stickslip plot [OPTIONS] <FILE>...\n       stickslip plot <FILE> [FILE] --html <PAGE>\n       stickslip plot --list"
     )]
     Plot(PlotOptions),
     /// Write a table of a result as CSV, NPZ, MAT or Parquet.

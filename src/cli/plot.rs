@@ -251,36 +251,61 @@ fn no_run(error: PlotError) -> CommandError {
     }
 }
 
-/// Writes the interactive page of a result file.
+/// Writes the interactive page of a result file, or of two.
 fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, CommandError> {
-    let [file] = &options.files[..] else {
-        return Err(CommandError::Input(format!(
-            "--html shows one run on a page, and {} files are given; make a page of each, or leave out --html to draw \
-             them over each other",
-            options.files.len()
-        )));
-    };
-    match plot_studies::kind(file).map_err(bad)? {
-        Kind::Sweep(file) => {
-            let page = studies::page::write(&file, &options.quantities, path, options.force).map_err(bad)?;
-            return finish_page(path, &page, common);
+    for file in &options.files {
+        match plot_studies::kind(file).map_err(bad)? {
+            Kind::Run if options.quantities.is_empty() => {}
+            Kind::Run => {
+                return Err(CommandError::Input(format!(
+                    "{}: --quantity is for the page of a sweep; leave it out, the page of a run has all channels",
+                    file.display()
+                )));
+            }
+            Kind::WorkPrecision => {
+                return Err(CommandError::Input(format!(
+                    "{}: a work-precision study has no page; leave out --html to draw its figure",
+                    file.display()
+                )));
+            }
+            Kind::Sweep(_) if options.files.len() > 1 => {
+                return Err(CommandError::Input(format!(
+                    "{}: a sweep has a page of its own; give one file",
+                    file.display()
+                )));
+            }
+            Kind::Sweep(sweep) => {
+                let page = studies::page::write(&sweep, &options.quantities, path, options.force).map_err(bad)?;
+                return finish_page(path, &page, common);
+            }
         }
-        Kind::WorkPrecision => {
-            return Err(CommandError::Input(format!(
-                "{}: a work-precision study has no page; leave out --html to draw its figure",
-                file.display()
-            )));
-        }
-        Kind::Run if !options.quantities.is_empty() => {
-            return Err(CommandError::Input(format!(
-                "{}: --quantity is for the page of a sweep; leave it out, the page of a run has all channels",
-                file.display()
-            )));
-        }
-        Kind::Run => {}
     }
-    let file = ResultFile::open(file).map_err(|error| no_run(error.into()))?;
-    let page = page::write(&file, path, options.force).map_err(bad)?;
+    let page = match &options.files[..] {
+        [file] => {
+            let file = ResultFile::open(file).map_err(|error| no_run(error.into()))?;
+            page::write(&file, path, options.force)
+        }
+        [first, second] => {
+            let runs = [Run::open(first).map_err(bad)?, Run::open(second).map_err(bad)?];
+            one_kind(&runs)?;
+            drop(runs);
+            let (first, second) = (ResultFile::open(first), ResultFile::open(second));
+            page::write_two(
+                &first.map_err(bad_file)?,
+                &second.map_err(bad_file)?,
+                path,
+                options.force,
+            )
+        }
+        files => {
+            return Err(CommandError::Input(format!(
+                "--html shows one run on a page, or two, and {} files are given; make a page of each or of two at a time, or leave \
+                 out --html to draw them over each other",
+                files.len()
+            )));
+        }
+    };
+    let page = page.map_err(bad)?;
     finish_page(path, &page, common)
 }
 

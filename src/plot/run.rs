@@ -368,7 +368,7 @@ impl Run {
 
     /// A channel on both sides of every event: as the file has it, or as the equations give it for the state there; `None` of
     /// those that only the whole history gives.
-    fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
+    pub(super) fn at_events(&self, channel: &str) -> Result<Option<Rc<Sides>>, PlotError> {
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
         }

@@ -2,7 +2,14 @@
 
 const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"], [1e-15, "f"]];
 const FONT = '12px system-ui, "DejaVu Sans", sans-serif';
-const INK = "#333";
+
+// The colours of the page by name, as its style has them: there are light ones and dark ones.
+let palette = new Map();
+function ink(name) {
+  if (!palette.has(name)) palette.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  return palette.get(name);
+}
+
 // Below this part of a value, the step between two ticks is read better without the value's leading digits.
 const OFFSET_BELOW = 1e-4;
 
@@ -23,6 +30,14 @@ function withUnit(value, unit, digits = 6) {
   const [factor, prefix] = prefixFor(Math.abs(value));
   if (Math.abs(value) < factor) return minus(`${value.toExponential(2)} ${readable(unit)}`);
   return minus(`${(value / factor).toPrecision(digits)} ${prefix}${readable(unit)}`);
+}
+
+// A value as it is read from an axis: in the axis' prefix and from its offset, with three digits more than the ticks.
+function onAxis(value, axis, unit, from = 0) {
+  if (!isFinite(value)) return minus(String(value));
+  const number = (value - from - axis.offset) / axis.factor, text = number.toFixed(Math.min(axis.decimals + 3, 20));
+  const sign = (axis.offset !== 0 || from !== 0) && number > 0 ? "+" : "";
+  return `${sign}${minus(text)} ${axis.prefix}${readable(unit)}`;
 }
 
 // About one tick in `spacing` pixels; `label` is what the tick labels leave out: prefix and offset.
@@ -47,7 +62,7 @@ function axisOf(from, to, pixels, spacing) {
     const sign = offset !== 0 && value > 0 && !zero ? "+" : "";
     ticks.push({ value: k * step, text: zero ? (0).toFixed(decimals) : sign + minus(text) });
   }
-  return { ticks, prefix, offset, offsetText: minus(offsetText) };
+  return { ticks, prefix, factor, decimals, offset, offsetText: minus(offsetText) };
 }
 
 // A canvas that fills its place, sharp on any screen; returns its context in CSS pixels.

@@ -3,6 +3,7 @@
 use super::form::{Colour, Curve, Form, FormCase, Panel, Portrait};
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
+use crate::plot::Run;
 use crate::results::schema;
 
 /// The columns of a brake's trajectory that its page has.
@@ -29,7 +30,7 @@ const OF_BRAKE: [&str; 19] = [
 ];
 
 /// The form of a file of a brake.
-pub(super) fn form(case: Option<Case>) -> Form {
+pub(super) fn form(case: Option<(Case, Run)>) -> Form {
     use Colour::{Blue, Green, Orange, Purple, Vermillion};
     let curve = |channel: &str, name: &str, colour: Colour| Curve::new(channel, name, colour);
     let energies = vec![
@@ -134,15 +135,14 @@ pub(super) fn form(case: Option<Case>) -> Form {
     let variables = schema::trajectory().variables.into_iter();
     let arm = case
         .as_ref()
-        .map(|case| TorsionModel::new(&case.parameters).breakaway_torque(1.0));
+        .map(|(case, _)| TorsionModel::new(&case.parameters).breakaway_torque(1.0));
     Form {
-        case: FormCase::Brake(case.map(Box::new)),
+        case: FormCase::Brake(case.map(|(case, run)| (Box::new(case), Box::new(run)))),
         variables: variables.filter(|v| OF_BRAKE.contains(&v.name.as_str())).collect(),
         panels,
         portraits,
         breakaway_arm: arm,
         torque_unit: "N m",
-        shades: "",
         buttons: "",
         cards: String::new(),
         tables: "",

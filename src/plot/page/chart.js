@@ -1,10 +1,10 @@
 // The panels over time: one view for all of them, drawn column of pixels by column of pixels.
 
-// Okabe and Ito's colours, which colour-blind readers can tell apart.
-const BLUE = "#0072B2", VERMILLION = "#D55E00", GREEN = "#009E73", ORANGE = "#E69F00", PURPLE = "#CC79A7", BLACK = "#000000";
+// Names of colours in the page's style: Okabe and Ito's, which colour-blind readers can tell apart, lighter on a dark page.
+const BLUE = "blue", VERMILLION = "vermillion", GREEN = "green", ORANGE = "orange", PURPLE = "purple", BLACK = "black", GREY = "grey";
 
 // By mode code's name: what is behind the curves.
-const SHADES = { "separated": "#d9d9d9", "stick": "#fae8c2", "slip-forward": "#ffffff", "slip-backward": "#f4e2ec"{{shades}} };
+const SHADES = { "separated": "separated", "stick": "stick", "slip-forward": "ground", "slip-backward": "backward", "engaged": "ground" };
 
 // By kind: colour, outline around (0, 0), whether it is filled.
 const GLYPHS = {
@@ -14,7 +14,7 @@ const GLYPHS = {
   separation: [BLACK, "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", false],
   contact: [BLACK, "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z", true],
   kick: [GREEN, "M0-6L1.8-1.8L6 0L1.8 1.8L0 6L-1.8 1.8L-6 0L-1.8-1.8Z", true],
-  corner: ["#555555", "M-5 4L0-4L5 4", false],
+  corner: [GREY, "M-5 4L0-4L5 4", false],
   destabilised: [BLACK, "M0-5L5 4H-5Z", false],
   restabilised: [BLACK, "M0 5L5-4H-5Z", false],
 };
@@ -30,18 +30,31 @@ const CHANGE_BELOW = 0.1;
 // The shortest view: events are known to about 1e-12 s, times of 7 s resolve 1e-15 s.
 const SHORTEST = 1e-7;
 
+// A channel of the first run less the same of the second.
+const DIFFERENCE = "difference_of_";
+
+// The panels of one run, or of two: behind those of quantities that are shown, those of their differences.
+function panelsOf(trajectory) {
+  const all = PANELS.map(panel => ({ ...panel, curves: panel.curves.filter(([name]) => trajectory.has(name)) }));
+  return all.flatMap(panel => {
+    const curves = panel.curves.map(([name, ...rest]) => [DIFFERENCE + name, ...rest]).filter(([name]) => trajectory.has(name));
+    const difference = { title: `Difference, ${panel.title[0].toLowerCase()}${panel.title.slice(1)}`, curves, shown: panel.shown && !panel.change };
+    return curves.length ? [panel, difference] : [panel];
+  });
+}
+
 class Chart {
-  // `run` has modes {start, code, names} and events {time, kind, kinds, states}, decoded.
-  constructor(root, trajectory, run, onDraw) {
-    Object.assign(this, { root, trajectory, run, onDraw });
-    const times = [...run.events.time.slice(-1), trajectory.end(trajectory.size - 1)];
-    this.limits = [trajectory.time[0], Math.max(...times)];
+  // `sources` are one run or two; the first has the ground and the list of events.
+  constructor(root, sources, onDraw) {
+    Object.assign(this, { root, sources, onDraw, trajectory: sources[0].trajectory, run: sources[0] });
+    const ends = sources.flatMap(({ events, trajectory }) => [...events.time.slice(-1), trajectory.end(trajectory.size - 1)]);
+    this.limits = [Math.min(...sources.map(({ trajectory }) => trajectory.time[0])), Math.max(...ends)];
     if (!(this.limits[1] > this.limits[0])) this.limits[1] = this.limits[0] + 1e-3;
     [this.from, this.to] = this.limits;
     this.strip = root.appendChild(document.createElement("canvas"));
-    this.panels = PANELS.map(definition => this.makePanel(definition));
+    this.panels = panelsOf(this.trajectory).map(definition => this.makePanel(definition));
     this.axis = root.appendChild(document.createElement("canvas"));
-    this.strip.style.height = `${STRIP}px`;
+    this.strip.style.height = `${STRIP * sources.length}px`;
     this.axis.style.height = `${AXIS}px`;
     this.pending = false;
     new ResizeObserver(() => this.schedule()).observe(root);
@@ -49,32 +62,43 @@ class Chart {
 
   makePanel(definition) {
     const box = this.root.appendChild(document.createElement("div"));
+    box.className = "panel";
+    const title = box.appendChild(document.createElement("b"));
     const legend = box.appendChild(document.createElement("div"));
     legend.className = "legend";
-    const title = legend.appendChild(document.createElement("b"));
-    const curves = definition.curves.filter(([name]) => this.trajectory.has(name));
-    const panel = { title: definition.title, box, titleElement: title, canvas: null, shown: definition.shown, change: definition.change, curves: [] };
-    for (const [name, label, colour, limit] of curves) {
-      const curve = { name, colour, limit: limit === "limit", thin: name.startsWith("breakaway"), on: true, output: null };
+    const panel = { title: definition.title, box, titleElement: title, canvas: null, scale: null, shown: definition.shown, change: definition.change, curves: [] };
+    panel.unit = definition.curves.length ? readable(this.trajectory.unit(definition.curves[0][0])) : "";
+    for (const [name, label, colour, limit] of definition.curves) {
+      const curve = { name, label, colour, limit: limit === "limit", thin: name.startsWith("breakaway"), on: true, shift: 0, button: null, output: null };
       panel.curves.push(curve);
       const button = legend.appendChild(document.createElement("button"));
       button.type = "button";
       button.setAttribute("aria-pressed", "true");
       const swatch = button.appendChild(document.createElement("i"));
-      swatch.style.borderColor = colour;
+      swatch.style.borderColor = `var(--${colour})`;
+      curve.button = button;
       if (curve.limit) swatch.style.borderTopStyle = "dashed";
       button.append(label);
-      curve.output = button.appendChild(document.createElement("output"));
-      button.addEventListener("click", () => {
-        curve.on = !curve.on;
-        button.setAttribute("aria-pressed", String(curve.on));
-        this.schedule();
-      });
+      // Of a limit there is no reading.
+      if (!curve.limit) curve.output = button.appendChild(document.createElement("output"));
+      button.addEventListener("click", () => this.switchCurve(curve, !curve.on));
     }
     panel.canvas = box.appendChild(document.createElement("canvas"));
     panel.canvas.style.height = `${PANEL}px`;
     box.hidden = !panel.shown;
     return panel;
+  }
+
+  switchCurve(curve, on) {
+    curve.on = on;
+    curve.button.setAttribute("aria-pressed", String(on));
+    this.schedule();
+  }
+
+  showPanel(panel, shown) {
+    panel.shown = shown;
+    panel.box.hidden = !shown;
+    this.schedule();
   }
 
   // Sets the view, as close as the limits allow, and draws it with the next frame.
@@ -120,11 +144,17 @@ class Chart {
     this.plotWidth = this.width - LEFT - RIGHT;
     this.scale = this.plotWidth / (this.to - this.from);
     this.ticks = axisOf(this.from, this.to, this.plotWidth, 85);
-    this.columns = this.columnsInView();
     this.shades = this.shadesInView();
-    this.marks = this.eventsInView();
-    // Room for the states at the events.
-    this.rings = this.eventCount * 24 <= this.plotWidth;
+    for (const source of this.sources) {
+      source.columns = this.columnsInView(source.trajectory);
+      source.marks = this.eventsInView(source.events);
+      source.inView = [lowerBound(source.events.time, this.from), upperBound(source.events.time, this.to)];
+      source.entries = source.columns[source.columns.length - 1] - source.columns[0];
+      // Room for the states at the events as rings.
+      source.rings = (source.inView[1] - source.inView[0]) * 24 <= this.plotWidth;
+    }
+    this.marks = this.run.marks;
+    this.eventCount = this.run.inView[1] - this.run.inView[0];
     for (const panel of this.panels) if (panel.shown) this.drawPanel(panel);
     this.drawStrip();
     this.drawAxis();
@@ -133,8 +163,8 @@ class Chart {
 
   // Indices of entries: column c has those from starts[c] to starts[c + 1] - 1. The first and the last are the
   // neighbours of the view, to which the curves go on.
-  columnsInView() {
-    const { time, size } = this.trajectory, starts = [];
+  columnsInView({ time, size }) {
+    const starts = [];
     const last = Math.min(lowerBound(time, this.to) + 1, size);
     let i = Math.max(lowerBound(time, this.from) - 1, 0);
     while (i < last) {
@@ -164,11 +194,9 @@ class Chart {
   }
 
   // [x, index] of the events, one of a kind in three pixels.
-  eventsInView() {
-    const { time, kind } = this.run.events, marks = [], latest = {};
-    this.eventCount = 0;
+  eventsInView({ time, kind }) {
+    const marks = [], latest = {};
     for (let i = lowerBound(time, this.from); i < time.length && time[i] <= this.to; i++) {
-      this.eventCount++;
       const x = this.x(time[i]);
       if (x - latest[kind[i]] < 3) continue;
       latest[kind[i]] = x;
@@ -180,100 +208,117 @@ class Chart {
   drawPanel(panel) {
     const context = prepare(panel.canvas, this.width, PANEL);
     const right = this.width - RIGHT, top = 2, bottom = PANEL - 2;
-    context.fillStyle = SHADES["slip-forward"];
+    context.fillStyle = ink("ground");
     context.fillRect(LEFT, top, this.plotWidth, bottom - top);
-    for (const [x0, x1, colour] of this.shades) {
-      if (colour === SHADES["slip-forward"]) continue;
-      context.fillStyle = colour;
+    for (const [x0, x1, shade] of this.shades) {
+      if (shade === "ground") continue;
+      context.fillStyle = ink(shade);
       context.fillRect(x0, top, x1 - x0, bottom - top);
     }
     const curves = panel.curves.filter(curve => curve.on);
     const change = panel.change && this.to - this.from < CHANGE_BELOW * (this.limits[1] - this.limits[0]);
-    for (const curve of curves) curve.shift = change ? this.leftValue(curve) : 0;
+    for (const curve of panel.curves) curve.shift = change ? this.leftValue(curve) : 0;
     const [low, high] = this.rangeOf(curves);
     const y = value => bottom - (value - low) / (high - low) * (bottom - top);
     const axis = axisOf(low, high, bottom - top, 25);
+    panel.scale = axis;
     context.textAlign = "right";
     context.textBaseline = "middle";
     for (const tick of axis.ticks) {
       const at = y(tick.value);
-      context.fillStyle = "#0000001c";
+      context.fillStyle = ink("grid");
       context.fillRect(LEFT, Math.round(at), this.plotWidth, 1);
-      context.fillStyle = INK;
+      context.fillStyle = ink("axis");
       if (at > 6 && at < PANEL - 6) context.fillText(tick.text, LEFT - 6, at);
     }
-    context.fillStyle = "#0000001c";
+    context.fillStyle = ink("grid");
     for (const tick of this.ticks.ticks) context.fillRect(Math.round(this.x(tick.value)), top, 1, bottom - top);
     context.save();
     context.beginPath();
     context.rect(LEFT, top, this.plotWidth, bottom - top);
     context.clip();
     if (this.eventCount < this.plotWidth / 7) this.drawEventLines(context, top, bottom);
-    for (const curve of curves) this.drawCurve(context, curve, value => y(value - curve.shift));
+    for (const curve of curves) {
+      for (const source of this.sources) if (source.trajectory.has(curve.name)) this.drawCurve(context, source, curve, value => y(value - curve.shift));
+    }
     context.restore();
-    context.strokeStyle = "#999";
+    context.strokeStyle = ink("frame");
     context.strokeRect(LEFT + 0.5, top + 0.5, this.plotWidth - 1, bottom - top - 1);
-    const unit = panel.curves.length ? readable(this.trajectory.channel(panel.curves[0].name).unit) : "";
-    const offset = axis.offset ? `, from ${axis.offsetText} ${unit}` : "";
-    panel.titleElement.textContent = `${panel.title}${change ? " since the left edge" : ""}, ${axis.prefix}${unit}${offset}`;
+    const offset = axis.offset ? `, from ${axis.offsetText} ${panel.unit}` : "";
+    panel.titleElement.textContent = `${panel.title}${change ? " since the left edge" : ""}, ${axis.prefix}${panel.unit}${offset}`;
   }
 
   rangeOf(curves) {
-    const first = this.columns[0], last = this.columns[this.columns.length - 1];
     let low = Infinity, high = -Infinity;
+    const take = (value, shift) => {
+      if (value - shift < low) low = value - shift;
+      if (value - shift > high) high = value - shift;
+    };
     for (const curve of curves) {
       if (curve.limit) continue;
-      const { pyramid, low: values } = this.trajectory.channel(curve.name);
-      // The neighbours of the view count only where the curve enters and leaves it.
-      pyramid.extremes(Math.min(first + 1, last), Math.max(last - 1, first));
-      const edges = [this.valueAt(values, this.from, first), this.valueAt(values, this.to, Math.max(last - 2, first))];
-      const states = this.rings && this.run.events.states.get(curve.name);
-      if (states) for (const [, i] of this.marks) edges.push(states.before[i], states.after[i]);
-      low = Math.min(low, pyramid.low - curve.shift, ...edges.filter(isFinite).map(value => value - curve.shift));
-      high = Math.max(high, pyramid.high - curve.shift, ...edges.filter(isFinite).map(value => value - curve.shift));
+      for (const source of this.sources) {
+        if (!source.trajectory.has(curve.name)) continue;
+        const { pyramid } = source.trajectory.channel(curve.name), states = source.events.states.get(curve.name);
+        const first = source.columns[0], last = source.columns[source.columns.length - 1];
+        // The neighbours of the view count only where the curve enters and leaves it.
+        pyramid.extremes(Math.min(first + 1, last), Math.max(last - 1, first));
+        const ends = [pyramid.low, pyramid.high, source.valueAt(curve.name, this.from), source.valueAt(curve.name, this.to)];
+        if (states) {
+          states.pyramid.extremes(...source.inView);
+          ends.push(states.pyramid.low, states.pyramid.high);
+        }
+        for (const value of ends) if (isFinite(value)) take(value, curve.shift);
+      }
     }
     return padded(low, high);
   }
 
   leftValue(curve) {
-    const value = this.valueAt(this.trajectory.channel(curve.name).low, this.from, this.columns[0]);
+    const value = this.run.valueAt(curve.name, this.from);
     return isFinite(value) ? value : 0;
   }
 
-  // On the straight line from entry i to the next.
-  valueAt(values, time, i) {
-    const t = this.trajectory.time;
-    if (i + 1 >= this.trajectory.size || !(time > t[i])) return values[i];
-    return values[i] + (values[i + 1] - values[i]) * Math.min((time - t[i]) / (t[i + 1] - t[i]), 1);
-  }
-
   drawEventLines(context, top, bottom) {
+    context.globalAlpha = 0.45;
     for (const [x, i] of this.marks) {
-      context.fillStyle = GLYPHS[this.run.events.kinds[this.run.events.kind[i]]][0] + "70";
+      context.fillStyle = ink(GLYPHS[this.run.events.kinds[this.run.events.kind[i]]][0]);
       context.fillRect(Math.round(x), top, 1, bottom - top);
     }
+    context.globalAlpha = 1;
   }
 
-  drawCurve(context, curve, y) {
-    context.beginPath();
-    const entries = this.columns[this.columns.length - 1] - this.columns[0];
-    const dense = entries > 2 * this.plotWidth;
-    if (dense) this.traceColumns(context, curve, y);
-    else this.traceVertices(context, curve, y);
-    context.strokeStyle = curve.colour;
+  // The second of two runs is dotted, and where it is too dense for that, pale.
+  drawCurve(context, source, curve, y) {
+    const { entries, trajectory } = source, second = source !== this.run, dense = entries > 2 * this.plotWidth;
     // A line of one pixel takes a fraction of the time of a broader one; where it is dense, it looks the same.
-    context.lineWidth = curve.thin || 4 * entries > this.plotWidth ? 1 : 1.4;
-    context.setLineDash(curve.limit ? [5, 4] : []);
-    context.stroke();
-    context.setLineDash([]);
-    if (this.trajectory.bucket) this.drawBands(context, curve, y);
-    if (entries * 7 < this.plotWidth && !curve.limit) this.drawDots(context, curve, y);
-    if (this.rings) this.drawRings(context, curve, y);
+    const width = curve.thin || 4 * entries > this.plotWidth ? 1 : 1.4;
+    const stroke = (dash, trace) => {
+      context.beginPath();
+      trace();
+      context.strokeStyle = ink(curve.colour);
+      context.lineWidth = second ? 2 : width;
+      context.globalAlpha = second && dense ? 0.5 : 1;
+      context.setLineDash(dash);
+      context.stroke();
+      context.setLineDash([]);
+      context.globalAlpha = 1;
+    };
+    if (dense) {
+      stroke(curve.limit ? [5, 4] : [], () => this.traceColumns(context, source, curve, y));
+    } else {
+      const points = this.vertices(source, curve.name);
+      stroke(curve.limit ? [5, 4] : second ? [1.5, 3] : [], () => this.traceVertices(context, source, points, y, false));
+      if (source.sparse.from.length) stroke([7, 5], () => this.traceVertices(context, source, points, y, true));
+    }
+    if (trajectory.bucket) this.drawBands(context, source, curve, y);
+    if (entries * 7 < this.plotWidth && !curve.limit) this.drawDots(context, source, curve, y);
+    if (source.rings && !curve.limit) this.drawRings(context, source, curve, y);
   }
 
-  // More entries than pixels: in each column from the first by way of least and largest to the last.
-  traceColumns(context, curve, y) {
-    const { trajectory, columns } = this, { low, pyramid } = trajectory.channel(curve.name);
+  // More entries than pixels: in each column from the first by way of least and largest to the last, states at events included.
+  traceColumns(context, source, curve, y) {
+    const { trajectory, columns, events } = source, { low, pyramid } = trajectory.channel(curve.name);
+    const states = events.states.get(curve.name);
     let down = false, x = 0, latest = NaN;
     const to = value => {
       if (isNaN(value) || (down && value === latest)) return;
@@ -282,39 +327,72 @@ class Chart {
       down = true;
       latest = value;
     };
+    let event = states ? lowerBound(events.time, trajectory.time[columns[0]]) : 0;
     for (let c = 0; c + 1 < columns.length; c++) {
-      const i = columns[c], j = columns[c + 1], first = low[i], last = low[j - 1];
+      const i = columns[c], j = columns[c + 1], first = low[i], last = low[j - 1], before = event;
+      const end = j < trajectory.size ? trajectory.time[j] : Infinity;
+      while (states && event < events.time.length && events.time[event] < end) event++;
       x = Math.round(this.x(trajectory.time[i]));
       latest = NaN;
-      if (j === i + 1) {
+      if (j === i + 1 && event === before) {
         // A bucket that is a column of its own is a band.
         if (trajectory.isBucket(i) || isNaN(first)) down = false;
         else to(first);
         continue;
       }
       pyramid.extremes(i, j);
-      if (pyramid.low === Infinity) {
+      let { low: least, high: most } = pyramid;
+      if (event > before) {
+        states.pyramid.extremes(before, event);
+        least = Math.min(least, states.pyramid.low);
+        most = Math.max(most, states.pyramid.high);
+      }
+      if (least === Infinity) {
         down = false;
         continue;
       }
       const rising = !(last < first);
       to(first);
-      to(rising ? pyramid.low : pyramid.high);
-      to(rising ? pyramid.high : pyramid.low);
+      to(rising ? least : most);
+      to(rising ? most : least);
       to(last);
     }
   }
 
-  // Few entries: through each sample, and through the states on both sides of the events between them.
-  traceVertices(context, curve, y) {
-    const { trajectory, columns } = this, { time } = trajectory, { low } = trajectory.channel(curve.name);
-    const states = this.rings && this.run.events.states.get(curve.name), eventTime = this.run.events.time;
+  // Few entries: each sample, and the states on both sides of the events between them. A NaN is a gap.
+  vertices(source, name) {
+    const { trajectory, columns, events } = source, { time } = trajectory, { low } = trajectory.channel(name);
+    const states = events.states.get(name), times = [], values = [];
     const first = columns[0], last = columns[columns.length - 1];
-    const left = this.timeAt(LEFT - 20), right = this.timeAt(this.width - RIGHT + 20);
-    let t0 = NaN, v0 = NaN, down = false, event = lowerBound(eventTime, time[first]);
-    // The neighbours of the view may be a million pixels away: lines begin and end just outside of it instead.
-    const to = (t1, v1) => {
-      if (t0 <= t1 && t1 >= left && t0 <= right) {
+    const push = (t, value) => {
+      times.push(t);
+      values.push(value);
+    };
+    let event = lowerBound(events.time, time[first]);
+    const pass = until => {
+      for (; states && event < events.time.length && events.time[event] <= until; event++) {
+        push(events.time[event], states.before[event]);
+        push(events.time[event], states.after[event]);
+      }
+    };
+    for (let i = first; i < last; i++) {
+      if (i > first) pass(time[i]);
+      push(time[i], trajectory.isBucket(i) ? NaN : low[i]);
+    }
+    // Behind the last sample of the run.
+    if (last === trajectory.size) pass(this.limits[1]);
+    return { times, values };
+  }
+
+  // The lines that are in stretches with too few samples, or the others.
+  traceVertices(context, source, { times, values }, y, sparse) {
+    const left = this.timeAt(LEFT - 20), right = this.timeAt(this.width - RIGHT + 20), some = source.sparse.from.length > 0;
+    let down = false;
+    for (let k = 0; k < times.length; k++) {
+      const t0 = k > 0 ? times[k - 1] : NaN, v0 = k > 0 ? values[k - 1] : NaN, t1 = times[k], v1 = values[k];
+      const mine = some ? source.isSparse((t0 + t1) / 2) === sparse : !sparse;
+      // The neighbours of the view may be a million pixels away: lines begin and end just outside of it instead.
+      if (mine && t0 <= t1 && t1 >= left && t0 <= right && !isNaN(v0) && !isNaN(v1)) {
         const at = t => (t1 > t0 ? v0 + (v1 - v0) * (t - t0) / (t1 - t0) : v1);
         const begin = Math.max(t0, left), end = Math.min(t1, right);
         if (!down) context.moveTo(this.x(begin), y(begin === t0 ? v0 : at(begin)));
@@ -323,26 +401,17 @@ class Chart {
       } else {
         down = false;
       }
-      t0 = isNaN(v1) ? NaN : t1;
-      v0 = v1;
-    };
-    for (let i = first; i < last; i++) {
-      for (; states && i > first && event < eventTime.length && eventTime[event] <= time[i]; event++) {
-        to(eventTime[event], states.before[event]);
-        to(eventTime[event], states.after[event]);
-      }
-      if (trajectory.isBucket(i)) to(NaN, NaN);
-      else to(time[i], low[i]);
     }
   }
 
   // What stands for samples that are not on the page: from the least to the largest value.
-  drawBands(context, curve, y) {
-    const { trajectory, columns } = this, { low, high } = trajectory.channel(curve.name);
-    context.fillStyle = `${curve.colour}80`;
+  drawBands(context, source, curve, y) {
+    const { trajectory, columns } = source, { low, high } = trajectory.channel(curve.name);
+    context.fillStyle = ink(curve.colour);
+    context.globalAlpha = 0.5;
     for (let c = 0; c + 1 < columns.length; c++) {
       const i = columns[c];
-      if (columns[c + 1] > i + 1 && columns[columns.length - 1] - columns[0] > 2 * this.plotWidth) continue;
+      if (columns[c + 1] > i + 1 && source.entries > 2 * this.plotWidth) continue;
       for (let k = i; k < columns[c + 1]; k++) {
         if (!trajectory.isBucket(k)) continue;
         const x0 = Math.max(this.x(trajectory.time[k]), LEFT - 5), x1 = Math.min(this.x(trajectory.end(k)), this.width);
@@ -350,12 +419,13 @@ class Chart {
         context.fillRect(x0, top - 0.5, Math.max(x1 - x0, 1), y(low[k]) - top + 1);
       }
     }
+    context.globalAlpha = 1;
   }
 
   // Where they are far enough apart, the samples themselves.
-  drawDots(context, curve, y) {
-    const { columns, trajectory } = this, values = trajectory.channel(curve.name).low;
-    context.fillStyle = curve.colour;
+  drawDots(context, source, curve, y) {
+    const { columns, trajectory } = source, values = trajectory.channel(curve.name).low;
+    context.fillStyle = ink(curve.colour);
     context.beginPath();
     for (let i = columns[0]; i < columns[columns.length - 1]; i++) {
       const x = this.x(trajectory.time[i]);
@@ -367,12 +437,12 @@ class Chart {
   }
 
   // Events are not samples: the states before and after each are rings.
-  drawRings(context, curve, y) {
-    const states = this.run.events.states.get(curve.name);
+  drawRings(context, source, curve, y) {
+    const states = source.events.states.get(curve.name);
     if (!states) return;
-    context.strokeStyle = curve.colour;
+    context.strokeStyle = ink(curve.colour);
     context.lineWidth = 1;
-    for (const [x, i] of this.marks) {
+    for (const [x, i] of source.marks) {
       for (const value of [states.before[i], states.after[i]]) {
         context.beginPath();
         context.arc(x, y(value), 3.5, 0, 7);
@@ -382,19 +452,20 @@ class Chart {
   }
 
   drawStrip() {
-    const context = prepare(this.strip, this.width, STRIP);
-    const { kinds, kind } = this.run.events;
-    context.fillStyle = INK;
+    const context = prepare(this.strip, this.width, STRIP * this.sources.length);
     context.textAlign = "right";
     context.textBaseline = "middle";
-    context.fillText("events", LEFT - 6, STRIP / 2);
-    for (const [x, i] of this.marks) drawGlyph(context, kinds[kind[i]], x, STRIP / 2);
+    this.sources.forEach(({ events: { kinds, kind }, marks }, k) => {
+      context.fillStyle = ink("axis");
+      context.fillText(this.sources.length > 1 ? `run ${k + 1}` : "events", LEFT - 6, STRIP * (k + 0.5));
+      for (const [x, i] of marks) drawGlyph(context, kinds[kind[i]], x, STRIP * (k + 0.5));
+    });
   }
 
   drawAxis() {
     const context = prepare(this.axis, this.width, AXIS);
     const { ticks, prefix, offset, offsetText } = this.ticks;
-    context.fillStyle = INK;
+    context.fillStyle = ink("axis");
     context.textBaseline = "top";
     context.textAlign = "center";
     for (const tick of ticks) {
@@ -413,9 +484,9 @@ function drawGlyph(context, kind, x, y) {
   const [colour, , filled] = GLYPHS[kind], path = glyphPaths[kind];
   context.save();
   context.translate(x, y);
-  context.fillStyle = filled ? colour : "#ffffff";
+  context.fillStyle = ink(filled ? colour : "ground");
   context.fill(path);
-  context.strokeStyle = colour;
+  context.strokeStyle = ink(colour);
   context.lineWidth = 1.3;
   context.stroke(path);
   context.restore();
@@ -430,8 +501,8 @@ function glyphElement(kind) {
   svg.setAttribute("viewBox", "-6 -6 12 12");
   svg.setAttribute("aria-hidden", "true");
   path.setAttribute("d", outline);
-  path.setAttribute("fill", filled ? colour : "#ffffff");
-  path.setAttribute("stroke", colour);
+  path.style.fill = `var(--${filled ? colour : "ground"})`;
+  path.style.stroke = `var(--${colour})`;
   path.setAttribute("stroke-width", "1.3");
   return svg;
 }

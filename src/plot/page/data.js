@@ -31,6 +31,13 @@ function lowerBound(values, x, low = 0, high = values.length) {
   return low;
 }
 
+// The first index whose value is above x, or the length.
+function upperBound(values, x) {
+  let i = lowerBound(values, x);
+  while (i < values.length && values[i] === x) i++;
+  return i;
+}
+
 // Least and largest value of any stretch of a column, in logarithmic time: level k + 1 has those of eight of level k.
 class Pyramid {
   constructor(low, high) {
@@ -97,6 +104,10 @@ class Trajectory {
     return this.known.has(name) || this.decoded.has(name);
   }
 
+  unit(name) {
+    return (this.known.get(name) || this.decoded.get(name)).unit;
+  }
+
   // Decoded when it is first asked for, so that the page opens quickly.
   channel(name) {
     let channel = this.decoded.get(name);
@@ -134,5 +145,56 @@ class Trajectory {
   nearest(time) {
     const i = Math.min(lowerBound(this.time, time), this.size - 1);
     return i > 0 && time - this.time[i - 1] < this.time[i] - time ? i - 1 : i;
+  }
+}
+
+// A run as its curves need it: the trajectory, the modes {start, code, names}, the events {time, kind, kinds, states} and the
+// stretches {from, to} with too few samples for a straight line between them.
+class Source {
+  constructor(run, trajectory) {
+    this.trajectory = trajectory;
+    this.modes = { names: run.modes.names, start: doubles(run.modes.start), code: codes(run.modes.code) };
+    const { count, kinds, time, kind, mode_after, internal_force } = run.events;
+    this.events = { count, kinds, time: doubles(time), kind: codes(kind), mode_after: codes(mode_after), internal_force: doubles(internal_force) };
+    this.events.states = new Map(run.events.states.map(({ name, before, after }) => [name, Source.sides(doubles(before), doubles(after))]));
+    this.sparse = { from: doubles(run.sparse.from), to: doubles(run.sparse.to) };
+    this.addLimit(run.breakaway_arm, run.torque_unit);
+  }
+
+  static sides(before, after) {
+    const low = before.map((value, k) => Math.min(value, after[k])), high = before.map((value, k) => Math.max(value, after[k]));
+    return { before, after, pyramid: new Pyramid(low, high) };
+  }
+
+  // What stick can carry: mu_0 r F_n, either way.
+  addLimit(arm, unit) {
+    if (arm === null || !this.trajectory.has("normal_force")) return;
+    const force = this.trajectory.channel("normal_force"), states = this.events.states.get("normal_force");
+    const times = (values, factor) => values.map(value => value * factor);
+    for (const [name, factor] of [["breakaway_torque", arm], ["breakaway_torque_backward", -arm]]) {
+      const one = times(force.low, factor), other = force.high === force.low ? one : times(force.high, factor);
+      this.trajectory.add(name, factor > 0 ? one : other, factor > 0 ? other : one, unit);
+      if (states) this.events.states.set(name, Source.sides(times(states.before, factor), times(states.after, factor)));
+    }
+  }
+
+  // Whether the time is in a stretch with too few samples.
+  isSparse(time) {
+    const { from, to } = this.sparse, k = lowerBound(to, time);
+    return k < to.length && from[k] < time;
+  }
+
+  // The value of a channel on its curve: a sample, or on the straight line between what is known on both sides.
+  valueAt(name, time) {
+    const { trajectory, events } = this, { time: t, size } = trajectory, values = trajectory.channel(name).low;
+    const i = lowerBound(t, time);
+    if (i < size && t[i] === time) return trajectory.isBucket(i) ? NaN : values[i];
+    const states = events.states.get(name), k = lowerBound(events.time, time);
+    let [t0, v0] = i > 0 ? [trajectory.end(i - 1), trajectory.isBucket(i - 1) ? NaN : values[i - 1]] : [-Infinity, NaN];
+    let [t1, v1] = i < size ? [t[i], trajectory.isBucket(i) ? NaN : values[i]] : [Infinity, NaN];
+    if (states && k < events.time.length && events.time[k] <= t1) [t1, v1] = [events.time[k], states.before[k]];
+    if (states && k > 0 && events.time[k - 1] >= t0) [t0, v0] = [events.time[k - 1], states.after[k - 1]];
+    if (time === t1) return v1;
+    return v0 + (v1 - v0) * (time - t0) / (t1 - t0);
   }
 }

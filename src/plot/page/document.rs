@@ -4,13 +4,16 @@ use serde::Serialize;
 
 use super::encoding;
 use super::form::{Form, FormCase};
+use super::pair::Second;
+use super::sparse::Sparse;
 use super::trains::{self, Orbit};
+use crate::analysis::certificate::Verdict;
 use crate::analysis::headline::HeadlineRow;
 use crate::model::Mode;
 use crate::plot::PlotError;
-use crate::record::{Cycle, CycleStatistics, Event, EventKind, State};
-use crate::results::schema::{group, root};
-use crate::results::{ResultError, ResultFile, Status};
+use crate::record::{Cycle, CycleStatistics, Event, EventKind};
+use crate::results::schema::{self, group, root};
+use crate::results::{AttributeValue, ResultError, ResultFile, Status};
 
 /// Events on a page, with their states.
 const EVENTS: usize = 5_000;
@@ -39,13 +42,23 @@ pub(super) struct Document {
     breakaway_arm: Option<f64>,
     beside_paper: bool,
     headline: Vec<HeadlineRow>,
+    /// UDUNITS of what the interface transmits.
+    torque_unit: &'static str,
     certificate: Option<Certificate>,
+    /// What the certificate says of each event.
+    certified: Option<Certified>,
     provenance: Vec<(String, String)>,
     case_text: String,
     resolved: String,
     modes: Modes,
     events: Events,
     cycles: Cycles,
+    sparse: Sparse,
+    /// How to get what sparse stretches lack.
+    remedy: Option<String>,
+    /// Of two runs the second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) second: Option<Second>,
     /// Of trains.
     #[serde(skip_serializing_if = "Option::is_none")]
     orbit: Option<Orbit>,
@@ -60,6 +73,15 @@ struct Certificate {
 }
 
 #[derive(Debug, Serialize)]
+struct Certified {
+    /// s; infinite, or no number, where nothing is known.
+    uncertainty: String,
+    verdict: String,
+    /// By code.
+    verdicts: Vec<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
 struct CertificateColumn {
     name: String,
     unit: String,
@@ -70,7 +92,7 @@ struct CertificateColumn {
 
 /// Stretch k is from `start` k to `start` k + 1, the last to the end of the run.
 #[derive(Debug, Serialize)]
-struct Modes {
+pub(super) struct Modes {
     /// By code.
     names: Vec<&'static str>,
     start: String,
@@ -78,7 +100,7 @@ struct Modes {
 }
 
 #[derive(Debug, Serialize)]
-struct Events {
+pub(super) struct Events {
     /// In the file.
     count: usize,
     /// By code.
@@ -113,9 +135,8 @@ impl Document {
         let resolved = file.resolved()?;
         let all_events = file.events()?;
         let (headline, natural_period) = form.headline(file, &all_events)?;
-        let states = form.at_events();
-        let room = EVENTS.min(EVENT_VALUES / states.len().max(1));
-        let events = &all_events[..all_events.len().min(room)];
+        let events = shown(&all_events, form)?;
+        let sparse = form.sparse()?;
         if events.len() < all_events.len() {
             notes.push(format!(
                 "The page lists the first {} of {} events.",
@@ -141,17 +162,28 @@ impl Document {
             breakaway_arm: form.breakaway_arm,
             beside_paper: form.is_beside_paper(),
             headline,
+            torque_unit: form.torque_unit,
+            certified: certified(file, events.len())?,
             certificate: certificate(file)?,
             provenance: provenance(file)?,
             case_text: shortened(case_text, "case", &mut notes),
             resolved: shortened(resolved, "resolved case", &mut notes),
             modes: modes(file, &mut notes)?,
             cycles: cycles(&all_events, events),
-            events: self::events(file, &states, events, all_events.len())?,
+            events: self::events(file, form, events, all_events.len())?,
+            remedy: sparse.remedy(&file_name(file)),
+            sparse,
+            second: None,
             orbit,
             notes,
         })
     }
+}
+
+/// The events on a page: the first ones, as far as there is room for the states on both sides of them.
+pub(super) fn shown<'a>(all: &'a [Event], form: &Form) -> Result<&'a [Event], PlotError> {
+    let room = EVENTS.min(EVENT_VALUES / form.at_events()?.len().max(1));
+    Ok(&all[..all.len().min(room)])
 }
 
 /// What a reader of a run that is not complete has to know.
@@ -179,7 +211,7 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
     let attributes = group
         .attributes
         .into_iter()
-        .map(|(name, value)| (name, value.to_string()));
+        .map(|(name, value)| (name, as_read(&value)));
     let columns = group.columns.into_iter().map(|column| CertificateColumn {
         name: column.name,
         unit: column.units.unwrap_or_default(),
@@ -193,7 +225,37 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
     }))
 }
 
-fn file_name(file: &ResultFile) -> String {
+/// What the certificate says of the first `events` events, if it speaks of events.
+fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, ResultError> {
+    let Some(group) = file.added_group(group::CERTIFICATE, events)? else {
+        return Ok(None);
+    };
+    let Some(verdict) = group.columns.into_iter().find(|column| column.name == "verdict") else {
+        return Ok(None);
+    };
+    let mut uncertainty = file.event_column(schema::TIME_UNCERTAINTY)?;
+    uncertainty.truncate(events);
+    let codes: Vec<i8> = verdict.values.iter().map(|&code| code as i8).collect();
+    Ok(
+        (codes.len() == events && uncertainty.len() == events).then(|| Certified {
+            uncertainty: encoding::doubles(&uncertainty),
+            verdict: encoding::codes(&codes),
+            verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
+        }),
+    )
+}
+
+/// An attribute as one writes it: a whole number without a decimal point.
+fn as_read(value: &AttributeValue) -> String {
+    // Whole numbers up to here are exact.
+    const WHOLE: f64 = 1e15;
+    match value {
+        AttributeValue::Number(number) if number.fract() == 0.0 && number.abs() < WHOLE => format!("{number:.0}"),
+        _ => value.to_string(),
+    }
+}
+
+pub(super) fn file_name(file: &ResultFile) -> String {
     let name = file.path().file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
@@ -204,7 +266,7 @@ fn provenance(file: &ResultFile) -> Result<Vec<(String, String)>, ResultError> {
     for name in [root::SOURCE, root::HISTORY, root::REFERENCES] {
         rows.push((name.to_owned(), file.text(name)?));
     }
-    rows.extend(file.meta()?.into_iter().map(|(name, value)| (name, value.to_string())));
+    rows.extend(file.meta()?.into_iter().map(|(name, value)| (name, as_read(&value))));
     Ok(rows)
 }
 
@@ -218,36 +280,22 @@ fn shortened(mut text: String, what: &str, notes: &mut Vec<String>) -> String {
     text
 }
 
-fn events(
-    file: &ResultFile,
-    channels: &[(String, bool)],
-    events: &[Event],
-    count: usize,
-) -> Result<Events, ResultError> {
+pub(super) fn events(file: &ResultFile, form: &Form, events: &[Event], count: usize) -> Result<Events, PlotError> {
     let times: Vec<f64> = events.iter().map(|e| e.time).collect();
     let kinds: Vec<i8> = events.iter().map(|e| e.kind.code()).collect();
     let modes: Vec<i8> = events.iter().map(|e| e.mode_after.code()).collect();
     let forces: Vec<f64> = events.iter().map(|e| e.internal_force).collect();
-    let mut states = Vec::with_capacity(channels.len());
-    for (name, is_state) in channels {
-        let side = |which: &str, state: fn(&Event) -> &State| -> Result<String, ResultError> {
-            let column = match State::DESCRIPTIONS
-                .iter()
-                .position(|known| *is_state && known.0 == name)
-            {
-                Some(k) => events.iter().map(|e| state(e).values()[k]).collect(),
-                None => {
-                    let mut column = file.event_column(&format!("{name}_{which}"))?;
-                    column.truncate(events.len());
-                    column
-                }
-            };
-            Ok(encoding::doubles(&column))
+    let mut states = Vec::new();
+    for name in form.at_events()? {
+        let Some((mut before, mut after)) = form.sides(file, &name)? else {
+            continue;
         };
+        before.truncate(events.len());
+        after.truncate(events.len());
         states.push(EventState {
-            name: name.clone(),
-            before: side("before", |e| &e.before)?,
-            after: side("after", |e| &e.after)?,
+            before: encoding::doubles(&before),
+            after: encoding::doubles(&after),
+            name,
         });
     }
     Ok(Events {
@@ -283,7 +331,7 @@ fn cycles(all: &[Event], events: &[Event]) -> Cycles {
 }
 
 /// From the segments, and after the last of them (in an unfinished file) from the samples.
-fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
+pub(super) fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes, ResultError> {
     let (mut starts, mut codes) = (Vec::new(), Vec::new());
     let mut push = |time: f64, code: i8| {
         if codes.last() != Some(&code) {

@@ -10,7 +10,7 @@ function frame(context, width, height, x, y) {
     const full = [axis.prefix + readable(unit), axis.offset ? `from ${axis.offsetText} ${readable(unit)}` : ""];
     return [label, ...full].filter(Boolean).join(", ");
   };
-  context.fillStyle = INK;
+  context.fillStyle = ink("axis");
   context.textBaseline = "top";
   context.textAlign = "center";
   for (const tick of across.ticks) {
@@ -23,10 +23,10 @@ function frame(context, width, height, x, y) {
   for (const tick of up.ticks) context.fillText(tick.text, left - 5, toY(tick.value));
   context.textAlign = "left";
   context.fillText(name(up, y), 2, 8);
-  context.fillStyle = "#0000001c";
+  context.fillStyle = ink("grid");
   for (const tick of across.ticks) context.fillRect(Math.round(toX(tick.value)), top, 1, bottom - top);
   for (const tick of up.ticks) context.fillRect(left, Math.round(toY(tick.value)), right - left, 1);
-  context.strokeStyle = "#999";
+  context.strokeStyle = ink("frame");
   context.strokeRect(left + 0.5, top + 0.5, right - left - 1, bottom - top - 1);
   context.beginPath();
   context.rect(left, top, right - left, bottom - top);
@@ -77,7 +77,7 @@ class Portrait {
         down = true;
       }
       const name = names[code[mode]];
-      context.strokeStyle = name === "stick" ? VERMILLION : name === "separated" ? "#777777" : BLUE;
+      context.strokeStyle = ink(name === "stick" ? VERMILLION : name === "separated" ? GREY : BLUE);
       context.stroke();
     }
     context.restore();
@@ -99,7 +99,7 @@ class Durations {
     const { place, count, cycles } = this, width = place.clientWidth, height = place.clientHeight;
     const context = prepare(this.canvas, width, height);
     if (!count) {
-      context.fillStyle = INK;
+      context.fillStyle = ink("axis");
       context.fillText("This run has no cycle of stick and slip.", 4, 30);
       return;
     }
@@ -113,7 +113,7 @@ class Durations {
     context.save();
     context.clip();
     if (this.chosen >= 0) {
-      context.fillStyle = "#d7e8f4";
+      context.fillStyle = ink("chosen");
       context.fillRect(toX(this.chosen - 0.5), 0, Math.max(toX(this.chosen + 0.5) - toX(this.chosen - 0.5), 2), height);
     }
     for (let k = 0; k < count; k++) {
@@ -122,7 +122,7 @@ class Durations {
     }
     context.restore();
     // Which is which, where the upper edge has room.
-    context.fillStyle = INK;
+    context.fillStyle = ink("axis");
     context.textAlign = "right";
     context.textBaseline = "middle";
     context.fillText("slip", width - 10, 9);

@@ -3,12 +3,17 @@
 
 use std::fmt::{self, Display};
 
+use super::sparse::Sparse;
 use crate::analysis::Headline;
 use crate::analysis::headline::{HeadlineRow, is_paper_case};
 use crate::case::{Case, TrainCase};
-use crate::plot::Run;
+use crate::model::torsion::TorsionModel;
+use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
 use crate::results::{ResultError, ResultFile, schema};
+
+/// A channel before and after every event.
+pub(super) type BothSides = (Vec<f64>, Vec<f64>);
 
 /// A colour of the page's script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -139,7 +144,7 @@ impl Display for Portrait {
         let jumps = if self.jumps { ", jumps: true" } else { "" };
         writeln!(
             f,
-            "  new Portrait(byId(\"{}\"), trajectory, run.modes, {{ {} }}, {{ {}{jumps} }}),",
+            "  new Portrait(byId(\"{}\"), trajectory, source.modes, {{ {} }}, {{ {}{jumps} }}),",
             self.id,
             axis(&self.x),
             axis(&self.y)
@@ -159,8 +164,9 @@ pub(super) fn card(heading: &str, id: &str, hint: &str) -> String {
 /// The case of a file.
 #[derive(Debug)]
 pub(super) enum FormCase {
-    /// Of a brake; a case that this version cannot read costs the page two numbers, not more.
-    Brake(Option<Box<Case>>),
+    /// Of a brake, with the file once more, as figures need it; a case that this version cannot read costs the page two numbers
+    /// and what is derived from it, not more.
+    Brake(Option<(Box<Case>, Box<Run>)>),
     Trains {
         case: Box<TrainCase>,
         /// The file once more, as figures need it.
@@ -180,8 +186,6 @@ pub(super) struct Form {
     pub(super) breakaway_arm: Option<f64>,
     /// Of what the interface transmits, UDUNITS.
     pub(super) torque_unit: &'static str,
-    /// Grounds of modes beyond the brake's, as they stand in the script.
-    pub(super) shades: &'static str,
     /// Buttons beyond the brake's, as they stand in the page.
     pub(super) buttons: &'static str,
     /// Small figures before the portraits, and tables, as they stand in the page.
@@ -207,7 +211,7 @@ impl Form {
     ) -> Result<(Vec<HeadlineRow>, Option<f64>), ResultError> {
         match &self.case {
             FormCase::Brake(case) => {
-                let headline = Headline::of_file(file, case.as_deref(), events)?;
+                let headline = Headline::of_file(file, case.as_ref().map(|(case, _)| &**case), events)?;
                 Ok((headline.rows(), headline.natural_period))
             }
             FormCase::Trains { case, .. } => {
@@ -220,7 +224,7 @@ impl Form {
     /// Whether the paper's numbers stand beside those of the run.
     pub(super) fn is_beside_paper(&self) -> bool {
         match &self.case {
-            FormCase::Brake(case) => case.as_ref().is_some_and(|case| is_paper_case(&case.parameters)),
+            FormCase::Brake(case) => case.as_ref().is_some_and(|(case, _)| is_paper_case(&case.parameters)),
             FormCase::Trains { .. } => false,
         }
     }
@@ -230,8 +234,6 @@ impl Form {
         Some(match name {
             "panels" => self.panels.iter().map(Panel::to_string).collect(),
             "portraits" => self.portraits.iter().map(Portrait::to_string).collect(),
-            "torque" => self.torque_unit.to_owned(),
-            "shades" => self.shades.to_owned(),
             "buttons" => self.buttons.to_owned(),
             "cards" => {
                 let portraits: String = self.portraits.iter().map(Portrait::card).collect();
@@ -243,19 +245,56 @@ impl Form {
         })
     }
 
-    /// The channels that events have on both sides, those of every run first: its name, and whether [`State`] has it.
-    pub(super) fn at_events(&self) -> Vec<(String, bool)> {
+    /// The run as figures read it, where the case is known.
+    fn run(&self) -> Option<&Run> {
+        match &self.case {
+            FormCase::Brake(case) => case.as_ref().map(|(_, run)| &**run),
+            FormCase::Trains { run, .. } => Some(run),
+        }
+    }
+
+    /// T_n of a brake, s.
+    pub(super) fn natural_period(&self) -> Option<f64> {
+        match &self.case {
+            FormCase::Brake(case) => {
+                let (case, _) = case.as_ref()?;
+                Some(TorsionModel::new(&case.parameters).natural_period())
+            }
+            FormCase::Trains { .. } => None,
+        }
+    }
+
+    /// Stretches with too few samples.
+    pub(super) fn sparse(&self) -> Result<Sparse, PlotError> {
+        self.run().map_or_else(|| Ok(Sparse::default()), Sparse::of)
+    }
+
+    /// The channels that are known on both sides of every event, those of every run first.
+    pub(super) fn at_events(&self) -> Result<Vec<String>, PlotError> {
         let is_state = |name: &str| State::DESCRIPTIONS.iter().any(|state| state.0 == name);
-        let further = match &self.case {
-            FormCase::Brake(_) => Vec::new(),
-            FormCase::Trains { case, .. } => crate::simulation::trains::further(&case.parameters),
-        };
-        let names = State::DESCRIPTIONS.iter().map(|state| state.0.to_owned());
-        names
-            .chain(further.into_iter().map(|one| one.name))
-            .filter(|name| self.has(name))
-            .map(|name| (is_state(&name), name))
-            .map(|(is_state, name)| (name, is_state))
-            .collect()
+        let states = State::DESCRIPTIONS.iter().map(|state| state.0.to_owned());
+        let mut names: Vec<String> = states.filter(|name| self.has(name)).collect();
+        if let Some(run) = self.run() {
+            for variable in self.variables.iter().filter(|variable| !is_state(&variable.name)) {
+                if run.at_events(&variable.name)?.is_some() {
+                    names.push(variable.name.clone());
+                }
+            }
+        }
+        Ok(names)
+    }
+
+    /// A channel before and after every event, if it is known there: as the file has it, or by the equations.
+    pub(super) fn sides(&self, file: &ResultFile, name: &str) -> Result<Option<BothSides>, PlotError> {
+        match self.run() {
+            Some(run) => Ok(run
+                .at_events(name)?
+                .map(|sides| (sides.before.clone(), sides.after.clone()))),
+            None if State::DESCRIPTIONS.iter().any(|state| state.0 == name) => Ok(Some((
+                file.event_column(&format!("{name}_before"))?,
+                file.event_column(&format!("{name}_after"))?,
+            ))),
+            None => Ok(None),
+        }
     }
 }

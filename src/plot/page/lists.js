@@ -24,7 +24,7 @@ function tableOf(header, rows, numbers = Infinity) {
 
 function showTexts(run, trajectory) {
   byId("title").textContent = run.title;
-  byId("subtitle").textContent = `${run.file}: ${run.status} run, ${trajectory.samples.toLocaleString("en")} samples, ${run.events.count.toLocaleString("en")} events`;
+  byId("subtitle").textContent = [run, run.second].filter(Boolean).map(one => `${one.file}: ${one.status} run, ${(one.trajectory || trajectory).samples.toLocaleString("en")} samples, ${one.events.count.toLocaleString("en")} events`).join("; ");
   byId("notice").textContent = run.notice || "";
   byId("notice").hidden = !run.notice;
   const micro = text => text.replace(/ us$/, " µs");
@@ -39,27 +39,81 @@ function showTexts(run, trajectory) {
   byId("resolved").textContent = run.resolved;
 }
 
+// Event times with their uncertainty: up to the second digit of it.
+function certifiedTime(time, uncertainty) {
+  if (!isFinite(uncertainty)) return `${time.toFixed(12)} s`;
+  if (uncertainty === 0) return `${time.toFixed(15)} ± 0 s`;
+  const digits = Math.min(Math.max(1 + Math.ceil(-Math.log10(uncertainty)), 3), 15);
+  return `${time.toFixed(digits)} ± ${minus(uncertainty.toExponential(1))} s`;
+}
+
+const verdictOf = (certified, index) => (certified.verdicts[certified.verdict[index]] || "not certified").replaceAll("-", " ");
+const MOST_CERTIFIED = 1000;
+
+function showCertifiedEvents({ time, kind, kinds }, certified) {
+  const rows = Array.from(time.slice(0, MOST_CERTIFIED), (at, k) => [
+    String(k), kinds[kind[k]], certifiedTime(at, certified.uncertainty[k]).replace(/ s$/, ""), verdictOf(certified, k),
+  ]);
+  const box = byId("certificate").appendChild(element("div", undefined, "scroll"));
+  const table = tableOf(["", "event", "time, s", "verdict"], rows);
+  table.id = "certified-events";
+  box.append(table);
+  if (time.length > rows.length) byId("certificate").append(element("p", `The first ${rows.length} of ${time.length} events.`, "hint"));
+  const raw = byId("raw-columns");
+  if (raw) byId("certificate").append(raw);
+}
+
+// The attributes; the columns as they are in the file behind a fold, in groups of one length.
 function showCertificate({ attributes, columns }) {
   const place = byId("certificate");
   byId("certificate-card").hidden = false;
   if (attributes.length) place.append(tableOf(null, attributes));
-  // Columns of one length belong together.
-  for (const rows of new Set(columns.map(column => column.rows))) {
-    const together = columns.filter(column => column.rows === rows).map(column => ({ ...column, values: doubles(column.values) }));
-    const header = ["", ...together.map(({ name, unit }) => (unit && unit !== "1" ? `${name}, ${unit}` : name))];
-    const lines = Array.from(together[0].values, (_, k) => [String(k), ...together.map(({ values }) => minus(Number(values[k].toPrecision(13)).toString()))]);
-    const box = place.appendChild(element("div", undefined, "scroll"));
-    box.append(tableOf(header, lines, 1));
-    if (lines.length < rows) place.append(element("p", `The first ${lines.length} of ${rows} rows.`, "hint"));
+  if (!columns.length) return;
+  const fold = place.appendChild(element("details"));
+  fold.id = "raw-columns";
+  fold.append(element("summary", `${columns.length === 1 ? "The column" : `All ${columns.length} columns`} of /certificate as they are in the file`));
+  fold.addEventListener("toggle", () => {
+    if (!fold.open || fold.children.length > 1) return;
+    // Columns of one length belong together.
+    for (const rows of new Set(columns.map(column => column.rows))) {
+      const together = columns.filter(column => column.rows === rows).map(column => ({ ...column, values: doubles(column.values) }));
+      const header = ["", ...together.map(({ name, unit }) => (unit && unit !== "1" ? `${name}, ${unit}` : name))];
+      const lines = Array.from(together[0].values, (_, k) => [String(k), ...together.map(({ values }) => minus(Number(values[k].toPrecision(13)).toString()))]);
+      fold.appendChild(element("div", undefined, "scroll")).append(tableOf(header, lines, 1));
+      if (lines.length < rows) fold.append(element("p", `The first ${lines.length} of ${rows} rows.`, "hint"));
+    }
+  });
+}
+
+const MOST_PAIRS = 2000;
+
+// Events of both runs side by side, in order; those without a partner stand alone.
+function showPair(run, first, second) {
+  const partner = new Map(run.second.pairs), taken = new Set(partner.values());
+  const rows = [], time = (events, k) => `${events.time[k].toFixed(12)}`;
+  let next = 0;
+  const alone = until => {
+    for (; next < until; next++) if (!taken.has(next)) rows.push([second.kinds[second.kind[next]], "–", time(second, next), "–"]);
+  };
+  for (let k = 0; k < first.time.length; k++) {
+    const other = partner.get(k);
+    if (other !== undefined) alone(other);
+    const both = other !== undefined;
+    rows.push([first.kinds[first.kind[k]], time(first, k), both ? time(second, other) : "–", both ? withUnit(second.time[other] - first.time[k], "s", 4) : "–"]);
+    if (both) next = other + 1;
   }
+  alone(second.time.length);
+  byId("pair-card").hidden = false;
+  byId("pair").append(tableOf(["", `run 1, ${run.file}, s`, `run 2, ${run.second.file}, s`, "2 less 1"], rows.slice(0, MOST_PAIRS), 1));
+  if (rows.length > MOST_PAIRS) byId("pair").append(element("p", `The first ${MOST_PAIRS} of ${rows.length}.`, "hint"));
 }
 
 const ROW_HEIGHT = 25;
 
 // The events, of which only those in sight are elements: there may be thousands.
 class EventList {
-  constructor(root, events, onChoose) {
-    Object.assign(this, { root, events, onChoose, chosen: -1 });
+  constructor(root, events, certified, onChoose) {
+    Object.assign(this, { root, events, certified, onChoose, chosen: -1 });
     this.spacer = root.appendChild(element("div"));
     this.filter("");
     root.addEventListener("scroll", () => this.draw());
@@ -106,7 +160,14 @@ class EventList {
       row.setAttribute("role", "option");
       row.setAttribute("aria-selected", String(i === this.chosen));
       row.style.top = `${(first + k) * ROW_HEIGHT}px`;
-      row.append(glyphElement(kind), element("span", `${i}  ${kind}`), `${events.time[i].toFixed(12)} s`);
+      row.append(glyphElement(kind), element("span", `${i}  ${kind}`));
+      if (this.certified) {
+        const verdict = verdictOf(this.certified, i);
+        row.append(certifiedTime(events.time[i], this.certified.uncertainty[i]), verdict === "converged" ? "✓" : "✗");
+        row.title = verdict;
+      } else {
+        row.append(`${events.time[i].toFixed(12)} s`);
+      }
       return row;
     });
     root.replaceChildren(this.spacer, ...rows);
@@ -115,11 +176,12 @@ class EventList {
 }
 
 // The state on both sides of an event.
-function eventDetail(run, trajectory, index) {
-  const { events, modes } = run, kind = events.kinds[events.kind[index]];
+function eventDetail({ events, modes, trajectory }, index) {
+  const kind = events.kinds[events.kind[index]];
   const rows = [];
   for (const [name, { before, after }] of events.states) {
-    const { unit } = trajectory.known.get(name);
+    if (!trajectory.known.has(name)) continue;
+    const unit = trajectory.unit(name);
     rows.push([name.replaceAll("_", " "), withUnit(before[index], unit), withUnit(after[index], unit)]);
   }
   const force = withUnit(events.internal_force[index], "N");

@@ -1,35 +1,39 @@
 // The page: data in, figures out, and what the pointer and the keys do.
 
 const run = JSON.parse(byId("run-data").textContent);
-const trajectory = new Trajectory(JSON.parse(byId("trajectory-data").textContent));
-
-run.modes.start = doubles(run.modes.start);
-run.modes.code = codes(run.modes.code);
-const events = run.events;
-events.time = doubles(events.time);
-events.kind = codes(events.kind);
-events.mode_after = codes(events.mode_after);
-events.internal_force = doubles(events.internal_force);
-events.states = new Map(events.states.map(({ name, before, after }) => [name, { before: doubles(before), after: doubles(after) }]));
+const source = new Source(run, new Trajectory(JSON.parse(byId("trajectory-data").textContent)));
+const { trajectory, events } = source;
+// A second run, drawn over the first.
+const second = run.second ? new Source(run.second, new Trajectory(run.second.trajectory)) : null;
 const cycles = Object.fromEntries(Object.entries(run.cycles).map(([name, text]) => [name, doubles(text)]));
+const certified = run.certified && { ...run.certified, uncertainty: doubles(run.certified.uncertainty), verdict: codes(run.certified.verdict) };
 
-// What stick can carry: mu_0 r F_n, either way.
-if (run.breakaway_arm !== null) {
-  const force = trajectory.channel("normal_force");
-  const times = (values, factor) => values.map(value => value * factor);
-  const high = factor => (force.high === force.low ? null : times(force.high, factor));
-  const low = times(force.low, run.breakaway_arm), back = times(force.low, -run.breakaway_arm);
-  trajectory.add("breakaway_torque", low, high(run.breakaway_arm) || low, "{{torque}}");
-  trajectory.add("breakaway_torque_backward", high(-run.breakaway_arm) || back, back, "{{torque}}");
+// What is drawn again when the colours change.
+const onTheme = [];
+const DARK = matchMedia("(prefers-color-scheme: dark)");
+const isDark = () => (document.documentElement.dataset.theme || (DARK.matches ? "dark" : "light")) === "dark";
+function showTheme() {
+  byId("theme").textContent = isDark() ? "Light" : "Dark";
+  palette = new Map();
+  for (const draw of onTheme) draw();
 }
+byId("theme").addEventListener("click", () => {
+  document.documentElement.dataset.theme = isDark() ? "light" : "dark";
+  showTheme();
+});
+DARK.addEventListener("change", showTheme);
 
 showTexts(run, trajectory.json);
+if (certified) showCertifiedEvents(events, certified);
+if (second) showPair(run, events, second.events);
 const root = byId("chart");
-const chart = new Chart(root, trajectory, run, afterDraw);
-const list = new EventList(byId("events"), events, goToEvent);
+root.classList.toggle("bands", trajectory.bucket !== null);
+const chart = new Chart(root, second ? [source, second] : [source], afterDraw);
+const list = new EventList(byId("events"), events, certified, goToEvent);
 const portraits = [
 {{portraits}}];
 const durations = new Durations(byId("durations"), cycles, k => goToEvent(lowerBound(events.time, cycles.start[k])));
+onTheme.push(() => chart.schedule(), () => durations.draw());
 
 // Portraits of more entries than this wait until the view rests.
 const QUICK = 600;
@@ -63,9 +67,20 @@ function afterDraw() {
   root.dataset.from = String(chart.from);
   root.dataset.to = String(chart.to);
   if (pointer !== null) hover(pointer);
+  showUndersampled();
+  showCursors();
+  keepView();
   clearTimeout(resting);
   if (last - first < QUICK) drawPortraits();
   else resting = setTimeout(drawPortraits, 150);
+}
+
+// Whether some of what is in view is between too few samples.
+const someSparse = [source, second].filter(one => one && one.sparse.from.length);
+byId("undersampled").hidden = !someSparse.length;
+function showUndersampled() {
+  const inView = someSparse.reduce((sum, { sparse: { from, to } }) => sum + Math.max(lowerBound(from, chart.to) - upperBound(to, chart.from), 0), 0);
+  byId("undersampled").textContent = inView ? `Dashed: ${inView === 1 ? "a stretch" : `${inView} stretches`} between events with too few samples for a true curve; only the states at the events are exact. ${run.remedy}` : "";
 }
 
 // A few natural periods around it, or as much as it takes to have samples on both sides.
@@ -82,7 +97,7 @@ function choose(index) {
   list.choose(index);
   durations.chosen = cycles.start.length ? lowerBound(cycles.start, events.time[index] + 1e-15) - 1 : -1;
   durations.draw();
-  byId("event-detail").replaceChildren(...eventDetail(run, trajectory, index));
+  byId("event-detail").replaceChildren(...eventDetail(source, index));
 }
 
 // The next event after the chosen one or, if that is out of view, after the middle of the view.
@@ -124,27 +139,30 @@ filter.append(new Option(`all ${events.time.length}`, ""), ...kindsPresent.map(k
 filter.addEventListener("change", () => list.filter(filter.value));
 
 const key = byId("mode-key");
-for (const code of new Set(run.modes.code)) {
+for (const code of new Set(source.modes.code)) {
   const entry = key.appendChild(element("span"));
-  entry.appendChild(element("i")).style.background = SHADES[run.modes.names[code]];
-  entry.append(run.modes.names[code]);
+  entry.appendChild(element("i")).style.background = `var(--${SHADES[source.modes.names[code]]})`;
+  entry.append(source.modes.names[code]);
 }
 for (const kind of kindsPresent) {
   const entry = key.appendChild(element("span"));
   entry.append(glyphElement(kind), kind);
 }
 
-const choices = byId("panel-choice").querySelector("div");
+const choices = byId("panel-choice").querySelector("div"), boxes = [];
 for (const panel of chart.panels) {
   const label = choices.appendChild(element("label")), box = label.appendChild(element("input"));
+  boxes.push(box);
   box.type = "checkbox";
   box.checked = panel.shown;
   label.append(` ${panel.title}`);
-  box.addEventListener("change", () => {
-    panel.shown = box.checked;
-    panel.box.hidden = !box.checked;
-    chart.schedule();
-  });
+  box.addEventListener("change", () => chart.showPanel(panel, box.checked));
+}
+
+const lines = [someSparse.length && ["line", "too few samples"], second && ["line dotted", `second run, ${run.second.file}`]];
+for (const [style, text] of lines.filter(Boolean)) {
+  const entry = key.appendChild(element("span"));
+  entry.append(element("i", undefined, style), text);
 }
 
 // The pointer. Only canvases take part, so that legends keep their clicks.
@@ -152,32 +170,68 @@ const onCanvas = event => event.target instanceof HTMLCanvasElement;
 const place = event => event.clientX - root.getBoundingClientRect().left;
 let drag = null;
 
+// The wheel is the page's, unless a key says otherwise or the figure has the focus.
 root.addEventListener("wheel", event => {
   if (!onCanvas(event)) return;
+  const modified = event.ctrlKey || event.metaKey;
+  if (!modified && document.activeElement !== root) return;
   event.preventDefault();
-  // A pinch on a touchpad comes as small turns of the wheel with Ctrl.
-  const gain = event.ctrlKey ? 8 : 1;
   const unit = event.deltaMode === 1 ? 30 : event.deltaMode === 2 ? 300 : 1;
+  // A pinch on a touchpad comes as small turns of the wheel with Ctrl.
+  const gain = event.ctrlKey && Math.abs(event.deltaY * unit) < 50 ? 8 : 1;
   if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) chart.pan(event.deltaX * unit / chart.plotWidth);
   else chart.zoom(1.0018 ** (event.deltaY * unit * gain), chart.timeAt(place(event)));
 }, { passive: false });
 
+// Two fingers are the figure's, one that moves up or down is the page's.
+for (const kind of ["touchstart", "touchmove"]) {
+  root.addEventListener(kind, event => {
+    if (event.touches.length > 1) event.preventDefault();
+  }, { passive: false });
+}
+
+// Where the pointers that are down are, px; and of two, the times that stay under them.
+const down = new Map();
+let pinch = null;
+
 root.addEventListener("pointerdown", event => {
   if (!onCanvas(event) || event.button !== 0) return;
-  root.focus({ preventScroll: true });
+  if (event.pointerType !== "touch") root.focus({ preventScroll: true });
   event.target.setPointerCapture(event.pointerId);
-  drag = { x: place(event), from: chart.from, to: chart.to, moved: false, select: event.shiftKey };
+  const x = place(event);
+  down.set(event.pointerId, x);
+  if (down.size === 2) {
+    drag = null;
+    pinch = [...down].map(([id, at]) => [id, chart.timeAt(at)]);
+    hover(null);
+    return;
+  }
+  drag = { x, from: chart.from, to: chart.to, moved: false, select: event.shiftKey, cursor: cursorAt(x, event.pointerType === "touch" ? 22 : 6) };
 });
 
 root.addEventListener("pointermove", event => {
   if (!onCanvas(event)) return;
   const x = place(event);
+  if (down.has(event.pointerId)) down.set(event.pointerId, x);
+  if (pinch) {
+    const [[first, t1], [other, t2]] = pinch, x1 = down.get(first), x2 = down.get(other);
+    // Where the fingers meet or cross there is no scale.
+    if (Math.abs(x2 - x1) < 12 || (x2 - x1) * (t2 - t1) <= 0) return;
+    const scale = (t2 - t1) / (x2 - x1), from = t1 - (x1 - LEFT) * scale;
+    chart.setView(from, from + chart.plotWidth * scale);
+    return;
+  }
   if (!drag) {
+    root.classList.toggle("on-cursor", cursorAt(x, 6) >= 0);
     hover(x);
     return;
   }
   drag.moved = drag.moved || Math.abs(x - drag.x) > 3;
   if (!drag.moved) return;
+  if (drag.cursor >= 0) {
+    placeCursor(drag.cursor, snapped(x));
+    return;
+  }
   hover(null);
   if (drag.select) {
     Object.assign(byId("selection").style, { left: `${Math.min(x, drag.x)}px`, width: `${Math.abs(x - drag.x)}px` });
@@ -191,17 +245,28 @@ root.addEventListener("pointermove", event => {
 
 const endDrag = event => {
   const ended = drag;
+  down.delete(event.pointerId);
   drag = null;
   root.classList.remove("dragging");
   byId("selection").hidden = true;
+  if (pinch) {
+    // The finger that stays down drags from here.
+    const [rest] = down.values();
+    if (rest !== undefined) drag = { x: rest, from: chart.from, to: chart.to, moved: true, select: false, cursor: -1 };
+    pinch = null;
+    return;
+  }
   if (!ended || event.type === "pointercancel") return;
   const x = place(event);
   if (ended.select && ended.moved) chart.setView(...[chart.timeAt(ended.x), chart.timeAt(x)].sort((a, b) => a - b));
   else if (!ended.moved && event.target === chart.strip) clickEvent(x);
+  else if (!ended.moved) hover(x);
 };
 root.addEventListener("pointerup", endDrag);
 root.addEventListener("pointercancel", endDrag);
-root.addEventListener("pointerleave", () => hover(null));
+root.addEventListener("pointerleave", event => {
+  if (event.pointerType !== "touch") hover(null);
+});
 root.addEventListener("dblclick", event => {
   if (onCanvas(event) && event.target !== chart.strip) wholeRun();
 });
@@ -232,17 +297,134 @@ function hover(x) {
   for (const panel of chart.panels) {
     for (const curve of panel.curves) {
       if (!panel.shown || curve.limit) continue;
-      if (entry < 0) {
+      if (entry < 0 || !curve.on || !panel.scale) {
         curve.output.textContent = "";
         continue;
       }
       const { low, high, unit } = trajectory.channel(curve.name);
-      const text = withUnit(low[entry], unit);
-      curve.output.textContent = trajectory.isBucket(entry) ? `${text} to ${withUnit(high[entry], unit)}` : text;
+      const text = onAxis(low[entry], panel.scale, unit, curve.shift);
+      curve.output.textContent = trajectory.isBucket(entry) ? `${text} to ${onAxis(high[entry], panel.scale, unit, curve.shift)}` : text;
     }
   }
   byId("sample-time").textContent = entry < 0 ? "" : `sample at ${trajectory.time[entry].toFixed(12)} s`;
 }
+
+// Two cursors at any times, s, or null; they are read from the curves.
+const cursors = [null, null];
+const measure = byId("measure");
+
+// The cursor within `reach` pixels of x, or -1.
+function cursorAt(x, reach) {
+  const distance = cursors.map(time => (time === null ? Infinity : Math.abs(chart.x(time) - x)));
+  const nearest = distance[1] < distance[0] ? 1 : 0;
+  return distance[nearest] <= reach ? nearest : -1;
+}
+
+// The time at x, or that of an event within five pixels.
+function snapped(x) {
+  const near = chart.sources.flatMap(({ marks, events: { time } }) => marks.map(([at, i]) => [Math.abs(at - x), time[i]]));
+  const [distance, time] = near.reduce((best, one) => (one[0] < best[0] ? one : best), [5, NaN]);
+  return distance < 5 ? time : chart.timeAt(x);
+}
+
+function placeCursor(number, time) {
+  cursors[number] = time === null ? null : Math.min(Math.max(time, chart.limits[0]), chart.limits[1]);
+  chart.schedule();
+}
+
+function toggleCursor(number) {
+  const share = number === 0 ? 1 / 3 : 2 / 3;
+  placeCursor(number, cursors[number] === null ? chart.from + share * (chart.to - chart.from) : null);
+}
+
+for (const number of [0, 1]) byId(`cursor-button-${number + 1}`).addEventListener("click", () => toggleCursor(number));
+
+// The cursors in the figure, and a table of what is at them.
+let measured = "";
+function showCursors() {
+  cursors.forEach((time, number) => {
+    const mark = byId(`mark-${number + 1}`);
+    byId(`cursor-button-${number + 1}`).setAttribute("aria-pressed", String(time !== null));
+    mark.hidden = time === null || time < chart.from || time > chart.to;
+    if (!mark.hidden) mark.style.left = `${chart.x(time)}px`;
+  });
+  const set = cursors.map(time => time !== null);
+  measure.hidden = !set[0] && !set[1];
+  if (measure.hidden) return;
+  const difference = set[0] && set[1] ? cursors[1] - cursors[0] : NaN;
+  const times = cursors.map(time => (time === null ? "–" : `${time.toFixed(12)} s`));
+  const rows = [
+    ["time", ...times, isNaN(difference) ? "–" : withUnit(difference, "s", 9)],
+    ["1/Δt", "", "", isNaN(difference) || difference === 0 ? "–" : withUnit(1 / difference, "Hz", 7)],
+  ];
+  chart.sources.forEach((one, k) => {
+    for (const panel of chart.panels.filter(({ shown }) => shown)) {
+      for (const { name, label, limit } of panel.curves.filter(({ on }) => on)) {
+        if (limit || !one.trajectory.has(name)) continue;
+        const values = cursors.map(time => (time === null ? NaN : one.valueAt(name, time))), unit = one.trajectory.unit(name);
+        const text = value => (isNaN(value) ? "–" : withUnit(value, unit, 7));
+        rows.push([`${second ? `run ${k + 1}, ` : ""}${panel.title}, ${label}`, ...values.map(text), text(values[1] - values[0])]);
+      }
+    }
+  });
+  const shape = rows.map(([name]) => name).join();
+  if (shape !== measured) {
+    measured = shape;
+    measure.replaceChildren(tableOf(["", "at cursor 1", "at cursor 2", "difference, 2 less 1"], rows, 1));
+    return;
+  }
+  const lines = measure.querySelectorAll("tbody tr");
+  rows.forEach((row, r) => row.forEach((text, k) => (lines[r].children[k].textContent = text)));
+}
+
+// The view as the fragment of the page's address: window, cursors, and what differs from the panels and curves of the beginning.
+const slug = text => text.toLowerCase().replace(/[^a-z0-9]+/g, "-");
+const shownAtFirst = chart.panels.map(({ shown }) => shown);
+const firstView = [...chart.limits];
+function viewText() {
+  const parts = [], whole = chart.from === firstView[0] && chart.to === firstView[1];
+  if (!whole) parts.push(`t=${chart.from},${chart.to}`);
+  if (chart.panels.some(({ shown }, k) => shown !== shownAtFirst[k])) parts.push(`panels=${chart.panels.filter(({ shown }) => shown).map(({ title }) => slug(title)).join(",")}`);
+  const off = chart.panels.flatMap(panel => panel.curves.filter(({ on }) => !on).map(({ name }) => `${slug(panel.title)}.${name}`));
+  if (off.length) parts.push(`off=${off.join(",")}`);
+  if (cursors.some(time => time !== null)) parts.push(`cursors=${cursors.map(time => (time === null ? "" : time)).join(",")}`);
+  return parts.join("&");
+}
+
+let kept = "", keeping = 0;
+function keepView() {
+  clearTimeout(keeping);
+  keeping = setTimeout(() => {
+    const text = viewText();
+    if (text === kept) return;
+    kept = text;
+    try {
+      history.replaceState(null, "", text ? `#${text}` : location.pathname + location.search);
+    } catch {
+      // A browser that does not let a page from disk do this has no address to share.
+    }
+  }, 200);
+}
+
+// Sets the view that the address names; what it does not name is as in the beginning.
+function restoreView() {
+  const text = decodeURIComponent(location.hash.slice(1));
+  if (text === kept) return;
+  const parts = new Map(text.split("&").map(part => part.split("=")));
+  const all = name => (parts.get(name) || "").split(",");
+  chart.panels.forEach((panel, k) => {
+    chart.showPanel(panel, parts.has("panels") ? all("panels").includes(slug(panel.title)) : shownAtFirst[k]);
+    boxes[k].checked = panel.shown;
+    for (const curve of panel.curves) chart.switchCurve(curve, !all("off").includes(`${slug(panel.title)}.${curve.name}`));
+  });
+  const times = name => all(name).map(one => (one === "" || !isFinite(one) ? null : Number(one)));
+  [0, 1].forEach(number => placeCursor(number, times("cursors")[number] ?? null));
+  const [from, to] = times("t");
+  if (from !== null && to !== undefined && to > from) chart.setView(from, to);
+  else wholeRun();
+  kept = text;
+}
+addEventListener("hashchange", restoreView);
 
 const KEYS = {
   ArrowLeft: event => chart.pan(event.shiftKey ? -0.5 : -0.1),
@@ -254,6 +436,9 @@ const KEYS = {
   "-": () => chart.zoom(2),
   n: () => step(1),
   p: () => step(-1),
+  1: () => placeCursor(0, pointer === null ? chart.from + (chart.to - chart.from) / 3 : snapped(pointer)),
+  2: () => placeCursor(1, pointer === null ? chart.to - (chart.to - chart.from) / 3 : snapped(pointer)),
+  Escape: () => root.blur(),
   Home: wholeRun,
   0: wholeRun,
 };
@@ -264,4 +449,6 @@ root.addEventListener("keydown", event => {
   action(event);
 });
 
+showTheme();
+restoreView();
 chart.schedule();

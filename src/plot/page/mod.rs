@@ -8,6 +8,8 @@ mod brake;
 mod document;
 mod encoding;
 mod form;
+mod pair;
+mod sparse;
 mod thinning;
 mod trains;
 mod trajectory;
@@ -27,11 +29,19 @@ use trajectory::Trajectory;
 /// A page is smaller than this, bytes, whatever the length of the run.
 pub const SIZE_LIMIT: usize = 5_000_000;
 
+/// A page of two runs is smaller than this, bytes.
+pub const SIZE_LIMIT_OF_TWO: usize = 2 * SIZE_LIMIT;
+
+/// The part of the room for the first of two runs, which has the differences as well.
+const FIRST_OF_TWO: f64 = 0.6;
+
 /// Of the limit, what is left for the names and brackets around the arrays of the trajectory: at least, and for each channel.
 const MARGIN: (usize, usize) = (100_000, 500);
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
+/// The colours of a dark page, which the style has twice: for a dark system, and where the reader chooses it.
+const DARK: &str = include_str!("dark.css");
 /// In the order in which they build on each other.
 const SCRIPTS: [&str; 6] = [
     include_str!("data.js"),
@@ -61,23 +71,57 @@ pub struct Page {
 /// The file has no samples or cannot be read; `path` is in no folder, or a file that is no page of this program and is
 /// not to be replaced by `force`; the disk is full.
 pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotError> {
-    target::check(path, Product::Page, &[file.path().to_owned()], force)?;
-    let samples = file.sample_count()?;
-    if samples == 0 {
-        return Err(PlotError::NoSamples {
-            path: file.path().to_owned(),
-            interrupted: *file.status() == Status::Interrupted,
-        });
+    write_runs(file, None, path, force)
+}
+
+/// Writes a page of two runs of one kind: both over each other, the difference of every shown channel, the first less the
+/// second, and their events side by side.
+///
+/// # Errors
+/// As [`write`], of either file.
+pub fn write_two(file: &ResultFile, second: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotError> {
+    write_runs(file, Some(second), path, force)
+}
+
+fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force: bool) -> Result<Page, PlotError> {
+    let files = std::iter::once(file).chain(second);
+    let inputs: Vec<_> = files.clone().map(|file| file.path().to_owned()).collect();
+    target::check(path, Product::Page, &inputs, force)?;
+    for file in files {
+        if file.sample_count()? == 0 {
+            return Err(PlotError::NoSamples {
+                path: file.path().to_owned(),
+                interrupted: *file.status() == Status::Interrupted,
+            });
+        }
+        file.check_times()?;
     }
-    file.check_times()?;
     let form = form_of(file)?;
-    let run = json(&Document::of(file, &form)?)?;
+    let mut document = Document::of(file, &form)?;
+    let (limit, share) = match second {
+        None => (SIZE_LIMIT, 1.0),
+        Some(_) => (SIZE_LIMIT_OF_TWO, FIRST_OF_TWO),
+    };
     let script = filled(&SCRIPTS.concat(), |name| form.part(name));
+    let style = filled(STYLE, |name| (name == "dark").then(|| DARK.to_owned()));
     let template = filled(TEMPLATE, |name| form.part(name));
     let margin = MARGIN.0.max(MARGIN.1 * form.variables.len());
-    let fixed = template.len() + STYLE.len() + script.len() + run.len() + file.title().len() * 6 + margin;
-    let trajectory = Trajectory::of(file, &form, SIZE_LIMIT.saturating_sub(fixed))?;
-    let samples_kept = trajectory.kept;
+    let mut fixed = template.len() + style.len() + script.len() + file.title().len() * 6 + margin;
+    let mut pair = None;
+    if let Some(second) = second {
+        let mut one = pair::Pair::of(file, &form, second, form_of(second)?)?;
+        fixed += json(&document)?.len() + json(&one.second)?.len() + margin;
+        let room = ((1.0 - share) * limit.saturating_sub(fixed) as f64) as usize;
+        one.second.trajectory = Some(Trajectory::of(second, &one.form, None, room)?);
+        pair = Some(one);
+    } else {
+        fixed += json(&document)?.len();
+    }
+    let room = (share * limit.saturating_sub(fixed) as f64) as usize;
+    let trajectory = Trajectory::of(file, &form, pair.as_ref(), room)?;
+    let (samples, samples_kept) = (file.sample_count()?, trajectory.kept);
+    document.second = pair.map(|pair| pair.second);
+    let run = json(&document)?;
     let trajectory = json(&trajectory)?;
     let generator = format!("{} {}\">", super::signature::PAGE, env!("CARGO_PKG_VERSION"));
     let title = escape(file.title());
@@ -85,7 +129,7 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
         Some(match name {
             "generator" => generator.clone(),
             "title" => title.clone(),
-            "style" => STYLE.to_owned(),
+            "style" => style.clone(),
             "script" => script.clone(),
             "run" => run.clone(),
             "trajectory" => trajectory.clone(),
@@ -110,7 +154,10 @@ fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
         let case = TrainCase::parse(&source, &[])?;
         return trains::form(case, Run::open(file.path())?);
     }
-    Ok(brake::form(Case::parse(&source, &[]).ok()))
+    Ok(brake::form(match Case::parse(&source, &[]) {
+        Ok(case) => Some((case, Run::open(file.path())?)),
+        Err(_) => None,
+    }))
 }
 
 /// A text with what stands for the names in double braces; other braces stay.

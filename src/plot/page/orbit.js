@@ -20,18 +20,19 @@ class Orbit {
     const { toX, toY } = frame(context, width, height, axis("x"), axis("y"));
     context.save();
     context.clip();
-    const colours = { "stick": VERMILLION, "separated": "#777777", "slip-backward": PURPLE };
+    const colours = { "stick": VERMILLION, "separated": GREY, "slip-backward": PURPLE };
     for (const { mode, x, y } of lines) {
       context.beginPath();
       for (let i = 0; i < x.length; i++) context.lineTo(toX(x[i]), toY(y[i]));
-      context.strokeStyle = colours[mode] || BLUE;
+      context.strokeStyle = ink(colours[mode] || BLUE);
       context.stroke();
     }
     context.restore();
   }
 }
 
-new Orbit(byId("portrait-orbit"), run.orbit);
+const orbit = new Orbit(byId("portrait-orbit"), run.orbit);
+onTheme.push(() => orbit.draw());
 const lastPeriod = byId("last-period");
 if (lastPeriod) lastPeriod.addEventListener("click", () => chart.setView(run.orbit.to - run.orbit.period, run.orbit.to));
 

@@ -276,7 +276,6 @@ pub(super) fn form(case: TrainCase, run: Run) -> Result<Form, PlotError> {
             Motion::Rotation => "N m",
             Motion::Translation => "N",
         },
-        shades: ", \"engaged\": \"#ffffff\"",
         buttons: if periodic {
             "<button type=\"button\" id=\"last-period\" title=\"Of the motion that the run comes to\">Last period</button>\n"
         } else {

@@ -4,7 +4,9 @@ use serde::Serialize;
 
 use super::encoding::{self, BLOCK, Packed};
 use super::form::Form;
+use super::pair::{DIFFERENCE, Pair};
 use super::thinning::{Column, Plan};
+use crate::plot::PlotError;
 use crate::results::{ResultError, ResultFile};
 
 /// The samples, or what stands for them.
@@ -47,11 +49,16 @@ struct Channel {
 }
 
 impl Trajectory {
-    /// What fits into `room` bytes of a trajectory that has samples.
-    pub(super) fn of(file: &ResultFile, form: &Form, room: usize) -> Result<Trajectory, ResultError> {
+    /// What fits into `room` bytes of a trajectory that has samples; of the first of two runs with the differences from the second.
+    pub(super) fn of(
+        file: &ResultFile,
+        form: &Form,
+        pair: Option<&Pair>,
+        room: usize,
+    ) -> Result<Trajectory, PlotError> {
         let samples = file.sample_count()?;
         // A sample takes a time, and an offset and its share of a base for every channel; base64 adds a third.
-        let columns = form.variables.len();
+        let columns = form.variables.len() + pair.map_or(0, |pair| pair.compared.len());
         let bytes = 8 + columns * 4 + (columns * 8).div_ceil(BLOCK);
         let room = room / (4 * bytes).div_ceil(3);
         let events = if samples > room { event_rows(file)? } else { Vec::new() };
@@ -73,6 +80,23 @@ impl Trajectory {
                 bucket_high: Packed::new(&highs),
             });
         }
+        let mut notes = notes(&plan, samples, events.len(), !whole.is_empty());
+        if let Some(pair) = pair {
+            for variable in &form.variables {
+                if !pair.compared.contains(&variable.name) {
+                    continue;
+                }
+                let Column { values, highs, .. } = plan.fold(pair.difference(file, &variable.name)?)?;
+                channels.push(Channel {
+                    name: format!("{DIFFERENCE}{}", variable.name),
+                    unit: variable.units,
+                    description: format!("{}, first run less second", variable.long_name),
+                    value: Packed::new(&values),
+                    bucket_high: Packed::new(&highs),
+                });
+            }
+            notes.push(pair.note(file)?);
+        }
         let stretch = |s: &super::thinning::Stretch| StretchInfo {
             entries: s.entries(),
             samples_each: s.bucket.unwrap_or(1),
@@ -86,7 +110,7 @@ impl Trajectory {
             time: encoding::doubles(&time.firsts),
             bucket_end: encoding::doubles(&time.lasts),
             channels,
-            notes: notes(&plan, samples, events.len(), !whole.is_empty()),
+            notes,
         })
     }
 }
