@@ -231,13 +231,13 @@ fn output() -> impl Strategy<Value = OutputOptions> {
     });
     // Few enough samples to be accepted.
     let around = prop_oneof![Just(None), proptest::sample::select(&Around::ALL[..]).prop_map(Some)];
-    let follow =
-        (around, optional(), optional(), any::<bool>()).prop_map(|(around, margin, samples, dense)| Following {
-            around,
-            margin,
-            samples_per_period: samples,
-            dense,
-        });
+    let number = || proptest::option::of(1e-6f64..1e3);
+    let follow = (around, number(), number(), any::<bool>()).prop_map(|(around, margin, samples, dense)| Following {
+        around,
+        margin,
+        samples_per_period: samples,
+        dense,
+    });
     (1e-3f64..1e3, 1e-5f64..10.0, vec(window, 0..4), any::<bool>(), follow).prop_map(
         |(end_time, interval, windows, steps, follow)| OutputOptions {
             end_time,
