@@ -77,6 +77,9 @@ pub fn t01_state(file: &mut Vec<u8>, time: f64, groups: &[&[f64]]) {
     }
 }
 
+/// A time, and the variables then with a value for each member.
+pub type State<'a> = (f64, Vec<(&'a str, Vec<f64>)>);
+
 /// What an LSDA file is written with.
 #[derive(Clone, Copy)]
 pub struct Lsda {
@@ -110,7 +113,7 @@ impl Lsda {
     }
 
     /// A file of one database: its members, and of each state the time and the variables with a value for each member.
-    pub fn file(self, database: &str, ids: &[u64], states: &[(f64, Vec<(&str, Vec<f64>)>)], first: u32) -> Vec<u8> {
+    pub fn file(self, database: &str, ids: &[u64], states: &[State<'_>], first: u32) -> Vec<u8> {
         let mut file = vec![8, 8, 8, 1, 1, u8::from(self.little), 0, 0];
         file.extend(self.command(7, &self.integer(0, 8)));
         let real = if self.double { 10 } else { 9 };

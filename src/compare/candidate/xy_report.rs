@@ -222,6 +222,9 @@ impl XyReport {
     }
 }
 
+/// Takes the number of a line and its words.
+type Take<'a> = dyn FnMut(u64, &[&str]) -> Result<(), CompareError> + 'a;
+
 /// The rows of one table.
 struct RowsOf {
     path: PathBuf,
@@ -236,7 +239,7 @@ struct RowsOf {
 
 impl RowsOf {
     /// Gives the words of the next row to `take`; `false` at the end.
-    fn next(&mut self, take: &mut dyn FnMut(u64, &[&str]) -> Result<(), CompareError>) -> Result<bool, CompareError> {
+    fn next(&mut self, take: &mut Take<'_>) -> Result<bool, CompareError> {
         loop {
             self.text.clear();
             let count = self.lines.read_until(b'\n', &mut self.text);
