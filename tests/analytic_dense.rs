@@ -163,6 +163,30 @@ fn property_samples_follow_the_events_of_a_case_without_windows() {
     }
     assert!(times.len() < 100_000, "{}", times.len());
 
+    // However far the plain samples are apart, and whatever the margin is compared with the steps, times increase.
+    for (interval, margin) in [(1e-3, 5e-3), (2e-4, 1e-3), (5e-3, 1e-3), (1e-2, 3e-2), (1.0, 1e-4)] {
+        for (name, method) in [
+            ("paper", Method::Auto),
+            ("release", Method::Auto),
+            ("unperturbed", Method::Series),
+        ] {
+            let overrides = [
+                "output.window=[]".to_owned(),
+                format!("output.interval={interval}"),
+                format!("output.margin={margin}"),
+            ];
+            let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+            let mut case = Case::parse(&CaseSource::built_in(name).unwrap(), &overrides).unwrap();
+            case.solver.method = method;
+            let run = followed(&case);
+            let times: Vec<f64> = run.rows.samples.iter().map(|sample| sample.time).collect();
+            let back = times.windows(2).find(|pair| pair[0] >= pair[1]);
+            assert!(back.is_none(), "{name}, {interval}, {margin}: {back:?}");
+            let plain = (case.output.end_time / interval) as usize + 1;
+            assert!(times.len() >= plain, "{name}: {} of {plain}", times.len());
+        }
+    }
+
     // Around the first stick alone.
     let case = paper(&[
         "output.window=[]",

@@ -195,6 +195,8 @@ fn cli_certify_tries_its_advice_before_it_gives_it() {
         "unperturbed",
         "--set",
         "output.window=[]",
+        "--set",
+        "output.around=none",
         "--oracle",
         "--digits",
         "12",

@@ -90,7 +90,10 @@ fn cli_plot_draws_the_catalogue_twice_alike() {
 #[test]
 fn cli_plot_says_which_samples_are_missing() {
     let folder = Folder::new();
-    output(&mut folder.stickslip(&["run", "-q", "--set", "output.window=[]"]), 0);
+    output(
+        &mut folder.stickslip(&["run", "-q", "--set", "output.window=[]", "--set", "output.around=none"]),
+        0,
+    );
     let (document, _) = output(&mut folder.stickslip(&["plot", "paper.h5", "--json"]), 0);
     let document = json(&document);
     let sampling = document["sampling"].as_str().unwrap();

@@ -166,6 +166,8 @@ fn property_curves_go_through_the_states_at_events() {
         "--set",
         "output.window=[]",
         "--set",
+        "output.around=none",
+        "--set",
         "output.interval=1e-3",
         "-o",
         "sparse.h5",

@@ -553,7 +553,14 @@ fn cli_run_witnesses_differ_where_they_must() {
 fn cli_run_leaves_a_long_witness_out() {
     use stickslip::analysis::witness::{Sequence, Testimony, witness};
     let folder = Folder::new();
-    let undamped = ["--set", "torsion.damping=0", "--set", "output.window=[]"];
+    let undamped = [
+        "--set",
+        "torsion.damping=0",
+        "--set",
+        "output.window=[]",
+        "--set",
+        "output.around=none",
+    ];
     let run = ["run", "paper-si", "--method", "series", "--json"];
     let (stdout, _) = output(folder.stickslip(&run).args(undamped), 0);
     let said = &json(&stdout)["witness"];

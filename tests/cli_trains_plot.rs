@@ -98,6 +98,8 @@ fn cli_plot_of_trains_says_what_it_has_not() {
             "output.end_time=0.05",
             "--set",
             "output.window=[]",
+            "--set",
+            "output.around=none",
         ]),
         0,
     );

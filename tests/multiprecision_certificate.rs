@@ -98,6 +98,7 @@ fn multiprecision_certified_uncertainties_cover_the_errors_without_damping() {
             "perturbation=[{kind=\"kick\", time=0.4, relative_velocity=1e-3}]",
             "output.end_time=1.6",
             "output.window=[]",
+            "output.around=none",
             &format!("solver.method={method}"),
         ]
         .iter()

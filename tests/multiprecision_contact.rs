@@ -31,6 +31,7 @@ fn released(rest: f64, end: f64, more: &[&str]) -> Vec<String> {
         ),
         "perturbation=[]".to_owned(),
         "output.window=[]".to_owned(),
+        "output.around=none".to_owned(),
         format!("output.end_time={end}"),
     ];
     settings.extend(more.iter().map(|text| (*text).to_owned()));
@@ -119,6 +120,7 @@ fn multiprecision_disks_at_rest_touch_when_they_are_pressed() {
             format!("actuation={{profile=\"table\", time={time}, force={force}}}"),
             "perturbation=[]".to_owned(),
             "output.window=[]".to_owned(),
+            "output.around=none".to_owned(),
             format!("output.end_time={end}"),
         ]
     };
@@ -167,6 +169,7 @@ fn multiprecision_events_of_one_instant_have_one_order() {
             format!("actuation.rise_time={rise}"),
             format!("perturbation=[{{time={time}, relative_velocity=-9}}, {{time={time}, relative_velocity=2}}]"),
             "output.window=[]".to_owned(),
+            "output.around=none".to_owned(),
             "output.end_time=0.06".to_owned(),
         ];
         check(&format!("rise {rise}, kicks at {time}"), &settings);

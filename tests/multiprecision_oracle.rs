@@ -285,6 +285,7 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
             format!("friction.decay={decay}"),
             format!("perturbation=[{{kind=\"kick\",time={time},relative_velocity={velocity}}}]"),
             "output.window=[]".to_owned(),
+            "output.around=none".to_owned(),
             // Beyond the stick that follows, and before the loss of stability of what slides on.
             format!("output.end_time={}", time + 0.01),
             "solver.method=series".to_owned(),

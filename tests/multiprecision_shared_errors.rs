@@ -92,6 +92,7 @@ fn multiprecision_certified_kicks_where_friction_changes_fast() {
             &format!("torsion.damping={damping}"),
             &format!("perturbation=[{{kind=\"kick\",time=6.9985,relative_velocity={kick}}}]"),
             "output.window=[]",
+            "output.around=none",
         ]);
         let checked = check(&format!("alpha = {decay}"), &changes, &written(&exact));
         // The promise of the default tolerance is 1e-9 s; what double precision allows here is 3e-14 s.
@@ -158,7 +159,11 @@ fn multiprecision_certified_kicks_at_the_instability() {
     ];
     for (name, texts) in brakes {
         let mut changes = overrides(texts);
-        changes.extend(overrides(&["output.interval=0.05", "output.window=[]"]));
+        changes.extend(overrides(&[
+            "output.interval=0.05",
+            "output.window=[]",
+            "output.around=none",
+        ]));
         let end = Case::parse(&source(), &changes).unwrap().output.end_time;
         let exact: Vec<(EventKind, Number)> = exact_events(&source(), &changes, end, 33)
             .into_iter()
@@ -188,6 +193,7 @@ fn multiprecision_slow_manifold_knows_its_error() {
             "perturbation=[]",
             "output.end_time=0.3",
             "output.window=[]",
+            "output.around=none",
         ]);
         let case = Case::parse(&source(), &changes).unwrap();
         let exact = Case::exact_parameters(&source(), &changes).unwrap();

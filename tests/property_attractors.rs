@@ -190,7 +190,7 @@ damping = "22.606 N m s/rad"
 end = "fixed"
 "#;
     let text = format!("{}{trains}{}", &text[..start], &text[end..]);
-    let (_, witness) = run(&text, &["output.window=[]"]);
+    let (_, witness) = run(&text, &["output.window=[]", "output.around=none"]);
     let differs = witness.expect("a witness").differs.expect("other events");
     assert!(differs > 6.9, "{differs}");
 }

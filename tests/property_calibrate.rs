@@ -24,6 +24,7 @@ fn measured(settings: &[&str]) -> Summary {
         Override::parse("perturbation=[{kind=\"kick\", time=\"instability\", relative_velocity=1e-6}]").unwrap(),
         Override::parse("output.interval=1").unwrap(),
         Override::parse("output.window=[]").unwrap(),
+        Override::parse("output.around=none").unwrap(),
     ];
     overrides.extend(settings.iter().map(|setting| Override::parse(setting).unwrap()));
     let case = Case::parse(&base, &overrides).unwrap();

@@ -301,7 +301,11 @@ fn studies() {
 fn reference() -> (tempfile::TempDir, Reference) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("reference.h5");
-    compare_common::run(&path, "release", &["output.window=[]", "output.interval=1e-3"]);
+    compare_common::run(
+        &path,
+        "release",
+        &["output.window=[]", "output.around=none", "output.interval=1e-3"],
+    );
     let reference = Reference::open(&path).unwrap();
     (folder, reference)
 }

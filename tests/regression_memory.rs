@@ -21,7 +21,15 @@ fn peak_memory(process: u32) -> Option<u64> {
 fn peak_of_run(target: &Path, arguments: &[&str]) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
     command
-        .args(["run", "paper", "--quiet", "--set", "output.window=[]"])
+        .args([
+            "run",
+            "paper",
+            "--quiet",
+            "--set",
+            "output.window=[]",
+            "--set",
+            "output.around=none",
+        ])
         .args(arguments)
         .arg("--output")
         .arg(target);

@@ -264,7 +264,10 @@ fn results_stretches_with_too_few_samples_are_marked() {
     assert!(doubles(&page.run["sparse"]["from"]).is_empty());
     assert!(page.run["remedy"].is_null());
     std::fs::remove_file(folder.path().join("paper.html")).unwrap();
-    let (file, _, page) = page_of(&run(&folder, &["output.window=[]", "output.interval=1e-3"]));
+    let (file, _, page) = page_of(&run(
+        &folder,
+        &["output.window=[]", "output.around=none", "output.interval=1e-3"],
+    ));
     let (from, to) = (doubles(&page.run["sparse"]["from"]), doubles(&page.run["sparse"]["to"]));
     assert!(from.len() > 80 && from.len() == to.len(), "{}", from.len());
     assert!(from.iter().zip(&to).all(|(from, to)| from < to) && from.is_sorted());

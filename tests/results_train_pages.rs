@@ -328,6 +328,7 @@ fn regression_page_of_a_brake_has_its_words() {
         &[
             Override::parse("output.end_time=0.01").unwrap(),
             Override::parse("output.window=[]").unwrap(),
+            Override::parse("output.around=none").unwrap(),
         ],
     )
     .unwrap();

@@ -12,9 +12,9 @@ use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
 use crate::record::{Channels, Event, MemoryRecorder, Sample, State};
-use crate::simulation::OutputOptions;
 use crate::simulation::nearby::{COLUMNS, Nearby, columns, values};
 use crate::simulation::sampling::SampleTimes;
+use crate::simulation::{Following, OutputOptions};
 
 /// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
 /// no two runs differ, and this is all that its band says.
@@ -111,14 +111,14 @@ fn over(stretches: &[Stretch], value: &dyn Fn(&Stretch) -> f64) -> f64 {
 }
 
 /// The rows that are compared: those that the settings ask for, without the integrator's own steps, or, where they are more
-/// than can be kept of several runs, every second, third, ... of them. Of samples around events, the output is one for which
-/// these are known: [`Case::settled_output`](crate::case::Case::settled_output).
+/// than can be kept of several runs, every second, third, ... of them. Samples around events are left out: runs that differ have
+/// them at other times.
 pub fn compared_output(output: &OutputOptions) -> OutputOptions {
-    let mut plain = OutputOptions {
+    let plain = OutputOptions {
         steps: false,
+        follow: Following::default(),
         ..output.clone()
     };
-    plain.follow.dense = false;
     let rows = Times::new(&plain).count();
     let share = rows.div_ceil(MOST_ROWS).max(1) as f64;
     let mut thinned = plain;

@@ -124,7 +124,7 @@ pub fn certify(
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
-    let output = compared_output(&case.settled_output(&result.events));
+    let output = compared_output(&case.output);
     let own = run(case, &case.solver, &output, stop);
     if stop() {
         return Err(CertifyError::Interrupted);

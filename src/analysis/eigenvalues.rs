@@ -103,6 +103,7 @@ mod tests {
              {kind=\"kick\",time=17.188076480014825,relative_velocity=-114.30165801443698},\
              {kind=\"kick\",time=2.1635393315026006,relative_velocity=-5.333492895183853}]",
             "output.window=[]",
+            "output.around=none",
             "output.interval=10",
             "output.end_time=21.81964290642463",
             "solver.method=series",

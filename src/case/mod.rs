@@ -46,9 +46,7 @@ pub use trains::{TrainCase, TrainKey, TrainKind, TrainNumber, train_keys};
 pub(crate) use value::number_of;
 
 use crate::friction::{Exponential, Friction, Parameters as _};
-use crate::model::torsion::TorsionModel;
 use crate::model::{Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};
-use crate::record::Event;
 use crate::signal::{Profile, Ramp, Signal};
 use crate::simulation::{Following, OutputOptions, SolverOptions};
 
@@ -96,12 +94,6 @@ impl Case {
     /// identical case. Diameters of the contact have become the radius.
     pub fn resolved(&self) -> String {
         resolved::write(self)
-    }
-
-    /// The output with absolute windows in the place of the dense samples around events, of a run that has these events.
-    pub fn settled_output(&self, events: &[Event]) -> OutputOptions {
-        let period = TorsionModel::new(&self.parameters).natural_period();
-        self.output.settled(events, period)
     }
 
     /// A case with the defaults of the schema, and NaN for what has none.

@@ -1,6 +1,6 @@
 //! Which table is exported: its columns, and its rows or the times at which it is evaluated.
 
-use super::table::{Column, Kind, Spool, Table};
+use super::table::{BLOCK, Column, Kind, Spool, Table};
 use super::{Export, ExportError, Origin};
 use crate::case::suggest;
 use crate::compare::{Channel, Reference};
@@ -8,7 +8,7 @@ use crate::input::{LONGEST_LINE, Rows};
 use crate::provenance;
 use crate::quote::{quoted, shown};
 use crate::results::schema::group;
-use crate::results::{ResultFile, TableColumn};
+use crate::results::{ResultFile, Side, TableColumn};
 use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
@@ -235,6 +235,8 @@ struct Evaluated {
 
 #[derive(Debug, Clone, Copy)]
 enum Value {
+    /// From the dense output.
+    Dense,
     Time,
     Mode,
     Channel(Channel),
@@ -248,6 +250,8 @@ enum Value {
 pub fn evaluated(reference: &Reference, request: &Request) -> Result<Export<'static>, ExportError> {
     let file = reference.file();
     let path = file.path().display();
+    let (start, end) = reference.times();
+    let dense = file.dense()?.filter(|dense| dense.covers(start, end));
     if request.table != Which::Trajectory {
         return Err(ExportError::Asked(format!(
             "--rate, --interval and --at evaluate a trajectory at other times, and the rows of /{} are what they are; leave them out",
@@ -258,6 +262,7 @@ pub fn evaluated(reference: &Reference, request: &Request) -> Result<Export<'sta
     let mut known = Vec::new();
     for (column, _) in columns(file, Which::Trajectory)? {
         let value = match column.name.as_str() {
+            _ if dense.is_some() => Some(Value::Dense),
             "time" => Some(Value::Time),
             "mode" => Some(Value::Mode),
             name => reference.channel_of_column(name).map(Value::Channel),
@@ -291,16 +296,42 @@ pub fn evaluated(reference: &Reference, request: &Request) -> Result<Export<'sta
             _ => None,
         })
         .collect();
+    let mut spool = Spool::new(chosen.len())?;
+    if let Some(dense) = dense {
+        let mut grid = Grid::new(reference, request)?;
+        loop {
+            let times: Vec<f64> = grid.by_ref().take(BLOCK).collect();
+            if times.is_empty() {
+                break;
+            }
+            let block = chosen
+                .iter()
+                .map(|one| dense.column(&one.column.name, &times, Side::Before))
+                .collect::<Result<Vec<_>, _>>()?;
+            let mut row = vec![0.0; chosen.len()];
+            for k in 0..times.len() {
+                for (cell, column) in row.iter_mut().zip(&block) {
+                    *cell = column[k];
+                }
+                spool.push(&row)?;
+            }
+        }
+        let columns = chosen.into_iter().map(|one| one.column).collect();
+        return Ok(Export {
+            table: spool.finish(group::TRAJECTORY, columns)?,
+            origin: origin(file, Some("by the dense output of the run".to_owned())),
+            left_out,
+        });
+    }
     let mut evaluator = reference.evaluator(&channels)?;
     let mut values = vec![0.0; channels.len()];
     let mut row = vec![0.0; chosen.len()];
-    let mut spool = Spool::new(chosen.len())?;
     for time in Grid::new(reference, request)? {
         let mode = evaluator.at(time, &mut values)?;
         let mut next = values.iter();
         for (cell, one) in row.iter_mut().zip(&chosen) {
             *cell = match one.value {
-                Value::Time => time,
+                Value::Time | Value::Dense => time,
                 Value::Mode => f64::from(mode.code()),
                 Value::Channel(_) => next.next().copied().unwrap_or(f64::NAN),
             };

@@ -293,24 +293,13 @@ impl Run {
         Ok(times)
     }
 
-    /// The columns of a window from the dense output; the mode from the segments.
+    /// The columns of a window from the dense output.
     fn dense_columns(&self, channels: &[&str], times: &[f64]) -> Result<Vec<Vec<f64>>, PlotError> {
         let dense = self.file.dense()?;
-        let mode_at = |t: f64| {
-            let index = self
-                .stretches
-                .partition_point(|stretch| stretch.0 <= t)
-                .saturating_sub(1);
-            self.stretches
-                .get(index)
-                .map_or(f64::NAN, |stretch| f64::from(stretch.2 as u8))
-        };
         let column = |channel: &&str| -> Result<Vec<f64>, PlotError> {
-            Ok(match (*channel, &dense) {
-                ("time", _) => times.to_vec(),
-                ("mode", _) => times.iter().map(|&t| mode_at(t)).collect(),
-                (channel, Some(dense)) => dense.values(channel, times, Side::After)?,
-                (_, None) => vec![f64::NAN; times.len()],
+            Ok(match &dense {
+                Some(dense) => dense.column(channel, times, Side::After)?,
+                None => vec![f64::NAN; times.len()],
             })
         };
         channels.iter().map(column).collect()
@@ -326,8 +315,7 @@ impl Run {
         for channel in channels {
             self.axis(channel)?;
         }
-        // The number of a segment is in the samples alone.
-        if self.is_dense(window) && !channels.contains(&"segment") {
+        if self.is_dense(window) {
             for block in self.dense_times(window)?.chunks(BLOCK) {
                 take(&self.dense_columns(channels, block)?);
             }

@@ -70,6 +70,11 @@ impl DenseOutput<'_> {
         self.starts.iter().copied().zip(self.ends.iter().copied())
     }
 
+    /// Whether it goes from `from` to `to` (s) without a gap at its ends.
+    pub fn covers(&self, from: f64, to: f64) -> bool {
+        self.span().is_some_and(|(start, end)| start <= from && to <= end)
+    }
+
     /// From when to when it goes, s; `None` if it has no piece.
     pub fn span(&self) -> Option<(f64, f64)> {
         Some((*self.starts.first()?, *self.ends.last()?))
@@ -108,6 +113,22 @@ impl DenseOutput<'_> {
         Ok(std::array::from_fn(|degree| {
             block.get(from + degree).copied().unwrap_or(f64::NAN)
         }))
+    }
+
+    /// A column of /trajectory at some times (s): a channel, the time itself, or mode and segment of the piece. As [`Self::values`].
+    ///
+    /// # Errors
+    /// As [`Self::coefficients`].
+    pub fn column(&self, name: &str, times: &[f64], side: Side) -> Result<Vec<f64>, ResultError> {
+        match name {
+            "time" => Ok(times.to_vec()),
+            "mode" | "segment" => {
+                let codes = self.file.values::<f64>(group::DENSE, name, 0..self.pieces())?;
+                let code = |&t: &f64| self.piece_at(t, side).map_or(f64::NAN, |piece| codes[piece]);
+                Ok(times.iter().map(code).collect())
+            }
+            channel => self.values(channel, times, side),
+        }
     }
 
     /// A channel at some times (s); NaN where the dense output does not reach. Quick where the times are in order.

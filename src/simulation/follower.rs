@@ -97,6 +97,8 @@ pub(super) struct Follower {
     inside_steps: f64,
     /// The last piece, which might be joined with the next.
     open: Option<Kept>,
+    /// Just before the step that is under way, s.
+    before_step: f64,
     pieces_left: usize,
     samples_left: usize,
     sticks: usize,
@@ -141,6 +143,7 @@ impl Follower {
             longest_joined: LONGEST_JOINED * shortest,
             inside_steps: INSIDE_STEPS * rtol,
             open: None,
+            before_step: f64::NEG_INFINITY,
             largest: Vec::new(),
             pieces_left: MOST_PIECES,
             samples_left: MOST_SAMPLES,
@@ -170,6 +173,8 @@ impl Follower {
         at: &mut At<'_>,
         recorder: &mut dyn Recorder,
     ) -> Result<(), RecorderError> {
+        // Samples that are due in the step are still to come.
+        self.before_step = from.next_down();
         let mut start = from;
         while start < to {
             let wish = if self.next > 0.0 { self.next } else { self.first };
@@ -276,7 +281,7 @@ impl Follower {
             }
         }
         if let Some((_, margin, _)) = self.around {
-            let until = piece.end - margin;
+            let until = (piece.end - margin).min(self.before_step);
             self.pieces.push_back(piece);
             self.hand_on(until, recorder)?;
         }

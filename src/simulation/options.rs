@@ -1,6 +1,6 @@
 //! How a run is integrated and what it writes.
 
-use crate::record::{Event, EventKind};
+use crate::record::EventKind;
 use crate::sundials::ErkTable;
 
 /// The integration method of a run.
@@ -246,38 +246,6 @@ impl Around {
 }
 
 impl OutputOptions {
-    /// The same where the events are known: absolute windows in the place of those around events, and no polynomials. `period` is
-    /// the natural period, s.
-    pub(crate) fn settled(&self, events: &[Event], period: f64) -> Self {
-        let mut settled = OutputOptions {
-            follow: Following::default(),
-            ..self.clone()
-        };
-        let Some(around) = self.follow.around else {
-            return settled;
-        };
-        let (margin, interval) = self.follow.sampling(period);
-        let mut sticks = 0;
-        let mut last: Option<OutputWindow> = None;
-        for event in events {
-            if around.takes(event.kind, sticks) {
-                // The grid of the samples has its origin at t = 0.
-                let from = ((event.time - margin).max(0.0) / interval).ceil() * interval;
-                let to = (event.time + margin).min(self.end_time);
-                match &mut last {
-                    Some(window) if from <= window.to => window.to = to,
-                    _ => settled
-                        .windows
-                        .extend(last.replace(OutputWindow { from, to, interval })),
-                }
-            }
-            sticks += usize::from(event.kind == EventKind::Stick);
-        }
-        settled.windows.extend(last);
-        settled.windows.retain(|window| window.from < window.to);
-        settled
-    }
-
     /// Of a run to `end_time` (s) that is made for its events: samples at its start and its end only.
     pub(crate) fn at_the_ends(end_time: f64) -> Self {
         OutputOptions {

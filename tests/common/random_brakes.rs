@@ -77,7 +77,7 @@ fn random_kick(random: &mut Random) -> String {
 }
 
 /// Friction, torsion, the given kicks, and few samples until `end` (s).
-fn contact(random: &mut Random, high_speed: f64, low_speed: (f64, f64), kicks: &str, end: f64) -> [String; 10] {
+fn contact(random: &mut Random, high_speed: f64, low_speed: (f64, f64), kicks: &str, end: f64) -> [String; 11] {
     [
         format!("friction.high_speed={high_speed:.6}"),
         format!("friction.low_speed={:.6}", random.within(low_speed.0, low_speed.1)),
@@ -89,10 +89,11 @@ fn contact(random: &mut Random, high_speed: f64, low_speed: (f64, f64), kicks: &
         format!("output.end_time={end:.4}"),
         "output.interval=0.01".to_owned(),
         "output.window=[]".to_owned(),
+        "output.around=none".to_owned(),
     ]
 }
 
-fn overrides<const N: usize>(actuation: [String; N], contact: [String; 10]) -> Vec<Override> {
+fn overrides<const N: usize>(actuation: [String; N], contact: [String; 11]) -> Vec<Override> {
     let all = actuation.iter().chain(&contact);
     all.map(|text| Override::parse(text).unwrap()).collect()
 }

@@ -50,8 +50,7 @@ impl TrainRecord {
     /// # Errors
     /// If the file cannot be read, or holds numbers that are none.
     pub fn read(file: &ResultFile, case: &TrainCase) -> Result<TrainRecord, ResultError> {
-        let events = file.events()?;
-        let mut compared = Compared::new(&output(case, &events));
+        let mut compared = Compared::new(&compared_output(&case.output));
         let further: Vec<String> = columns(case)
             .skip(State::COUNT + Channels::COUNT)
             .map(|(name, _)| name)
@@ -72,7 +71,7 @@ impl TrainRecord {
         }
         Ok(TrainRecord {
             rows,
-            ..TrainRecord::of_events(events)
+            ..TrainRecord::of_events(file.events()?)
         })
     }
 }
@@ -160,9 +159,9 @@ pub struct TrainBands {
     pub channels: Vec<TrainBand>,
 }
 
-/// The rows that are compared of a run with these events, as [`compared_output`] has it.
-pub(super) fn output(case: &TrainCase, events: &[Event]) -> OutputOptions {
-    compared_output(&case.settled_output(events))
+/// The rows that are compared, as [`compared_output`] has it.
+pub(super) fn output(case: &TrainCase) -> OutputOptions {
+    compared_output(&case.output)
 }
 
 /// Start and end of the stretch of this index in a run with these events; `None` where it has not so many.

@@ -219,11 +219,7 @@ fn climb(
     distances: &mut [Option<f64>],
 ) -> (TrainRung, TrainRecord) {
     let (solver, at_the_ends) = by_another_method(case, method, rtol);
-    let output = if own.rows.is_empty() {
-        at_the_ends
-    } else {
-        output(case, &own.events)
-    };
+    let output = if own.rows.is_empty() { at_the_ends } else { output(case) };
     let mut recorder = TrainRecord::default();
     let result = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
         .record(&mut recorder)

@@ -19,8 +19,6 @@ use super::form::table_of;
 use super::{CaseError, CaseSource, Motion, Override};
 use crate::model::ExactLaw;
 use crate::model::trains::Trains;
-use crate::record::Event;
-use crate::simulation::trains::natural_period;
 use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
@@ -94,11 +92,6 @@ impl TrainCase {
     /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the identical case.
     pub fn resolved(&self) -> String {
         resolved::write(self)
-    }
-
-    /// The output with absolute windows in the place of the dense samples around events, of a run that has these events.
-    pub fn settled_output(&self, events: &[Event]) -> OutputOptions {
-        self.output.settled(events, natural_period(&self.parameters))
     }
 
     /// The number at a dotted path of the resolved text, such as `rotor.inertia.0` or `stator.speed.amplitude`, in the unit of

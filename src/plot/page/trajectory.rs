@@ -7,7 +7,7 @@ use super::form::Form;
 use super::pair::{DIFFERENCE, Pair};
 use super::thinning::{Column, Plan};
 use crate::plot::PlotError;
-use crate::results::{ResultError, ResultFile};
+use crate::results::{DenseOutput, ResultError, ResultFile, Side};
 
 /// The samples, or what stands for them.
 #[derive(Debug, Serialize)]
@@ -56,18 +56,23 @@ impl Trajectory {
         pair: Option<&Pair>,
         room: usize,
     ) -> Result<Trajectory, PlotError> {
-        let samples = file.sample_count()?;
+        let source = Source::new(file, pair.is_none())?;
+        let samples = source.rows;
         // A sample takes a time, and an offset and its share of a base for every channel; base64 adds a third.
         let columns = form.variables.len() + pair.map_or(0, |pair| pair.compared.len());
         let bytes = 8 + columns * 4 + (columns * 8).div_ceil(BLOCK);
         let room = room / (4 * bytes).div_ceil(3);
-        let events = if samples > room { event_rows(file)? } else { Vec::new() };
+        let events = if samples > room {
+            source.event_rows()?
+        } else {
+            Vec::new()
+        };
         let whole = match form.whole_from.filter(|_| samples > room) {
-            Some(from) => first_row(file, from)?..samples,
+            Some(from) => source.first_row(from)?..samples,
             None => samples..samples,
         };
         let plan = Plan::new(samples, &events, whole.clone(), room);
-        let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(file.column_blocks(name)?) };
+        let fold = |name: &str| -> Result<Column, ResultError> { plan.fold(source.column_blocks(name)?) };
         let time = fold("time")?;
         let mut channels = Vec::with_capacity(columns);
         for variable in form.variables.iter().cloned() {
@@ -80,7 +85,7 @@ impl Trajectory {
                 bucket_high: Packed::new(&highs),
             });
         }
-        let mut notes = notes(&plan, samples, events.len(), !whole.is_empty());
+        let mut notes = notes(&plan, source.of(), samples, events.len(), !whole.is_empty());
         if let Some(pair) = pair {
             for variable in &form.variables {
                 if !pair.compared.contains(&variable.name) {
@@ -116,10 +121,10 @@ impl Trajectory {
 }
 
 /// What the page keeps, for its reader.
-fn notes(plan: &Plan, samples: usize, events: usize, last_period: bool) -> Vec<String> {
+fn notes(plan: &Plan, of: &str, samples: usize, events: usize, last_period: bool) -> Vec<String> {
     let kept = plan.kept();
     if kept == samples {
-        return vec![format!("All {samples} samples of the file are on this page.")];
+        return vec![format!("All {samples} {of} are on this page.")];
     }
     let each = plan.stretches.iter().find_map(|stretch| stretch.bucket).unwrap_or(1);
     let period = if last_period {
@@ -128,7 +133,7 @@ fn notes(plan: &Plan, samples: usize, events: usize, last_period: bool) -> Vec<S
         ""
     };
     let mut notes = vec![format!(
-        "Of the {samples} samples in the file, {kept} are on this page as they are: those around the events{period}. For \
+        "Of the {samples} {of}, {kept} are on this page as they are: those around the events{period}. For \
          every {each} consecutive ones of the others it has the least and the largest value of each channel, drawn \
          as a band; so every extreme is there, and single samples between are not."
     )];
@@ -139,6 +144,92 @@ fn notes(plan: &Plan, samples: usize, events: usize, last_period: bool) -> Vec<S
         ));
     }
     notes
+}
+
+/// Where the curves of a page are from: the samples of the file, or its dense output.
+struct Source<'f> {
+    file: &'f ResultFile,
+    /// With the times at which it is evaluated, s.
+    dense: Option<(DenseOutput<'f>, Vec<f64>)>,
+    rows: usize,
+}
+
+/// Points of a piece of the dense output.
+const POINTS: usize = 16;
+
+impl<'f> Source<'f> {
+    /// The dense output if it goes from the first sample to the last, and may be used.
+    fn new(file: &'f ResultFile, may_be_dense: bool) -> Result<Source<'f>, ResultError> {
+        let samples = file.sample_count()?;
+        let first = file.column("time", 0..samples.min(1))?;
+        let last = file.column("time", samples.saturating_sub(1)..samples)?;
+        let dense = match (may_be_dense, first.first().zip(last.first())) {
+            (true, Some((&first, &last))) => file.dense()?.filter(|dense| dense.covers(first, last)),
+            _ => None,
+        };
+        let dense = dense.map(|dense| {
+            let points = |(start, end): (f64, f64)| {
+                (0..POINTS).map(move |k| start + (end - start) * (k as f64 + 0.5) / POINTS as f64)
+            };
+            let mut times: Vec<f64> = dense.spans().flat_map(points).collect();
+            if let Some((start, end)) = dense.span() {
+                times.insert(0, start);
+                times.push(end);
+            }
+            times.dedup();
+            (dense, times)
+        });
+        let rows = dense.as_ref().map_or(samples, |(_, times)| times.len());
+        Ok(Source { file, dense, rows })
+    }
+
+    /// What its rows are.
+    fn of(&self) -> &'static str {
+        match self.dense {
+            Some(_) => "points of the dense output of the file",
+            None => "samples of the file",
+        }
+    }
+
+    fn column_blocks<'s>(
+        &'s self,
+        name: &'s str,
+    ) -> Result<Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>, ResultError> {
+        Ok(match &self.dense {
+            Some((dense, times)) => Box::new(
+                times
+                    .chunks(16_384)
+                    .map(move |times| dense.column(name, times, Side::After)),
+            ),
+            None => Box::new(self.file.column_blocks(name)?),
+        })
+    }
+
+    /// The first row whose time is not before `t`.
+    fn first_row(&self, t: f64) -> Result<usize, ResultError> {
+        if let Some((_, times)) = &self.dense {
+            return Ok(times.partition_point(|time| *time < t));
+        }
+        first_row(self.file, t)
+    }
+
+    /// For each event the first row that is not before it, in order.
+    fn event_rows(&self) -> Result<Vec<usize>, ResultError> {
+        let mut times: Vec<f64> = self.file.events()?.iter().map(|event| event.time).collect();
+        times.sort_by(f64::total_cmp);
+        let mut rows = Vec::with_capacity(times.len());
+        let mut before = 0;
+        for block in self.column_blocks("time")? {
+            let block = block?;
+            while rows.len() < times.len() && block.last().is_some_and(|&last| times[rows.len()] <= last) {
+                rows.push(before + block.partition_point(|&time| time < times[rows.len()]));
+            }
+            before += block.len();
+        }
+        // Events past the last sample, in an unfinished file.
+        rows.resize(times.len(), before);
+        Ok(rows)
+    }
 }
 
 /// The first row whose time is not before `t`.
@@ -157,22 +248,4 @@ fn first_row(file: &ResultFile, t: f64) -> Result<usize, ResultError> {
         }
     }
     Ok(low)
-}
-
-/// For each event the first row that is not before it, in order.
-fn event_rows(file: &ResultFile) -> Result<Vec<usize>, ResultError> {
-    let mut times: Vec<f64> = file.events()?.iter().map(|event| event.time).collect();
-    times.sort_by(f64::total_cmp);
-    let mut rows = Vec::with_capacity(times.len());
-    let mut before = 0;
-    for block in file.column_blocks("time")? {
-        let block = block?;
-        while rows.len() < times.len() && block.last().is_some_and(|&last| times[rows.len()] <= last) {
-            rows.push(before + block.partition_point(|&time| time < times[rows.len()]));
-        }
-        before += block.len();
-    }
-    // Events past the last sample, in an unfinished file.
-    rows.resize(times.len(), before);
-    Ok(rows)
 }

@@ -47,11 +47,6 @@ pub(crate) fn further(trains: &Trains) -> Vec<Further> {
     readings::further_names(&TrainSystem::new(trains))
 }
 
-/// The period by which dense samples are spaced, s.
-pub(crate) fn natural_period(trains: &Trains) -> f64 {
-    TrainDynamics::new(trains, 0.0).natural_period()
-}
-
 /// The state at t = 0.
 fn start(trains: &Trains, dynamics: &TrainDynamics) -> Vec<f64> {
     let system = &dynamics.system;

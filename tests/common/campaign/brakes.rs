@@ -263,7 +263,7 @@ impl Brake {
         settings.push(format!("perturbation=[{}]", kicks.join(", ")));
         settings.push(format!("output.end_time={:.4}", self.end));
         settings.push("output.interval=0.05".to_owned());
-        settings.push("output.window=[]".to_owned());
+        settings.extend(["output.window=[]", "output.around=none"].map(str::to_owned));
         settings
     }
 }
