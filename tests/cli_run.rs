@@ -234,9 +234,11 @@ fn cli_run_json_of_a_failed_run() {
 }
 
 #[test]
-fn cli_run_json_prints_nothing_for_wrong_input() {
+fn cli_run_json_of_wrong_input_is_its_error() {
     let folder = Folder::new();
-    refusal(&mut folder.stickslip(&["run", "--json", "--set", "nonsense=1"]));
+    let (stdout, stderr) = output(&mut folder.stickslip(&["run", "--json", "--set", "nonsense=1"]), 2);
+    assert_eq!(json(&stdout)["error"]["exit_status"], 2);
+    assert!(stderr.contains("nonsense"), "{stderr}");
 }
 
 #[test]

@@ -625,11 +625,13 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
 
 /// Adds another clock, which is all that differs.
 pub(super) fn add_clock(causes: &mut Vec<Diagnosis>, clock: &OtherClock) {
-    causes.clear();
-    causes.push(Diagnosis {
+    // What proposes the offset may have been found already; where the times count from is then all that is new.
+    let proposed = causes.iter().find(|known| known.cause == Cause::TimeOffset).cloned();
+    let named = Diagnosis {
         cause: Cause::TimeOffset,
-        evidence: clock.words(),
-    });
+        evidence: format!("{}; repeat with --time-offset {:.9}", clock.words(), -clock.offset),
+    };
+    *causes = vec![proposed.filter(|_| clock.counts_from.is_none()).unwrap_or(named)];
 }
 
 /// Adds another kick; if runs from after it have the candidate's events, nothing else is needed.

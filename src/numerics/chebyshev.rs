@@ -83,12 +83,12 @@ mod tests {
         column.as_slice().to_vec()
     }
 
-    /// An oscillation of which less than a period is in the stretch, at a time where neighbouring numbers are 9e-16 s apart:
+    /// An oscillation of which a quarter of a period is in the stretch, at a time where neighbouring numbers are 9e-16 s apart:
     /// its phase is known to 2e-11 of a radian only if the nodes count as where they are.
     #[test]
     fn analytic_an_oscillation_late_in_a_run_is_met_to_the_rounding_of_its_argument() {
         let omega = 25_000.0;
-        let (start, end) = (7.0, 7.0 + 0.5 * std::f64::consts::TAU / omega);
+        let (start, end) = (7.0, 7.0 + 0.25 * std::f64::consts::TAU / omega);
         let motion = |t: f64| (omega * (t - 7.0)).sin();
         let c = fitted(start, end, motion);
         for k in 0..=1000 {

@@ -214,7 +214,7 @@ mod tests {
         let t = Scale::new((6.9748, 6.9768), "s");
         assert_eq!(t.title("time"), "time − 6.974 s (ms)");
         assert!((t.show(6.975) - 1.0).abs() < 1e-9);
-        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.21 µm (nm)");
+        assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.2 µm (nm)");
         // A corner at 1 s stands at 1 s, or at 0.
         assert_eq!(Scale::new((0.998, 1.009), "s").title("time"), "time (s)");
         assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (ms)");
