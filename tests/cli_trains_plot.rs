@@ -133,7 +133,7 @@ fn cli_plot_of_trains_makes_a_page() {
     let (stdout, stderr) = output(&mut folder.stickslip(&["plot", "clutch.h5", "--html", "page.html"]), 0);
     assert_eq!((stdout.as_str(), stderr.as_str()), ("page.html\n", ""));
     let page = std::fs::read_to_string(folder.path("page.html")).unwrap();
-    assert!(page.contains("\"certificate\":null") && page.contains("|| low, \"N m\");"));
+    assert!(page.contains("\"certificate\":null") && page.contains("\"N m\""));
     output(&mut folder.stickslip(&["certify", "clutch.h5", "-q"]), 0);
     let (document, _) = output(
         &mut folder.stickslip(&["plot", "clutch.certified.h5", "--html", "page.html", "--json"]),
@@ -156,10 +156,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     let far = ["run", "belt-leine", "-q", "--force", "--set", "output.interval=11.9"];
     output(&mut folder.stickslip(&far), 0);
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
-    assert!(
-        speed.contains("stretches between two events without a sample"),
-        "{speed}"
-    );
+    assert!(speed.contains("two events with too few samples"), "{speed}");
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
     assert!(portrait.contains("joined by straight lines"), "{portrait}");
     // A corner is of a signal, whatever that drives.
@@ -195,7 +192,7 @@ fn cli_plot_of_trains_goes_through_events() {
         lines.map(|line| line.split_whitespace().count()).max().unwrap()
     };
     // Samples at 9 and 10 s; and the restick, twice at the same place.
-    let (through, past) = (points(&draw("relative_velocity")), points(&draw("friction_torque")));
+    let (through, past) = (points(&draw("relative_velocity")), points(&draw("dissipated_friction")));
     assert!(through > past, "{through} points, {past} without the event");
 }
 

@@ -139,6 +139,9 @@ fn friction(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     }
 }
 
+/// Dense samples in a natural period: in more, neighbouring times late in a run are hardly apart.
+const MOST_PER_PERIOD: f64 = 1e5;
+
 /// Windows that have a length, and samples that can be counted.
 fn output_windows(case: &Case, complain: &mut impl FnMut(&str, &[&str], String)) {
     let output = &case.output;
@@ -150,6 +153,19 @@ fn output_windows(case: &Case, complain: &mut impl FnMut(&str, &[&str], String))
                 format!("must be after from: {:?} s is not after {:?} s", window.to, window.from),
             );
         }
+    }
+    if let Some(samples) = output
+        .follow
+        .samples_per_period
+        .filter(|samples| *samples > MOST_PER_PERIOD)
+    {
+        complain(
+            "output.samples_per_period",
+            &[],
+            format!(
+                "must be at most {MOST_PER_PERIOD:?}, but is {samples:?}; for every time there is output.dense = true"
+            ),
+        );
     }
     let samples = |span: f64, interval: f64| span.max(0.0) / interval;
     let mut total = samples(output.end_time, output.interval);

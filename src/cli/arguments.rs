@@ -523,7 +523,7 @@ pub(super) struct PlotOptions {
     /// Result files, drawn over each other; or one file of many runs.
     #[arg(value_name = "FILE", required_unless_present = "list")]
     pub files: Vec<PathBuf>,
-    /// Folder, or a file for one figure.
+    /// Folder, or file of one figure.
     #[arg(short, long, value_name = "DIR|FILE", default_value = "figures")]
     pub output: PathBuf,
     /// Only this figure, by name or number in the paper.
@@ -556,13 +556,17 @@ pub(super) struct PlotOptions {
     /// End of a figure of one's own, s.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// Format in a folder [default: SVG and PNG].
-    #[arg(long, value_enum, value_name = "svg|png|pdf|eps", hide_possible_values = true)]
+    /// svg, png, pdf or eps [default: SVG and PNG].
+    #[arg(long, value_enum, value_name = "FORMAT", hide_possible_values = true)]
     pub format: Option<Format>,
-    /// Width, mm or with a unit (84mm, 3.3in, 8.4cm, 240pt): 85 is a column, 300 a screen.
+    /// Width, mm; or 8.4cm, 3.3in, 240pt.
+    ///
+    /// 85 is a column of a journal, 300 a screen.
     #[arg(long, value_name = "WIDTH", default_value_t = crate::plot::style::COLUMN_WIDTH, value_parser = width)]
     pub width: f64,
-    /// Size of the letters, points; lines grow with them.
+    /// Size of the letters, points.
+    ///
+    /// Lines grow with them.
     #[arg(long, value_name = "SIZE", default_value_t = crate::plot::style::FONT_SIZE, value_parser = font_size)]
     pub font_size: f64,
     /// Leave out the title above the figure.
@@ -571,16 +575,22 @@ pub(super) struct PlotOptions {
     /// Pixels of an inch in PNG.
     #[arg(long, value_name = "N", default_value_t = DPI, value_parser = dpi)]
     pub dpi: f64,
-    /// Draw this candidate beside one result, with its error: a result, other HDF5, CSV, NPZ, a table of events.
+    /// Another solver's result, to be drawn beside.
+    ///
+    /// A result, other HDF5, CSV, NPZ, or a table of events; the error is drawn with it.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["only", "list", "x", "phase"])]
     pub candidate: Option<PathBuf>,
-    /// A TOML file that says which column of the candidate is which channel, as of compare.
+    /// Which of its columns is which channel.
+    ///
+    /// A TOML file as of compare.
     #[arg(long, value_name = "FILE", requires = "candidate")]
     pub map: Option<PathBuf>,
-    /// The same for one column, such as relative_velocity=w:rpm; may be repeated.
-    #[arg(long = "column", value_name = "CHANNEL=COLUMN[:UNIT]", requires = "candidate")]
+    /// The same for one; may be repeated.
+    ///
+    /// Such as relative_velocity=w:rpm.
+    #[arg(long = "column", value_name = "NAME=COLUMN", requires = "candidate")]
     pub columns: Vec<String>,
-    /// Write the interactive page of one file.
+    /// Write the interactive page of one run or two.
     #[arg(
         long,
         value_name = "PAGE",

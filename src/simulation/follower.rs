@@ -11,8 +11,11 @@ use nalgebra::DMatrix;
 use std::collections::VecDeque;
 
 /// A piece is short enough where the last two coefficients of each channel are below this part of the largest value that the
-/// channel has had in the run.
+/// channel has had in the run,
 const RESOLVED: f64 = 1e-14;
+
+/// or below this part of the relative tolerance.
+const OF_TOLERANCE: f64 = 1e-3;
 
 /// Where a piece of half the length is no smoother than by this factor, rounding is all that is left of its last coefficients,
 const SMOOTHER: f64 = 0.1;
@@ -33,6 +36,9 @@ const FIRST_SHARE: f64 = 0.25;
 
 /// Pieces of steps that are shorter than the motion needs are joined, up to so many of the shortest periods.
 const LONGEST_JOINED: f64 = 2.0;
+
+/// The widest margin around events, natural periods: so much of the motion waits in memory.
+const WIDEST_MARGIN: f64 = 1000.0;
 
 /// Pieces that a file has at most: 200 MB before compression.
 const MOST_PIECES: usize = 60_000;
@@ -93,7 +99,8 @@ pub(super) struct Follower {
     largest: Vec<f64>,
     /// Pieces of steps are joined up to this length, s.
     longest_joined: f64,
-    /// How rough a piece inside steps may be.
+    /// How rough any piece may be, and a short one inside steps.
+    resolved: f64,
     inside_steps: f64,
     /// The last piece, which might be joined with the next.
     open: Option<Kept>,
@@ -133,7 +140,13 @@ impl Follower {
         if !recorder.stores_motion() || !(wanted.dense || wanted.around.is_some()) {
             return None;
         }
-        let (margin, interval) = wanted.sampling(period);
+        let (mut margin, interval) = wanted.sampling(period);
+        if margin > WIDEST_MARGIN * period {
+            margin = WIDEST_MARGIN * period;
+            log::warn!(
+                "output.margin is taken for {margin:.1e} s, {WIDEST_MARGIN} natural periods: set a window for more"
+            );
+        }
         Some(Follower {
             around: wanted.around.map(|around| (around, margin, interval)),
             dense: wanted.dense,
@@ -141,6 +154,7 @@ impl Follower {
             first: FIRST_SHARE * shortest,
             next: 0.0,
             longest_joined: LONGEST_JOINED * shortest,
+            resolved: RESOLVED.max(OF_TOLERANCE * rtol),
             inside_steps: INSIDE_STEPS * rtol,
             open: None,
             before_step: f64::NEG_INFINITY,
@@ -213,7 +227,7 @@ impl Follower {
         // The last quarter of the coefficients tells whether a longer piece would do: small ones, or, where rounding is all that
         // is left, none that stands out.
         let quarter = self.roughness(&coefficients, 3 * COEFFICIENTS / 4);
-        let easy = quarter <= RESOLVED.max(FLAT * rough);
+        let easy = quarter <= self.resolved.max(FLAT * rough);
         self.next = if easy { 2.0 } else { 1.0 } * (end - start);
         let kept = Kept {
             start,
@@ -236,7 +250,7 @@ impl Follower {
     }
 
     fn is_smooth(&self, length: f64, rough: f64) -> bool {
-        rough <= RESOLVED || (length <= self.first && rough <= self.inside_steps)
+        rough <= self.resolved || (length <= self.first && rough <= self.inside_steps)
     }
 
     /// One piece in the place of two that follow each other, as where steps are shorter than the motion needs; `None` where one is
@@ -347,8 +361,19 @@ impl Follower {
     }
 
     /// A sample that was due.
-    pub(super) fn sample(&mut self, sample: Sample, further: &[f64]) {
+    pub(super) fn sample(
+        &mut self,
+        sample: Sample,
+        further: &[f64],
+        recorder: &mut dyn Recorder,
+    ) -> Result<(), RecorderError> {
         self.waiting.push_back((sample, further.to_vec()));
+        if self.samples_left == 0 {
+            // Nothing comes between them any more.
+            self.wanted.clear();
+            return self.hand_on(f64::INFINITY, recorder);
+        }
+        Ok(())
     }
 
     /// The next time on the grid of the samples around events that is wanted.

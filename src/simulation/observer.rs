@@ -172,10 +172,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         self.further.clear();
         self.readings.further(t, location, y, &mut self.further);
         match &mut self.follower {
-            Some(follower) if follower.holds_samples() => {
-                follower.sample(sample, &self.further);
-                Ok(())
-            }
+            Some(follower) if follower.holds_samples() => follower.sample(sample, &self.further, self.recorder),
             _ => {
                 self.recorder.further(&self.further)?;
                 self.recorder.sample(&sample)
