@@ -601,7 +601,15 @@ fn draw_color_bar(
 ) -> Result<(), PlotError> {
     let width = right - left;
     // A long title begins before the bar.
-    let title = fitting_title(scale, axis, right - MARGIN);
+    let mut title = fitting_title(scale, axis, right - MARGIN);
+    let whole = title.clone();
+    // The name of one's own quantity may be longer than the picture is wide.
+    let mut letters = axis.name.chars().count();
+    while text_width(&title, LABEL_SIZE) > right - MARGIN && letters > 4 {
+        letters -= 1;
+        let short: String = axis.name.chars().take(letters).collect();
+        title = whole.replacen(&axis.name, &format!("{}…", short.trim_end()), 1);
+    }
     let start = if text_width(&title, LABEL_SIZE) <= width {
         left
     } else {

@@ -27,7 +27,7 @@ use crate::model::slow_stick::SlowStick;
 use crate::model::state::Components;
 use crate::model::torsion::spinning;
 use crate::model::{Mode, Parameters};
-use crate::record::{EventDigest, EventKind, Recorder};
+use crate::record::{Event, EventDigest, EventKind, NoRecorder, Recorder};
 use brake::{Brake, Location, Watch};
 use observer::Recording;
 use plan::Plan;
@@ -109,17 +109,57 @@ pub(crate) fn simulate_from(
     };
     let digest = EventDigest::new(parameters);
     let initial_energy = readings.kinetic_energy(time, &location, &state);
+    let stores_motion = recorder.stores_motion();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
+    let foreseen = foreseen(output, solver, stores_motion, |solver, output| {
+        let mut go_on = |_| ControlFlow::Continue(());
+        simulate_from(parameters, solver, output, start, &mut NoRecorder, &mut go_on)
+    });
     let axial = TAU * (parameters.axial.mass / parameters.axial.stiffness).sqrt();
     let period = brake.torsion.natural_period();
-    recording.follow(output, brake.dimension(), (period, period.min(axial)), solver.rtol);
+    recording.follow(
+        output,
+        brake.dimension(),
+        (period, period.min(axial)),
+        solver.rtol,
+        &foreseen,
+    );
     recording.begin_at(time);
     let start = Start { time, location, state };
     let (result, mut report) = automaton(&brake, &mut rules, start, solver, output, recording);
     report.count_kicks(parameters, rules.kicks_never_given());
     report.stopped_smoothly = rules.stopped_smoothly();
     report.ended(result)
+}
+
+/// Steps after which no more events are foreseen.
+const MOST_STEPS_FORESEEN: usize = 1_000_000;
+
+/// The events of a run that has samples around them, by `run` with the quickest method: where they come at another time by the
+/// run's own, as where the onset is amplified rounding, samples begin with the event.
+fn foreseen(
+    output: &OutputOptions,
+    solver: &SolverOptions,
+    stores_motion: bool,
+    run: impl FnOnce(&SolverOptions, &OutputOptions) -> Result<RunReport, Box<RunFailure>>,
+) -> Vec<Event> {
+    if !stores_motion || output.follow.around.is_none() {
+        return Vec::new();
+    }
+    let quick = SolverOptions {
+        method: Method::Series,
+        fixed_step: None,
+        max_step: None,
+        max_steps: Some(MOST_STEPS_FORESEEN),
+        // A run has to be the same again on another machine.
+        max_wall_time: None,
+        ..solver.clone()
+    };
+    match run(&quick, &OutputOptions::at_the_ends(output.end_time)) {
+        Ok(report) => report.events,
+        Err(failure) => failure.report.events,
+    }
 }
 
 /// Runs the automaton within the budgets of `solver`, and closes the record.

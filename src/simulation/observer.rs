@@ -4,7 +4,7 @@ use super::follower::{At, Follower};
 use super::options::OutputOptions;
 use super::readings::{Place, Readings};
 use super::report::{Progress, RunReport, SolverWork};
-use super::sampling::SampleTimes;
+use super::sampling::{SampleTimes, TimesAround};
 use crate::hybrid::{EngineError, Observer, ObserverError, Overflow, RunError, SegmentReport};
 use crate::model::Mode;
 use crate::record::EventDigest;
@@ -19,6 +19,7 @@ pub(super) struct Recording<'a, R> {
     recorder: &'a mut dyn Recorder,
     control: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     times: SampleTimes,
+    around: Option<TimesAround>,
     follower: Option<Follower>,
     /// As long as a state.
     inside: Vec<f64>,
@@ -75,6 +76,7 @@ impl<'a, R: Readings> Recording<'a, R> {
             recorder,
             control,
             times: SampleTimes::new(output),
+            around: None,
             follower: None,
             inside: Vec::new(),
             steps: output.steps,
@@ -94,14 +96,24 @@ impl<'a, R: Readings> Recording<'a, R> {
         }
     }
 
-    /// Follows the motion as `output` says; the state has so many components. The periods (s) are the natural one and the
-    /// shortest; `rtol` is the relative tolerance.
-    pub(super) fn follow(&mut self, output: &OutputOptions, dimension: usize, periods: (f64, f64), rtol: f64) {
-        self.follower = Follower::new(output, periods, rtol, self.recorder);
+    /// Records the motion where it happens, as `output` says; the state has so many components. The periods (s) are the natural one
+    /// and the shortest; `rtol` is the relative tolerance, and `foreseen` are the events that the run will have.
+    pub(super) fn follow(
+        &mut self,
+        output: &OutputOptions,
+        dimension: usize,
+        (period, shortest): (f64, f64),
+        rtol: f64,
+        foreseen: &[Event],
+    ) {
+        self.follower = Follower::new(output, shortest, rtol, self.recorder);
         self.inside = vec![0.0; dimension];
+        if self.recorder.stores_motion() {
+            self.around = TimesAround::new(output, period, foreseen);
+        }
     }
 
-    /// Hands on what waits for events that might have come.
+    /// Hands on the last piece of the dense output.
     pub(super) fn flush(&mut self) -> Result<(), ObserverError> {
         self.follower
             .as_mut()
@@ -171,13 +183,8 @@ impl<'a, R: Readings> Recording<'a, R> {
         };
         self.further.clear();
         self.readings.further(t, location, y, &mut self.further);
-        match &mut self.follower {
-            Some(follower) if follower.holds_samples() => follower.sample(sample, &self.further, self.recorder),
-            _ => {
-                self.recorder.further(&self.further)?;
-                self.recorder.sample(&sample)
-            }
-        }
+        self.recorder.further(&self.further)?;
+        self.recorder.sample(&sample)
     }
 
     /// Records a segment at `location` from `span.0` to `span.1` (s), with what it cost.
@@ -239,11 +246,17 @@ impl<'a, R: Readings> Recording<'a, R> {
 
 impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
     fn next_sample_time(&self) -> f64 {
-        self.times.next()
+        let around = self.around.as_ref().map_or(f64::INFINITY, TimesAround::next);
+        self.times.next().min(around)
     }
 
     fn sample(&mut self, t: f64, location: &R::Place, y: &[f64]) -> Result<(), ObserverError> {
-        self.times.advance();
+        if t == self.times.next() {
+            self.times.advance();
+        }
+        if let Some(around) = &mut self.around {
+            around.taken(t);
+        }
         self.record(t, location, y)
     }
 
@@ -299,8 +312,8 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
                 self.readings.kinetic_energy(t, after.0, after.1) - self.readings.kinetic_energy(t, before.0, before.1);
         }
         self.counted += usize::from(kind.in_event_sequence());
-        if let Some(follower) = &mut self.follower {
-            follower.event(t, kind);
+        if let Some(around) = &mut self.around {
+            around.event(t, kind);
         }
         let state_after = self.readings.state(t, after.0, after.1);
         // A kick may lead beyond the end of its mode, where friction is that of the mode which the reversal then begins.

@@ -1,6 +1,8 @@
 //! When samples are due.
 
-use super::options::OutputOptions;
+use super::options::{Around, OutputOptions};
+use crate::record::{Event, EventKind};
+use std::collections::VecDeque;
 
 /// The sample times of a run in order, each once: multiples of the interval outside the windows, from + k interval
 /// inside them, and the end.
@@ -96,6 +98,111 @@ impl SampleTimes {
                     self.enter();
                 }
             }
+        }
+    }
+}
+
+/// Samples around events that a file has at most.
+const MOST_AROUND: usize = 300_000;
+
+/// A sample around an event that is nearer to the last one than this part of their interval is left out.
+const APART: f64 = 1e-3;
+
+/// The sample times around events: multiples of an interval, from a margin before an event, as far as it is foreseen, to a margin
+/// after it.
+#[derive(Debug, Clone)]
+pub(super) struct TimesAround {
+    around: Around,
+    margin: f64,
+    interval: f64,
+    end_time: f64,
+    /// Disjoint, in order of time.
+    wanted: VecDeque<(f64, f64)>,
+    next: f64,
+    left: usize,
+    sticks: usize,
+}
+
+impl TimesAround {
+    /// Of a run that is expected to have these events; `period` is the natural period, s. `None` where none are wanted.
+    pub(super) fn new(output: &OutputOptions, period: f64, foreseen: &[Event]) -> Option<TimesAround> {
+        let (margin, interval) = output.follow.sampling(period);
+        let mut times = TimesAround {
+            around: output.follow.around?,
+            margin,
+            interval,
+            end_time: output.end_time,
+            wanted: VecDeque::new(),
+            next: f64::INFINITY,
+            left: MOST_AROUND,
+            sticks: 0,
+        };
+        for event in foreseen {
+            times.take(event.time, event.kind, margin);
+        }
+        times.sticks = 0;
+        times.settle(f64::NEG_INFINITY);
+        Some(times)
+    }
+
+    fn take(&mut self, t: f64, kind: EventKind, before: f64) {
+        if self.around.takes(kind, self.sticks) {
+            let (from, to) = ((t - before).max(0.0), (t + self.margin).min(self.end_time));
+            // Foreseen stretches may lie after it.
+            let at = self.wanted.partition_point(|stretch| stretch.1 < from);
+            let (mut from, mut to) = (from, to);
+            while let Some(&next) = self.wanted.get(at).filter(|next| next.0 <= to) {
+                (from, to) = (from.min(next.0), to.max(next.1));
+                self.wanted.remove(at);
+            }
+            self.wanted.insert(at, (from, to));
+        }
+        self.sticks += usize::from(kind == EventKind::Stick);
+    }
+
+    /// An event has come, s: foreseen or not, it has samples after it.
+    pub(super) fn event(&mut self, t: f64, kind: EventKind) {
+        self.take(t, kind, 0.0);
+        self.settle(t);
+    }
+
+    /// The time that is due; infinite if none is.
+    pub(super) fn next(&self) -> f64 {
+        self.next
+    }
+
+    /// A sample has been taken at `t` (s), whatever for.
+    pub(super) fn taken(&mut self, t: f64) {
+        if t == self.next {
+            self.left -= 1;
+            if self.left == 0 {
+                log::warn!(
+                    "there are no more dense samples around events after {t:?} s and {MOST_AROUND} of them: set output.margin or \
+                     output.samples_per_period lower to have them later in the run"
+                );
+                self.wanted.clear();
+            }
+        }
+        self.settle(t);
+    }
+
+    /// Finds the time after `last`.
+    fn settle(&mut self, last: f64) {
+        self.next = f64::INFINITY;
+        while let Some(&(from, to)) = self.wanted.front() {
+            let mut count = (from / self.interval).ceil();
+            if last >= from {
+                count = count.max((last / self.interval + APART).ceil());
+            }
+            let mut t = count * self.interval;
+            if t - last < APART * self.interval {
+                t = (count + 1.0) * self.interval;
+            }
+            if t < to && t > last && self.left > 0 {
+                self.next = t;
+                return;
+            }
+            self.wanted.pop_front();
         }
     }
 }

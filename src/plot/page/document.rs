@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::encoding;
 use super::form::{Form, FormCase};
-use super::pair::Second;
 use super::sparse::Sparse;
 use super::trains::{self, Orbit};
 use crate::analysis::certificate::Verdict;
@@ -56,9 +55,6 @@ pub(super) struct Document {
     sparse: Sparse,
     /// How to get what sparse stretches lack.
     remedy: Option<String>,
-    /// Of two runs the second.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) second: Option<Second>,
     /// Of trains.
     #[serde(skip_serializing_if = "Option::is_none")]
     orbit: Option<Orbit>,
@@ -173,7 +169,6 @@ impl Document {
             events: self::events(file, form, events, all_events.len())?,
             remedy: sparse.remedy(&file_name(file)),
             sparse,
-            second: None,
             orbit,
             notes,
         })

@@ -9,6 +9,7 @@ mod document;
 mod encoding;
 mod form;
 mod pair;
+mod second;
 mod sparse;
 mod thinning;
 mod trains;
@@ -24,6 +25,7 @@ use crate::case::{Case, CaseSource, TrainCase};
 use crate::results::{ResultFile, Status};
 use document::Document;
 use form::Form;
+use second::Second;
 use trajectory::Trajectory;
 
 /// A page is smaller than this, bytes, whatever the length of the run.
@@ -63,6 +65,15 @@ pub struct Page {
     pub bytes: u64,
 }
 
+/// The document of one run, with what there is of a second.
+#[derive(Serialize)]
+struct Shown<'a> {
+    #[serde(flatten)]
+    document: &'a Document,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    second: Option<Second>,
+}
+
 /// Writes the interactive page of `file` to `path`, by way of a temporary file beside it.
 ///
 /// The trajectory is read in blocks, so that memory does not grow with its length.
@@ -97,7 +108,7 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
         file.check_times()?;
     }
     let form = form_of(file)?;
-    let mut document = Document::of(file, &form)?;
+    let document = Document::of(file, &form)?;
     let (limit, share) = match second {
         None => (SIZE_LIMIT, 1.0),
         Some(_) => (SIZE_LIMIT_OF_TWO, FIRST_OF_TWO),
@@ -109,19 +120,22 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
     let mut fixed = template.len() + style.len() + script.len() + file.title().len() * 6 + margin;
     let mut pair = None;
     if let Some(second) = second {
-        let mut one = pair::Pair::of(file, &form, second, form_of(second)?)?;
-        fixed += json(&document)?.len() + json(&one.second)?.len() + margin;
+        let one = pair::Pair::of(&form, second, form_of(second)?)?;
+        let mut beside = Second::of(file, &form, &one)?;
+        fixed += json(&document)?.len() + json(&beside)?.len() + margin;
         let room = ((1.0 - share) * limit.saturating_sub(fixed) as f64) as usize;
-        one.second.trajectory = Some(Trajectory::of(second, &one.form, None, room)?);
-        pair = Some(one);
+        beside.trajectory = Some(Trajectory::of(second, &one.form, None, room)?);
+        pair = Some((one, beside));
     } else {
         fixed += json(&document)?.len();
     }
     let room = (share * limit.saturating_sub(fixed) as f64) as usize;
-    let trajectory = Trajectory::of(file, &form, pair.as_ref(), room)?;
+    let trajectory = Trajectory::of(file, &form, pair.as_ref().map(|(pair, _)| pair), room)?;
     let (samples, samples_kept) = (file.sample_count()?, trajectory.kept);
-    document.second = pair.map(|pair| pair.second);
-    let run = json(&document)?;
+    let run = json(&Shown {
+        document: &document,
+        second: pair.map(|(_, second)| second),
+    })?;
     let trajectory = json(&trajectory)?;
     let generator = format!("{} {}\">", super::signature::PAGE, env!("CARGO_PKG_VERSION"));
     let title = escape(file.title());

@@ -1,71 +1,31 @@
-//! The second of two runs on a page, and the difference of the first from it.
+//! The difference of the first of two runs on a page from the second.
 
-use serde::Serialize;
-
-use super::document::{self, Events, Modes};
 use super::form::Form;
-use super::sparse::Sparse;
-use super::trajectory::Trajectory;
 use crate::plot::PlotError;
-use crate::record::sequence::{Alignment, SequenceEvent};
-use crate::record::{CycleStatistics, Event};
+use crate::record::Event;
 use crate::results::{ResultError, ResultFile};
 
 /// Before the name of a channel: that of the first run less that of the second.
 pub(super) const DIFFERENCE: &str = "difference_of_";
 
-/// What a page needs of the second run.
-#[derive(Debug, Serialize)]
-pub(super) struct Second {
-    title: String,
-    file: String,
-    status: &'static str,
-    breakaway_arm: Option<f64>,
-    torque_unit: &'static str,
-    modes: Modes,
-    events: Events,
-    sparse: Sparse,
-    /// Indices of events that stand for each other, in the first and in the second run.
-    pairs: Vec<(usize, usize)>,
-    pub(super) trajectory: Option<Trajectory>,
-}
-
 /// Two runs.
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
-    pub(super) second: Second,
     /// Of the second run.
     pub(super) form: Form,
-    file: &'a ResultFile,
-    events: Vec<Event>,
+    pub(super) file: &'a ResultFile,
+    pub(super) events: Vec<Event>,
     /// Channels of the first run that have a difference.
     pub(super) compared: Vec<String>,
 }
 
 impl<'a> Pair<'a> {
-    /// The second run, `other`, beside the first.
+    /// The second run, `other`, beside the first, which has this form.
     ///
     /// # Errors
     /// A file cannot be read.
-    pub(super) fn of(file: &ResultFile, form: &Form, other: &'a ResultFile, mut own: Form) -> Result<Self, PlotError> {
+    pub(super) fn of(form: &Form, other: &'a ResultFile, mut own: Form) -> Result<Self, PlotError> {
         own.variables.retain(|variable| form.has(&variable.name));
-        let (ours, theirs) = (file.events()?, other.events()?);
-        let shown = document::shown(&theirs, &own)?;
-        let mut notes = Vec::new();
-        let first = document::shown(&ours, form)?;
-        let pairs = paired(first, shown, own.natural_period());
-        let second = Second {
-            title: other.title().to_owned(),
-            file: document::file_name(other),
-            status: other.status().name(),
-            breakaway_arm: own.breakaway_arm,
-            torque_unit: own.torque_unit,
-            modes: document::modes(other, &mut notes)?,
-            events: document::events(other, &own, shown, theirs.len())?,
-            sparse: own.sparse()?,
-            pairs,
-            trajectory: None,
-        };
         let panels = form.panels.iter().filter(|panel| panel.shown && !panel.change);
         let shown = panels
             .flat_map(|panel| &panel.curves)
@@ -74,10 +34,9 @@ impl<'a> Pair<'a> {
         compared.sort();
         compared.dedup();
         Ok(Pair {
-            second,
             form: own,
             file: other,
-            events: theirs,
+            events: other.events()?,
             compared,
         })
     }
@@ -215,50 +174,4 @@ impl<I: Iterator<Item = Block>> Line<I> {
             _ => (f64::NAN, false),
         })
     }
-}
-
-/// Events of the contact by their alignment, and of each other kind the first by the first, the second by the second.
-fn paired(ours: &[Event], theirs: &[Event], natural_period: Option<f64>) -> Vec<(usize, usize)> {
-    let contact = |events: &[Event]| -> Vec<usize> {
-        let all = events.iter().enumerate();
-        all.filter(|(_, event)| event.kind.in_event_sequence())
-            .map(|(k, _)| k)
-            .collect()
-    };
-    let (first, second) = (contact(ours), contact(theirs));
-    let word = |events: &[Event], indices: &[usize]| -> Vec<SequenceEvent> {
-        let of = |&k: &usize| SequenceEvent {
-            time: events[k].time,
-            kind: events[k].kind,
-        };
-        indices.iter().map(of).collect()
-    };
-    let (ours_word, theirs_word) = (word(ours, &first), word(theirs, &second));
-    let period = natural_period.or_else(|| cycle(ours)).unwrap_or(1.0);
-    let by_time = Alignment::of(&ours_word, &theirs_word, period);
-    let alignment = Alignment::drifting(&ours_word, &theirs_word, period, by_time);
-    let mut pairs: Vec<(usize, usize)> = alignment.matched().map(|(k, m)| (first[k], second[m])).collect();
-    let others = |events: &'_ [Event]| -> Vec<(usize, crate::record::EventKind)> {
-        let all = events.iter().enumerate();
-        all.filter(|(_, event)| !event.kind.in_event_sequence())
-            .map(|(k, event)| (k, event.kind))
-            .collect()
-    };
-    let mut free = others(theirs);
-    for (k, kind) in others(ours) {
-        if let Some(at) = free.iter().position(|other| other.1 == kind) {
-            pairs.push((k, free.remove(at).0));
-        }
-    }
-    pairs.sort_unstable();
-    pairs
-}
-
-/// The length of the last cycle, s.
-fn cycle(events: &[Event]) -> Option<f64> {
-    let mut statistics = CycleStatistics::default();
-    let cycles = events
-        .iter()
-        .filter_map(|event| statistics.push(event.time, event.kind));
-    cycles.last().map(|cycle| cycle.stick_duration + cycle.slip_duration)
 }

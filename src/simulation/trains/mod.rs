@@ -30,11 +30,11 @@ pub use readings::Further;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
-use super::{CHATTER_COUNT, FORESEEN_STEPS, automaton, observer::Recording};
+use super::{CHATTER_COUNT, FORESEEN_STEPS, automaton, foreseen, observer::Recording};
 use crate::hybrid::Start;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Side, TrainSystem};
-use crate::record::{EventDigest, Recorder};
+use crate::record::{EventDigest, NoRecorder, Recorder};
 use plan::TrainPlan;
 use readings::TrainReadings;
 use rules::TrainRules;
@@ -105,10 +105,15 @@ pub(crate) fn simulate(
         channels.energy_kinetic + channels.energy_elastic
     };
     let digest = EventDigest::without_instability();
+    let stores_motion = recorder.stores_motion();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
+    let foreseen = foreseen(output, solver, stores_motion, |solver, output| {
+        let mut go_on = |_| ControlFlow::Continue(());
+        simulate(trains, threshold, solver, output, &mut NoRecorder, &mut go_on)
+    });
     let periods = (dynamics.natural_period(), TAU * dynamics.unit(0));
-    recording.follow(output, dynamics.system.dimension, periods, solver.rtol);
+    recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);
     let start = Start {
         time: 0.0,
         location,
