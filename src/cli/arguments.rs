@@ -588,7 +588,7 @@ pub(super) struct PlotOptions {
     /// The same for one; may be repeated.
     ///
     /// Such as relative_velocity=w:rpm.
-    #[arg(long = "column", value_name = "NAME=COLUMN", requires = "candidate")]
+    #[arg(long = "column", value_name = "NAME=COL", requires = "candidate")]
     pub columns: Vec<String>,
     /// Write the interactive page of one run or two.
     #[arg(
