@@ -149,6 +149,9 @@ pub struct SegmentReport<L> {
 /// An error from an observer.
 pub type ObserverError = Box<dyn std::error::Error + Send + Sync>;
 
+/// Writes the state at a time (s) inside of a step.
+pub type StateAt<'a> = dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError> + 'a;
+
 /// Takes the run as it is computed.
 pub trait Observer<L, K> {
     /// The next time at which a sample is wanted; infinite if none.
@@ -174,13 +177,7 @@ pub trait Observer<L, K> {
 
     /// A step from `from` to `to` (s) has been made; `at` gives the state at any time inside it. Before the samples that are due
     /// there.
-    fn inside(
-        &mut self,
-        _from: f64,
-        _to: f64,
-        _location: &L,
-        _at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
-    ) -> Result<(), ObserverError> {
+    fn inside(&mut self, _from: f64, _to: f64, _location: &L, _at: &mut StateAt<'_>) -> Result<(), ObserverError> {
         Ok(())
     }
 

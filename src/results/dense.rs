@@ -19,6 +19,9 @@ pub enum Side {
     After,
 }
 
+/// Its first piece, and the coefficients of some pieces.
+type Held = (usize, Rc<Vec<f64>>);
+
 /// The dense output of a result file.
 ///
 /// Between two events every channel is a chain of polynomials, of which each piece has the same 16 Chebyshev coefficients for
@@ -29,7 +32,7 @@ pub struct DenseOutput<'f> {
     starts: Vec<f64>,
     ends: Vec<f64>,
     /// The block of coefficients that is held of a channel: its first piece, and the coefficients.
-    held: RefCell<HashMap<String, (usize, Rc<Vec<f64>>)>>,
+    held: RefCell<HashMap<String, Held>>,
 }
 
 impl ResultFile {

@@ -5,7 +5,7 @@ use super::options::OutputOptions;
 use super::readings::{Place, Readings};
 use super::report::{Progress, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
-use crate::hybrid::{EngineError, Observer, ObserverError, Overflow, RunError, SegmentReport};
+use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport, StateAt};
 use crate::model::Mode;
 use crate::record::EventDigest;
 use crate::record::{Channels, Event, EventKind, Recorder, Sample, Segment, State};
@@ -272,13 +272,7 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.follower.as_ref().is_some_and(Follower::wants_inside)
     }
 
-    fn inside(
-        &mut self,
-        from: f64,
-        to: f64,
-        location: &R::Place,
-        at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
-    ) -> Result<(), ObserverError> {
+    fn inside(&mut self, from: f64, to: f64, location: &R::Place, at: &mut StateAt<'_>) -> Result<(), ObserverError> {
         let Some(follower) = &mut self.follower else {
             return Ok(());
         };

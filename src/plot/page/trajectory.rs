@@ -154,6 +154,9 @@ struct Source<'f> {
     rows: usize,
 }
 
+/// A column, block by block.
+type Blocks<'s> = Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>;
+
 /// Points of a piece of the dense output.
 const POINTS: usize = 16;
 
@@ -191,10 +194,7 @@ impl<'f> Source<'f> {
         }
     }
 
-    fn column_blocks<'s>(
-        &'s self,
-        name: &'s str,
-    ) -> Result<Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>, ResultError> {
+    fn column_blocks<'s>(&'s self, name: &'s str) -> Result<Blocks<'s>, ResultError> {
         Ok(match &self.dense {
             Some((dense, times)) => Box::new(
                 times
