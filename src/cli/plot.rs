@@ -135,6 +135,11 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
         if options.files.len() > 1 {
             return refused("holds many runs, and is drawn by itself; give one file");
         }
+        if options.candidate.is_some() {
+            return refused(
+                "holds many runs, and --candidate is drawn beside the result of one; name that, or leave it out",
+            );
+        }
         if !(options.channels.is_empty() && options.phase.is_empty()) || options.from.is_some() || options.to.is_some()
         {
             return refused(

@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(Scale::new((-40.21e-6, -40.18e-6), "m").title("z"), "z + 40.2 µm (nm)");
         // A corner at 1 s stands at 1 s, or at 0.
         assert_eq!(Scale::new((0.998, 1.009), "s").title("time"), "time (s)");
-        assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (ms)");
+        assert_eq!(Scale::new((0.9993, 1.0004), "s").title("time"), "time − 1.00 s (µs)");
         assert_eq!(Scale::new((0.0, 100.0), "rad s-1").title("ω"), "ω (rad/s)");
         assert_eq!(Scale::new((0.0, 2224.0), "N").title("F"), "F (kN)");
         assert_eq!(Scale::new((0.0, 371.0), "rad").title("θ"), "θ (rad)");

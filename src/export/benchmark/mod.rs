@@ -15,6 +15,7 @@ use super::request::{Which, columns};
 use super::table::{Column, Kind, Table};
 use super::{ExportError, csv};
 use crate::provenance;
+use crate::record::EventKind;
 use crate::results::schema::{TIME_UNCERTAINTY, group};
 use crate::results::{AttributeValue, ResultFile, folder_of};
 use describe::Resource;
@@ -196,7 +197,16 @@ fn fill(folder: &Path, file: &ResultFile, mut about: About, events: Table<'_>) -
         resources: Vec::new(),
     };
     let parameters = parameters::read(&file.resolved()?);
-    about.example = !about.trains && pages::has_example(&parameters);
+    // The script gives the kicks before the first stick.
+    let found = file.events()?;
+    let onset = found
+        .iter()
+        .find(|event| event.kind == EventKind::Stick)
+        .map(|event| event.time);
+    let kicked_later = found
+        .iter()
+        .any(|event| event.kind == EventKind::Kick && onset.is_some_and(|onset| event.time > onset));
+    about.example = !about.trains && !kicked_later && pages::has_example(&parameters);
     let rows = file.table_rows(group::TRAJECTORY)?;
     let samples = Table::of_file("samples", file, columns(file, Which::Trajectory)?, 0..rows);
 
