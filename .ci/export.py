@@ -50,7 +50,7 @@ def tables(program, result, folder):
             paths = {form: folder / f"{group}.{form}" for form in ("csv", "npz", "mat", "parquet")}
             for path in paths.values():
                 subprocess.run([program, "export", result, "-o", path, "--table", group, "--quiet"], check=True)
-            table = pd.read_csv(paths["csv"])
+            table = pd.read_csv(paths["csv"], float_precision="round_trip")
             table.columns = [name.split(" [")[0] for name in table.columns]
             frame, parquet = pd.read_parquet(paths["parquet"]), pq.read_metadata(paths["parquet"]).metadata
             arrays, vectors = np.load(paths["npz"]), scipy.io.loadmat(paths["mat"])

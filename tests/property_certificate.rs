@@ -11,7 +11,7 @@ fn quick(more: &[&str]) -> (Case, MemoryRecorder) {
         "initial.speed=3",
         "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
         "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
-        "output={end_time=0.25, interval=1e-4}",
+        "output={end_time=0.25, interval=1e-4, around=\"none\"}",
     ];
     let overrides: Vec<Override> = settings
         .iter()
@@ -92,7 +92,7 @@ fn property_rows_at_steps_leave_the_bands_as_they_are() {
 /// More rows than are kept of several runs: every second or third is taken, at times that the file has.
 #[test]
 fn property_long_trajectories_are_thinned() {
-    let (case, _) = quick(&["output={end_time=0.25, interval=1e-6}"]);
+    let (case, _) = quick(&["output={end_time=0.25, interval=1e-6, around=\"none\"}"]);
     let compared = compared_output(&case.output);
     assert_eq!(compared.interval, 3e-6);
     let mut rows = Compared::new(&compared);

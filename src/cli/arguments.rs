@@ -447,7 +447,7 @@ pub(super) struct ModesOptions {
     /// Override a key, such as friction.decay=4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Draw growth rate and damping over the speed (SVG, PNG, PDF, EPS).
+    /// Draw growth rate and damping over the speed.
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
     /// Replace any file, not only this program's figure.

@@ -717,8 +717,11 @@ const CONFIRMED: f64 = 0.9;
 fn tried(rerun: &Rerun) -> String {
     let of = |agreement: &super::Agreement| match agreement.unmatched {
         0 => format!("within {:.1e} s", agreement.max),
-        1 => "but for one".to_owned(),
-        many => format!("but for {many}"),
+        // Of each pair both are without a partner.
+        many => format!(
+            "but for {} that are missing, or a quarter of the natural period off",
+            many.div_ceil(2)
+        ),
     };
     format!(
         "the case run with it has its {} events {}, as it is {}",

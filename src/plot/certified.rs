@@ -145,7 +145,7 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         _ => run.times,
     };
     let mut panels = Vec::new();
-    let mut widths: Vec<(Axis, Vec<(f64, f64)>)> = Vec::new();
+    let mut widths: Vec<(Axis, Vec<Vec<(f64, f64)>>)> = Vec::new();
     for (number, channel) in CHANNELS.iter().enumerate() {
         let Some(band) = column(&group, &format!("band_{channel}")) else {
             continue;
@@ -171,11 +171,17 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
             }
         }
         pieces.retain(|piece| piece.len() > 1);
-        let steps: Vec<(f64, f64)> = (0..start.len())
-            .filter(|&k| end[k] > window.0 && start[k] < window.1)
-            .flat_map(|k| [(start[k].max(window.0), width(k)), (end[k].min(window.1), width(k))])
-            .filter(|point| point.1 > 0.0)
-            .collect();
+        // Where a stretch has no band there is a gap.
+        let mut steps: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
+        for k in (0..start.len()).filter(|&k| end[k] > window.0 && start[k] < window.1) {
+            match steps.last_mut() {
+                Some(piece) if width(k) > 0.0 => {
+                    piece.extend([(start[k].max(window.0), width(k)), (end[k].min(window.1), width(k))]);
+                }
+                _ => steps.push(Vec::new()),
+            }
+        }
+        steps.retain(|piece| !piece.is_empty());
         let color = line_color(number);
         let mut panel = Panel::new(time_axis(window), axis.clone(), vec![Curve::line("", color, points)]);
         panel.areas = vec![Area {
@@ -195,7 +201,12 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         panels.push(Panel::new(
             time_axis(window),
             drawn.by_powers(),
-            vec![Curve::line("", line_color(number), steps)],
+            vec![Curve {
+                label: String::new(),
+                color: line_color(number),
+                style: CurveStyle::Solid,
+                pieces: steps,
+            }],
         ));
     }
     Ok(Ok(Figure {

@@ -544,10 +544,14 @@ impl Run {
             let Some((x, y)) = &sides else { return };
             while !events.is_empty() && self.events[events.start].time <= t {
                 let k = events.start;
+                events.start += 1;
+                // A kick is a jump, and no turn of the motion.
+                if self.trains.is_none() && self.events[k].kind == EventKind::Kick {
+                    continue;
+                }
                 take(current.unwrap_or(next), x.before[k], y.before[k]);
                 take(self.events[k].mode_after as usize, x.after[k], y.after[k]);
                 *current = Some(self.events[k].mode_after as usize);
-                events.start += 1;
             }
         };
         self.each_sample(&["time", "mode", x, y], window, |row| {
