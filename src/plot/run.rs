@@ -534,6 +534,8 @@ impl Run {
     ) -> Result<(), PlotError> {
         let sides = self.at_events(x)?.zip(self.at_events(y)?);
         let mut events = match sides {
+            // A window that ends with an event shows what is before it.
+            Some(_) if self.trains.is_none() => self.events_in((window.0.next_up(), window.1.next_down())),
             Some(_) => self.events_in(window),
             None => 0..0,
         };
@@ -545,8 +547,8 @@ impl Run {
             while !events.is_empty() && self.events[events.start].time <= t {
                 let k = events.start;
                 events.start += 1;
-                // A kick is a jump, and no turn of the motion.
-                if self.trains.is_none() && self.events[k].kind == EventKind::Kick {
+                // Of a brake the other kinds are no turn of the motion, and a kick is a jump.
+                if self.trains.is_none() && !self.events[k].kind.in_event_sequence() {
                     continue;
                 }
                 take(current.unwrap_or(next), x.before[k], y.before[k]);
