@@ -124,6 +124,9 @@ fn verdict(group: &AddedGroup) -> String {
     }
 }
 
+/// Connected pieces of (time, value).
+type Pieces = Vec<Vec<(f64, f64)>>;
+
 /// Each channel with its band over the stick-slip, and below it how wide the band is at a fixed time.
 fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     let run = subject.run;
@@ -145,7 +148,7 @@ fn bands(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         _ => run.times,
     };
     let mut panels = Vec::new();
-    let mut widths: Vec<(Axis, Vec<Vec<(f64, f64)>>)> = Vec::new();
+    let mut widths: Vec<(Axis, Pieces)> = Vec::new();
     for (number, channel) in CHANNELS.iter().enumerate() {
         let Some(band) = column(&group, &format!("band_{channel}")) else {
             continue;

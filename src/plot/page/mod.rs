@@ -89,7 +89,7 @@ pub fn write(file: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotEr
 /// second, and their events side by side.
 ///
 /// # Errors
-/// As [`write`], of either file.
+/// As [`write()`], of either file.
 pub fn write_two(file: &ResultFile, second: &ResultFile, path: &Path, force: bool) -> Result<Page, PlotError> {
     write_runs(file, Some(second), path, force)
 }
