@@ -118,12 +118,14 @@ impl Ranks {
     }
 
     /// Ends a job in which ranks were lost: MPI itself would wait for them for ever.
-    pub(super) fn give_up(&self, error: CommandError) -> CommandError {
+    pub(super) fn give_up(&self, error: CommandError, json: bool) -> CommandError {
+        #[cfg(not(feature = "mpi"))]
+        let _ = json;
         match self {
             Ranks::Alone => error,
             #[cfg(feature = "mpi")]
             Ranks::Job(session) => {
-                error.report();
+                error.report(json);
                 session.abort(1)
             }
         }

@@ -108,7 +108,7 @@ pub(super) fn sweep(options: &SweepOptions, common: &Common) -> Result<End, Comm
     drop(worker_pool);
     let report = match result {
         Ok(report) => report,
-        Err(error @ SweepError::Lost { .. }) => return Err(ranks.give_up(command_error(&error, &path))),
+        Err(error @ SweepError::Lost { .. }) => return Err(ranks.give_up(command_error(&error, &path), common.json)),
         Err(error) => return Err(command_error(&error, &path)),
     };
     let curves = report
