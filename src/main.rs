@@ -6,6 +6,7 @@ fn main() -> ExitCode {
     if let Some(end) = stickslip::results::serve_if_asked() {
         return end;
     }
+    stickslip::cli::complete_if_asked();
     stickslip::results::read_apart();
     let arguments = match stickslip::cli::Arguments::read() {
         Ok(arguments) => arguments,

@@ -1,5 +1,8 @@
 //! The arguments.
 
+use super::candidates::{
+    cases_and_results, channels, columns, figures, keys, methods, names, quantities, requirements, results, studies,
+};
 use super::failure;
 use crate::export;
 use crate::provenance;
@@ -95,6 +98,10 @@ pub(super) enum Command {
     /// Print a built-in case or study to start from.
     #[command(override_usage = "stickslip case [OPTIONS] <NAME>\n       stickslip case [OPTIONS] --list")]
     Case(CaseOptions),
+    /// Print what makes a shell complete this program's words.
+    Completions(CompletionsOptions),
+    /// Write the manual pages, one for each command.
+    Man(ManOptions),
 }
 
 impl Command {
@@ -111,7 +118,12 @@ impl Command {
             Command::Modes(o) => &[("--figure", o.figure.as_ref())],
             Command::WorkPrecision(o) => &[("-o", o.output.as_ref()), ("--figure", o.figure.as_ref())],
             Command::Export(o) if o.benchmark => &[("-o", Some(&o.output))],
-            Command::Export(_) | Command::Inspect(_) | Command::Check(_) | Command::Case(_) => &[],
+            Command::Man(o) => &[("DIR", Some(&o.folder))],
+            Command::Export(_)
+            | Command::Inspect(_)
+            | Command::Check(_)
+            | Command::Case(_)
+            | Command::Completions(_) => &[],
         };
         let named = all.iter().filter_map(|&(option, path)| Some((option, path?.as_path())));
         named.collect()
@@ -121,16 +133,16 @@ impl Command {
 #[derive(Debug, Args)]
 pub(super) struct RunOptions {
     /// A TOML file, a built-in case, or a result to repeat.
-    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT)]
+    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT, add = cases_and_results())]
     pub case: String,
     /// Result file [default: CASE.h5, or CASE.repeat.h5].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Integration method, the same as --set solver.method=M; --help lists them.
-    #[arg(long, value_name = "M", long_help = method_help())]
+    #[arg(long, value_name = "M", long_help = method_help(), add = methods())]
     pub method: Option<String>,
     /// Override a key, such as initial.speed="900 rpm".
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     /// Leave out the witness, a second run by another method.
     #[arg(long)]
@@ -148,7 +160,7 @@ pub(super) struct RunOptions {
 #[derive(Debug, Args)]
 pub(super) struct CompareOptions {
     /// The reference: a result file.
-    #[arg(value_name = "REFERENCE")]
+    #[arg(value_name = "REFERENCE", add = results())]
     pub reference: PathBuf,
     /// Results to compare with it: result files, other HDF5, CSV or NPZ files, OpenRadioss T01, LS-DYNA binout, Abaqus XY reports,
     /// tables of events.
@@ -158,7 +170,7 @@ pub(super) struct CompareOptions {
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
     /// The same for one column, such as relative_velocity=w:rpm or time=t; may be repeated.
-    #[arg(long = "column", value_name = "CHANNEL=COLUMN[:UNIT]")]
+    #[arg(long = "column", value_name = "CHANNEL=COLUMN[:UNIT]", add = columns())]
     pub columns: Vec<String>,
     /// A table of the candidate's events, instead of finding them by the relative velocity.
     #[arg(long, value_name = "FILE")]
@@ -174,7 +186,7 @@ pub(super) struct CompareOptions {
     #[arg(long, value_name = "N")]
     pub hysteresis: Option<f64>,
     /// A requirement, such as 'onset<1e-6'; may be repeated. Exit status 1 if something falls short.
-    #[arg(long, value_name = "METRIC<BOUND")]
+    #[arg(long, value_name = "METRIC<BOUND", add = requirements())]
     pub require: Vec<String>,
     /// Write a report, .html or .md.
     #[arg(long, value_name = "FILE")]
@@ -187,7 +199,7 @@ pub(super) struct CompareOptions {
 #[derive(Debug, Args)]
 pub(super) struct CertifyOptions {
     /// A TOML file, a built-in case, or a result file.
-    #[arg(value_name = "CASE|FILE", default_value = crate::case::builtin::DEFAULT)]
+    #[arg(value_name = "CASE|FILE", default_value = crate::case::builtin::DEFAULT, add = cases_and_results())]
     pub case: String,
     /// The result with its certificate [default: NAME.certified.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -205,7 +217,7 @@ pub(super) struct CertifyOptions {
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
     /// Override a key, such as solver.rtol=1e-12; for a case only.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     #[command(flatten)]
     pub budget: Budget,
@@ -217,7 +229,7 @@ pub(super) struct CertifyOptions {
 #[derive(Debug, Args)]
 pub(super) struct SweepOptions {
     /// A TOML file, or a built-in study; of a brake or of trains.
-    #[arg(value_name = "STUDY")]
+    #[arg(value_name = "STUDY", add = studies("sweep"))]
     pub study: String,
     /// Sweep file [default: STUDY.h5, or STUDY.shard-K-of-N.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -238,10 +250,10 @@ pub(super) struct SweepOptions {
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
     /// Integration method, the same as --set solver.method=M; series is the fastest.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", add = methods())]
     pub method: Option<String>,
     /// Override a key of the base case, such as torsion.damping=20 or, of trains, stator.damping.0=2.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     #[command(flatten)]
     pub budget: Budget,
@@ -253,7 +265,7 @@ pub(super) struct SweepOptions {
 #[derive(Debug, Args)]
 pub(super) struct MergeOptions {
     /// The files of all shards, in any order.
-    #[arg(value_name = "SHARD", required = true)]
+    #[arg(value_name = "SHARD", required = true, add = results())]
     pub shards: Vec<PathBuf>,
     /// Sweep file.
     #[arg(short, long, value_name = "FILE")]
@@ -269,7 +281,7 @@ pub(super) struct MergeOptions {
 #[derive(Debug, Args)]
 pub(super) struct CalibrateOptions {
     /// A TOML file, or a built-in study.
-    #[arg(value_name = "STUDY", default_value = crate::calibrate::CALIBRATIONS[0].name)]
+    #[arg(value_name = "STUDY", default_value = crate::calibrate::CALIBRATIONS[0].name, add = studies("calibrate"))]
     pub study: String,
     /// Result file, with every run [default: STUDY.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -281,10 +293,10 @@ pub(super) struct CalibrateOptions {
     #[arg(short = 'j', long = "jobs", value_name = "N", value_parser = jobs)]
     pub jobs: Option<usize>,
     /// Integration method, the same as --set solver.method=M [default: series].
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", add = methods())]
     pub method: Option<String>,
     /// Override a key of the base case.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     #[command(flatten)]
     pub budget: Budget,
@@ -310,14 +322,14 @@ fn jobs(text: &str) -> Result<usize, String> {
 #[derive(Debug, Args)]
 pub(super) struct CheckOptions {
     /// A file of this program.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", add = results())]
     pub file: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct InspectOptions {
     /// A result file.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", add = results())]
     pub file: PathBuf,
 }
 
@@ -365,7 +377,7 @@ impl From<TableName> for export::Which {
 #[derive(Debug, Args)]
 pub(super) struct ExportOptions {
     /// A result file.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", add = results())]
     pub file: PathBuf,
     /// The file to write; - for CSV on standard output.
     #[arg(short, long, value_name = "FILE")]
@@ -383,7 +395,7 @@ pub(super) struct ExportOptions {
     #[arg(long, value_enum, value_name = "TABLE", default_value_t = TableName::Trajectory, hide_possible_values = true, hide_default_value = true, conflicts_with = "benchmark")]
     pub table: TableName,
     /// Only these columns, such as phi1,normal_force.
-    #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark")]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', conflicts_with = "benchmark", add = channels())]
     pub channels: Vec<String>,
     /// Only times from FROM to TO, s; either may be left out.
     #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
@@ -442,10 +454,10 @@ fn window(text: &str) -> Result<(f64, f64), String> {
 #[derive(Debug, Args)]
 pub(super) struct ModesOptions {
     /// A TOML file, a built-in case, or a result.
-    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT)]
+    #[arg(value_name = "CASE", default_value = crate::case::builtin::DEFAULT, add = cases_and_results())]
     pub case: String,
     /// Override a key, such as friction.decay=4.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = keys())]
     pub set: Vec<String>,
     /// Draw growth rate and damping over the speed.
     #[arg(long, value_name = "FILE")]
@@ -458,7 +470,7 @@ pub(super) struct ModesOptions {
 #[derive(Debug, Args)]
 pub(super) struct WorkPrecisionOptions {
     /// A TOML file, or a built-in study.
-    #[arg(value_name = "STUDY", default_value = crate::analysis::work_precision::STUDIES[0].name)]
+    #[arg(value_name = "STUDY", default_value = crate::analysis::work_precision::STUDIES[0].name, add = studies("work-precision"))]
     pub study: String,
     /// Result file [default: STUDY.h5].
     #[arg(short, long, value_name = "FILE")]
@@ -521,28 +533,28 @@ impl Format {
 #[derive(Debug, Args)]
 pub(super) struct PlotOptions {
     /// Result files, drawn over each other; or one file of many runs.
-    #[arg(value_name = "FILE", required_unless_present = "list")]
+    #[arg(value_name = "FILE", required_unless_present = "list", add = results())]
     pub files: Vec<PathBuf>,
     /// Folder, or file of one figure.
     #[arg(short, long, value_name = "DIR|FILE", default_value = "figures")]
     pub output: PathBuf,
     /// Only this figure, by name or number in the paper.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["channels", "phase"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["channels", "phase"], add = figures())]
     pub only: Vec<String>,
     /// List the figures.
     #[arg(long)]
     pub list: bool,
     /// Draw this channel over time; may be repeated.
-    #[arg(long = "channel", value_name = "NAME")]
+    #[arg(long = "channel", value_name = "NAME", add = channels())]
     pub channels: Vec<String>,
     /// Draw the channels against this one, not time.
-    #[arg(long, value_name = "NAME", requires = "channels")]
+    #[arg(long, value_name = "NAME", requires = "channels", add = channels())]
     pub x: Option<String>,
     /// Draw variable B against variable A.
-    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    #[arg(long, num_args = 2, value_names = ["A", "B"], add = channels())]
     pub phase: Vec<String>,
     /// Of a sweep: draw this variable; may be repeated.
-    #[arg(long = "quantity", value_name = "NAME")]
+    #[arg(long = "quantity", value_name = "NAME", add = quantities())]
     pub quantities: Vec<String>,
     /// Of a sweep: the axes of a map, by key.
     #[arg(long, num_args = 2, value_names = ["X", "Y"])]
@@ -588,7 +600,7 @@ pub(super) struct PlotOptions {
     /// The same for one; may be repeated.
     ///
     /// Such as relative_velocity=w:rpm.
-    #[arg(long = "column", value_name = "NAME=COL", requires = "candidate")]
+    #[arg(long = "column", value_name = "NAME=COL", requires = "candidate", add = columns())]
     pub columns: Vec<String>,
     /// Write the interactive page of one run or two.
     #[arg(
@@ -653,11 +665,33 @@ fn dpi(text: &str) -> Result<f64, String> {
 #[derive(Debug, Args)]
 pub(super) struct CaseOptions {
     /// Name of a built-in case or study.
-    #[arg(value_name = "NAME", required_unless_present = "list", conflicts_with = "list")]
+    #[arg(value_name = "NAME", required_unless_present = "list", conflicts_with = "list", add = names())]
     pub name: Option<String>,
     /// List the built-in cases and studies.
     #[arg(long)]
     pub list: bool,
+}
+
+/// A shell that completes words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Shell {
+    Bash,
+    Zsh,
+    Fish,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompletionsOptions {
+    /// bash, zsh or fish.
+    #[arg(value_enum, value_name = "SHELL", hide_possible_values = true)]
+    pub shell: Shell,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ManOptions {
+    /// The folder for them, made if it does not exist.
+    #[arg(value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
+    pub folder: PathBuf,
 }
 
 /// Arguments that are no command: help, the version, or wrong usage.

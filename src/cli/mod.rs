@@ -1,16 +1,20 @@
 //! The command line: arguments to validated options to a call.
 
 mod arguments;
+mod builtins;
 mod calibrate;
+mod candidates;
 mod case_command;
 mod certify;
 mod certify_report;
 mod check;
 mod compare;
+mod completions;
 mod export;
 mod failure;
 mod input;
 mod inspect;
+mod man;
 mod merge;
 mod modes;
 mod plot;
@@ -25,6 +29,7 @@ mod trains;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
+pub use completions::complete_if_asked;
 
 use crate::quote;
 use arguments::Command;
@@ -141,6 +146,8 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
         Command::Modes(options) => modes::modes(&options, &common),
         Command::WorkPrecision(options) => work_precision::work_precision(&options, &common),
         Command::Case(options) => case_command::case(&options, &common),
+        Command::Completions(options) => completions::completions(&options, &common),
+        Command::Man(options) => man::man(&options, &common),
     }
 }
 

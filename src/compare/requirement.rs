@@ -26,6 +26,11 @@ const METRICS: [&str; 8] = [
 ];
 
 impl Requirement {
+    /// Every number that can be required.
+    pub fn metrics() -> impl Iterator<Item = &'static str> {
+        METRICS.into_iter().chain(STATISTICS.map(|s| s.0)).chain(OF_ATTRACTORS)
+    }
+
     /// Reads `METRIC<BOUND`, or with `<=`, `>`, `>=`; the bound is a number, in seconds where the metric is a time.
     ///
     /// # Errors
@@ -38,8 +43,7 @@ impl Requirement {
             return Err(format!("--require {text}: expected METRIC<BOUND, such as onset<1e-6"));
         };
         let (metric, bound) = (metric.trim(), bound.trim());
-        let mut known = METRICS.into_iter().chain(STATISTICS.map(|s| s.0)).chain(OF_ATTRACTORS);
-        if !known.any(|name| name == metric) {
+        if !Requirement::metrics().any(|name| name == metric) {
             return Err(format!(
                 "--require {text}: unknown metric \"{metric}\"; there are {}, {}, and of trains {}",
                 METRICS.join(", "),

@@ -1,0 +1,65 @@
+//! The built-in cases and studies, with the commands that take them.
+
+use super::CommandError;
+use super::input::bad_case;
+use crate::analysis::work_precision;
+use crate::calibrate::{CALIBRATIONS, CalibrationStudy};
+use crate::case::{AnyCase, CaseSource, builtin};
+use crate::sweep::{STUDIES, Study, StudySource};
+use serde::Serialize;
+
+/// One of them, as `case --list` says it.
+#[derive(Serialize)]
+pub(super) struct Listed {
+    pub name: &'static str,
+    /// What it is.
+    pub kind: &'static str,
+    /// The command that takes it.
+    pub command: &'static str,
+    pub title: String,
+}
+
+/// Every one of them: cases, then studies.
+pub(super) fn listed() -> Result<Vec<Listed>, CommandError> {
+    let mut listed = Vec::new();
+    for case in builtin::all() {
+        let source = CaseSource::built_in(case.name).map_err(bad_case)?;
+        let title = match AnyCase::read(&source, &[]).map_err(bad_case)? {
+            AnyCase::Brake(case) => case.title,
+            AnyCase::Trains(case) => case.title,
+        };
+        listed.push(Listed {
+            name: case.name,
+            kind: "case",
+            command: "run",
+            title,
+        });
+    }
+    for study in STUDIES {
+        let source = StudySource::built_in(study.name).map_err(bad_case)?;
+        listed.push(Listed {
+            name: study.name,
+            kind: "study",
+            command: "sweep",
+            title: Study::parse(source, &[]).map_err(bad_case)?.title,
+        });
+    }
+    for study in CALIBRATIONS {
+        let source = CalibrationStudy::built_in(study.name).map_err(bad_case)?;
+        listed.push(Listed {
+            name: study.name,
+            kind: "study",
+            command: "calibrate",
+            title: CalibrationStudy::parse(source, &[]).map_err(bad_case)?.runs.title,
+        });
+    }
+    for study in work_precision::STUDIES {
+        listed.push(Listed {
+            name: study.name,
+            kind: "study",
+            command: "work-precision",
+            title: work_precision::Study::find(study.name).map_err(bad_case)?.title,
+        });
+    }
+    Ok(listed)
+}

@@ -1,0 +1,47 @@
+//! `stickslip completions`: what makes a shell complete words. The shell asks the program itself, by a variable of the
+//! environment, what a word can become; so names and keys are those of this version.
+
+use super::arguments::{Arguments, Common, CompletionsOptions, Shell};
+use super::{CommandError, End, print, print_json};
+use clap::CommandFactory;
+use clap_complete::CompleteEnv;
+use clap_complete::env::{Bash, EnvCompleter, Fish, Shells, Zsh};
+
+/// By this variable a shell asks; its value is the shell's name.
+const ASKED: &str = "STICKSLIP_COMPLETE";
+const NAME: &str = "stickslip";
+
+/// zsh calls a script that it finds in `fpath` for the first word already.
+const FIRST_WORD_IN_ZSH: &str = "
+if [ \"$funcstack[1]\" = \"_stickslip\" ]; then
+    _clap_dynamic_completer_stickslip \"$@\"
+fi
+";
+
+/// Answers a shell that asks what a word can become, and ends the process; otherwise nothing happens.
+pub fn complete_if_asked() {
+    CompleteEnv::with_factory(Arguments::command)
+        .var(ASKED)
+        .shells(Shells(&[&Bash, &Fish, &Zsh]))
+        .complete();
+}
+
+/// Prints the script of a shell.
+pub(super) fn completions(options: &CompletionsOptions, common: &Common) -> Result<End, CommandError> {
+    let (shell, last): (&dyn EnvCompleter, &str) = match options.shell {
+        Shell::Bash => (&Bash, ""),
+        Shell::Fish => (&Fish, ""),
+        Shell::Zsh => (&Zsh, FIRST_WORD_IN_ZSH),
+    };
+    let mut script = Vec::new();
+    shell
+        .write_registration(ASKED, NAME, NAME, NAME, &mut script)
+        .map_err(|error| CommandError::Computation(format!("writing the script failed: {error}")))?;
+    let script = String::from_utf8_lossy(&script).trim_start().to_owned() + last;
+    if common.json {
+        print_json(&serde_json::json!({ "shell": shell.name(), "script": script }))?;
+    } else {
+        print(&script)?;
+    }
+    Ok(End::Done)
+}

@@ -1,0 +1,43 @@
+//! `stickslip man`: the manual pages, of the same definitions as `--help`.
+
+use super::arguments::{Arguments, Common, ManOptions};
+use super::{CommandError, End, print, print_json};
+use clap::CommandFactory;
+use clap_mangen::Man;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Writes a page for the program and one for each command, over earlier ones.
+pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandError> {
+    let folder = &options.folder;
+    let written = pages(folder).map_err(|error| {
+        CommandError::Computation(format!(
+            "{}: the manual pages could not be written: {error}; name a folder that can be written to",
+            folder.display()
+        ))
+    })?;
+    if common.json {
+        print_json(&serde_json::json!({ "files": written }))?;
+    } else if !common.quiet {
+        let lines: Vec<String> = written.iter().map(|path| format!("{}\n", path.display())).collect();
+        print(&lines.concat())?;
+    }
+    Ok(End::Done)
+}
+
+fn pages(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    std::fs::create_dir_all(folder)?;
+    let mut program = Arguments::command()
+        .version(env!("CARGO_PKG_VERSION"))
+        .disable_help_subcommand(true);
+    program.build();
+    let commands: Vec<clap::Command> = program.get_subcommands().cloned().collect();
+    let source = format!("stickslip {}", env!("CARGO_PKG_VERSION"));
+    std::iter::once(program)
+        .chain(commands)
+        .map(|command| {
+            let page = Man::new(command).source(&source).manual("stickslip");
+            page.generate_to(folder)
+        })
+        .collect()
+}
