@@ -280,7 +280,7 @@ impl Study {
         let base = match &self.base.origin {
             Origin::BuiltIn(name) => name.clone(),
             // No study has its base case from there.
-            Origin::StandardInput => "-".to_owned(),
+            Origin::StandardInput | Origin::Text => "-".to_owned(),
             Origin::File(path) | Origin::Result(path) => {
                 path.strip_prefix(&folder).unwrap_or(path).display().to_string()
             }
