@@ -23,10 +23,10 @@ trap 'umount "$root/proc"' EXIT
 version=$(chroot "$root" python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 cp "$wheel" "$folder/wheels/"
 python3 -m pip download --quiet --disable-pip-version-check --only-binary=:all: --python-version "$version" \
-  --dest "$folder/wheels" --requirement python/tests/requirements.txt "${wheel}[all]"
+  --dest "$folder/wheels" "${wheel}[all,test]"
 cp -r "$folder/wheels" "$root/wheels"
 mkdir -p "$root/home/package"
-cp -r python/tests "$root/home/package/tests"
+cp -r python/tests python/pyproject.toml "$root/home/package/"
 
 cat >"$root/home/check" <<'EOF'
 set -euo pipefail
@@ -40,7 +40,7 @@ pip install --quiet --disable-pip-version-check --no-index --find-links /wheels 
 stickslip --version
 stickslip run
 python -c 'import stickslip; print(stickslip.run("paper"))'
-pip install --quiet --disable-pip-version-check --no-index --find-links /wheels 'stickslip[all]' -r tests/requirements.txt
+pip install --quiet --disable-pip-version-check --no-index --find-links /wheels 'stickslip[all,test]'
 python - <<'PYTHON'
 import xarray
 
@@ -49,5 +49,7 @@ print(events)
 assert events.sizes["event"] == 100, events.sizes
 PYTHON
 pytest -q tests
+mypy -p stickslip
+mypy tests/typed_use.py
 EOF
 env -i HOME=/root LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin chroot "$root" bash /home/check
