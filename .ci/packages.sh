@@ -52,8 +52,11 @@ test -s /usr/share/man/man1/stickslip-run.1.gz
 source /usr/share/bash-completion/completions/stickslip
 complete -p stickslip
 dpkg -r stickslip >/dev/null
-! command -v stickslip
+test ! -e /usr/bin/stickslip
 EOF
+  # The program starts itself anew to read a file.
+  mount -t proc proc "$root/proc"
+  trap 'umount "$root/proc"' EXIT
   env -i HOME=/tmp LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin chroot "$root" bash /tmp/check
 fi
 
