@@ -42,14 +42,9 @@ pub struct Run {
     failure: Option<String>,
     #[pyo3(get)]
     warnings: Vec<String>,
-    /// As JSON; of a run in memory.
-    #[pyo3(get)]
-    report: Option<String>,
     /// As JSON.
     #[pyo3(get)]
     witness: Option<String>,
-    #[pyo3(get)]
-    headline: Vec<Line>,
     /// The attributes of /stick_slip.
     #[pyo3(get)]
     quantities: Vec<Quantity>,
@@ -71,6 +66,7 @@ enum Rows {
     File {
         path: PathBuf,
         file: Mutex<ResultFile>,
+        headline: Vec<HeadlineRow>,
     },
 }
 
@@ -82,6 +78,24 @@ impl Run {
         match &self.rows {
             Rows::Kept { .. } => None,
             Rows::File { path, .. } => Some(path),
+        }
+    }
+
+    /// The summary as JSON; of a run in memory.
+    #[getter]
+    fn report(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        match &self.rows {
+            Rows::Kept { end, .. } => json(py, &end.summary).map(Some),
+            Rows::File { .. } => Ok(None),
+        }
+    }
+
+    /// The lines of the report.
+    #[getter]
+    fn headline(&self) -> Vec<Line> {
+        match &self.rows {
+            Rows::Kept { end, .. } => end.headline().iter().map(line).collect(),
+            Rows::File { headline, .. } => headline.iter().map(line).collect(),
         }
     }
 
@@ -237,12 +251,25 @@ pub fn resolve(py: Python<'_>, kind: &str, text: &str, overrides: Vec<String>) -
 
 /// Computes a run. One that fails, or is interrupted, is returned with its status.
 #[pyfunction]
-pub fn run(py: Python<'_>, kind: &str, text: &str, overrides: Vec<String>, witness: bool) -> PyResult<Run> {
-    let (case, given) = case_of(py, kind, text, &overrides)?;
+pub fn run(
+    py: Python<'_>,
+    kind: &str,
+    text: &str,
+    overrides: Vec<String>,
+    witness: bool,
+    trajectory: bool,
+) -> PyResult<Run> {
+    let (mut case, given) = case_of(py, kind, text, &overrides)?;
+    if !trajectory {
+        case.without_trajectory();
+    }
     let mut signals = Signals::new();
     let computed = py.detach(|| {
         catch_unwind(AssertUnwindSafe(|| {
-            let run = KeptRun::new(&case).text(&given).witness(witness);
+            let run = KeptRun::new(&case)
+                .text(&given)
+                .witness(witness)
+                .events_alone(!trajectory);
             run.control(|| signals.ask()).start()
         }))
     });
@@ -284,9 +311,7 @@ pub fn run(py: Python<'_>, kind: &str, text: &str, overrides: Vec<String>, witne
         status: end.status.name(),
         failure: failure.map(|failure| failure.to_string()),
         warnings: end.warnings.clone(),
-        report: Some(json(py, &end.summary)?),
         witness: end.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
-        headline: end.headline.iter().map(line).collect(),
         quantities: end.stick_slip().attributes().into_iter().map(quantity).collect(),
         tables,
         meta: end.meta().to_vec(),
@@ -366,9 +391,7 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
             _ => None,
         },
         warnings: Vec::new(),
-        report: None,
         witness,
-        headline: headline.iter().map(line).collect(),
         quantities: quantities.into_iter().map(quantity).collect(),
         tables: tables.collect(),
         meta: meta.collect(),
@@ -376,6 +399,7 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
         rows: Rows::File {
             path,
             file: Mutex::new(file),
+            headline,
         },
     })
 }

@@ -147,6 +147,13 @@ def test_property_dense_output_goes_through_the_samples(belt):
     assert belt.at(kick, "phi1", side="left") == pytest.approx(float(belt.events["phi1_before"][0]), abs=1e-12)
 
 
+def test_property_events_alone(paper):
+    run = stickslip.run("paper", trajectory=False)
+    assert len(run.time) == 0
+    assert np.array_equal(run.events["time"], paper.events["time"])
+    assert run.summary["onset_time"] == paper.summary["onset_time"]
+
+
 def test_property_dense_output_that_was_not_kept(paper):
     with pytest.raises(stickslip.InputError, match="dense=True"):
         paper.at(1.0)
@@ -247,7 +254,7 @@ except KeyboardInterrupt:
 @pytest.mark.parametrize(
     "call",
     [
-        'stickslip.run("unperturbed", {"output.end_time": 1e6, "actuation.force": 1e-3, "output.interval": 1e-4})',
+        'stickslip.run("belt-leine", {"output.end_time": 1e8, "output.interval": 1e6, "solver.max_events": 10**9})',
         'stickslip.sweep("critical-curve", jobs=1)',
     ],
 )
@@ -294,3 +301,11 @@ def test_property_modes():
     modes = stickslip.modes("paper")
     assert modes["natural_period"] == pytest.approx(2.406e-4, rel=1e-3)
     assert "natural period" in str(modes)
+
+
+def test_property_types():
+    # The stubs are checked, not believed.
+    pytest.importorskip("mypy")
+    folder = Path(__file__).parents[1]
+    checked = subprocess.run([sys.executable, "-m", "mypy"], cwd=folder, capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stdout

@@ -14,16 +14,16 @@ AXES = {"friction.decay": [3.0, 5.0, 8.0], "torsion.damping": {"from": 15, "to":
 def test_property_grid(tmp_path):
     file = tmp_path / "map.h5"
     dataset = stickslip.sweep(AXES, "paper", {"solver.method": "series"}, output=file)
-    assert dict(dataset.sizes) == {"decay": 3, "damping": 2}
-    assert dataset["decay"].values.tolist() == [3.0, 5.0, 8.0]
-    assert dataset["damping"].attrs["units"] == "N m s rad-1"
+    assert dict(dataset.sizes) == {"friction_decay": 3, "torsion_damping": 2}
+    assert dataset["friction_decay"].values.tolist() == [3.0, 5.0, 8.0]
+    assert dataset["torsion_damping"].attrs["units"] == "N m s/rad"
     again = stickslip.open(file)
     assert isinstance(again, xarray.Dataset)
     xarray.testing.assert_identical(dataset.drop_attrs(deep=False), again.drop_attrs(deep=False))
     # One of its points by itself, at the tolerance of a study.
     run = stickslip.run("paper", {"friction.decay": 5.0, "torsion.damping": 30}, method="series", rtol=1e-8)
-    point = dataset.sel(decay=5.0, damping=30.0)
-    assert int(point["sticks"]) == run.summary["stick_count"]
+    point = dataset.sel(friction_decay=5.0, torsion_damping=30.0)
+    assert int(point["stick_count"]) == run.summary["stick_count"]
     assert float(point["onset_time"]) == run.summary["onset_time"]
 
 
@@ -42,12 +42,12 @@ def test_property_sample_and_words():
     )
     assert dict(sample.sizes) == {"point": 4}
     words = stickslip.sweep({"solver.method": ["series", "auto"]}, "paper", {"output.end_time": 0.01})
-    assert words["method"].values.tolist() == ["series", "auto"]
+    assert words["solver_method"].values.tolist() == ["series", "auto"]
 
 
 def test_property_study_text():
     text = "case = 'paper'\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = 'torsion.damping'\nvalues = [10, 20]\n"
-    assert stickslip.sweep(text).sizes == {"damping": 2}
+    assert stickslip.sweep(text).sizes == {"torsion_damping": 2}
 
 
 def test_property_wrong_studies(tmp_path):

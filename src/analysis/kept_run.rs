@@ -34,6 +34,7 @@ pub struct KeptRun<'a> {
     case: &'a AnyCase,
     header: Header,
     witness: bool,
+    events_alone: bool,
     control: Option<Box<dyn FnMut() -> ControlFlow<()> + 'a>>,
 }
 
@@ -84,19 +85,33 @@ pub struct KeptReportEnd {
     pub status: Status,
     /// In numbers.
     pub summary: KeptSummary,
-    /// The same as a reader sees it. The numbers of the paper stand beside those of its own case.
-    pub headline: Vec<HeadlineRow>,
     /// What a reader of the numbers has to know.
     pub warnings: Vec<String>,
     /// If it was asked for; none beside a run that is not complete.
     pub witness: Option<KeptWitness>,
     /// s.
     pub wall_time: f64,
+    case: AnyCase,
     header: Header,
     table: StickSlipTable,
 }
 
 impl KeptReportEnd {
+    /// The run as a reader sees it. The numbers of the paper stand beside those of its own case.
+    pub fn headline(&self) -> Vec<HeadlineRow> {
+        match (&self.summary, &self.case) {
+            (KeptSummary::Brake(summary), case) => {
+                let mut rows = Headline::from(&**summary).rows();
+                if !matches!(case, AnyCase::Brake(case) if is_paper_case(&case.parameters)) {
+                    rows.iter_mut().for_each(|row| row.paper = "");
+                }
+                rows
+            }
+            (KeptSummary::Trains(summary), AnyCase::Trains(case)) => trains::headline::rows(case.motion, summary),
+            (KeptSummary::Trains(_), AnyCase::Brake(_)) => Vec::new(),
+        }
+    }
+
     /// The case as it was given.
     pub fn case_text(&self) -> &str {
         &self.header.case_text
@@ -152,6 +167,7 @@ impl<'a> KeptRun<'a> {
             case,
             header,
             witness: false,
+            events_alone: false,
             control: None,
         }
     }
@@ -159,6 +175,12 @@ impl<'a> KeptRun<'a> {
     /// The case as it was given, for the file; else it holds the resolved one twice.
     pub fn text(mut self, text: &str) -> Self {
         text.clone_into(&mut self.header.case_text);
+        self
+    }
+
+    /// Keep no sample. What the case says of them still costs time; see [`AnyCase::without_trajectory`].
+    pub fn events_alone(mut self, wanted: bool) -> Self {
+        self.events_alone = wanted;
         self
     }
 
@@ -177,9 +199,10 @@ impl<'a> KeptRun<'a> {
     /// Computes the run, to its end or as far as it comes.
     pub fn start(self) -> KeptReport {
         let KeptRun {
-            case,
+            case: any,
             header,
             witness: wants_witness,
+            events_alone,
             control,
         } = self;
         let clock = Instant::now();
@@ -195,8 +218,11 @@ impl<'a> KeptRun<'a> {
                 ControlFlow::Continue(())
             }
         };
-        let mut rows = KeptRows::new(&provenance::extension_of(case));
-        match case {
+        let mut rows = KeptRows::new(&provenance::extension_of(any));
+        if events_alone {
+            rows = rows.events_alone();
+        }
+        match any {
             AnyCase::Brake(case) => {
                 let mut recorder = Remembering::new(&mut rows, false);
                 let result = Run::new(case).record(&mut recorder).control(|_| go_on()).start();
@@ -211,14 +237,10 @@ impl<'a> KeptRun<'a> {
                         witness(case, &sequence, summary.noise_determined, &stop)
                     })
                     .flatten();
-                let mut headline = Headline::from(&summary).rows();
-                if !is_paper_case(&case.parameters) {
-                    headline.iter_mut().for_each(|row| row.paper = "");
-                }
                 let warnings = warnings(case, &summary, report.initial_energy);
                 let end = KeptReportEnd {
                     status,
-                    headline,
+                    case: any.clone(),
                     warnings: warnings.iter().map(ToString::to_string).collect(),
                     witness: witness.map(KeptWitness::Brake),
                     wall_time: clock.elapsed().as_secs_f64(),
@@ -244,7 +266,7 @@ impl<'a> KeptRun<'a> {
                     .flatten();
                 let end = KeptReportEnd {
                     status,
-                    headline: trains::headline::rows(case.motion, &summary),
+                    case: any.clone(),
                     warnings: trains::warnings(&summary, witness.as_ref()),
                     witness: witness.map(KeptWitness::Trains),
                     wall_time: clock.elapsed().as_secs_f64(),

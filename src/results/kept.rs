@@ -53,6 +53,7 @@ pub struct KeptRows {
     pub order: Vec<u8>,
     /// Of the row that comes next.
     further: Vec<f64>,
+    events_alone: bool,
 }
 
 impl KeptRows {
@@ -65,7 +66,14 @@ impl KeptRows {
             tables: tables.map(KeptTable::new).collect(),
             order: Vec::new(),
             further: Vec::new(),
+            events_alone: false,
         }
+    }
+
+    /// Keeps no sample and no piece: none are made around events.
+    pub fn events_alone(mut self) -> Self {
+        self.events_alone = true;
+        self
     }
 
     fn record(&mut self, table: usize, cells: impl IntoIterator<Item = Cell>) {
@@ -82,6 +90,9 @@ impl Recorder for KeptRows {
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
+        if self.events_alone {
+            return Ok(());
+        }
         let further = std::mem::take(&mut self.further);
         self.record(TRAJECTORY, cells::of_sample(sample, &further));
         self.further = further;
@@ -103,7 +114,7 @@ impl Recorder for KeptRows {
     }
 
     fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
-        if self.tables.len() > PIECES {
+        if self.tables.len() > PIECES && !self.events_alone {
             let index = self.tables[PIECES].next_index();
             self.record(PIECES, cells::of_piece(index, piece));
             let coefficients = &mut self.tables[PIECES + 1];
@@ -123,6 +134,10 @@ impl Recorder for KeptRows {
 
     fn stores_events(&self) -> bool {
         true
+    }
+
+    fn stores_motion(&self) -> bool {
+        !self.events_alone
     }
 }
 
