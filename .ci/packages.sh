@@ -54,9 +54,6 @@ complete -p stickslip
 dpkg -r stickslip >/dev/null
 test ! -e /usr/bin/stickslip
 EOF
-  # The program starts itself anew to read a file.
-  mount -t proc proc "$root/proc"
-  trap 'umount "$root/proc"' EXIT
   env -i HOME=/tmp LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin chroot "$root" bash /tmp/check
 fi
 
