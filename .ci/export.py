@@ -101,6 +101,11 @@ def package(program, result, folder):
     check("frictionless: every table is looked at", {"events", "sensitivities", "samples"} <= checked)
     issues = [f"{issue.check.identifier}: {issue.message}" for issue in crate_issues(bench)]
     check(f"roc-validator: {issues}", not issues)
+    unlicensed = folder / "unlicensed"
+    subprocess.run([program, "export", result, "--benchmark", "-o", unlicensed, "--quiet"], check=True)
+    report = validate(str(unlicensed / "datapackage.json"))
+    issues = [f"{issue.check.identifier}: {issue.message}" for issue in crate_issues(unlicensed)]
+    check(f"without a licence: {report.flatten(['type', 'message'])[:5]} {issues}", report.valid and not issues)
     # Without this program: SciPy's solver, held against the events.
     script = subprocess.run([sys.executable, bench / "example.py"], capture_output=True, text=True)
     check(f"example.py: {script.stdout}{script.stderr}", script.returncode == 0)

@@ -37,6 +37,9 @@ else
     debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$folder/debootstrap.log" 2>&1 ||
       { tail -n 20 "$folder/debootstrap.log" >&2; exit 1; }
   fi
+  # The program reads files in a process of its own, and finds itself by /proc.
+  mount -t proc proc "$root/proc"
+  trap 'umount "$root/proc"' EXIT
   cp "$package" "$root/tmp/stickslip.deb"
   cat >"$root/tmp/check" <<'EOF'
 set -euo pipefail

@@ -1,6 +1,6 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
-use crate::case::{Case, Form, Motion, TrainCase};
+use crate::case::{AnyCase, Case, Form, Motion, TrainCase};
 use crate::model::state::Components;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
@@ -215,6 +215,17 @@ impl Header {
             events: events(method),
             extension: extension(case),
         }
+    }
+}
+
+/// What the files of a case have beyond the tables that all have.
+pub(crate) fn extension_of(case: &AnyCase) -> Extension {
+    match case {
+        AnyCase::Brake(case) => Extension {
+            dense: case.output.follow.dense,
+            ..Extension::default()
+        },
+        AnyCase::Trains(case) => extension(case),
     }
 }
 

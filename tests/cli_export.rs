@@ -127,6 +127,29 @@ fn regression_export_evaluates_between_samples_as_the_run_goes() {
     assert!(compared > 1000, "{compared} times in common");
 }
 
+/// What a window has beyond the run is said, and what there is of it is exported.
+#[test]
+fn cli_export_says_that_a_window_goes_beyond_the_run() {
+    let folder = with_run();
+    for more in [&[][..], &["--rate", "1e3"]] {
+        let arguments = ["export", "run.h5", "-o", "-", "--channels", "theta", "--window"];
+        let window = |window: &'static str| {
+            let all: Vec<&str> = arguments
+                .into_iter()
+                .chain([window])
+                .chain(more.iter().copied())
+                .collect();
+            output(&mut folder.stickslip(&all), 0)
+        };
+        let ((beyond, warned), (inside, silent)) = (window("6.97:8"), window("6.97:"));
+        assert_eq!(beyond, inside);
+        assert!(
+            warned.contains("goes from 0.0 to 6.977 s") && silent.is_empty(),
+            "{warned} {silent}"
+        );
+    }
+}
+
 /// By a list of times and by a rate the same values come; what only samples have is named, and refused when asked for.
 #[test]
 fn cli_export_at_given_times() {
@@ -140,6 +163,25 @@ fn cli_export_at_given_times() {
     let at = run(&["--at", "times.csv"]);
     assert_eq!(numbers(&at["time"]), [0.25, 1.5, 6.9761]);
     assert!(!at.contains_key("energy_residual") && at.contains_key("normal_force"));
+    let force = run(&["--rate", "4", "--window", "0.25:0.5", "--channels", "applied_force"]);
+    let file = folder.result("run.h5");
+    let (times, forces) = (
+        file.column("time", 0..file.sample_count().unwrap()).unwrap(),
+        file.column("applied_force", 0..file.sample_count().unwrap()).unwrap(),
+    );
+    // The ramp is a straight line: between two samples it is that through them.
+    let row = times.partition_point(|time| *time < 0.5);
+    let share = (0.5 - times[row - 1]) / (times[row] - times[row - 1]);
+    let line = forces[row - 1] + share * (forces[row] - forces[row - 1]);
+    assert!((numbers(&force["applied_force"])[1] - line).abs() <= 1e-12 * line);
+    let (_, stderr) = output(
+        &mut folder.stickslip(&["export", "run.h5", "-o", "-", "--rate", "1"]),
+        0,
+    );
+    assert!(
+        stderr.contains("energy_residual") && !stderr.contains("applied_force"),
+        "{stderr}"
+    );
     let rate = run(&["--rate", "4", "--window", "0.25:1.5"]);
     assert_eq!(numbers(&rate["time"]), [0.25, 0.5, 0.75, 1.0, 1.25, 1.5]);
     assert_eq!(rate["theta_dot"][0], at["theta_dot"][0]);
@@ -159,6 +201,10 @@ fn cli_export_at_given_times() {
         ),
         (&["--table", "events", "--rate", "10"], "evaluate a trajectory"),
         (&["--window", "8:9", "--rate", "10"], "no part of the run"),
+        (&["--window", "8:9"], "the run, which goes from 0.0 to 6.977 s"),
+        (&["--window", "8:9", "--table", "events"], "no part of the run"),
+        (&["--rate", "-5"], "give a number greater than 0"),
+        (&["--interval", "-1e-3"], "give a number greater than 0"),
         (&["--rate", "1e12"], "more than the 1e9"),
         (&["--channels", "relative_velocty"], "did you mean relative_velocity?"),
     ] {

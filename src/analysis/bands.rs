@@ -11,14 +11,33 @@ use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::Case;
 use crate::model::Mode;
 use crate::model::torsion::TorsionModel;
-use crate::record::{Channels, Event, MemoryRecorder, Sample, State};
+use crate::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
 use crate::simulation::nearby::{COLUMNS, Nearby, columns, values};
 use crate::simulation::sampling::SampleTimes;
 use crate::simulation::{Following, OutputOptions};
 
 /// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
 /// no two runs differ, and this is all that its band says.
-pub(super) const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
+const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
+
+/// The least band of each column, in its unit, of the largest magnitudes of the columns (and, J, the kinetic energies on both
+/// sides of all kicks together). Two columns are differences of numbers that may be far larger than they are: the work of a kick
+/// is one of kinetic energies, and the residual one of all energies. Runs that share those numbers to the last digit do not show
+/// how they are rounded.
+pub(super) fn roundings<'n>(names: impl Iterator<Item = &'n str>, largest: &[f64], at_kicks: f64) -> Vec<f64> {
+    let named: Vec<(&str, f64)> = names.zip(largest.iter().copied()).collect();
+    let is_energy = |name: &str| {
+        let starts = ["energy_", "work_", "dissipated_"];
+        starts.iter().any(|start| name.starts_with(start)) && name != "energy_residual"
+    };
+    let energies: f64 = named.iter().filter(|one| is_energy(one.0)).map(|one| one.1).sum();
+    let size = |&(name, largest): &(&str, f64)| match name {
+        "work_perturbation" => largest + at_kicks,
+        "energy_residual" => energies + at_kicks,
+        _ => largest,
+    };
+    named.iter().map(|one| LEAST_BAND * size(one)).collect()
+}
 
 /// At most so many rows are compared, which bounds memory: the ladder keeps them of five runs.
 const MOST_ROWS: usize = 100_000;
@@ -295,7 +314,8 @@ pub(super) fn bands(
     events: &[CertifiedEvent],
 ) -> Bands {
     let nearby = Nearby::new(&case.parameters);
-    let tick = TICK * TorsionModel::new(&case.parameters).natural_period();
+    let torsion = TorsionModel::new(&case.parameters);
+    let tick = TICK * torsion.natural_period();
     let end_time = case.output.end_time;
     let mut largest = [0.0_f64; COLUMNS];
     for row in &result.samples {
@@ -303,6 +323,10 @@ pub(super) fn bands(
             *largest = largest.max(value.abs());
         }
     }
+    let kicks = result.events.iter().filter(|event| event.kind == EventKind::Kick);
+    let kinetic = |state: &State| torsion.torsion.kinetic_energy(&state.torsional().state());
+    let at_kicks = kicks.map(|event| kinetic(&event.before) + kinetic(&event.after)).sum();
+    let least = roundings(columns().map(|column| column.0), &largest, at_kicks);
     let witnesses: Vec<(bool, Other)> = witnesses
         .iter()
         .map(|run| {
@@ -354,7 +378,7 @@ pub(super) fn bands(
             }
             let rounding = ends().map(|event| event.rounding).fold(0.0, f64::max);
             stretch.rates = rates(&nearby, &span, stretch.mode, rows, tick);
-            for (column, largest) in largest.iter().enumerate() {
+            for (column, least) in least.iter().enumerate() {
                 let compared = |d: &&Difference| column < State::COUNT || d.rows > 0;
                 let two_nearest = two_nearest(
                     seen.iter()
@@ -365,7 +389,7 @@ pub(super) fn bands(
                     .iter()
                     .find(|d| compared(d))
                     .map_or(f64::NAN, |d| d.largest[column]);
-                let rounding = stretch.rates[column] * rounding + LEAST_BAND * largest;
+                let rounding = stretch.rates[column] * rounding + least;
                 stretch.bands[column] = two_nearest + finer + rounding;
             }
             stretch

@@ -317,7 +317,8 @@ fn judge(
             let uncertainty = match verdict {
                 // Set by the case: known but for the rounding of the number.
                 _ if timed => f64::EPSILON * event.time,
-                Verdict::Converged => uncertainty,
+                // Nor is any time known better than to its last place.
+                Verdict::Converged => uncertainty.max(f64::EPSILON * event.time),
                 _ => f64::INFINITY,
             };
             CertifiedEvent {

@@ -5,7 +5,7 @@ use super::setting::Slot;
 use super::trains;
 use super::{Case, CaseError, CaseSource, Form, Override, TrainCase, key_of, schema, suggest};
 use crate::quote::shown;
-use crate::simulation::{OutputOptions, SolverOptions};
+use crate::simulation::{Following, OutputOptions, SolverOptions};
 
 /// A case of either form.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +69,15 @@ impl AnyCase {
             AnyCase::Brake(case) => (&mut case.solver, &mut case.output),
             AnyCase::Trains(case) => (&mut case.solver, &mut case.output),
         }
+    }
+
+    /// Leaves out what only tells which samples a run has: it then has none but those at its ends and its events.
+    pub fn without_trajectory(&mut self) {
+        let (_, output) = self.options_mut();
+        output.interval = output.end_time;
+        output.windows.clear();
+        output.steps = false;
+        output.follow = Following::default();
     }
 
     /// The case as a TOML text in SI, which reads back as the identical case.

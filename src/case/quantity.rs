@@ -11,6 +11,8 @@ use crate::quote::shown;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Pow, ToPrimitive, Zero};
+use std::cell::RefCell;
+use std::collections::HashMap;
 
 /// What a number in a case file measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -215,13 +217,36 @@ const LONGEST_NUMBER: usize = 100;
 /// Every symbol of a longer expression, bytes, would be looked up and multiplied.
 const LONGEST_UNIT: usize = 200;
 
+/// Quantities of one dimension that are remembered, and bytes of the longest.
+const MOST_KNOWN: usize = 256;
+const LONGEST_KNOWN: usize = 64;
+
+thread_local! {
+    // The same case is read again and again where it is run with other overrides, and exact arithmetic is most of that.
+    static KNOWN: RefCell<HashMap<Dimension, HashMap<String, f64>>> = RefCell::default();
+}
+
 /// `text` in the SI unit of `dimension`: the exact product, rounded once to the nearest double.
 ///
 /// # Errors
 /// The text of the error says what is wrong with the quantity, and what was expected instead.
 pub fn parse(text: &str, dimension: Dimension) -> Result<f64, String> {
+    if let Some(value) = KNOWN.with_borrow(|known| known.get(&dimension)?.get(text).copied()) {
+        return Ok(value);
+    }
     match exact(text, dimension)?.to_f64() {
-        Some(value) if value.is_finite() => Ok(value),
+        Some(value) if value.is_finite() => {
+            if text.len() <= LONGEST_KNOWN {
+                KNOWN.with_borrow_mut(|known| {
+                    let known = known.entry(dimension).or_default();
+                    if known.len() >= MOST_KNOWN {
+                        known.clear();
+                    }
+                    known.insert(text.to_owned(), value);
+                });
+            }
+            Ok(value)
+        }
         _ => Err(format!(
             "\"{text}\" is too large for double precision",
             text = shown(text)

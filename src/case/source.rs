@@ -25,6 +25,8 @@ pub enum Origin {
     Result(PathBuf),
     /// Standard input.
     StandardInput,
+    /// A program that has the text at hand.
+    Text,
 }
 
 /// How messages call standard input.
@@ -66,6 +68,14 @@ impl CaseSource {
         })
     }
 
+    /// A case that a program has at hand.
+    pub fn text(text: &str) -> CaseSource {
+        CaseSource {
+            text: text.to_owned(),
+            origin: Origin::Text,
+        }
+    }
+
     /// The case text kept in a result file.
     pub fn result(path: &Path, text: String) -> CaseSource {
         CaseSource {
@@ -81,6 +91,7 @@ impl CaseSource {
             Origin::BuiltIn(name) => format!("built-in case {name}"),
             Origin::Result(path) => format!("the case in {}", path.display()),
             Origin::StandardInput => STANDARD_INPUT.to_owned(),
+            Origin::Text => "the case".to_owned(),
         }
     }
 
@@ -90,7 +101,7 @@ impl CaseSource {
         match &self.origin {
             Origin::File(path) | Origin::Result(path) => stem(path).unwrap_or_else(|| "case".to_owned()),
             Origin::BuiltIn(name) => name.clone(),
-            Origin::StandardInput => "case".to_owned(),
+            Origin::StandardInput | Origin::Text => "case".to_owned(),
         }
     }
 }

@@ -401,10 +401,10 @@ pub(super) struct ExportOptions {
     #[arg(long, value_name = "FROM:TO", value_parser = window, allow_hyphen_values = true, conflicts_with = "benchmark")]
     pub window: Option<(f64, f64)>,
     /// Evaluate the trajectory at this rate, Hz.
-    #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["interval", "at", "benchmark"])]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_hyphen_values = true, conflicts_with_all = ["interval", "at", "benchmark"])]
     pub rate: Option<f64>,
     /// Evaluate the trajectory at this interval, s.
-    #[arg(long, value_name = "S", value_parser = positive, conflicts_with_all = ["at", "benchmark"])]
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true, conflicts_with_all = ["at", "benchmark"])]
     pub interval: Option<f64>,
     /// Evaluate the trajectory at the times of a table, s.
     #[arg(long, value_name = "CSV", conflicts_with = "benchmark")]

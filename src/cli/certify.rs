@@ -5,7 +5,7 @@ use super::input::{Given, Input, Scratch, bad_case, bad_file, interrupt_flag, ou
 use super::modes::figure_target;
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::{CommandError, End, certify_report, complain, print, print_json, strictly, trains};
+use super::{CommandError, End, certify_report, complain, print, print_json, strictly, trains, wants_json, wants_text};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
 use crate::analysis::certificate::{CertifyError, Verdict};
@@ -132,9 +132,10 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         onsets: &drawn,
         seconds: clock.elapsed().as_secs_f64(),
     };
-    if common.json {
+    if wants_json(common) {
         print_json(&report.document())?;
-    } else if !common.quiet {
+    }
+    if wants_text(common) {
         print(&report.text())?;
     }
     if !common.quiet {

@@ -38,29 +38,36 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
             "-o - writes CSV to standard output, where --json has its document; leave one of them out".to_owned(),
         ));
     }
+    // None: those of the samples.
     let times = match (&options.at, options.rate, options.interval) {
-        (Some(path), ..) => Times::At(export::read_times(path).map_err(bad)?),
-        (None, Some(rate), _) => Times::Rate(rate),
-        (None, None, Some(interval)) => Times::Every(interval),
-        (None, None, None) => Times::Stored,
+        (Some(path), ..) => Some(Times::At(export::read_times(path).map_err(bad)?)),
+        (None, Some(rate), _) => Some(Times::Rate(rate)),
+        (None, None, Some(interval)) => Some(Times::Every(interval)),
+        (None, None, None) => None,
     };
     let request = Request {
         table: options.table.into(),
         columns: options.channels.clone(),
         window: options.window.unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
-        times,
     };
     let (file, reference);
-    let found = if request.times == Times::Stored {
-        file = ResultFile::open(&options.file).map_err(bad_file)?;
-        tell_status(&file, common);
-        export::stored(&file, &request).map_err(bad)?
-    } else {
+    let found = if let Some(times) = &times {
         reference = Reference::open(&options.file).map_err(|error| bad(error.into()))?;
         tell_status(reference.file(), common);
-        export::evaluated(&reference, &request).map_err(bad)?
+        let found = export::evaluated(&reference, &request, times).map_err(bad)?;
+        tell_window(reference.file(), options, common)?;
+        found
+    } else {
+        file = ResultFile::open(&options.file).map_err(bad_file)?;
+        tell_status(&file, common);
+        let found = export::stored(&file, &request).map_err(bad)?;
+        tell_window(&file, options, common)?;
+        found
     };
     if streams {
+        if !common.quiet && !found.left_out.is_empty() {
+            complain(&format!("warning: {}", without(&found.left_out)));
+        }
         return match found.stream(io::stdout().lock()) {
             // A reader that has gone away, as head does, is no error.
             Err(ExportError::Io { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(End::Done),
@@ -119,12 +126,29 @@ fn report(found: &Export<'_>, path: &Path) -> String {
         text.push_str(&format!(", {how}"));
     }
     if !found.left_out.is_empty() {
-        text.push_str(&format!(
-            "\nwithout {}, which are known at the samples alone",
-            found.left_out.join(", ")
-        ));
+        text.push_str(&format!("\n{}", without(&found.left_out)));
     }
     format!("{text}\n\n{}\n", path.display())
+}
+
+fn without(left_out: &[String]) -> String {
+    format!("without {}, which are known at the samples alone", left_out.join(", "))
+}
+
+/// Says of a window that goes beyond the run how far that goes.
+fn tell_window(file: &ResultFile, options: &ExportOptions, common: &Common) -> Result<(), CommandError> {
+    let (Some((from, to)), Some((start, end))) = (options.window, export::span(file).map_err(bad)?) else {
+        return Ok(());
+    };
+    let beyond = |asked: f64, past: bool| asked.is_finite() && past;
+    if !common.quiet && (beyond(from, from < start) || beyond(to, to > end)) {
+        complain(&format!(
+            "warning: {}: the run goes from {start:?} to {end:?} s, and the window from {from:?} to {to:?} s beyond it; exported is \
+             what is there",
+            file.path().display()
+        ));
+    }
+    Ok(())
 }
 
 /// Says of a run that is not whole how far it goes.

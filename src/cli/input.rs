@@ -148,6 +148,9 @@ pub(super) fn run_output(source: &CaseSource, named: Option<&Path>) -> Result<Pa
 
 /// A flag that Ctrl-C and a termination signal set; the run then ends in good order.
 pub(super) fn interrupt_flag() -> Result<Arc<AtomicBool>, CommandError> {
+    if let Some(flag) = super::captured::stop() {
+        return Ok(flag);
+    }
     let flag = Arc::new(AtomicBool::new(false));
     let setter = flag.clone();
     ctrlc::set_handler(move || setter.store(true, Ordering::Relaxed))

@@ -4,6 +4,7 @@ mod arguments;
 mod builtins;
 mod calibrate;
 mod candidates;
+mod captured;
 mod case_command;
 mod certify;
 mod certify_report;
@@ -29,10 +30,11 @@ mod trains;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
+pub use captured::{Captured, capture};
 pub use completions::complete_if_asked;
 
 use crate::quote;
-use arguments::Command;
+use arguments::{Command, Common};
 use failure::Place;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -92,7 +94,17 @@ impl CommandError {
         ExitCode::from(status)
     }
 
-    fn text(&self) -> &str {
+    /// Whether it is wrong usage or input.
+    pub fn is_input(&self) -> bool {
+        match self {
+            CommandError::Input(_) => true,
+            CommandError::Computation(_) => false,
+            CommandError::Located(error, _) => error.is_input(),
+        }
+    }
+
+    /// The message: one short paragraph.
+    pub fn text(&self) -> &str {
         match self {
             CommandError::Input(text) | CommandError::Computation(text) => text,
             CommandError::Located(error, _) => error.text(),
@@ -131,29 +143,36 @@ pub fn execute(arguments: Arguments) -> Result<End, CommandError> {
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())
         .map_err(|error| CommandError::Computation(format!("the signal handler could not be set: {error}")))?;
     crate::results::follow_external(common.follow_external);
+    dispatch(command, &common)
+}
+
+fn dispatch(command: Command, common: &Common) -> Result<End, CommandError> {
     refuse_standard_output(&command)?;
     match command {
-        Command::Run(options) => run::run(&options, &common),
-        Command::Certify(options) => certify::certify(&options, &common),
-        Command::Compare(options) => compare::compare(&options, &common),
-        Command::Sweep(options) => sweep::sweep(&options, &common),
-        Command::Merge(options) => merge::merge(&options, &common),
-        Command::Calibrate(options) => calibrate::calibrate(&options, &common),
-        Command::Check(options) => check::check(&options, &common),
-        Command::Inspect(options) => inspect::inspect(&options, &common),
-        Command::Plot(options) => plot::plot(&options, &common),
-        Command::Export(options) => export::export(&options, &common),
-        Command::Modes(options) => modes::modes(&options, &common),
-        Command::WorkPrecision(options) => work_precision::work_precision(&options, &common),
-        Command::Case(options) => case_command::case(&options, &common),
-        Command::Completions(options) => completions::completions(&options, &common),
-        Command::Man(options) => man::man(&options, &common),
+        Command::Run(options) => run::run(&options, common),
+        Command::Certify(options) => certify::certify(&options, common),
+        Command::Compare(options) => compare::compare(&options, common),
+        Command::Sweep(options) => sweep::sweep(&options, common),
+        Command::Merge(options) => merge::merge(&options, common),
+        Command::Calibrate(options) => calibrate::calibrate(&options, common),
+        Command::Check(options) => check::check(&options, common),
+        Command::Inspect(options) => inspect::inspect(&options, common),
+        Command::Plot(options) => plot::plot(&options, common),
+        Command::Export(options) => export::export(&options, common),
+        Command::Modes(options) => modes::modes(&options, common),
+        Command::WorkPrecision(options) => work_precision::work_precision(&options, common),
+        Command::Case(options) => case_command::case(&options, common),
+        Command::Completions(options) => completions::completions(&options, common),
+        Command::Man(options) => man::man(&options, common),
     }
 }
 
 /// Writes to standard output, without what would steer a terminal; a reader that has gone away (`stickslip case paper | head`) is no error.
 fn print(text: &str) -> Result<(), CommandError> {
     use std::io::Write;
+    if captured::text(text) {
+        return Ok(());
+    }
     match std::io::stdout().write_all(quote::for_terminal(text).as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::Computation(format!(
             "writing to standard output failed: {error}"
@@ -164,6 +183,9 @@ fn print(text: &str) -> Result<(), CommandError> {
 
 /// Says something on standard error; if that is closed there is nobody left to tell.
 fn complain(text: &str) {
+    if captured::message(text) {
+        return;
+    }
     say(&format!("stickslip: {text}\n"));
 }
 
@@ -206,13 +228,26 @@ fn strictly(
     )))
 }
 
+/// Whether a command is to give its JSON document.
+fn wants_json(common: &Common) -> bool {
+    common.json || captured::now()
+}
+
+/// Whether a command is to print its report: instead of a document, or beside it where both are captured.
+fn wants_text(common: &Common) -> bool {
+    captured::now() || !(common.json || common.quiet)
+}
+
 /// Whether this process has printed its JSON document.
 static DOCUMENT_IS_PRINTED: AtomicBool = AtomicBool::new(false);
 
 /// One JSON document on standard output.
 fn print_json(document: &impl serde::Serialize) -> Result<(), CommandError> {
-    DOCUMENT_IS_PRINTED.store(true, Ordering::Relaxed);
     let text = serde_json::to_string_pretty(document)
         .map_err(|error| CommandError::Computation(format!("writing JSON failed: {error}")))?;
+    if captured::document(&text) {
+        return Ok(());
+    }
+    DOCUMENT_IS_PRINTED.store(true, Ordering::Relaxed);
     print(&(quote::in_json(&text, |_| false) + "\n"))
 }

@@ -3,7 +3,7 @@
 use super::arguments::{Common, DPI, Format, ModesOptions};
 use super::input::{Given, Input, bad_case, overrides};
 use super::plot::{bad, check_target, save};
-use super::{CommandError, End, complain, print, print_json, terminal, train_modes};
+use super::{CommandError, End, complain, print, print_json, terminal, train_modes, wants_json, wants_text};
 use crate::analysis::Modes;
 use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
 use crate::case::TrainCase;
@@ -37,13 +37,14 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
         .map(|path| figure_target(path, options.force, &files))
         .transpose()?;
     let modes = Modes::of_case(&case.parameters, &case.solver, case.output.end_time);
-    if common.json {
+    if wants_json(common) {
         print_json(&ModesDocument {
             case: source.label(),
             title: &case.title,
             modes: &modes,
         })?;
-    } else if !common.quiet {
+    }
+    if wants_text(common) {
         print(&report(&case.title, &modes))?;
     }
     if let Some((path, format)) = target {

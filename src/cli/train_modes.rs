@@ -2,7 +2,7 @@
 
 use super::arguments::{Common, ModesOptions};
 use super::input::{Given, bad_case};
-use super::{CommandError, End, print, print_json, terminal};
+use super::{CommandError, End, print, print_json, terminal, wants_json, wants_text};
 use crate::analysis::trains::Verdict;
 use crate::analysis::trains::modes::{OperatingPoint, Search, TrainMode, TrainModes};
 use crate::case::{Motion, Override, TrainCase};
@@ -68,14 +68,15 @@ pub(super) fn modes(
     }
     let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
     let modes = TrainModes::of_case(&case.parameters);
-    if common.json {
+    if wants_json(common) {
         print_json(&ModesDocument {
             case: given.source.label(),
             title: &case.title,
             motion: case.motion.name(),
             modes: &modes,
         })?;
-    } else if !common.quiet {
+    }
+    if wants_text(common) {
         print(&report(&case, &modes))?;
     }
     Ok(End::Done)

@@ -4,7 +4,7 @@ use super::arguments::{CertifyOptions, Common, RunOptions};
 use super::certify_report::{influence, sensitivities};
 use super::input::{Given, Scratch, bad_case, bad_file, finish, interrupt_flag, output_of, run_output};
 use super::progress::{OracleBar, RunBar};
-use super::{CommandError, End, complain, print, print_json, strictly, terminal};
+use super::{CommandError, End, complain, print, print_json, strictly, terminal, wants_json, wants_text};
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::sensitivity::Sensitivities;
 use crate::analysis::trains::{
@@ -93,7 +93,7 @@ pub(super) fn run(
     let unsaved = unsaved.map(|error| error.to_string());
     let status = if unsaved.is_some() { "failed" } else { status.name() };
     let error = unsaved.clone().or_else(|| failure.as_ref().map(ToString::to_string));
-    let warnings = warnings(&summary, witness.as_ref());
+    let warnings = trains::warnings(&summary, witness.as_ref());
     if common.json {
         print_json(&RunDocument {
             status,
@@ -131,20 +131,6 @@ pub(super) fn run(
             strictly(end, options.strict, &warnings, !common.quiet, &file)
         }
     }
-}
-
-fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
-    let mut found = Vec::new();
-    if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
-        found.push(witness.statement.clone());
-    }
-    if summary.kicks_never_given > 0 {
-        found.push(format!(
-            "{} of the case's perturbations come after the end of the run; raise output.end_time",
-            summary.kicks_never_given
-        ));
-    }
-    found
 }
 
 fn run_report(case: &TrainCase, summary: &TrainSummary, wall_time: f64) -> String {
@@ -303,7 +289,7 @@ pub(super) fn certify(
         return Ok(End::Interrupted);
     }
     let seconds = clock.elapsed().as_secs_f64();
-    if common.json {
+    if wants_json(common) {
         print_json(&CertificateDocument {
             case: given.source.label(),
             title: &case.title,
@@ -325,7 +311,8 @@ pub(super) fn certify(
             without_sensitivities: without_sensitivities(&certificate),
             seconds,
         })?;
-    } else if !common.quiet {
+    }
+    if wants_text(common) {
         print(&certificate_text(&case, &certificate, seconds))?;
         print(&format!("\n{}\n", target.display()))?;
     }

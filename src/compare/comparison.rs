@@ -9,12 +9,11 @@ use super::diagnosis::Diagnosis;
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
 use super::impulse::ImpulseErrors;
-use super::offset::FoundOffset;
 use super::reference::{Subject, TimeScale};
 use super::resolution::Resolution;
 use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
-use super::{Channel, OtherClock, OtherKick, OtherParameters, Others, States};
+use super::{Channel, FoundOffset, OtherClock, OtherKick, OtherParameters, Others, States};
 use crate::case::quantity::Dimension;
 use crate::record::sequence::{Alignment, Difference, Fault, SequenceEvent};
 use serde::Serialize;
@@ -36,7 +35,7 @@ pub struct Comparison {
     /// What was added to its times, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_offset: Option<f64>,
-    /// The offset of its clock that its events show: what was added, or what is proposed.
+    /// What is to be added to its times by its events: what was added, or what is proposed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found_time_offset: Option<FoundOffset>,
     /// In one line.
@@ -51,7 +50,7 @@ pub struct Comparison {
     /// Of the same: its kick, if it is another than the reference's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kick: Option<OtherKick>,
-    /// Of the same: where its times count from, if from elsewhere.
+    /// Of the same: where its times count from, if from elsewhere. Its offset is an error, candidate minus reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clock: Option<OtherClock>,
     /// How events were found by the relative velocity; `None` if the candidate states them.

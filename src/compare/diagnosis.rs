@@ -3,14 +3,15 @@
 //! Each cause has a rule, stated at its function. A rule that does not hold says nothing; none guesses.
 
 use super::case_differences::{CaseDifference, NOT_SET};
+use super::clock::{self, FoundOffset, OtherClock};
 use super::creep::Creep;
 use super::detect::Found;
 use super::event_errors::EventErrors;
-use super::offset::FoundOffset;
-use super::parameters::{FoundBy, OtherClock, OtherKick, OtherParameters, Rerun};
+use super::parameters::{FoundBy, OtherKick, OtherParameters, Rerun};
 use super::reference::Subject;
 use super::states::{Grid, Probe};
 use super::terms::OtherTerm;
+use super::torques::breakaway_ratios;
 use super::units::UnitFault;
 use crate::case::Motion;
 use crate::friction::Law;
@@ -249,22 +250,16 @@ fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
 
 /// The errors of all events are the same.
 fn time_offset(e: &Evidence<'_>) -> Option<Diagnosis> {
-    /// Fewest events, and by which part of the offset the errors may differ.
-    const FEWEST: usize = 4;
-    const SAME: f64 = 1e-3;
-    let errors = &e.errors.events;
-    let offset = errors.iter().map(|event| event.error).sum::<f64>() / errors.len() as f64;
-    let same = |event: &super::event_errors::EventError| (event.error - offset).abs() <= SAME * offset.abs();
     // What the first event does, the later ones of a cycle that needs no clock repeat.
-    if errors.len() < FEWEST || offset.abs() <= AGREED || !errors.iter().all(same) {
-        return None;
-    }
-    let way = if offset > 0.0 { "later" } else { "earlier" };
+    let errors = e.errors.events.iter().map(|event| event.error).collect();
+    let (error, _) = clock::common_error(errors, AGREED)?;
     diagnosis(
         Cause::TimeOffset,
         format!(
-            "all its events are {way} by {:.6e} s: its times count from another start, or it begins in another state",
-            offset.abs()
+            "all its events are {} by {:.6e} s: {}",
+            clock::way(error),
+            error.abs(),
+            clock::UNKNOWN_START
         ),
     )
 }
@@ -487,21 +482,7 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
         BreakawayTest::Stator => "the stator torque T_s",
         BreakawayTest::Rotor => "the rotor torque T_r",
     };
-    let ratios = |test| -> Vec<f64> {
-        let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
-        slips
-            .filter_map(|f| {
-                let (rotor, stator) = f.torques?;
-                let torque = match test {
-                    BreakawayTest::Transmitted => (rotor + stator) / 2.0,
-                    BreakawayTest::Stator => stator,
-                    BreakawayTest::Rotor => rotor,
-                };
-                let limit = e.subject.limit(f.time);
-                (limit > 0.0).then(|| torque.abs() / limit)
-            })
-            .collect()
-    };
+    let ratios = |test| breakaway_ratios(e.subject, e.found, test);
     let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
     let ours = match e.subject {
         Subject::Brake(physics, _) => physics.torsion.contact.breakaway_test,
@@ -522,8 +503,7 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
             ),
         );
     }
-    let mut tested = ratios(ours);
-    tested.sort_by(f64::total_cmp);
+    let tested = ratios(ours);
     let (low, middle, high) = (
         tested[tested.len() / 4],
         tested[tested.len() / 2],
@@ -629,7 +609,7 @@ pub(super) fn add_clock(causes: &mut Vec<Diagnosis>, clock: &OtherClock) {
     let proposed = causes.iter().find(|known| known.cause == Cause::TimeOffset).cloned();
     let named = Diagnosis {
         cause: Cause::TimeOffset,
-        evidence: format!("{}; repeat with --time-offset {:.9}", clock.words(), -clock.offset),
+        evidence: format!("{}; repeat with --time-offset {:.9}", clock.words(), clock.to_add()),
     };
     *causes = vec![proposed.filter(|_| clock.counts_from.is_none()).unwrap_or(named)];
 }

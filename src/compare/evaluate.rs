@@ -34,6 +34,14 @@ impl Reference {
         vocabulary.find(name)
     }
 
+    /// The actuating force F of a brake at a time (s), N; `None` of trains.
+    pub fn applied_force(&self, time: f64) -> Option<f64> {
+        match &self.subject {
+            Subject::Brake(physics, _) => Some(physics.axial.at(time).force),
+            Subject::Trains(_) => None,
+        }
+    }
+
     /// Times of the first and the last sample, s.
     pub fn times(&self) -> (f64, f64) {
         (self.start, self.end)

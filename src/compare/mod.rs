@@ -19,6 +19,7 @@ pub mod windows;
 mod attractor;
 mod case_differences;
 mod channel;
+mod clock;
 mod comparison;
 mod creep;
 mod crossings;
@@ -26,7 +27,6 @@ mod cycles;
 mod error;
 mod evaluate;
 mod impulse;
-mod offset;
 mod parameters;
 mod range;
 mod requirement;
@@ -45,6 +45,7 @@ pub use attractor::Attractor;
 pub use candidate::{Mapping, TimeOffset};
 pub use case_differences::CaseDifference;
 pub use channel::Channel;
+pub use clock::{FoundOffset, OtherClock};
 pub use comparison::{Absent, ChannelErrors, Comparison, Span};
 pub use cycles::CycleErrors;
 pub use detect::{Detection, Found};
@@ -52,8 +53,7 @@ pub use diagnosis::{Cause, Diagnosis};
 pub use error::CompareError;
 pub use evaluate::Evaluator;
 pub use impulse::ImpulseErrors;
-pub use offset::FoundOffset;
-pub use parameters::{Agreement, FoundBy, OtherClock, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
+pub use parameters::{Agreement, FoundBy, OtherKick, OtherNumber, OtherParameters, Rerun as TriedAgain};
 pub use requirement::Requirement;
 pub use resolution::{Resolution, Rounding};
 pub use statistics::Statistic;
@@ -61,7 +61,6 @@ pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
 use crate::case::AnyCase;
-use crate::model::BreakawayTest;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
@@ -74,7 +73,7 @@ use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use impulse::ImpulsePass;
-use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_clock, other_kick, other_parameters};
+use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{Physics, Rerun, Subject, TrainPhysics, states_at_events};
 use saved_case::saved_case;
@@ -471,7 +470,7 @@ impl Reference {
                 .iter()
                 .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
             anchors.extend(corners.map(|e| ("a corner of F(t)", e.time)));
-            others.clock = other_clock(&self.word, all, &anchors, period);
+            others.clock = clock::other_clock(&self.word, all, &anchors, period);
         }
         if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
             diagnosis::add_clock(causes, clock);
@@ -552,20 +551,7 @@ impl Reference {
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
     fn breakaway(&self, physics: &reference::Physics, found: &[Found]) -> Option<(f64, f64)> {
         let test = physics.torsion.contact.breakaway_test;
-        let slips = found.iter().filter(|f| f.kind == EventKind::Slip);
-        let mut ratios: Vec<f64> = slips
-            .filter_map(|f| {
-                let (rotor, stator) = f.torques?;
-                let torque = match test {
-                    BreakawayTest::Transmitted => (rotor + stator) / 2.0,
-                    BreakawayTest::Stator => stator,
-                    BreakawayTest::Rotor => rotor,
-                };
-                let limit = self.subject.limit(f.time);
-                (limit > 0.0).then(|| torque.abs() / limit)
-            })
-            .collect();
-        ratios.sort_by(f64::total_cmp);
+        let ratios = torques::breakaway_ratios(&self.subject, found, test);
         let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
         let breakaway = physics.torsion.friction.breakaway;
         Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
@@ -681,7 +667,7 @@ impl Reference {
                 kind: f.kind,
             })
             .collect();
-        offset::find(&self.word, &word, self.subject.natural_period() / 8.0)
+        clock::find(&self.word, &word, self.subject.natural_period() / 8.0)
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {

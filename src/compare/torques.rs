@@ -1,7 +1,29 @@
 //! Torques at the breakaways that a candidate states, from the samples before them.
 
 use super::detect::Found;
+use super::reference::Subject;
+use crate::model::BreakawayTest;
 use crate::record::EventKind;
+
+/// The torque that `test` looks at, in parts of what stick can carry, at each of the candidate's breakaways with torques; in
+/// increasing order.
+pub(super) fn breakaway_ratios(subject: &Subject, found: &[Found], test: BreakawayTest) -> Vec<f64> {
+    let slips = found.iter().filter(|f| f.kind == EventKind::Slip);
+    let mut ratios: Vec<f64> = slips
+        .filter_map(|f| {
+            let (rotor, stator) = f.torques?;
+            let torque = match test {
+                BreakawayTest::Transmitted => (rotor + stator) / 2.0,
+                BreakawayTest::Stator => stator,
+                BreakawayTest::Rotor => rotor,
+            };
+            let limit = subject.limit(f.time);
+            (limit > 0.0).then(|| torque.abs() / limit)
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios
+}
 
 /// Fills in the torques of given events while the samples go by in order of time.
 #[derive(Debug)]

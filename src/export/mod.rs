@@ -26,7 +26,7 @@ mod table;
 pub use error::ExportError;
 pub use formats::Format;
 pub use metadata::Origin;
-pub use request::{Request, Times, Which, evaluated, read_times, stored};
+pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
 pub use table::{Column, Kind, Table};
 
 use crate::results::folder_of;

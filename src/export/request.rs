@@ -8,7 +8,7 @@ use crate::input::{LONGEST_LINE, Rows};
 use crate::provenance;
 use crate::quote::{quoted, shown};
 use crate::results::schema::group;
-use crate::results::{ResultFile, Side, TableColumn};
+use crate::results::{DenseOutput, ResultFile, Side, TableColumn};
 use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
@@ -42,11 +42,9 @@ impl Which {
     }
 }
 
-/// At which times a trajectory is exported.
+/// At which times a trajectory is evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Times {
-    /// Those of its samples.
-    Stored,
     /// At multiples of an interval (s) after the start.
     Every(f64),
     /// So many times in a second, from the start on.
@@ -64,8 +62,6 @@ pub struct Request {
     pub columns: Vec<String>,
     /// First and last time, s; either may be infinite.
     pub window: (f64, f64),
-    /// At which times; of a trajectory only.
-    pub times: Times,
 }
 
 /// What /certificate has for each event, beside `time_uncertainty`, which stands in /events itself.
@@ -194,6 +190,34 @@ pub fn stored<'a>(file: &'a ResultFile, request: &Request) -> Result<Export<'a>,
     })
 }
 
+/// A window (s) that has no part of a run, which goes from the first to the second time of `span`, is a mistake.
+fn check_window(file: &ResultFile, window: (f64, f64), span: (f64, f64)) -> Result<(), ExportError> {
+    if window.0 <= span.1 && window.1 >= span.0 {
+        return Ok(());
+    }
+    Err(ExportError::Asked(format!(
+        "{}: the window from {:?} to {:?} s has no part of the run, which goes from {:?} to {:?} s; give one that has",
+        file.path().display(),
+        window.0,
+        window.1,
+        span.0,
+        span.1
+    )))
+}
+
+/// The times of the first and the last sample of a file, s; `None` without one.
+///
+/// # Errors
+/// Of the file.
+pub fn span(file: &ResultFile) -> Result<Option<(f64, f64)>, ExportError> {
+    let rows = file.sample_count()?;
+    if rows == 0 {
+        return Ok(None);
+    }
+    let time = |row: usize| file.column("time", row..row + 1).map(|values| values[0]);
+    Ok(Some((time(0)?, time(rows - 1)?)))
+}
+
 /// Those of `rows` whose times are in the window; of segments those that have a part in it.
 fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Result<Range<usize>, ExportError> {
     let (from, to) = request.window;
@@ -207,6 +231,9 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
             ));
         }
     };
+    if let Some(span) = span(file)? {
+        check_window(file, request.window, span)?;
+    }
     let name = request.table.name();
     // The first row of which `is_past` holds; the values increase.
     let first = |column: &str, is_past: &dyn Fn(f64) -> bool| -> Result<usize, ExportError> {
@@ -226,114 +253,142 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
     Ok(start..end.max(start))
 }
 
-/// A column of an evaluated trajectory.
-#[derive(Debug)]
-struct Evaluated {
-    column: Column,
-    value: Value,
-}
-
+/// Where a value is from that the equations of motion give.
 #[derive(Debug, Clone, Copy)]
 enum Value {
-    /// From the dense output.
-    Dense,
     Time,
     Mode,
     Channel(Channel),
+    AppliedForce,
 }
 
-/// The trajectory at other times than its samples, by the equations of motion.
+/// The trajectory at other times than its samples, by its dense output or the equations of motion.
 ///
 /// # Errors
 /// Another table, columns that are known at the samples alone, times outside the run, or a run whose samples are too sparse and
 /// that cannot be repeated; or of the file.
-pub fn evaluated(reference: &Reference, request: &Request) -> Result<Export<'static>, ExportError> {
+pub fn evaluated(reference: &Reference, request: &Request, times: &Times) -> Result<Export<'static>, ExportError> {
     let file = reference.file();
-    let path = file.path().display();
-    let (start, end) = reference.times();
-    let dense = file.dense()?.filter(|dense| dense.covers(start, end));
     if request.table != Which::Trajectory {
         return Err(ExportError::Asked(format!(
             "--rate, --interval and --at evaluate a trajectory at other times, and the rows of /{} are what they are; leave them out",
             request.table.name()
         )));
     }
+    let (start, end) = reference.times();
+    let columns = columns(file, Which::Trajectory)?.into_iter().map(|(column, _)| column);
+    let grid = Grid::new(reference, request.window, times)?;
+    if let Some(dense) = file.dense()?.filter(|dense| dense.covers(start, end)) {
+        return by_dense_output(file, &dense, columns.collect(), &request.columns, grid);
+    }
+    by_equations(reference, columns, &request.columns, grid)
+}
+
+/// The names of these columns, with the time first.
+fn with_time(columns: &[String]) -> Vec<String> {
+    let mut wanted = columns.to_vec();
+    if !wanted.is_empty() {
+        wanted.retain(|one| one != "time");
+        wanted.insert(0, "time".to_owned());
+    }
+    wanted
+}
+
+fn by_dense_output(
+    file: &ResultFile,
+    dense: &DenseOutput<'_>,
+    columns: Vec<Column>,
+    wanted: &[String],
+    mut grid: Grid<'_>,
+) -> Result<Export<'static>, ExportError> {
+    let chosen = chosen(file, group::TRAJECTORY, columns, |one| &one.name, &with_time(wanted))?;
+    let mut spool = Spool::new(chosen.len())?;
+    let mut row = vec![0.0; chosen.len()];
+    loop {
+        let times: Vec<f64> = grid.by_ref().take(BLOCK).collect();
+        if times.is_empty() {
+            break;
+        }
+        let block = chosen
+            .iter()
+            .map(|one| dense.column(&one.name, &times, Side::Before))
+            .collect::<Result<Vec<_>, _>>()?;
+        for k in 0..times.len() {
+            for (cell, column) in row.iter_mut().zip(&block) {
+                *cell = column[k];
+            }
+            spool.push(&row)?;
+        }
+    }
+    Ok(Export {
+        table: spool.finish(group::TRAJECTORY, chosen)?,
+        origin: origin(file, Some("by the dense output of the run".to_owned())),
+        left_out: Vec::new(),
+    })
+}
+
+fn by_equations(
+    reference: &Reference,
+    columns: impl Iterator<Item = Column>,
+    asked: &[String],
+    grid: Grid<'_>,
+) -> Result<Export<'static>, ExportError> {
+    let file = reference.file();
     let mut left_out = Vec::new();
     let mut known = Vec::new();
-    for (column, _) in columns(file, Which::Trajectory)? {
+    for column in columns {
         let value = match column.name.as_str() {
-            _ if dense.is_some() => Some(Value::Dense),
             "time" => Some(Value::Time),
             "mode" => Some(Value::Mode),
+            "applied_force" if reference.applied_force(0.0).is_some() => Some(Value::AppliedForce),
             name => reference.channel_of_column(name).map(Value::Channel),
         };
         match value {
-            Some(value) => known.push(Evaluated { column, value }),
+            Some(value) => known.push((column, value)),
             None => left_out.push(column.name),
         }
     }
-    if let Some(one) = request.columns.iter().find(|one| left_out.contains(one)) {
-        let evaluable: Vec<&str> = known.iter().map(|one| one.column.name.as_str()).collect();
+    if let Some(one) = asked.iter().find(|one| left_out.contains(one)) {
+        let path = file.path().display();
+        let evaluable: Vec<&str> = known.iter().map(|(column, _)| column.name.as_str()).collect();
         return Err(ExportError::Asked(format!(
             "{path}: {one} is known at the samples of the run alone; export it without --rate, --interval and --at. At any time \
              there are {}",
             evaluable.join(", ")
         )));
     }
-    let mut wanted = request.columns.clone();
-    if wanted.is_empty() {
+    if asked.is_empty() {
         left_out.retain(|name| name != "segment");
     } else {
         left_out.clear();
-        wanted.retain(|one| one != "time");
-        wanted.insert(0, "time".to_owned());
     }
-    let chosen = chosen(file, group::TRAJECTORY, known, |one| &one.column.name, &wanted)?;
+    let chosen = chosen(
+        file,
+        group::TRAJECTORY,
+        known,
+        |(column, _)| &column.name,
+        &with_time(asked),
+    )?;
     let channels: Vec<Channel> = chosen
         .iter()
-        .filter_map(|one| match one.value {
-            Value::Channel(channel) => Some(channel),
+        .filter_map(|(_, value)| match value {
+            Value::Channel(channel) => Some(*channel),
             _ => None,
         })
         .collect();
     let mut spool = Spool::new(chosen.len())?;
-    if let Some(dense) = dense {
-        let mut grid = Grid::new(reference, request)?;
-        loop {
-            let times: Vec<f64> = grid.by_ref().take(BLOCK).collect();
-            if times.is_empty() {
-                break;
-            }
-            let block = chosen
-                .iter()
-                .map(|one| dense.column(&one.column.name, &times, Side::Before))
-                .collect::<Result<Vec<_>, _>>()?;
-            let mut row = vec![0.0; chosen.len()];
-            for k in 0..times.len() {
-                for (cell, column) in row.iter_mut().zip(&block) {
-                    *cell = column[k];
-                }
-                spool.push(&row)?;
-            }
-        }
-        let columns = chosen.into_iter().map(|one| one.column).collect();
-        return Ok(Export {
-            table: spool.finish(group::TRAJECTORY, columns)?,
-            origin: origin(file, Some("by the dense output of the run".to_owned())),
-            left_out,
-        });
-    }
     let mut evaluator = reference.evaluator(&channels)?;
     let mut values = vec![0.0; channels.len()];
     let mut row = vec![0.0; chosen.len()];
-    for time in Grid::new(reference, request)? {
+    for time in grid {
         let mode = evaluator.at(time, &mut values)?;
         let mut next = values.iter();
-        for (cell, one) in row.iter_mut().zip(&chosen) {
-            *cell = match one.value {
-                Value::Time | Value::Dense => time,
+        for (cell, (_, value)) in row.iter_mut().zip(&chosen) {
+            *cell = match value {
+                Value::Time => time,
                 Value::Mode => f64::from(mode.code()),
                 Value::Channel(_) => next.next().copied().unwrap_or(f64::NAN),
+                Value::AppliedForce => reference.applied_force(time).unwrap_or(f64::NAN),
             };
         }
         spool.push(&row)?;
@@ -343,7 +398,7 @@ pub fn evaluated(reference: &Reference, request: &Request) -> Result<Export<'sta
     } else {
         "by the equations of motion between the samples of the run"
     };
-    let columns = chosen.into_iter().map(|one| one.column).collect();
+    let columns = chosen.into_iter().map(|(column, _)| column).collect();
     Ok(Export {
         table: spool.finish(group::TRAJECTORY, columns)?,
         origin: origin(file, Some(how.to_owned())),
@@ -380,20 +435,15 @@ impl Step {
 }
 
 impl<'a> Grid<'a> {
-    fn new(reference: &Reference, request: &'a Request) -> Result<Grid<'a>, ExportError> {
+    fn new(reference: &Reference, window: (f64, f64), times: &'a Times) -> Result<Grid<'a>, ExportError> {
         let (start, end) = reference.times();
         let path = reference.file().path().display();
-        let (from, to) = (request.window.0.max(start), request.window.1.min(end));
-        if from > to {
-            return Err(ExportError::Asked(format!(
-                "{path}: the window from {:?} to {:?} s has no part of the run, which goes from {start:?} to {end:?} s",
-                request.window.0, request.window.1
-            )));
-        }
-        let step = match &request.times {
+        check_window(reference.file(), window, (start, end))?;
+        let (from, to) = (window.0.max(start), window.1.min(end));
+        let step = match times {
             Times::At(times) => {
-                let first = times.partition_point(|time| *time < request.window.0);
-                let last = times.partition_point(|time| *time <= request.window.1);
+                let first = times.partition_point(|time| *time < window.0);
+                let last = times.partition_point(|time| *time <= window.1);
                 let times = &times[first..last];
                 if let Some(time) = times.iter().find(|time| !(start..=end).contains(*time)) {
                     return Err(ExportError::Asked(format!(
@@ -405,7 +455,6 @@ impl<'a> Grid<'a> {
             }
             Times::Rate(rate) => Step::Rate(*rate),
             Times::Every(interval) => Step::Interval(*interval),
-            Times::Stored => unreachable!("samples are not evaluated"),
         };
         let rows = match step {
             Step::Interval(interval) => (to - from) / interval,

@@ -10,7 +10,7 @@ use crate::case::{Case, CaseSource, TrainCase};
 use crate::model::torsion::TorsionModel;
 use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind, State};
-use crate::results::{AddedGroup, Header, ResultFile, Side, Status, StickSlipTable, schema};
+use crate::results::{AddedGroup, DenseOutput, Header, ResultFile, Side, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
 use crate::simulation::trains::further;
 use std::cell::RefCell;
@@ -37,6 +37,30 @@ const GROWTH: f64 = 12.0;
 
 /// Closest stretches of modes that the ground shows apart, as a share of the panel's width.
 const GROUND_CELLS: usize = 600;
+
+/// Widest gap (s) between samples that show a motion of this period (s): rounding of the times, and of an interval written with two
+/// digits, is allowed for.
+pub(super) fn widest_gap(period: f64) -> f64 {
+    1.05 * period / SAMPLES_PER_PERIOD
+}
+
+/// Fewest points of a piece of the dense output.
+const POINTS_OF_PIECE: usize = 16;
+
+/// Times (s) at which a dense output is drawn in a window: its ends, and inside of each piece so many points that `count` of them
+/// would fill the window, and no fewer than 16.
+pub(super) fn dense_points(dense: &DenseOutput<'_>, (from, to): (f64, f64), count: f64) -> Vec<f64> {
+    let mut times = vec![from];
+    for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
+        let (start, end) = (start.max(from), end.min(to));
+        let count = (count * (end - start) / (to - from)).ceil().max(POINTS_OF_PIECE as f64) as usize;
+        let inside = (0..count).map(|k| start + (end - start) * (k as f64 + 0.5) / count as f64);
+        times.extend(inside.filter(|t| *t > from && *t < to));
+    }
+    times.push(to);
+    times.dedup();
+    times
+}
 
 type Points = Vec<(f64, f64)>;
 
@@ -277,20 +301,12 @@ impl Run {
 
     /// Times inside of the pieces of the dense output in a window: as close as the buckets of a figure, and 16 in each piece.
     fn dense_times(&self, (from, to): (f64, f64)) -> Result<Vec<f64>, PlotError> {
-        let (from, to) = (from.max(self.times.0), to.min(self.times.1));
-        let mut times = vec![from];
-        let Some(dense) = self.file.dense()? else {
-            return Ok(times);
-        };
-        for (start, end) in dense.spans().filter(|piece| piece.1 > from && piece.0 < to) {
-            let (start, end) = (start.max(from), end.min(to));
-            let count = (4.0 * BUCKETS as f64 * (end - start) / (to - from)).ceil().max(16.0) as usize;
-            let inside = (0..count).map(|k| start + (end - start) * (k as f64 + 0.5) / count as f64);
-            times.extend(inside.filter(|t| *t > from && *t < to));
-        }
-        times.push(to);
-        times.dedup();
-        Ok(times)
+        let window = (from.max(self.times.0), to.min(self.times.1));
+        let dense = self.file.dense()?;
+        Ok(dense.map_or_else(
+            || vec![window.0],
+            |dense| dense_points(&dense, window, 4.0 * BUCKETS as f64),
+        ))
     }
 
     /// The columns of a window from the dense output.
@@ -386,6 +402,20 @@ impl Run {
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
+    /// Of a brake's case, s.
+    pub(crate) fn natural_period(&self) -> Option<f64> {
+        let brake = self.parameters.as_ref()?;
+        Some(TorsionModel::new(brake).natural_period())
+    }
+
+    /// The stretch in which an oscillation grows: from the loss of stability to the first event of the contact, s.
+    pub(crate) fn growth(&self) -> Option<(f64, f64)> {
+        let first = |is: &dyn Fn(&Event) -> bool| self.events.iter().find(|event| is(event)).map(|event| event.time);
+        let unstable = first(&|event| event.kind == EventKind::Destabilised)?;
+        let contact = first(&|event| event.kind.in_event_sequence() && event.time > 0.0)?;
+        (unstable < contact).then_some((unstable, contact))
+    }
+
     /// The stretches between two events of the contact in a window that have too few samples, and the growth before the first:
     /// of a brake, those in which two
     /// samples are further apart than a twelfth of the natural period; of trains, whose motion has no one period, those
@@ -397,22 +427,14 @@ impl Run {
         if self.is_dense(window) {
             return Ok(Undersampled::default());
         }
-        let period = self
-            .parameters
-            .as_ref()
-            .map(|brake| TorsionModel::new(brake).natural_period());
+        let period = self.natural_period();
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
         // The growth before the first stick, which has the fast mode too.
-        let unstable = self.events.iter().find(|event| event.kind == EventKind::Destabilised);
-        let first = self
-            .events
-            .iter()
-            .find(|event| event.kind.in_event_sequence() && event.time > 0.0);
-        if let (Some(period), Some(unstable), Some(first)) = (period, unstable, first) {
-            let from = unstable.time.max(first.time - GROWTH * period).max(window.0);
-            let to = first.time.min(window.1);
+        if let (Some(period), Some((unstable, first))) = (period, self.growth()) {
+            let from = unstable.max(first - GROWTH * period).max(window.0);
+            let to = first.min(window.1);
             if from < to {
                 stretches.push((from, to));
             }
@@ -433,9 +455,8 @@ impl Run {
             return Ok(Undersampled::default());
         };
         let window = (first.0, last.1);
-        // Rounding of the times, and of an interval written with two digits.
         let enough = |(from, to): (f64, f64)| match period {
-            Some(period) => 1.05 * period.max((to - from) / LONGEST_FAST) / SAMPLES_PER_PERIOD,
+            Some(period) => widest_gap(period.max((to - from) / LONGEST_FAST)),
             None => f64::INFINITY,
         };
         // Widest gap of each, and whether it has a sample at all.

@@ -5,6 +5,7 @@
 //! [`ResultFile`] reads both, [`ForeignFile`] the HDF5 files of other programs. Every name, unit and code is in [`schema`].
 
 mod attributes;
+mod cells;
 mod certificate;
 mod check;
 mod checksums;
@@ -13,6 +14,7 @@ mod dense;
 pub(crate) mod disk;
 mod error;
 mod foreign;
+mod kept;
 mod raw;
 mod reader;
 pub mod schema;
@@ -33,6 +35,7 @@ pub use dense::{DenseOutput, Side};
 pub(crate) use disk::{folder_of, is_hdf5};
 pub use error::ResultError;
 pub use foreign::{ForeignColumn, ForeignFile};
+pub use kept::{KeptEnd, KeptRows, KeptTable, KeptView, ValuesView};
 pub use reader::{Matrix, ResultFile, TableColumn};
 pub use source::{end_reading, follow_external, read_apart, serve_if_asked};
 pub use stick_slip::{Extra, StickSlipTable};
@@ -41,6 +44,7 @@ pub use sweep::{Column, ColumnData, MergeError, MergeOptions, MergeReport, Sweep
 pub(crate) use sweep::{
     EventForm, Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter,
 };
+pub use table::Values;
 pub use target::{Overwrite, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRead, WorkPrecisionRow};
 pub use writer::{Header, ResultWriter, SavedRows, Status, WitnessAttributes};

@@ -7,7 +7,7 @@ use super::attributes::AttributeValue;
 use super::contents::{self, AddedColumn, AddedGroup, Contents};
 use super::schema::{self, attribute, group, root};
 use super::source::{DatasetInfo, Holds, Kind, Numeric, Source};
-use super::{Extra, ResultError, Status, StickSlipTable};
+use super::{Extra, ResultError, Status, StickSlipTable, Values};
 use crate::model::Mode;
 use crate::record::{Channels, Event, EventKind, Sample, Segment, State};
 
@@ -366,6 +366,47 @@ impl ResultFile {
         Ok(Some(AddedGroup { attributes, columns }))
     }
 
+    /// The groups with their columns of numbers, in the order of the file; a group within another by its path. Groups without
+    /// such columns are left out.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn tables(&self) -> Result<Vec<(String, Vec<TableColumn>)>, ResultError> {
+        let mut groups = Vec::new();
+        self.source.walk(&mut |path, member| {
+            if let Kind::Group(_) = member.is {
+                groups.push(path.to_owned());
+            }
+            Ok(())
+        })?;
+        let mut tables = Vec::new();
+        for group in groups {
+            let columns = self.columns_in(&group)?;
+            if !columns.is_empty() {
+                tables.push((group, columns));
+            }
+        }
+        Ok(tables)
+    }
+
+    /// A column of [`Self::tables`] in the type that it has; of a file that is not whole the rows that are there for certain.
+    ///
+    /// # Errors
+    /// There is no such column; or of the file.
+    pub fn typed_column(&self, group: &str, name: &str) -> Result<Values, ResultError> {
+        let info = self.dataset(group, name)?;
+        let all = 0..match schema::tables().iter().any(|table| table.group == group) {
+            true => self.table_rows(group)?,
+            false => info.size(),
+        };
+        Ok(match info.holds {
+            Holds::Integers(1) => Values::Int8(self.values(group, name, all)?),
+            Holds::Integers(4) => Values::Int32(self.values(group, name, all)?),
+            Holds::Integers(_) => Values::Int64(self.values(group, name, all)?),
+            _ => Values::Float64(self.values(group, name, all)?),
+        })
+    }
+
     /// The columns of numbers of a group, in the order of the file; none if there is no such group.
     ///
     /// # Errors
@@ -374,6 +415,10 @@ impl ResultFile {
         if !self.has(group)? {
             return Ok(Vec::new());
         }
+        self.columns_in(group)
+    }
+
+    fn columns_in(&self, group: &str) -> Result<Vec<TableColumn>, ResultError> {
         let mut columns = Vec::new();
         for member in self.source.members(group)? {
             let Kind::Dataset(info) = member.is else { continue };

@@ -1,5 +1,7 @@
 //! The statistics of a run's stick-slip, as the result file holds them.
 
+use super::schema;
+
 /// The table /stick_slip. A quantity that does not exist in a run (the onset of a run that never
 /// sticks, the slip after the final stick) is NaN, in the columns and in the attributes.
 ///
@@ -74,6 +76,24 @@ impl Default for StickSlipTable {
 }
 
 impl StickSlipTable {
+    /// The attributes of /stick_slip, as a file has them: quantities, counts, and the further ones.
+    pub fn attributes(&self) -> Vec<Extra> {
+        let mut table = self.clone();
+        let quantities = schema::STICK_SLIP_QUANTITIES.iter().zip(table.quantities());
+        let quantities = quantities.map(|(&(name, unit, description), value)| (name, unit, description, *value));
+        let counts = schema::STICK_SLIP_COUNTS
+            .iter()
+            .zip([self.stick_count, self.slip_count]);
+        let counts = counts.map(|(&(name, description), count)| (name, "1", description, count as f64));
+        let named = quantities.chain(counts).map(|(name, unit, description, value)| Extra {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            description: description.to_owned(),
+            value,
+        });
+        named.chain(self.extras.iter().cloned()).collect()
+    }
+
     /// The named quantities in the order of `schema::STICK_SLIP_QUANTITIES`.
     pub(super) fn quantities(&mut self) -> [&mut f64; 8] {
         [

@@ -23,30 +23,35 @@ pub(super) enum Cell {
     F64(f64),
 }
 
-/// The rows of a column that are not yet in the file.
-enum Buffer {
-    I8(Vec<i8>),
-    I32(Vec<i32>),
-    I64(Vec<i64>),
-    F64(Vec<f64>),
+/// The values of a column, or those that are not yet in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Codes.
+    Int8(Vec<i8>),
+    /// Indices.
+    Int32(Vec<i32>),
+    /// Counts.
+    Int64(Vec<i64>),
+    /// Quantities.
+    Float64(Vec<f64>),
 }
 
-impl Buffer {
-    fn new(kind: Kind, capacity: usize) -> Self {
+impl Values {
+    pub(super) fn new(kind: Kind, capacity: usize) -> Self {
         match kind {
-            Kind::Int8 => Buffer::I8(Vec::with_capacity(capacity)),
-            Kind::Int32 => Buffer::I32(Vec::with_capacity(capacity)),
-            Kind::Int64 => Buffer::I64(Vec::with_capacity(capacity)),
-            Kind::Float64 => Buffer::F64(Vec::with_capacity(capacity)),
+            Kind::Int8 => Values::Int8(Vec::with_capacity(capacity)),
+            Kind::Int32 => Values::Int32(Vec::with_capacity(capacity)),
+            Kind::Int64 => Values::Int64(Vec::with_capacity(capacity)),
+            Kind::Float64 => Values::Float64(Vec::with_capacity(capacity)),
         }
     }
 
-    fn push(&mut self, cell: Cell) {
+    pub(super) fn push(&mut self, cell: Cell) {
         match (self, cell) {
-            (Buffer::I8(buffer), Cell::I8(value)) => buffer.push(value),
-            (Buffer::I32(buffer), Cell::I32(value)) => buffer.push(value),
-            (Buffer::I64(buffer), Cell::I64(value)) => buffer.push(value),
-            (Buffer::F64(buffer), Cell::F64(value)) => buffer.push(value),
+            (Values::Int8(buffer), Cell::I8(value)) => buffer.push(value),
+            (Values::Int32(buffer), Cell::I32(value)) => buffer.push(value),
+            (Values::Int64(buffer), Cell::I64(value)) => buffer.push(value),
+            (Values::Float64(buffer), Cell::F64(value)) => buffer.push(value),
             (_, cell) => unreachable!("{cell:?} is not what the schema has in this column"),
         }
     }
@@ -54,10 +59,10 @@ impl Buffer {
     /// Writes the rows to `dataset` from row `start` on, and forgets them.
     fn append(&mut self, dataset: &Dataset, start: usize, sums: &mut Sums) -> hdf5::Result<()> {
         match self {
-            Buffer::I8(rows) => append(rows, dataset, start, sums),
-            Buffer::I32(rows) => append(rows, dataset, start, sums),
-            Buffer::I64(rows) => append(rows, dataset, start, sums),
-            Buffer::F64(rows) => append(rows, dataset, start, sums),
+            Values::Int8(rows) => append(rows, dataset, start, sums),
+            Values::Int32(rows) => append(rows, dataset, start, sums),
+            Values::Int64(rows) => append(rows, dataset, start, sums),
+            Values::Float64(rows) => append(rows, dataset, start, sums),
         }
     }
 }
@@ -79,7 +84,7 @@ pub(super) fn append<T: hdf5::H5Type + Summed>(
 
 /// A group of columns that grow together.
 pub(super) struct TableWriter {
-    columns: Vec<(Dataset, Buffer)>,
+    columns: Vec<(Dataset, Values)>,
     /// Of the values in the file.
     sums: Sums,
     chunk: usize,
@@ -91,14 +96,14 @@ pub(super) struct TableWriter {
 impl TableWriter {
     pub(super) fn create(file: &hdf5::File, table: &Table) -> hdf5::Result<Self> {
         let group = create_group(file, table.group)?;
-        let mut columns: Vec<(Dataset, Buffer)> = Vec::with_capacity(table.variables.len());
+        let mut columns: Vec<(Dataset, Values)> = Vec::with_capacity(table.variables.len());
         for variable in &table.variables {
             let dataset = create_variable(&group, variable, table.chunk)?;
             match columns.first() {
                 None => raw::set_scale(&dataset, &variable.name)?,
                 Some((scale, _)) => raw::attach_scale(&dataset, scale, 0)?,
             }
-            columns.push((dataset, Buffer::new(variable.kind, table.chunk)));
+            columns.push((dataset, Values::new(variable.kind, table.chunk)));
         }
         Ok(TableWriter {
             columns,

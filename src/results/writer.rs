@@ -8,12 +8,13 @@ use super::attributes::{
     MetaValue, text_value, write_attributes, write_companions, write_input, write_number_attribute,
     write_text_attribute,
 };
+use super::cells::{self, EVENTS, SEGMENTS, STICK_SLIP, TRAJECTORY, count};
 use super::disk::{self, WriteLock};
+use super::kept::{KeptEnd, KeptView, PIECES};
 use super::schema;
 use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite};
 use super::{ResultError, StickSlipTable, checksums};
-use crate::model::Mode;
 use crate::numerics::chebyshev::COEFFICIENTS;
 use crate::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
 
@@ -271,6 +272,41 @@ impl ResultWriter {
         .map_err(RecorderError::from)
     }
 
+    /// Writes a run that was kept in memory, row by row in the order in which it was recorded: the bytes are those of a run
+    /// that was recorded by the writer itself.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::create`] and [`Self::finish`].
+    pub fn write_kept(
+        path: &Path,
+        overwrite: Overwrite,
+        header: &Header,
+        rows: &KeptView<'_>,
+        end: &KeptEnd<'_>,
+    ) -> Result<PathBuf, ResultError> {
+        let mut writer = ResultWriter::create(path, overwrite, &[], header)?;
+        let mut next = [0; PIECES + 1];
+        for &table in rows.order {
+            let table = usize::from(table);
+            let row = next[table];
+            next[table] += 1;
+            writer.with_open(|open, lock| {
+                if table == PIECES {
+                    open.kept_piece(rows, row)
+                } else if open.tables[table].push(rows.cells(table, row)) {
+                    open.append_block(table, lock)
+                } else {
+                    Ok(())
+                }
+            })?;
+        }
+        if let Some(witness) = end.witness {
+            writer.witness(witness)?;
+        }
+        writer.finish(end.status.clone(), end.stick_slip, end.wall_time)
+    }
+
     /// How long the writer has existed, s.
     pub fn elapsed(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
@@ -287,12 +323,6 @@ impl Drop for ResultWriter {
     }
 }
 
-/// Positions in `schema::tables()`.
-const TRAJECTORY: usize = 0;
-const EVENTS: usize = 1;
-const SEGMENTS: usize = 2;
-const STICK_SLIP: usize = 3;
-
 impl Recorder for ResultWriter {
     fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
         self.further.clear();
@@ -301,23 +331,8 @@ impl Recorder for ResultWriter {
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
-        let head = [
-            Cell::F64(sample.time),
-            Cell::I8(sample.mode.code()),
-            Cell::I32(index(sample.segment)),
-        ];
-        let rest = sample
-            .state
-            .values()
-            .into_iter()
-            .chain(sample.channels.values())
-            .map(Cell::F64);
         let further = std::mem::take(&mut self.further);
-        let cells = head
-            .into_iter()
-            .chain(rest)
-            .chain(further.iter().copied().map(Cell::F64));
-        let recorded = self.record(TRAJECTORY, cells);
+        let recorded = self.record(TRAJECTORY, cells::of_sample(sample, &further));
         self.further = further;
         recorded
     }
@@ -326,23 +341,9 @@ impl Recorder for ResultWriter {
         let Some(open) = &self.open else {
             return self.record(EVENTS, []);
         };
-        let head = [
-            Cell::I32(open.tables[EVENTS].next_index()),
-            Cell::F64(event.time),
-            Cell::I8(event.kind.code()),
-            Cell::I8(event.mode_after.code()),
-            Cell::I8(Mode::sense(event.mode_after)),
-            Cell::I32(index(event.segment)),
-        ];
-        let states = event
-            .before
-            .values()
-            .into_iter()
-            .chain(event.after.values())
-            .map(Cell::F64);
+        let index = open.tables[EVENTS].next_index();
         let further = std::mem::take(&mut self.further);
-        let rest = [event.internal_force].into_iter().chain(further.iter().copied());
-        let recorded = self.record(EVENTS, head.into_iter().chain(states).chain(rest.map(Cell::F64)));
+        let recorded = self.record(EVENTS, cells::of_event(index, event, &further));
         self.further = further;
         recorded
     }
@@ -351,24 +352,8 @@ impl Recorder for ResultWriter {
         let Some(open) = &self.open else {
             return self.record(SEGMENTS, []);
         };
-        let cells = [
-            Cell::I32(open.tables[SEGMENTS].next_index()),
-            Cell::F64(segment.start),
-            Cell::F64(segment.end),
-            Cell::I8(segment.mode.code()),
-            Cell::I8(solver_code(segment.solver)),
-            Cell::I64(count(segment.steps)),
-            Cell::I64(count(segment.rhs_evaluations)),
-            Cell::I64(count(segment.jacobian_evaluations)),
-            Cell::I64(count(segment.linear_solver_setups)),
-            Cell::I64(count(segment.error_test_failures)),
-            Cell::I64(count(segment.nonlinear_iterations)),
-            Cell::I64(count(segment.nonlinear_convergence_failures)),
-            Cell::I64(count(segment.root_evaluations)),
-            Cell::I32(index(segment.last_order)),
-            Cell::F64(segment.last_step),
-        ];
-        self.record(SEGMENTS, cells)
+        let index = open.tables[SEGMENTS].next_index();
+        self.record(SEGMENTS, cells::of_segment(index, segment))
     }
 
     fn piece(&mut self, piece: &Piece<'_>) -> Result<(), RecorderError> {
@@ -379,34 +364,13 @@ impl Recorder for ResultWriter {
         let Some(open) = &self.open else {
             return self.record(STICK_SLIP, []);
         };
-        let cells = [
-            Cell::I32(open.tables[STICK_SLIP].next_index()),
-            Cell::F64(cycle.stick_duration),
-            Cell::F64(cycle.slip_duration),
-            Cell::F64(cycle.period),
-        ];
-        self.record(STICK_SLIP, cells)
+        let index = open.tables[STICK_SLIP].next_index();
+        self.record(STICK_SLIP, cells::of_cycle(index, cycle))
     }
 
     fn stores_events(&self) -> bool {
         true
     }
-}
-
-fn index(value: u32) -> i32 {
-    i32::try_from(value).unwrap_or(i32::MAX)
-}
-
-fn count(value: u64) -> i64 {
-    i64::try_from(value).unwrap_or(i64::MAX)
-}
-
-/// "erk-NAME" counts as "erk".
-fn solver_code(solver: &str) -> i8 {
-    let named = |name: &str| schema::SOLVERS.iter().find(|flag| flag.1 == name).map(|flag| flag.0);
-    named(solver)
-        .or_else(|| named(solver.split('-').next().unwrap_or_default()))
-        .unwrap_or(-1)
 }
 
 /// The HDF5 side of a writer.
@@ -518,18 +482,26 @@ impl Open {
         let Some([pieces, coefficients]) = &mut self.dense else {
             return Ok(());
         };
-        let cells = [
-            Cell::I32(pieces.next_index()),
-            Cell::F64(piece.start),
-            Cell::F64(piece.end),
-            Cell::I8(piece.mode.code()),
-            Cell::I32(index(piece.segment)),
-        ];
-        let mut full = pieces.push(cells);
+        let mut full = pieces.push(cells::of_piece(pieces.next_index(), piece));
         for degree in 0..COEFFICIENTS {
-            let of_channels = piece.coefficients.iter().skip(degree).step_by(COEFFICIENTS);
-            let number = Cell::I32(coefficients.next_index());
-            full |= coefficients.push(std::iter::once(number).chain(of_channels.map(|c| Cell::F64(*c))));
+            let number = coefficients.next_index();
+            full |= coefficients.push(cells::of_coefficients(number, piece, degree));
+        }
+        if full {
+            pieces.append()?;
+            coefficients.append()?;
+        }
+        Ok(())
+    }
+
+    /// Appends a piece that was kept.
+    fn kept_piece(&mut self, rows: &KeptView<'_>, piece: usize) -> hdf5::Result<()> {
+        let Some([pieces, coefficients]) = &mut self.dense else {
+            return Ok(());
+        };
+        let mut full = pieces.push(rows.cells(PIECES, piece));
+        for row in piece * COEFFICIENTS..(piece + 1) * COEFFICIENTS {
+            full |= coefficients.push(rows.cells(PIECES + 1, row));
         }
         if full {
             pieces.append()?;

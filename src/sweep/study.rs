@@ -9,7 +9,7 @@ use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
 use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Origin, Override, Problem, Setting};
 use crate::results::{ResultFile, is_hdf5};
-use crate::simulation::{Following, Method};
+use crate::simulation::Method;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -257,16 +257,13 @@ impl Study {
             overrides.extend(axis.keys.iter().map(|key| Override::setting(key, value)));
         }
         let mut case = AnyCase::parse(self.form, base, &overrides)?;
-        let (solver, output) = case.options_mut();
+        let (solver, _) = case.options_mut();
         if !self.gives_tolerance && matches!(solver.method, Method::Auto | Method::Series) {
             solver.rtol = STUDY_RTOL;
         }
         if !self.keep.trajectory {
             // A sweep keeps no samples, so none are made.
-            output.interval = output.end_time;
-            output.windows.clear();
-            output.steps = false;
-            output.follow = Following::default();
+            case.without_trajectory();
         }
         Ok(case)
     }
@@ -280,7 +277,7 @@ impl Study {
         let base = match &self.base.origin {
             Origin::BuiltIn(name) => name.clone(),
             // No study has its base case from there.
-            Origin::StandardInput => "-".to_owned(),
+            Origin::StandardInput | Origin::Text => "-".to_owned(),
             Origin::File(path) | Origin::Result(path) => {
                 path.strip_prefix(&folder).unwrap_or(path).display().to_string()
             }

@@ -3,11 +3,11 @@
 //! A row is held against that of another run where both are in the same stretch between events and in the same mode. A row that
 //! is nearer to an event than the uncertainty of its time may be on the other side of it; no band tells of that.
 
-use crate::analysis::bands::{Compared, LEAST_BAND, compared_output, same_row};
+use crate::analysis::bands::{Compared, compared_output, roundings, same_row};
 use crate::case::TrainCase;
 use crate::model::Mode;
 use crate::provenance::extension;
-use crate::record::{Channels, Event, Recorder, RecorderError, Sample, Segment, State};
+use crate::record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 use crate::results::schema::extended_tables;
 use crate::results::{BandColumns, ResultError, ResultFile};
 use crate::simulation::OutputOptions;
@@ -199,7 +199,7 @@ fn difference(rows: &[TrainRow], other: &TrainRecord, (start, end): (f64, f64)) 
 }
 
 /// The bands of a result, whose events have these uncertainties (s; `None`: not converged), by the runs of the ladder that share no errors with it, of which each is given with the events that
-/// agree with the result's: the sum of the distances to the two nearest, and the rounding of the channel.
+/// agree with the result's: the sum of the distances to the two nearest, and the rounding of the channel or of what it is the difference of.
 pub(super) fn bands(
     case: &TrainCase,
     own: &TrainRecord,
@@ -217,6 +217,14 @@ pub(super) fn bands(
             *largest = largest.max(value.abs());
         }
     }
+    // The kinetic energies at the kicks, of which the rows tell, and by how much a kick may exceed theirs.
+    let of = |wanted: &str| {
+        let found = names.iter().position(|(name, _)| name == wanted);
+        found.map_or(0.0, |column| largest[column])
+    };
+    let kicks = own.events.iter().filter(|event| event.kind == EventKind::Kick).count();
+    let at_kicks = 2.0 * kicks as f64 * (of("energy_kinetic") + of("work_perturbation"));
+    let least = roundings(names.iter().map(|(name, _)| name.as_str()), &largest, at_kicks);
     let first_mode = own.rows[0].mode;
     let stretches: Vec<TrainStretch> = (0..=own.events.len())
         .filter_map(|index| {
@@ -239,9 +247,7 @@ pub(super) fn bands(
                 .map(|column| {
                     distances.sort_by(|a, b| a[column].total_cmp(&b[column]));
                     match &distances[..] {
-                        [nearest, second, ..] if converged => {
-                            nearest[column] + second[column] + LEAST_BAND * largest[column]
-                        }
+                        [nearest, second, ..] if converged => nearest[column] + second[column] + least[column],
                         _ => f64::NAN,
                     }
                 })

@@ -4,7 +4,7 @@ use super::TrainSummary;
 use super::attractor::Recurrence;
 use super::witness::{TrainWitness, witness};
 use crate::case::TrainCase;
-use crate::record::NoRecorder;
+use crate::record::{EventKind, NoRecorder, Recorder};
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
 use crate::run::Run;
 use crate::simulation::{Progress, RunFailure, RunReport};
@@ -30,6 +30,36 @@ pub fn summarised(
     let attractor = recurrence.attractor(trains, threshold);
     let summary = TrainSummary::new(&report, attractor, case.threshold, recurrence.end());
     Ok((report, summary))
+}
+
+/// What a run of trains gives: its report, what makes its summary of that, and times (s) and kinds of its events.
+pub(crate) type Recorded = (
+    Result<RunReport, Box<RunFailure>>,
+    Box<dyn FnOnce(&RunReport) -> TrainSummary>,
+    Vec<(f64, EventKind)>,
+);
+
+/// A run of trains into a recorder. Its report keeps the events, too, if it is to.
+pub(crate) fn recorded(
+    case: &TrainCase,
+    recorder: &mut dyn Recorder,
+    keeps_events: bool,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Recorded {
+    let threshold = case.threshold.unwrap_or(0.0);
+    let trains = &case.parameters;
+    let mut recurrence = Recurrence::new(trains, recorder);
+    if keeps_events {
+        recurrence.keep_events();
+    }
+    let result = Run::of_trains(trains, threshold, &case.solver, &case.output)
+        .record(&mut recurrence)
+        .control(control)
+        .start();
+    let attractor = recurrence.attractor(trains, threshold);
+    let (end, stick_threshold) = (recurrence.end(), case.threshold);
+    let summary = move |report: &RunReport| TrainSummary::new(report, attractor, stick_threshold, end);
+    (result, Box::new(summary), recurrence.into_events())
 }
 
 /// A run of trains into a result file that is being prepared; [`SavedTrainRun::start`] computes it. The counterpart of
@@ -147,31 +177,21 @@ impl<'a> SavedTrainRun<'a> {
         let partial = writer.partial().to_owned();
         let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
         let mut control = self.control;
-        let threshold = case.threshold.unwrap_or(0.0);
-        let trains = &case.parameters;
-        let mut recurrence = Recurrence::new(trains, &mut writer);
-        if self.keeps_events {
-            recurrence.keep_events();
-        }
-        let result = Run::of_trains(trains, threshold, &case.solver, &case.output)
-            .record(&mut recurrence)
-            .control(|progress| {
-                if let Some(control) = &mut control {
-                    control(progress)?;
-                }
-                match stopped() {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                }
-            })
-            .start();
-        let attractor = recurrence.attractor(trains, threshold);
-        let (end, events) = (recurrence.end(), recurrence.into_events());
+        let mut asked = |progress: Progress| {
+            if let Some(control) = &mut control {
+                control(progress)?;
+            }
+            match stopped() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        };
+        let (result, summary, events) = recorded(case, &mut writer, self.keeps_events, &mut asked);
         let (report, failure) = match result {
             Ok(report) => (report, None),
             Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
         };
-        let summary = TrainSummary::new(&report, attractor, case.threshold, end);
+        let summary = summary(&report);
         let status = match &failure {
             Some(error) => Status::Failed(error.to_string()),
             None if report.interrupted => Status::Interrupted,

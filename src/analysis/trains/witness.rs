@@ -1,5 +1,6 @@
 //! A second method beside a run of two trains: whether it finds the same events.
 
+use super::TrainSummary;
 use crate::analysis::witness::Testimony;
 use crate::case::TrainCase;
 use crate::hybrid::RunError;
@@ -37,6 +38,21 @@ pub struct TrainWitness {
     pub differs: Option<f64>,
     /// The same in words.
     pub statement: String,
+}
+
+/// What a reader of a run has to know.
+pub fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
+        found.push(witness.statement.clone());
+    }
+    if summary.kicks_never_given > 0 {
+        found.push(format!(
+            "{} of the case's perturbations come after the end of the run; raise output.end_time",
+            summary.kicks_never_given
+        ));
+    }
+    found
 }
 
 /// Holds the events of a second run against those of the first.
@@ -112,7 +128,7 @@ pub(super) fn by_another_method(case: &TrainCase, method: Method, rtol: f64) -> 
 }
 
 /// What another method makes of a run of `case` with these events, which took so many steps; `None` where it is stopped.
-pub(super) fn witness(
+pub(crate) fn witness(
     case: &TrainCase,
     own: &[(f64, EventKind)],
     steps: u64,
@@ -186,7 +202,7 @@ pub(super) fn witness(
 
 impl TrainWitness {
     /// For the file.
-    pub(super) fn attributes(&self) -> WitnessAttributes {
+    pub(crate) fn attributes(&self) -> WitnessAttributes {
         let text = |text: &str| MetaValue::Text(text.to_owned());
         let count = |count: usize, about: &'static str| (MetaValue::Number(count as f64), Some(("1", about)));
         let (events, of_events) = count(self.events, "events that the witness finds");

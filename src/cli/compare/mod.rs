@@ -8,7 +8,7 @@ mod target;
 use super::arguments::{Common, CompareOptions};
 use super::input::bad_file;
 use super::progress::CompareBar;
-use super::{CommandError, End, print, print_json};
+use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
 
@@ -59,12 +59,13 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
         let pages: Vec<_> = comparisons.iter().enumerate().map(page).collect();
         target.write(&pages, &shortfalls)?;
     }
-    if common.json {
+    if wants_json(common) {
         print_json(&Document {
             comparisons: &comparisons,
             shortfalls: &shortfalls,
         })?;
-    } else if !common.quiet {
+    }
+    if wants_text(common) {
         let pages: Vec<_> = comparisons
             .iter()
             .map(|c| pages::page(c, pages::Length::Screen))

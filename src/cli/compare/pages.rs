@@ -319,7 +319,12 @@ fn channels(c: &Comparison) -> Vec<Table> {
             vec![
                 row.channel.clone().into_owned(),
                 format!("{:.2e} {}", row.max, row.unit),
-                format!("{:.6}", row.max_at),
+                // Where there is no error, there is no time of the largest.
+                if row.max > 0.0 {
+                    format!("{:.6}", row.max_at)
+                } else {
+                    String::new()
+                },
                 format!("{:.1e}", row.rms),
                 digits(row.scd),
                 digits(row.mescd),

@@ -5,7 +5,6 @@
 //! with one other number ([`search`]). What is found is tried: the case is run again with it, from where the candidate begins ([`trials`]).
 //! A kick is read from the jump of the states, and a clock that starts elsewhere from events that are all early or late by the same.
 
-mod clock;
 mod equations;
 mod fit;
 mod jump;
@@ -14,11 +13,9 @@ mod search;
 mod stretches;
 mod trials;
 
-pub use clock::OtherClock;
 pub use jump::OtherKick;
 pub use mistake::{Agreement, FoundBy, OtherNumber, OtherParameters, Rerun};
 
-pub(super) use clock::other_clock;
 pub(super) use jump::{JumpPass, other_kick};
 pub(super) use stretches::StretchPass;
 pub(super) use trials::Start;

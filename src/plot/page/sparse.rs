@@ -3,10 +3,8 @@
 use serde::Serialize;
 
 use super::encoding;
-use crate::model::torsion::TorsionModel;
-use crate::plot::run::SAMPLES_PER_PERIOD;
+use crate::plot::run::widest_gap;
 use crate::plot::{PlotError, Run};
-use crate::record::EventKind;
 
 /// Stretches on a page.
 const MOST: usize = 5_000;
@@ -74,14 +72,10 @@ impl Sparse {
 /// The stretch in which an oscillation grows, from the loss of stability to the first event of the contact, from where on two
 /// samples of it are further apart than figures allow.
 fn growth(run: &Run) -> Result<Option<(f64, f64)>, PlotError> {
-    let Some(brake) = &run.parameters else { return Ok(None) };
-    let first = |is: fn(EventKind) -> bool| run.events.iter().find(|event| is(event.kind)).map(|event| event.time);
-    let begin = first(|kind| kind == EventKind::Destabilised);
-    let Some((begin, end)) = begin.zip(first(EventKind::in_event_sequence)).filter(|(a, b)| a < b) else {
+    let Some(((begin, end), period)) = run.growth().zip(run.natural_period()) else {
         return Ok(None);
     };
-    // As figures: rounding of the times, and of an interval written with two digits.
-    let gap = 1.05 * TorsionModel::new(brake).natural_period() / SAMPLES_PER_PERIOD;
+    let gap = widest_gap(period);
     let dense = run.dense_until((begin, end), gap)?.unwrap_or(begin);
     Ok((end - dense > gap).then_some((dense, end)))
 }

@@ -7,6 +7,7 @@ use super::form::Form;
 use super::pair::{DIFFERENCE, Pair};
 use super::thinning::{Column, Plan};
 use crate::plot::PlotError;
+use crate::plot::run::dense_points;
 use crate::results::{DenseOutput, ResultError, ResultFile, Side};
 
 /// The samples, or what stands for them.
@@ -157,9 +158,6 @@ struct Source<'f> {
 /// A column, block by block.
 type Blocks<'s> = Box<dyn Iterator<Item = Result<Vec<f64>, ResultError>> + 's>;
 
-/// Points of a piece of the dense output.
-const POINTS: usize = 16;
-
 impl<'f> Source<'f> {
     /// The dense output if it goes from the first sample to the last, and may be used.
     fn new(file: &'f ResultFile, may_be_dense: bool) -> Result<Source<'f>, ResultError> {
@@ -171,15 +169,10 @@ impl<'f> Source<'f> {
             _ => None,
         };
         let dense = dense.map(|dense| {
-            let points = |(start, end): (f64, f64)| {
-                (0..POINTS).map(move |k| start + (end - start) * (k as f64 + 0.5) / POINTS as f64)
-            };
-            let mut times: Vec<f64> = dense.spans().flat_map(points).collect();
-            if let Some((start, end)) = dense.span() {
-                times.insert(0, start);
-                times.push(end);
-            }
-            times.dedup();
+            // The browser shows any window: as many in every piece.
+            let times = dense
+                .span()
+                .map_or_else(Vec::new, |span| dense_points(&dense, span, 0.0));
             (dense, times)
         });
         let rows = dense.as_ref().map_or(samples, |(_, times)| times.len());

@@ -1,0 +1,24 @@
+//! The part of the Python module that is Rust: runs, result files and commands of the library, as arrays and texts. What users
+//! see is made of it in `stickslip/*.py`.
+
+mod commands;
+mod errors;
+mod run;
+mod study;
+mod waiting;
+
+use pyo3::prelude::*;
+
+/// Of this wheel; `stickslip/_native.pyi` says what there is.
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<run::Run>()?;
+    module.add_function(wrap_pyfunction!(run::run, module)?)?;
+    module.add_function(wrap_pyfunction!(run::open_result, module)?)?;
+    module.add_function(wrap_pyfunction!(run::resolve, module)?)?;
+    module.add_function(wrap_pyfunction!(study::read_study, module)?)?;
+    module.add_function(wrap_pyfunction!(commands::command, module)?)?;
+    module.add_function(wrap_pyfunction!(commands::cases, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,405 @@
+//! A run, in memory or in a result file.
+
+use crate::errors::{exception, of_case, of_file};
+use crate::waiting::{Signals, internal};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use stickslip::analysis::headline::{Headline, HeadlineRow, is_paper_case};
+use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun, trains};
+use stickslip::case::{AnyCase, CaseError, CaseSource, Override, TrainCase};
+use stickslip::results::schema::Kind;
+use stickslip::results::{
+    AttributeValue, Extra, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values, ValuesView,
+};
+
+/// Name, unit, description, codes with their words, and type of a column.
+type Column = (String, String, String, Vec<(i64, String)>, &'static str);
+/// Name, value, unit and description of a quantity.
+type Quantity = (String, f64, String, String);
+/// Name, value, and the paper's value.
+type Line = (String, String, String);
+
+/// A run with its tables.
+#[pyclass(frozen, module = "stickslip._native")]
+pub struct Run {
+    rows: Rows,
+    #[pyo3(get)]
+    title: String,
+    #[pyo3(get)]
+    case_text: String,
+    #[pyo3(get)]
+    resolved: String,
+    /// complete, interrupted or failed.
+    #[pyo3(get)]
+    status: &'static str,
+    /// Why it failed.
+    #[pyo3(get)]
+    failure: Option<String>,
+    #[pyo3(get)]
+    warnings: Vec<String>,
+    /// As JSON.
+    #[pyo3(get)]
+    witness: Option<String>,
+    /// The attributes of /stick_slip.
+    #[pyo3(get)]
+    quantities: Vec<Quantity>,
+    #[pyo3(get)]
+    tables: Vec<(String, Vec<Column>)>,
+    meta: Vec<(String, MetaValue)>,
+    /// The columns that have become arrays.
+    arrays: Mutex<HashMap<(String, String), Py<PyAny>>>,
+}
+
+/// Where the rows are.
+enum Rows {
+    Kept {
+        end: Box<KeptReportEnd>,
+        order: Vec<u8>,
+        /// Those that have not become arrays, by group and name.
+        columns: Mutex<HashMap<(String, String), Values>>,
+    },
+    File {
+        path: PathBuf,
+        file: Mutex<ResultFile>,
+        headline: Vec<HeadlineRow>,
+    },
+}
+
+#[pymethods]
+impl Run {
+    /// The file that it was opened from.
+    #[getter]
+    fn path(&self) -> Option<&Path> {
+        match &self.rows {
+            Rows::Kept { .. } => None,
+            Rows::File { path, .. } => Some(path),
+        }
+    }
+
+    /// The summary as JSON; of a run in memory.
+    #[getter]
+    fn report(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        match &self.rows {
+            Rows::Kept { end, .. } => json(py, &end.summary).map(Some),
+            Rows::File { .. } => Ok(None),
+        }
+    }
+
+    /// The lines of the report.
+    #[getter]
+    fn headline(&self) -> Vec<Line> {
+        match &self.rows {
+            Rows::Kept { end, .. } => end.headline().iter().map(line).collect(),
+            Rows::File { headline, .. } => headline.iter().map(line).collect(),
+        }
+    }
+
+    /// The attributes of /meta.
+    #[getter]
+    fn meta<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let meta = PyDict::new(py);
+        for (name, value) in &self.meta {
+            match value {
+                MetaValue::Text(text) => meta.set_item(name, text)?,
+                MetaValue::Number(number) => meta.set_item(name, number)?,
+            }
+        }
+        Ok(meta)
+    }
+
+    /// A column as an array, the same one each time. Nobody may write into it, as all that asks for it has the same.
+    fn column<'py>(&self, py: Python<'py>, group: String, name: String) -> PyResult<Bound<'py, PyAny>> {
+        let key = (group, name);
+        if let Some(array) = self.known(py, &key) {
+            return Ok(array);
+        }
+        let values = match &self.rows {
+            Rows::Kept { columns, .. } => columns.lock().ok().and_then(|mut columns| columns.remove(&key)),
+            Rows::File { file, .. } => {
+                let read = py.detach(|| match file.lock() {
+                    Ok(file) => file.typed_column(&key.0, &key.1).map(Some),
+                    Err(_) => Ok(None),
+                });
+                read.map_err(|error| of_file(py, &error))?
+            }
+        };
+        let Some(values) = values else {
+            // Another thread may have been faster.
+            return self
+                .known(py, &key)
+                .ok_or_else(|| pyo3::exceptions::PyKeyError::new_err(format!("{}/{}", key.0, key.1)));
+        };
+        let array = match values {
+            Values::Int8(values) => PyArray1::from_vec(py, values).into_any(),
+            Values::Int32(values) => PyArray1::from_vec(py, values).into_any(),
+            Values::Int64(values) => PyArray1::from_vec(py, values).into_any(),
+            Values::Float64(values) => PyArray1::from_vec(py, values).into_any(),
+        };
+        array.getattr("flags")?.setattr("writeable", false)?;
+        let Ok(mut arrays) = self.arrays.lock() else {
+            return Err(internal(py));
+        };
+        let kept = arrays.entry(key).or_insert_with(|| array.unbind());
+        Ok(kept.bind(py).clone())
+    }
+
+    /// Writes the result file of a run in memory; returns where it is.
+    fn save(&self, py: Python<'_>, path: PathBuf, replace: bool) -> PyResult<PathBuf> {
+        let Rows::Kept { end, order, .. } = &self.rows else {
+            let text = "this run is in a file already; copy that".to_owned();
+            return Err(exception(py, "InputError", text));
+        };
+        let overwrite = if replace {
+            Overwrite::Force
+        } else {
+            Overwrite::OwnResults
+        };
+        let mut borrowed = Vec::new();
+        for (group, columns) in &self.tables {
+            let mut of_table = Vec::new();
+            for (name, .., kind) in columns {
+                let array = self.column(py, group.clone(), name.clone())?;
+                of_table.push(Borrowed::of(&array, kind)?);
+            }
+            borrowed.push(of_table);
+        }
+        let mut tables = Vec::new();
+        for columns in &borrowed {
+            let views = columns.iter().map(Borrowed::view).collect::<PyResult<Vec<_>>>()?;
+            tables.push(views);
+        }
+        let view = KeptView { tables, order };
+        let written = py.detach(|| end.write(&path, overwrite, &view));
+        written.map_err(|error| of_file(py, &error))
+    }
+}
+
+impl Run {
+    fn known<'py>(&self, py: Python<'py>, key: &(String, String)) -> Option<Bound<'py, PyAny>> {
+        let arrays = self.arrays.lock().ok()?;
+        arrays.get(key).map(|array| array.bind(py).clone())
+    }
+}
+
+/// An array that is read.
+enum Borrowed<'py> {
+    Int8(PyReadonlyArray1<'py, i8>),
+    Int32(PyReadonlyArray1<'py, i32>),
+    Int64(PyReadonlyArray1<'py, i64>),
+    Float64(PyReadonlyArray1<'py, f64>),
+}
+
+impl<'py> Borrowed<'py> {
+    fn of(array: &Bound<'py, PyAny>, kind: &str) -> PyResult<Self> {
+        Ok(match kind {
+            "int8" => Borrowed::Int8(array.extract()?),
+            "int32" => Borrowed::Int32(array.extract()?),
+            "int64" => Borrowed::Int64(array.extract()?),
+            _ => Borrowed::Float64(array.extract()?),
+        })
+    }
+
+    fn view(&self) -> PyResult<ValuesView<'_>> {
+        Ok(match self {
+            Borrowed::Int8(array) => ValuesView::Int8(array.as_slice()?),
+            Borrowed::Int32(array) => ValuesView::Int32(array.as_slice()?),
+            Borrowed::Int64(array) => ValuesView::Int64(array.as_slice()?),
+            Borrowed::Float64(array) => ValuesView::Float64(array.as_slice()?),
+        })
+    }
+}
+
+/// The source of a case: a built-in name, a file (of a case, or a result whose case is repeated), or a text.
+fn source_of(py: Python<'_>, kind: &str, text: &str) -> PyResult<(CaseSource, String)> {
+    let case_error = |error: CaseError| of_case(py, &error);
+    let source = match kind {
+        "built-in" => CaseSource::built_in(text).map_err(case_error)?,
+        "result" => {
+            let path = Path::new(text);
+            let read = py.detach(|| {
+                let file = ResultFile::open(path)?;
+                Ok((file.resolved()?, file.case_text()?))
+            });
+            let (resolved, given) = read.map_err(|error: ResultError| of_file(py, &error))?;
+            return Ok((CaseSource::result(path, resolved), given));
+        }
+        "file" => CaseSource::file(Path::new(text)).map_err(case_error)?,
+        _ => CaseSource::text(text),
+    };
+    let given = source.text.clone();
+    Ok((source, given))
+}
+
+fn case_of(py: Python<'_>, kind: &str, text: &str, overrides: &[String]) -> PyResult<(AnyCase, String)> {
+    let (source, given) = source_of(py, kind, text)?;
+    let parse = |setting: &String| Override::parse(setting).map_err(|error| of_case(py, &error));
+    let overrides = overrides.iter().map(parse).collect::<PyResult<Vec<_>>>()?;
+    let case = AnyCase::read(&source, &overrides).map_err(|error| of_case(py, &error))?;
+    Ok((case, given))
+}
+
+/// The case in SI, as TOML.
+#[pyfunction]
+pub fn resolve(py: Python<'_>, kind: &str, text: &str, overrides: Vec<String>) -> PyResult<String> {
+    Ok(case_of(py, kind, text, &overrides)?.0.resolved())
+}
+
+/// Computes a run. One that fails, or is interrupted, is returned with its status.
+#[pyfunction]
+pub fn run(
+    py: Python<'_>,
+    kind: &str,
+    text: &str,
+    overrides: Vec<String>,
+    witness: bool,
+    trajectory: bool,
+) -> PyResult<Run> {
+    let (mut case, given) = case_of(py, kind, text, &overrides)?;
+    if !trajectory {
+        case.without_trajectory();
+    }
+    let mut signals = Signals::new();
+    let computed = py.detach(|| {
+        catch_unwind(AssertUnwindSafe(|| {
+            let run = KeptRun::new(&case)
+                .text(&given)
+                .witness(witness)
+                .events_alone(!trajectory);
+            run.control(|| signals.ask()).start()
+        }))
+    });
+    if let Some(raised) = signals.raised {
+        return Err(raised);
+    }
+    let KeptReport { rows, end, failure } = computed.map_err(|_| internal(py))?;
+    let mut tables = Vec::new();
+    let mut columns = HashMap::new();
+    for table in rows.tables {
+        let group = table.schema.group;
+        let mut described = Vec::new();
+        for (variable, values) in table.schema.variables.into_iter().zip(table.columns) {
+            let flags = variable
+                .flags
+                .iter()
+                .map(|(code, word)| (i64::from(*code), (*word).to_owned()));
+            let kind = match variable.kind {
+                Kind::Int8 => "int8",
+                Kind::Int32 => "int32",
+                Kind::Int64 => "int64",
+                Kind::Float64 => "float64",
+            };
+            columns.insert((group.to_owned(), variable.name.clone()), values);
+            described.push((
+                variable.name,
+                variable.units.to_owned(),
+                variable.long_name,
+                flags.collect(),
+                kind,
+            ));
+        }
+        tables.push((group.to_owned(), described));
+    }
+    Ok(Run {
+        title: end.title().to_owned(),
+        case_text: end.case_text().to_owned(),
+        resolved: end.resolved().to_owned(),
+        status: end.status.name(),
+        failure: failure.map(|failure| failure.to_string()),
+        warnings: end.warnings.clone(),
+        witness: end.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
+        quantities: end.stick_slip().attributes().into_iter().map(quantity).collect(),
+        tables,
+        meta: end.meta().to_vec(),
+        arrays: Mutex::default(),
+        rows: Rows::Kept {
+            end: Box::new(end),
+            order: rows.order,
+            columns: Mutex::new(columns),
+        },
+    })
+}
+
+fn json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value).map_err(|_| internal(py))
+}
+
+fn line(row: &HeadlineRow) -> Line {
+    (row.name.to_owned(), row.value.clone(), row.paper.to_owned())
+}
+
+fn quantity(extra: Extra) -> Quantity {
+    (extra.name, extra.value, extra.unit, extra.description)
+}
+
+/// Opens a result file.
+#[pyfunction]
+pub fn open_result(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
+    let read = py.detach(|| read(path));
+    read.map_err(|error| of_file(py, &error))
+}
+
+fn read(path: PathBuf) -> Result<Run, ResultError> {
+    let file = ResultFile::open(&path)?;
+    let resolved = file.resolved()?;
+    let source = CaseSource::result(&path, resolved.clone());
+    // A file of an earlier version may have a case that this one does not read.
+    let events = file.events()?;
+    let headline = if TrainCase::is_one(&source, &[]) {
+        match TrainCase::parse(&source, &[]) {
+            Ok(case) => trains::headline::of_file(&file, &case, &events)?,
+            Err(_) => Vec::new(),
+        }
+    } else {
+        let case = stickslip::case::Case::parse(&source, &[]).ok();
+        let mut rows = Headline::of_file(&file, case.as_ref(), &events)?.rows();
+        if !case.is_some_and(|case| is_paper_case(&case.parameters)) {
+            rows.iter_mut().for_each(|row| row.paper = "");
+        }
+        rows
+    };
+    let column = |column: stickslip::results::TableColumn| {
+        let kind = if column.whole { "int64" } else { "float64" };
+        (column.name, column.units, column.long_name, column.flags, kind)
+    };
+    let tables = file.tables()?.into_iter();
+    let tables = tables.map(|(group, columns)| (group, columns.into_iter().map(column).collect()));
+    let meta = file.meta()?.into_iter().map(|(name, value)| {
+        let value = match value {
+            AttributeValue::Number(number) => MetaValue::Number(number),
+            AttributeValue::Integer(number) => MetaValue::Number(number as f64),
+            other => MetaValue::Text(other.to_string()),
+        };
+        (name, value)
+    });
+    let quantities = file.stick_slip()?.map_or_else(Vec::new, |table| table.attributes());
+    let witness = match file.group_text("witness", "statement") {
+        Ok(Some(statement)) => Some(serde_json::json!({ "statement": statement }).to_string()),
+        _ => None,
+    };
+    Ok(Run {
+        title: file.title().to_owned(),
+        case_text: file.case_text()?,
+        resolved,
+        status: file.status().name(),
+        failure: match file.status() {
+            Status::Failed(message) => Some(message.clone()),
+            _ => None,
+        },
+        warnings: Vec::new(),
+        witness,
+        quantities: quantities.into_iter().map(quantity).collect(),
+        tables: tables.collect(),
+        meta: meta.collect(),
+        arrays: Mutex::default(),
+        rows: Rows::File {
+            path,
+            file: Mutex::new(file),
+            headline,
+        },
+    })
+}

@@ -1,0 +1,89 @@
+//! Computations without the interpreter's lock, which Ctrl-C ends in good order.
+
+use crate::errors::exception;
+use pyo3::prelude::*;
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Signals are looked for so often.
+const INTERVAL: Duration = Duration::from_millis(50);
+/// Of a thread that computes: that of the program's main thread.
+const STACK: usize = 8 << 20;
+
+/// Asks now and then whether a signal has come, from within a computation.
+pub struct Signals {
+    last: Instant,
+    /// What the handler raised, KeyboardInterrupt as a rule.
+    pub raised: Option<PyErr>,
+}
+
+impl Signals {
+    pub fn new() -> Self {
+        Signals {
+            last: Instant::now(),
+            raised: None,
+        }
+    }
+
+    pub fn ask(&mut self) -> ControlFlow<()> {
+        if self.raised.is_none() && self.last.elapsed() >= INTERVAL {
+            self.last = Instant::now();
+            self.raised = Python::attach(|py| py.check_signals()).err();
+        }
+        match self.raised {
+            Some(_) => ControlFlow::Break(()),
+            None => ControlFlow::Continue(()),
+        }
+    }
+}
+
+/// Computes in a thread of its own; a signal sets the flag, and is raised when the computation has ended.
+pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(Arc<AtomicBool>) -> T + Send) -> PyResult<T> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let waited = py.detach(|| {
+        std::thread::scope(|scope| {
+            let (sender, receiver) = channel();
+            let flag = stop.clone();
+            let spawned = std::thread::Builder::new()
+                .stack_size(STACK)
+                .spawn_scoped(scope, move || {
+                    let result = catch_unwind(AssertUnwindSafe(|| work(flag)));
+                    let _ = sender.send(result);
+                });
+            if let Err(error) = spawned {
+                return (None, Some(PyErr::from(error)));
+            }
+            let mut raised = None;
+            loop {
+                match receiver.recv_timeout(INTERVAL) {
+                    Ok(result) => return (result.ok(), raised),
+                    Err(RecvTimeoutError::Disconnected) => return (None, raised),
+                    Err(RecvTimeoutError::Timeout) => {
+                        if raised.is_none() {
+                            raised = Python::attach(|py| py.check_signals()).err();
+                            if raised.is_some() {
+                                stop.store(true, Ordering::Relaxed);
+                            }
+                        }
+                    }
+                }
+            }
+        })
+    });
+    match waited {
+        (_, Some(raised)) => Err(raised),
+        (Some(result), None) => Ok(result),
+        (None, None) => Err(internal(py)),
+    }
+}
+
+/// A panic of the library, which is an error of the program.
+pub fn internal(py: Python<'_>) -> PyErr {
+    let text =
+        "an error of stickslip itself; what is above on standard error says where. Please report it with the case";
+    exception(py, "RunError", text.to_owned())
+}

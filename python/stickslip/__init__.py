@@ -1,0 +1,39 @@
+"""High-accuracy reference runs of friction-induced stick-slip vibration.
+
+    import stickslip
+    run = stickslip.run("paper", {"friction.decay": "4.8 s/rad"})
+    run.events["time"]            # s
+    run.trajectory["normal_force"]  # N; run.units says it
+
+All numbers are in SI and radians. What the columns are is in docs/result-file.md, the manual of the module in docs/python.md.
+"""
+
+from ._case import Case, cases
+from ._certificate import Certificate, certify
+from ._comparison import Comparison, compare
+from ._errors import CaseError, FileError, InputError, RunError, StickslipError
+from ._modes import Modes, modes
+from ._native import __version__
+from ._run import Run, open, run
+from ._sweep import sweep
+
+__all__ = [
+    "Case",
+    "CaseError",
+    "Certificate",
+    "Comparison",
+    "FileError",
+    "InputError",
+    "Modes",
+    "Run",
+    "RunError",
+    "StickslipError",
+    "__version__",
+    "cases",
+    "certify",
+    "compare",
+    "modes",
+    "open",
+    "run",
+    "sweep",
+]

@@ -1,0 +1,154 @@
+"""How many digits of a run are true."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import tempfile
+import weakref
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._case import CaseLike, Overrides
+from ._errors import FileError
+from ._run import PathLike, Run, run
+from ._run import open as open_file
+
+MOST_DIGITS = 16
+"""That a double holds."""
+
+
+def digits_of(time: float, uncertainty: float | None) -> int:
+    """Significant decimal digits of a time that are true."""
+    if uncertainty is None or not math.isfinite(uncertainty):
+        return 0
+    if uncertainty <= 0.0 or time <= 0.0:
+        return MOST_DIGITS
+    return min(max(math.floor(math.log10(time / uncertainty)), 0), MOST_DIGITS)
+
+
+class Certificate:
+    """What ``stickslip certify`` finds out about a run. ``print(certificate)`` shows its report.
+
+    :ivar document: all of it, as the dictionary that ``--json`` prints.
+    :ivar warnings: what it said on standard error.
+    :ivar shortfall: why it fell short of what was asked (``digits=``), or of converging; ``None`` if it did not.
+    :ivar run: the run with its certificate: ``run.events`` has ``time_uncertainty`` (s), and :meth:`Run.table` has
+        ``"certificate"`` and ``"sensitivity"``.
+    """
+
+    def __init__(self, outcome: tuple[str, str | None, list[str], str | None], folder: Path, file: Path) -> None:
+        text, document, warnings, shortfall = outcome
+        self._text = text
+        self._file = file
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        self.document: dict[str, Any] = json.loads(document or "{}")
+        # Where the file is for now is nobody's business.
+        self.document.pop("file", None)
+        self.warnings = warnings
+        self.shortfall = shortfall
+        certified = open_file(file)
+        assert isinstance(certified, Run)
+        # The file is there as long as anything that reads it.
+        certified._certificate = self
+        self.run = certified
+
+    @property
+    def events(self) -> NDArray[np.void]:
+        """Every event: ``time`` (s), ``kind``, ``uncertainty`` (s, how far from the exact solution it can be; NaN unless it is
+        converged), ``digits`` (significant decimal digits of the time that are true), ``verdict`` (in words), ``true_error`` (s,
+        own less exact; NaN without the oracle)."""
+        rows = self.document.get("events", [])
+
+        def number(value: float | None) -> float:
+            return math.nan if value is None else value
+
+        kinds = [row["kind"] for row in rows]
+        verdicts = [row["verdict"] for row in rows]
+        times = np.array([row["time"] for row in rows], dtype=np.float64)
+        columns = {
+            "time": times,
+            "kind": np.array(kinds, dtype=f"U{max(map(len, kinds), default=1)}"),
+            "uncertainty": np.array([number(row["uncertainty"]) for row in rows], dtype=np.float64),
+            "digits": np.array([digits_of(row["time"], row["uncertainty"]) for row in rows], dtype=np.int64),
+            "verdict": np.array(verdicts, dtype=f"U{max(map(len, verdicts), default=1)}"),
+            "true_error": np.array([number(row.get("true_error")) for row in rows], dtype=np.float64),
+        }
+        events = np.empty(len(rows), dtype=[(name, column.dtype) for name, column in columns.items()])
+        for name, column in columns.items():
+            events[name] = column
+        return events
+
+    @property
+    def digits(self) -> int | None:
+        """The fewest digits of any event; ``None`` without events."""
+        events = self.events
+        return int(events["digits"].min()) if len(events) else None
+
+    @property
+    def converged(self) -> bool:
+        """Whether every event is converged."""
+        return bool((self.events["verdict"] == "converged").all())
+
+    @property
+    def sensitivities(self) -> list[dict[str, Any]]:
+        """What each number of the case does to the events: key, unit, derivatives of the event times and more."""
+        found: list[dict[str, Any]] = self.document.get("sensitivity", [])
+        return found
+
+    def save(self, path: PathLike, *, replace: bool = False) -> Path:
+        """Writes the result file with its certificate, and returns where it is."""
+        target = Path(path)
+        if target.exists() and not replace:
+            raise FileError(f"{target}: exists; choose another name, or replace it with replace=True")
+        try:
+            shutil.copyfile(self._file, target)
+        except OSError as error:
+            raise FileError(f"{target}: writing the file failed: {error.strerror}; check the folder") from error
+        return target
+
+    def __str__(self) -> str:
+        # Without the name of the file, which is not there for long.
+        lines = self._text.rstrip().splitlines()
+        return "\n".join(line for line in lines if line != str(self._file)).rstrip()
+
+    def __repr__(self) -> str:
+        events = self.events
+        least = f", at least {self.digits} digits" if self.converged and len(events) else ""
+        state = "converged" if self.converged else "not converged"
+        return f"<Certificate: {len(events)} events, {state}{least}>"
+
+
+def certify(
+    what: Run | CaseLike,
+    overrides: Overrides = None,
+    *,
+    digits: int | None = None,
+    oracle: bool = False,
+) -> Certificate:
+    """Certifies a run: how far the time of every event can be from the exact solution of the stated model.
+
+    :param what: a :class:`Run`, or a case that is run first, as :func:`run` takes it with ``overrides``.
+    :param digits: digits that every event has to have; one that has less is in ``certificate.shortfall``.
+    :param oracle: solve the case in multiple precision, too, and hold the run against that.
+    :raises RunError: the run is not complete, or could not be certified.
+    """
+    certified = what if isinstance(what, Run) else run(what, overrides)
+    folder = Path(tempfile.mkdtemp(prefix="stickslip-"))
+    try:
+        file = folder / "certified.h5"
+        arguments = ["certify", os.fspath(certified._file()), "-o", os.fspath(file)]
+        if digits is not None:
+            arguments += ["--digits", str(digits)]
+        if oracle:
+            arguments.append("--oracle")
+        return Certificate(_native.command(arguments, True), folder, file)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise

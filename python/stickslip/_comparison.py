@@ -1,0 +1,165 @@
+"""The result of another solver compared with a reference."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._errors import InputError
+from ._run import PathLike, Run
+
+Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
+
+
+class Comparison:
+    """What ``stickslip compare`` finds. ``print(comparison)`` shows its report.
+
+    :ivar document: all of it, as the dictionary that ``--json`` prints for the candidate; its entries are attributes as well,
+        such as ``comparison.verdict`` or ``comparison.reference_events``.
+    :ivar shortfalls: the requirements that were not met, in words.
+    """
+
+    def __init__(self, text: str, document: dict[str, Any]) -> None:
+        self._text = text
+        self.document: dict[str, Any] = document["comparisons"][0]
+        self.shortfalls: list[str] = document["shortfalls"]
+
+    @property
+    def verdict(self) -> str:
+        """In one line."""
+        return str(self.document["verdict"])
+
+    @property
+    def causes(self) -> list[dict[str, Any]]:
+        """What explains the differences, the most fundamental first."""
+        return list(self.document["causes"])
+
+    def __getattr__(self, name: str) -> Any:
+        document = self.__dict__.get("document", {})
+        if name in document:
+            return document[name]
+        raise AttributeError(f"a comparison has no {name}; there are {', '.join(document)}")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self.document})
+
+    def __str__(self) -> str:
+        return self._text.rstrip()
+
+    def __repr__(self) -> str:
+        return f"<Comparison: {self.verdict}>"
+
+
+def _arrays(folder: Path, arrays: dict[str, ArrayLike], stem: str) -> Path:
+    found = {}
+    for name, values in arrays.items():
+        array = np.asarray(values)
+        if array.ndim != 1 or array.dtype.kind not in "iufbU":
+            raise InputError(f"{name}: give an array of one dimension, not one of shape {array.shape}")
+        found[name] = array if array.dtype.kind == "U" else array.astype(np.float64)
+    lengths = {name: len(array) for name, array in found.items()}
+    if len(set(lengths.values())) > 1:
+        sizes = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputError(f"the arrays are of different lengths: {sizes}; give one value of each for every time")
+    if stem == "events":
+        path = folder / "events.csv"
+        rows = zip(*(array.tolist() for array in found.values()))
+        lines = [",".join(found), *(",".join(map(repr_of, row)) for row in rows)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return path
+    path = folder / "candidate.npz"
+    # Not compressed: what reads it goes through it block by block.
+    np.savez(path, **found)  # type: ignore[arg-type, unused-ignore]
+    return path
+
+
+def repr_of(value: Any) -> str:
+    """A number with all its digits, a text as it is."""
+    return value if isinstance(value, str) else repr(value)
+
+
+def compare(
+    reference: Run | PathLike,
+    candidate: Run | PathLike | None = None,
+    *,
+    units: Mapping[str, str] | None = None,
+    events: Events | PathLike | None = None,
+    mapping: PathLike | None = None,
+    columns: Mapping[str, str] | None = None,
+    time_offset: float | str | None = None,
+    velocity_tolerance: float | str | None = None,
+    hysteresis: float | None = None,
+    require: Sequence[str] = (),
+    **arrays: ArrayLike,
+) -> Comparison:
+    """Compares a candidate with a reference.
+
+    The candidate is a file that ``stickslip compare`` reads, a :class:`Run`, arrays by keyword, or events alone:
+
+        stickslip.compare(reference, time=t, relative_velocity=w)
+        stickslip.compare(reference, time=t, phi1=v, theta_dot=n, units={"theta_dot": "rpm"})
+        stickslip.compare(reference, events={"time": times, "kind": kinds})
+
+    :param reference: a run, or the path of a result file; certified or not.
+    :param units: units of arrays that are not in SI.
+    :param events: events that the candidate states, instead of finding them by its relative velocity: columns ``time`` (s) and
+        ``kind``, or a file.
+    :param mapping: a mapping file, as ``--map``; ``columns`` are single ones, ``{"relative_velocity": "w:rpm"}``, of a file.
+    :param time_offset: what is added to the candidate's times, s or with a unit, or ``"auto"``.
+    :param velocity_tolerance: a relative velocity up to this counts as zero, rad/s or with a unit.
+    :param hysteresis: a stick ends where the relative velocity exceeds this many tolerances.
+    :param require: requirements such as ``"onset<1e-6"``; what was not met is in ``comparison.shortfalls``.
+    :raises InputError: a candidate that cannot be compared.
+    """
+    if candidate is not None and arrays:
+        raise InputError(f"give a candidate, or arrays ({', '.join(arrays)}), not both")
+    if candidate is None and not arrays and events is None:
+        raise InputError("there is no candidate: give its file, or arrays such as time=t, relative_velocity=w")
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        folder = Path(name)
+        event_file = None
+        if events is not None:
+            if isinstance(events, (str, os.PathLike)):
+                event_file = Path(events)
+            else:
+                names = list(events.dtype.names or ()) if isinstance(events, np.ndarray) else list(events)
+                missing = [column for column in ("time", "kind") if column not in names]
+                if missing:
+                    raise InputError(f"events have no {' and no '.join(missing)}: give the columns time (s) and kind")
+                event_file = _arrays(folder, {"time": events["time"], "kind": events["kind"]}, "events")
+        if isinstance(candidate, Run):
+            path = candidate._file()
+        elif candidate is not None:
+            path = Path(candidate)
+        elif arrays:
+            if "time" not in arrays:
+                raise InputError("there is no array time: give the times of the samples, s")
+            path = _arrays(folder, dict(arrays), "candidate")
+        else:
+            assert event_file is not None
+            path, event_file = event_file, None
+        arguments = ["compare", os.fspath(reference._file() if isinstance(reference, Run) else reference), os.fspath(path)]
+        settings = {
+            "--map": mapping,
+            "--events": event_file,
+            "--time-offset": time_offset,
+            "--velocity-tolerance": velocity_tolerance,
+            "--hysteresis": hysteresis,
+        }
+        arguments += [f"{option}={value}" for option, value in settings.items() if value is not None]
+        arguments += [f"--column={channel}={column}" for channel, column in (columns or {}).items()]
+        arguments += [f"--column={channel}={channel}:{unit}" for channel, unit in (units or {}).items()]
+        arguments += [f"--require={requirement}" for requirement in require]
+        text, document, _, _ = _native.command(arguments, True)
+        comparison = Comparison(text, json.loads(document or "{}"))
+        if arrays or isinstance(candidate, Run):
+            comparison.document["candidate"] = "the arrays" if arrays else "the run"
+        return comparison

@@ -1,0 +1,30 @@
+"""Exceptions. Their texts are those of the program: what, where, and what to do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class StickslipError(Exception):
+    """Any error of this module."""
+
+
+class InputError(StickslipError, ValueError):
+    """Wrong input: an argument, a candidate, a study."""
+
+
+class CaseError(InputError):
+    """A case that is none: every problem with its line and key."""
+
+
+class FileError(StickslipError, OSError):
+    """A file that is not there, is none of this program, is damaged, or cannot be written."""
+
+
+class RunError(StickslipError, RuntimeError):
+    """A computation that failed.
+
+    ``run`` is what was computed until then, where a run failed, else ``None``.
+    """
+
+    run: Any = None

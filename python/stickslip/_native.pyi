@@ -1,0 +1,40 @@
+"""The part of the module that is Rust."""
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+_Column = tuple[str, str, str, list[tuple[int, str]], str]
+
+class Run:
+    title: str
+    case_text: str
+    resolved: str
+    status: str
+    failure: str | None
+    warnings: list[str]
+    report: str | None
+    witness: str | None
+    headline: list[tuple[str, str, str]]
+    quantities: list[tuple[str, float, str, str]]
+    tables: list[tuple[str, list[_Column]]]
+    @property
+    def path(self) -> Path | None: ...
+    @property
+    def meta(self) -> dict[str, str | float]: ...
+    def column(self, group: str, name: str) -> NDArray[Any]: ...
+    def save(self, path: str | PathLike[str], replace: bool) -> Path: ...
+
+def run(kind: str, text: str, overrides: list[str], witness: bool, trajectory: bool) -> Run: ...
+def open_result(path: str | PathLike[str]) -> Run: ...
+def resolve(kind: str, text: str, overrides: list[str]) -> str: ...
+def read_study(path: str | PathLike[str]) -> dict[str, Any]: ...
+def command(
+    arguments: list[str], keeps: bool = False
+) -> tuple[str, str | None, list[str], str | None]: ...
+def cases() -> list[tuple[str, str]]: ...

@@ -1,0 +1,402 @@
+"""A run: its events, its trajectory, and what it comes to."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import os
+import tempfile
+import weakref
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._case import CaseLike, Overrides, settings, source
+from ._errors import InputError, RunError
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+COEFFICIENTS = 16
+"""Chebyshev coefficients of a piece of the dense output."""
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """The columns of a table: a mapping from their names to one-dimensional arrays of one length.
+
+    A column becomes an array when it is first asked for, without a copy where the run is in memory, and is the same array
+    each time. It is read-only; ``array.copy()`` gives one to write into.
+    """
+
+    def __init__(self, native: _native.Run, group: str, columns: list[_native._Column]) -> None:
+        self._native = native
+        self._group = group
+        self._columns = {column[0]: column for column in columns}
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._columns:
+            raise KeyError(f"{name}; there are {', '.join(self._columns)}")
+        return self._native.column(self._group, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        rows = len(self[next(iter(self))]) if self._columns else 0
+        return f"<{self._group}: {rows} rows of {', '.join(self)}>"
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each column, as UDUNITS writes it; "1" of a pure number."""
+        return {name: column[1] for name, column in self._columns.items()}
+
+    @property
+    def descriptions(self) -> dict[str, str]:
+        """What each column is, with the symbol of the paper."""
+        return {name: column[2] for name, column in self._columns.items()}
+
+    def flags(self, name: str) -> dict[int, str]:
+        """What the codes of a column mean; empty of one that has none."""
+        return dict(self._columns[name][3])
+
+    def words(self, name: str) -> NDArray[np.str_]:
+        """A column of codes in words."""
+        flags = self.flags(name)
+        longest = max((len(word) for word in flags.values()), default=1)
+        words = np.zeros(256, dtype=f"U{longest}")
+        for code, word in flags.items():
+            words[code % 256] = word
+        return np.asarray(words[self[name].astype(np.int64) % 256])
+
+
+class Run:
+    """A run of a case, in memory or in a result file.
+
+    :func:`run` computes one, :func:`open` opens one. Columns, units and codes are those of the result file
+    (docs/result-file.md); all is in SI and radians.
+    """
+
+    def __init__(self, native: _native.Run) -> None:
+        self._native = native
+        self._known_tables: dict[str, Table] | None = None
+        self._events: NDArray[np.void] | None = None
+        self._scratch: tempfile.TemporaryDirectory[str] | None = None
+        # What has to live as long as the run.
+        self._certificate: object = None
+
+    # ---- what it is
+
+    @property
+    def title(self) -> str:
+        """Of the case."""
+        return self._native.title
+
+    @property
+    def status(self) -> str:
+        """``"complete"``, ``"interrupted"`` or ``"failed"``."""
+        return self._native.status
+
+    @property
+    def path(self) -> Path | None:
+        """The file that it was opened from; ``None`` of a run in memory."""
+        path = self._native.path
+        return None if path is None else Path(path)
+
+    @property
+    def case(self) -> str:
+        """The case in SI and in full precision, as TOML: ``stickslip.run(run.case)`` repeats the run."""
+        return self._native.resolved
+
+    @property
+    def case_text(self) -> str:
+        """The case as it was given, as TOML."""
+        return self._native.case_text
+
+    @property
+    def summary(self) -> dict[str, float | int | None]:
+        """What the run comes to: the attributes of /stick_slip in a result file, and the number of events.
+
+        ``onset_time``, ``final_stick_time``, the periods in s, ``stick_count``, ``growth_exponent`` and so on; ``None`` is what the
+        run does not have. The units are in :attr:`summary_units`.
+        """
+        found: dict[str, float | int | None] = {"events": len(self.table("events")["time"])}
+        for name, value, _, _ in self._native.quantities:
+            count = name in ("stick_count", "slip_count")
+            found[name] = None if math.isnan(value) else int(value) if count else value
+        return found
+
+    @property
+    def summary_units(self) -> dict[str, str]:
+        """The unit of each number of :attr:`summary`, as UDUNITS writes it."""
+        return {"events": "1", **{name: units for name, _, units, _ in self._native.quantities}}
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """The ``summary`` of ``stickslip run --json``, with the work of the solvers; ``None`` of a run from a file."""
+        report = self._native.report
+        return None if report is None else json.loads(report)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a reader of the numbers has to know; of a run from a file none, as files do not keep them."""
+        return list(self._native.warnings)
+
+    @property
+    def witness(self) -> dict[str, Any] | None:
+        """What another method made of the case, if ``witness=True`` asked for it."""
+        witness = self._native.witness
+        return None if witness is None else json.loads(witness)
+
+    @property
+    def meta(self) -> dict[str, str | float]:
+        """Versions, platform, method and tolerances."""
+        return self._native.meta
+
+    # ---- its rows
+
+    @property
+    def _tables(self) -> dict[str, Table]:
+        if self._known_tables is None:
+            native = self._native
+            self._known_tables = {group: Table(native, group, columns) for group, columns in native.tables}
+        return self._known_tables
+
+    def table(self, group: str) -> Table:
+        """The table of a group of the result file: ``"trajectory"``, ``"events"``, ``"segments"``, ``"stick_slip"``, of a
+        certified file ``"certificate"`` and others; :attr:`tables` lists them."""
+        if group not in self._tables:
+            raise InputError(f"the run has no table {group}; there are {', '.join(self._tables)}")
+        return self._tables[group]
+
+    @property
+    def tables(self) -> list[str]:
+        """The names that :meth:`table` takes."""
+        return list(self._tables)
+
+    @property
+    def trajectory(self) -> Table:
+        """The samples: a mapping from channel to array, one value for each sample.
+
+        ``time`` in s strictly increases; the unit of each channel is in :attr:`units`.
+        """
+        return self.table("trajectory")
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """The times of the samples, s."""
+        return self.trajectory["time"]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each channel of the trajectory."""
+        return self.trajectory.units
+
+    @property
+    def events(self) -> NDArray[np.void]:
+        """The events in order of time: a structured array with the columns of /events.
+
+        ``time`` (s), ``kind`` and ``mode_after`` (in words, such as ``"stick"``), ``sense``, ``segment``, every state as
+        ``NAME_before`` and ``NAME_after``, ``internal_force`` (N); of a certified run also ``time_uncertainty`` (s).
+        """
+        if self._events is None:
+            table = self.table("events")
+            words = {name: table.words(name) for name in ("kind", "mode_after")}
+            columns = {name: words.get(name, table[name] if name not in words else words[name]) for name in table}
+            columns.pop("event", None)
+            events = np.empty(len(table["time"]), dtype=[(name, column.dtype) for name, column in columns.items()])
+            for name, column in columns.items():
+                events[name] = column
+            events.flags.writeable = False
+            self._events = events
+        return self._events
+
+    def events_table(self) -> pandas.DataFrame:
+        """:attr:`events` as a data frame; the units are in its ``attrs["units"]``."""
+        import pandas
+
+        frame = pandas.DataFrame(self.events)
+        frame.attrs["units"] = {name: self.table("events").units[name] for name in frame.columns}
+        return frame
+
+    def to_xarray(self, group: str = "trajectory") -> xarray.Dataset:
+        """A table as a dataset, as ``xarray.open_dataset(FILE, group=group)`` opens it: the dimension is ``time`` of the
+        trajectory and ``event`` of the events, and every variable has ``units`` and ``long_name``. Nothing is copied."""
+        import xarray
+
+        table = self.table(group)
+        dimension = next(iter(table))
+
+        def variable(name: str) -> xarray.Variable:
+            attributes: dict[str, Any] = {"units": table.units[name], "long_name": table.descriptions[name]}
+            flags = table.flags(name)
+            if flags:
+                attributes["flag_values"] = np.array(list(flags), dtype=table[name].dtype)
+                attributes["flag_meanings"] = " ".join(flags.values())
+            return xarray.Variable((dimension,), table[name], attributes)
+
+        variables = {name: variable(name) for name in table}
+        attributes = {name: value for name, value in self.summary.items() if value is not None and name != "events"}
+        dataset = xarray.Dataset(variables, attrs=attributes if group == "stick_slip" else {"title": self.title})
+        return dataset.set_coords(dimension)
+
+    # ---- dense output
+
+    @property
+    def is_dense(self) -> bool:
+        """Whether the motion between the samples was kept: see :meth:`at`."""
+        return "dense" in self._tables
+
+    def at(
+        self, time: ArrayLike, channel: str | None = None, *, side: str = "right"
+    ) -> dict[str, NDArray[np.float64]] | NDArray[np.float64]:
+        """The motion at any times (s), from its dense output: as accurate as the run itself, not interpolated from samples.
+
+        Returns an array of the shape of ``time`` for one channel, or without a ``channel`` a mapping with all of them; NaN
+        outside of the run. At an event there are two values: ``side="right"`` gives the one after it, ``"left"`` before it.
+
+        The run has to have been computed with ``dense=True``.
+        """
+        if not self.is_dense:
+            raise InputError(
+                "the motion between the samples was not kept; run the case with dense=True (output.dense=true in a case)"
+            )
+        if side not in ("left", "right"):
+            raise InputError(f'side="{side}": give "right" for the state after an event, or "left" for the one before it')
+        pieces, coefficients = self.table("dense"), self.table("dense/coefficients")
+        if channel is not None and channel not in coefficients:
+            channels = [name for name in coefficients if name != "coefficient"]
+            raise InputError(f"the dense output has no channel {channel}; there are {', '.join(channels)}")
+        start, end = pieces["start"], pieces["end"]
+        t = np.asarray(time, dtype=np.float64)
+        flat = np.atleast_1d(t).ravel()
+        if len(start) == 0:
+            places = None
+        elif side == "right":
+            places = np.clip(np.searchsorted(start, flat, "right") - 1, 0, len(start) - 1)
+        else:
+            places = np.clip(np.searchsorted(end, flat, "left"), 0, len(start) - 1)
+
+        def values(name: str) -> NDArray[np.float64]:
+            if places is None:
+                return np.full(t.shape, np.nan)
+            a, b = start[places], end[places]
+            x = (2 * flat - a - b) / (b - a)
+            of_pieces = coefficients[name][: len(start) * COEFFICIENTS].reshape(len(start), COEFFICIENTS)
+            found = np.polynomial.chebyshev.chebval(x, of_pieces[places].T, tensor=False)
+            inside = (a <= flat) & (flat <= b)
+            return np.asarray(np.where(inside, found, np.nan).reshape(t.shape))
+
+        if channel is not None:
+            return values(channel)
+        return {name: values(name) for name in coefficients if name != "coefficient"}
+
+    # ---- files
+
+    def save(self, path: PathLike, *, replace: bool = False) -> Path:
+        """Writes the result file, and returns where it is.
+
+        It is the file that ``stickslip run --no-witness`` writes, byte by byte but for /meta and ``history``. An earlier result
+        of this program there is replaced, any other file only with ``replace``. Of a run that did not come to its end it is the
+        partial file, ``NAME.partial.h5``.
+        """
+        return Path(self._native.save(os.fspath(path), replace))
+
+    def _file(self) -> Path:
+        """A file with this run: that which it is from, or one that is gone with it."""
+        if self.path is not None:
+            return self.path
+        if self._scratch is None:
+            scratch = tempfile.TemporaryDirectory(prefix="stickslip-")
+            self.save(Path(scratch.name) / "run.h5")
+            self._scratch = scratch
+            weakref.finalize(self, scratch.cleanup)
+        return Path(self._scratch.name) / "run.h5"
+
+    # ---- how it looks
+
+    def _caption(self) -> str:
+        method = self.meta.get("method", "")
+        where = self.path or "in memory"
+        return f"{self.title} ({method}, rtol {self.meta.get('rtol', math.nan):.3g}, {self.status}, {where})"
+
+    def __repr__(self) -> str:
+        lines = self._native.headline
+        width = max((len(name) for name, _, _ in lines), default=0)
+        return "\n".join([self._caption(), *(f"  {name:<{width}}  {value}" for name, value, _ in lines)])
+
+    def _repr_html_(self) -> str:
+        lines = self._native.headline
+        with_paper = any(paper for _, _, paper in lines)
+        head = "<tr><th></th><th>this run</th><th>paper</th></tr>" if with_paper else ""
+        rows = []
+        for line in lines:
+            cells = [html.escape(cell) for cell in line]
+            paper = f"<td>{cells[2]}</td>" if with_paper else ""
+            rows.append(f"<tr><td style='text-align:left'>{cells[0]}</td><td>{cells[1]}</td>{paper}</tr>")
+        return f"<table><caption>{html.escape(self._caption())}</caption>{head}{''.join(rows)}</table>"
+
+
+def run(
+    case: CaseLike = "paper",
+    overrides: Overrides = None,
+    *,
+    method: str | None = None,
+    rtol: float | None = None,
+    end_time: float | str | None = None,
+    dense: bool = False,
+    witness: bool = False,
+    trajectory: bool = True,
+) -> Run:
+    """Integrates a case in memory.
+
+    :param case: a built-in name (:func:`cases`), the path of a TOML file or of a result to repeat, a TOML text, or a nested
+        mapping such as ``{"friction": {"decay": "5 s/rad"}, ...}``.
+    :param overrides: dotted key to value, such as ``{"friction.decay": "4.8 s/rad", "torsion.damping": 22.6}``: a number in
+        SI, a text with a unit, a bool, a list or a mapping.
+    :param method: as ``--method``: ``"auto"``, ``"series"``, ``"cvode-bdf"`` ...
+    :param rtol: the relative tolerance, ``solver.rtol``.
+    :param end_time: s, or a text with a unit.
+    :param dense: keep the motion between the samples, for :meth:`Run.at`.
+    :param witness: ask another method whether it finds the same events; that is a second run.
+    :param trajectory: ``False`` keeps the events alone, which is several times faster: for many runs.
+    :raises CaseError: with every problem of the case, its line and key.
+    :raises RunError: the run failed; ``error.run`` is what was computed.
+    :raises KeyboardInterrupt: Ctrl-C ended the run.
+    """
+    kind, text = source(case)
+    if dense and not trajectory:
+        raise InputError("dense=True keeps the motion, and trajectory=False does not; leave one of them out")
+    others = {"solver.method": method, "solver.rtol": rtol, "output.end_time": end_time, "output.dense": dense or None}
+    native = _native.run(kind, text, settings(overrides, **others), witness, trajectory)
+    made = Run(native)
+    if native.failure is not None:
+        error = RunError(native.failure)
+        error.run = made
+        raise error
+    return made
+
+
+def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
+    """Opens a file of the program: a result, certified or not, as a :class:`Run`; a sweep as a dataset.
+
+    Columns are read when they are asked for.
+
+    :raises FileError: no such file, none of this program, or damaged.
+    """
+    from ._sweep import is_sweep, read_sweep
+
+    name = os.fspath(path)
+    if is_sweep(name):
+        return read_sweep(name)
+    return Run(_native.open_result(name))

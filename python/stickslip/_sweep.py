@@ -1,0 +1,153 @@
+"""Many runs: a study over axes, as a dataset."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from ._case import CaseLike, Overrides, is_hdf5, settings, source, toml
+from ._errors import FileError, InputError
+from ._run import PathLike
+
+if TYPE_CHECKING:
+    import xarray
+
+SWEEP_SETTINGS = ("sample", "boundary", "keep")
+
+
+def is_sweep(path: str) -> bool:
+    """Whether a file is one of a sweep."""
+    if not is_hdf5(Path(path)):
+        return False
+    try:
+        _native.read_study(path)
+    except FileError:
+        return False
+    return True
+
+
+def read_sweep(path: PathLike) -> xarray.Dataset:
+    """The points of a sweep file as a dataset: the axes are coordinates, with units."""
+    import xarray
+
+    study = _native.read_study(os.fspath(path))
+    axes = study["axes"]
+    variables: dict[str, xarray.Variable] = {}
+    for name, variable in study["variables"].items():
+        attributes: dict[str, Any] = {"units": variable["units"], "long_name": variable["long_name"]}
+        flags = dict(variable["flags"])
+        values = variable["values"]
+        if name in axes and flags:
+            values = np.array([flags.get(int(code), "") if not math.isnan(code) else "" for code in values])
+            attributes.pop("units")
+        elif flags:
+            attributes["flag_values"] = np.array(list(flags))
+            attributes["flag_meanings"] = " ".join(word.replace(" ", "_") for word in flags.values())
+        if variable["keys"]:
+            attributes["keys"] = variable["keys"]
+        if study["grid"]:
+            dimensions = (name,) if name in axes else tuple(axes)
+        else:
+            dimensions = ("point",)
+        if values.dtype == np.float64 and (variable["whole"] or flags) and not np.isnan(values).any():
+            values = values.astype(np.int64)
+        variables[name] = xarray.Variable(dimensions, values.reshape(variable["shape"]), attributes)
+    attributes = {"title": study["title"], "status": study["status"]}
+    dataset = xarray.Dataset(variables, attrs=attributes)
+    dataset.attrs["failures"] = [f"point {number}: {message}" for number, message in study["failures"]]
+    return dataset.set_coords([name for name in axes if name in variables])
+
+
+def _study(
+    axes: Mapping[str, Any], case: CaseLike, overrides: Overrides, others: Mapping[str, Any], folder: Path
+) -> str:
+    kind, text = source(case)
+    if kind == "text":
+        (folder / "case.toml").write_text(text, encoding="utf-8")
+        text = "case.toml"
+    elif kind != "built-in":
+        text = os.path.abspath(text)
+    lines = [f"case = {toml(text)}"]
+    lines += [f"{name} = {toml(value, name)}" for name, value in others.items() if value is not None]
+    if overrides:
+        lines.append("[set]")
+        lines += [f"{key} = {toml(value, key)}" for key, value in overrides.items()]
+    for key, axis in axes.items():
+        lines.append("[[axis]]")
+        lines.append(f"key = {toml(key)}")
+        if isinstance(axis, Mapping):
+            lines += [f"{name} = {toml(value, name)}" for name, value in axis.items()]
+        else:
+            values = axis.tolist() if hasattr(axis, "tolist") else list(axis)
+            lines.append(f"values = {toml(values, key)}")
+    return "\n".join(lines) + "\n"
+
+
+def sweep(
+    study: PathLike | Mapping[str, Any],
+    case: CaseLike | None = None,
+    overrides: Overrides = None,
+    *,
+    method: str | None = None,
+    keep: Mapping[str, Any] | None = None,
+    sample: Mapping[str, Any] | None = None,
+    jobs: int | None = None,
+    output: PathLike | None = None,
+    replace: bool = False,
+) -> xarray.Dataset:
+    """Runs a study, and returns its points as a dataset with the axes as coordinates.
+
+        stickslip.sweep({"friction.decay": [3, 4, 5], "torsion.damping": {"from": 10, "to": 40, "count": 31}}, "paper")
+        stickslip.sweep("critical-curve")
+
+    :param study: axes, each a dotted key of the case with its values, or with the range of a study file; or the name of a
+        built-in study, the path of a study file, or its TOML text.
+    :param case: of axes, the base case, as :func:`run` takes it; the paper's without one.
+    :param overrides: keys set in the base case.
+    :param keep: of axes, ``{"events": True}`` to keep the events in ``output``.
+    :param sample: of axes, ``{"method": "sobol", "count": 64, "seed": 1}`` for points that are no grid.
+    :param jobs: threads; one for each processor without it.
+    :param output: the sweep file, which :func:`open` opens again; without it none is kept.
+    :raises InputError: a study that is none.
+    :raises RunError: all points failed.
+    """
+    import xarray  # noqa: F401  (said before anything is computed)
+
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        folder = Path(name)
+        changes: Overrides = overrides
+        if isinstance(study, Mapping):
+            text = _study(study, "paper" if case is None else case, overrides, {"keep": keep, "sample": sample}, folder)
+            changes = None
+        elif case is not None or keep is not None or sample is not None:
+            raise InputError("case, keep and sample go with axes; a study says them itself")
+        else:
+            text = os.fspath(study)
+        if isinstance(study, Mapping) or "\n" in text:
+            path = folder / "study.toml"
+            path.write_text(text, encoding="utf-8")
+            text = os.fspath(path)
+        file = folder / "sweep.h5" if output is None else Path(output)
+        arguments = ["sweep", text, "-o", os.fspath(file)]
+        arguments += [f"--set={setting}" for setting in settings(changes)]
+        if method is not None:
+            arguments.append(f"--method={method}")
+        if jobs is not None:
+            arguments.append(f"--jobs={jobs}")
+        if replace:
+            arguments.append("--force")
+        _, document, warnings, _ = _native.command(arguments)
+        dataset = read_sweep(file)
+        report = json.loads(document or "{}")
+        dataset.attrs["unfinished"] = report.get("unfinished") or 0
+        if warnings:
+            dataset.attrs["warnings"] = warnings
+        return dataset

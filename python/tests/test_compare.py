@@ -1,0 +1,64 @@
+"""Candidates of arrays, files, runs and events."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+import stickslip
+
+
+def test_property_a_run_agrees_with_itself(paper):
+    comparison = stickslip.compare(paper, paper)
+    assert comparison.document["missing"] == comparison.document["spurious"] == 0
+    assert "agree" in comparison.verdict
+    assert comparison.verdict in str(comparison)
+
+
+def test_cli_arrays_are_compared_as_their_file(paper, tmp_path, program):
+    window = (paper.time >= 6.9) & (paper.time <= 7.0)
+    time, velocity = paper.time[window], paper.trajectory["relative_velocity"][window]
+    comparison = stickslip.compare(paper, time=time, relative_velocity=velocity)
+    np.savez(tmp_path / "mine.npz", time=time, relative_velocity=velocity)
+    paper.save(tmp_path / "paper.h5")
+    command = [program, "compare", tmp_path / "paper.h5", tmp_path / "mine.npz", "--json"]
+    document = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)["comparisons"][0]
+    ours = dict(comparison.document)
+    for names in ("reference", "candidate"):
+        ours.pop(names), document.pop(names)
+    assert ours == document
+
+
+def test_property_units_of_arrays(paper):
+    window = (paper.time >= 6.97) & (paper.time <= 6.99)
+    time, velocity = paper.time[window], paper.trajectory["relative_velocity"][window]
+    plain = stickslip.compare(paper, time=time, relative_velocity=velocity)
+    rpm = velocity * 60 / (2 * np.pi)
+    other = stickslip.compare(paper, time=time, relative_velocity=rpm, units={"relative_velocity": "rpm"})
+    assert other.document["missing"] == plain.document["missing"]
+
+
+def test_property_events_alone(paper):
+    events = paper.events[np.isin(paper.events["kind"], ("stick", "slip"))]
+    comparison = stickslip.compare(paper, events={"time": events["time"] + 1e-7, "kind": events["kind"]})
+    assert comparison.document["missing"] == 0
+    again = stickslip.compare(paper, events=events, require=["onset<1e-12", "missing<1"])
+    assert again.shortfalls == []
+    short = stickslip.compare(paper, events={"time": events["time"] + 1e-7, "kind": events["kind"]}, require=["onset<1e-9"])
+    assert len(short.shortfalls) == 1
+
+
+def test_property_wrong_candidates(paper, tmp_path):
+    with pytest.raises(stickslip.InputError, match="different lengths"):
+        stickslip.compare(paper, time=[1.0, 2.0], relative_velocity=[1.0])
+    with pytest.raises(stickslip.InputError, match="no array time"):
+        stickslip.compare(paper, relative_velocity=[1.0])
+    with pytest.raises(stickslip.InputError, match="no candidate"):
+        stickslip.compare(paper)
+    with pytest.raises(stickslip.InputError):
+        stickslip.compare(paper, tmp_path / "none.csv")
+    with pytest.raises(stickslip.InputError):
+        stickslip.compare(paper, time=[1.0, 2.0], no_such_channel=[1.0, 2.0], units={"no_such_channel": "m"})

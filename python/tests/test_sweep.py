@@ -1,0 +1,59 @@
+"""Studies as datasets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray
+
+import stickslip
+
+AXES = {"friction.decay": [3.0, 5.0, 8.0], "torsion.damping": {"from": 15, "to": 30, "count": 2}}
+
+
+def test_property_grid(tmp_path):
+    file = tmp_path / "map.h5"
+    dataset = stickslip.sweep(AXES, "paper", {"solver.method": "series"}, output=file)
+    assert dict(dataset.sizes) == {"friction_decay": 3, "torsion_damping": 2}
+    assert dataset["friction_decay"].values.tolist() == [3.0, 5.0, 8.0]
+    assert dataset["torsion_damping"].attrs["units"] == "N m s/rad"
+    again = stickslip.open(file)
+    assert isinstance(again, xarray.Dataset)
+    xarray.testing.assert_identical(dataset.drop_attrs(deep=False), again.drop_attrs(deep=False))
+    # One of its points by itself, at the tolerance of a study.
+    run = stickslip.run("paper", {"friction.decay": 5.0, "torsion.damping": 30}, method="series", rtol=1e-8)
+    point = dataset.sel(friction_decay=5.0, torsion_damping=30.0)
+    assert int(point["stick_count"]) == run.summary["stick_count"]
+    assert float(point["onset_time"]) == run.summary["onset_time"]
+
+
+def test_results_grid_is_as_the_file_opens(tmp_path):
+    file = tmp_path / "map.h5"
+    dataset = stickslip.sweep(AXES, "paper", method="series", output=file)
+    with xarray.open_dataset(file, engine="h5netcdf") as opened:
+        assert dict(opened.sizes) == dict(dataset.sizes)
+        for name in dataset.variables:
+            np.testing.assert_array_equal(dataset[name].values, opened[name].values)
+
+
+def test_property_sample_and_words():
+    sample = stickslip.sweep(
+        {"friction.decay": {"from": 3, "to": 8}}, sample={"method": "sobol", "count": 4, "seed": 1}, method="series"
+    )
+    assert dict(sample.sizes) == {"point": 4}
+    words = stickslip.sweep({"solver.method": ["series", "auto"]}, "paper", {"output.end_time": 0.01})
+    assert words["solver_method"].values.tolist() == ["series", "auto"]
+
+
+def test_property_study_text():
+    text = "case = 'paper'\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = 'torsion.damping'\nvalues = [10, 20]\n"
+    assert stickslip.sweep(text).sizes == {"torsion_damping": 2}
+
+
+def test_property_wrong_studies(tmp_path):
+    with pytest.raises(stickslip.InputError):
+        stickslip.sweep({"friction.deacy": [1, 2]})
+    with pytest.raises(stickslip.InputError):
+        stickslip.sweep("no-such-study")
+    with pytest.raises(stickslip.InputError):
+        stickslip.sweep("critical-curve", "paper")

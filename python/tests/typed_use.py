@@ -1,0 +1,21 @@
+"""What users write, for the type checker; it is not run."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+import stickslip
+
+run: stickslip.Run = stickslip.run("paper", {"friction.decay": "4.8 s/rad", "torsion.damping": 22.6}, method="series")
+force: NDArray[np.float64] = run.trajectory["normal_force"]
+unit: str = run.units["normal_force"]
+onset = run.summary["onset_time"]
+certificate = stickslip.certify(run, digits=9)
+digits: int | None = certificate.digits
+comparison = stickslip.compare(run, time=np.arange(3.0), relative_velocity=np.zeros(3))
+verdict: str = comparison.verdict
+opened = stickslip.open("paper.h5")
+if isinstance(opened, stickslip.Run):
+    opened.events_table()
+names: list[str] = [case.name for case in stickslip.cases()]

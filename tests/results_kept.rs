@@ -1,0 +1,148 @@
+//! Runs that are kept in memory: written, they are the file of a run that was recorded into it.
+
+use std::error::Error;
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use stickslip::analysis::KeptRun;
+use stickslip::case::{AnyCase, CaseSource, Override};
+use stickslip::cli::{End, capture};
+use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
+use stickslip::{SavedRun, SavedTrainRun};
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn case(name: &str, settings: &[&str]) -> Result<AnyCase, Box<dyn Error>> {
+    let overrides = settings.iter().map(|setting| Override::parse(setting));
+    Ok(AnyCase::read(
+        &CaseSource::built_in(name)?,
+        &overrides.collect::<Result<Vec<_>, _>>()?,
+    )?)
+}
+
+fn view(rows: &KeptRows) -> KeptView<'_> {
+    KeptView {
+        tables: rows
+            .tables
+            .iter()
+            .map(|table| table.columns.iter().map(Values::view).collect())
+            .collect(),
+        order: &rows.order,
+    }
+}
+
+fn recorded(case: &AnyCase, path: &Path) -> Outcome {
+    match case {
+        AnyCase::Brake(case) => assert!(SavedRun::new(case, path).start()?.unsaved.is_none()),
+        AnyCase::Trains(case) => assert!(SavedTrainRun::new(case, path).start()?.unsaved.is_none()),
+    }
+    Ok(())
+}
+
+/// The offsets at which two files differ.
+fn differences(a: &Path, b: &Path) -> Result<usize, Box<dyn Error>> {
+    let (a, b) = (std::fs::read(a)?, std::fs::read(b)?);
+    assert_eq!(a.len(), b.len());
+    Ok(a.iter().zip(&b).filter(|(a, b)| a != b).count())
+}
+
+/// Of a brake, and of trains with states of their own, with pieces of dense output between the samples.
+#[test]
+fn results_kept_rows_make_the_same_file() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for (name, settings) in [
+        ("paper-si", &[][..]),
+        ("paper-si", &["output.dense=true", "output.end_time=0.05"]),
+        ("belt-leine", &["output.end_time=30", "output.dense=true"]),
+    ] {
+        let case = case(name, settings)?;
+        let (kept_file, recorded_file) = (folder.path().join("kept.h5"), folder.path().join("recorded.h5"));
+        let kept = KeptRun::new(&case).start();
+        assert_eq!(kept.end.status, Status::Complete);
+        kept.end.write(&kept_file, Overwrite::OwnResults, &view(&kept.rows))?;
+        recorded(&case, &recorded_file)?;
+        // What may differ are texts of one length: the second of the start in /meta and `history`, the wall time, and the
+        // checksum of the attributes that have them.
+        let differing = differences(&kept_file, &recorded_file)?;
+        assert!(differing <= 64, "{name}: {differing} bytes differ");
+        assert!(stickslip::results::check(&kept_file)?.problems.is_empty());
+    }
+    Ok(())
+}
+
+/// Each column in the type that it has in memory, and the attributes of /stick_slip.
+#[test]
+fn results_typed_columns_are_those_of_memory() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("kept.h5");
+    let case = case("paper-si", &["output.dense=true", "output.end_time=0.05"])?;
+    let kept = KeptRun::new(&case).start();
+    kept.end.write(&path, Overwrite::OwnResults, &view(&kept.rows))?;
+    let file = ResultFile::open(&path)?;
+    for table in &kept.rows.tables {
+        for (variable, values) in table.schema.variables.iter().zip(&table.columns) {
+            assert_eq!(
+                &file.typed_column(table.schema.group, &variable.name)?,
+                values,
+                "{}",
+                variable.name
+            );
+        }
+    }
+    let names: Vec<String> = file.tables()?.into_iter().map(|(group, _)| group).collect();
+    for group in [
+        "trajectory",
+        "events",
+        "segments",
+        "stick_slip",
+        "dense",
+        "dense/coefficients",
+    ] {
+        assert!(names.iter().any(|name| name == group), "{group} is not among {names:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn property_events_alone_are_the_same_events() -> Outcome {
+    let mut case = case("paper-si", &[])?;
+    let whole = KeptRun::new(&case).start();
+    case.without_trajectory();
+    let events = KeptRun::new(&case).events_alone(true).start();
+    assert_eq!(events.rows.tables[0].rows(), 0);
+    assert_eq!(events.rows.tables[1].columns, whole.rows.tables[1].columns);
+    Ok(())
+}
+
+#[test]
+fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
+    let case = case("paper-si", &[])?;
+    let kept = KeptRun::new(&case).control(|| std::ops::ControlFlow::Break(())).start();
+    assert_eq!(kept.end.status, Status::Interrupted);
+    Ok(())
+}
+
+fn captured(arguments: &[&str]) -> stickslip::cli::Captured {
+    capture(arguments.iter().map(OsString::from), Arc::new(AtomicBool::new(false)))
+}
+
+/// Report and document of one call, nothing on the streams of the process.
+#[test]
+fn cli_a_captured_command_gives_report_and_document() -> Outcome {
+    let modes = captured(&["modes", "paper"]);
+    assert!(matches!(modes.end, Ok(End::Done)));
+    assert!(modes.text.contains("natural period T_n"));
+    let document: serde_json::Value = serde_json::from_str(&modes.document.ok_or("no document")?)?;
+    assert!(document["natural_period"].is_number());
+    let wrong = captured(&["modes", "paper", "--set", "friction.deacy=1"]);
+    let error = wrong.end.expect_err("a misspelt key");
+    assert!(
+        error.is_input() && error.text().contains("friction.decay"),
+        "{}",
+        error.text()
+    );
+    let usage = captured(&["no-such-command"]);
+    assert!(usage.end.is_err_and(|error| error.is_input()));
+    Ok(())
+}
