@@ -1,4 +1,5 @@
-"""Writes the licences of all that is linked into the program: of the crates of a target, and of what they build from C.
+"""Writes the licences of all that is linked into the program and the Python module: of the crates of a target, and of what
+they build from C.
 
     packaging/licences.py TARGET > THIRD-PARTY.txt
 """
@@ -21,10 +22,11 @@ def texts(folder):
 
 
 def linked(metadata):
-    """The identifiers of the packages that end up in the program: neither those of tests nor what only runs in a build, but
+    """The identifiers of the packages that end up in one of the two: neither those of tests nor what only runs in a build, but
     sources that a build compiles."""
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
-    found, open_ = set(), [metadata["resolve"]["root"]]
+    ours = set(metadata["workspace_members"])
+    found, open_ = set(), list(ours)
     while open_:
         for dependency in nodes[open_.pop()]["deps"]:
             kinds = {kind["kind"] for kind in dependency["dep_kinds"]}
@@ -32,7 +34,7 @@ def linked(metadata):
             if (None in kinds or source) and dependency["pkg"] not in found:
                 found.add(dependency["pkg"])
                 open_.append(dependency["pkg"])
-    return found
+    return found - ours
 
 
 def main():
@@ -42,7 +44,8 @@ def main():
     packages = [package for package in metadata["packages"] if package["id"] in wanted]
     packages.sort(key=lambda package: (package["name"], package["version"]))
     by_text = {}
-    print("What the program stickslip is made of beside its own source, with its licences. Below each text stands whose it is.\n")
+    print("What the program and the Python module stickslip are made of beside their own source, with its licences.")
+    print("Below each text stands whose it is.\n")
     for package in packages:
         name = f"{package['name']} {package['version']}"
         folder = pathlib.Path(package["manifest_path"]).parent
