@@ -88,7 +88,7 @@ def source(case: CaseLike) -> tuple[str, str]:
     """What kind of source a case has, and its text."""
     if isinstance(case, Mapping):
         return "text", "".join(f"{json.dumps(str(k))} = {toml(v, str(k))}\n" for k, v in case.items())
-    if isinstance(case, str) and ("\n" in case or "=" in case):
+    if isinstance(case, str) and ("\n" in case or ("=" in case and not os.path.exists(case))):
         return "text", case
     text = os.fspath(case)
     path = Path(text)
