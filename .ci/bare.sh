@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# .ci/bare.sh WHEEL FOLDER: a bare Debian in FOLDER that has python3 and venv and nothing else of what the program is built
+# .ci/bare.sh WHEEL PYTHON FOLDER: a bare Debian in FOLDER that has python3 and venv and nothing else of what the program is built
 # with; there the wheel is installed, the paper's case is run, its result is opened with xarray, and the tests of the Python
-# package pass. As root, because of chroot.
+# package pass. PYTHON fetches what else is installed there. As root, because of chroot.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 wheel=$(realpath "$1")
-folder=$(realpath -m "$2")
+python=$(realpath -s "$2")
+folder=$(realpath -m "$3")
 root=$folder/root
 rm -rf "$folder"
 mkdir -p "$folder/wheels"
@@ -22,7 +23,7 @@ trap 'umount "$root/proc"' EXIT
 # What is installed beside the wheel is fetched out here: the bare system needs no network.
 version=$(chroot "$root" python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 cp "$wheel" "$folder/wheels/"
-python3 -m pip download --quiet --disable-pip-version-check --only-binary=:all: --python-version "$version" \
+"$python" -m pip download --quiet --disable-pip-version-check --only-binary=:all: --python-version "$version" \
   --dest "$folder/wheels" "${wheel}[all,test]"
 cp -r "$folder/wheels" "$root/wheels"
 mkdir -p "$root/home/package"
