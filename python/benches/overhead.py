@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import stickslip
@@ -58,21 +59,24 @@ def short_runs() -> None:
     axes = {"torsion.damping": values}
     settings = {"solver.method": "series", "solver.rtol": 1e-8}
 
-    def by_sweep() -> float:
-        clock = time.perf_counter()
+    def by_sweep() -> None:
         stickslip.sweep(axes, "paper", settings, jobs=1)
-        return time.perf_counter() - clock
 
-    def by_runs() -> float:
-        clock = time.perf_counter()
+    def by_runs() -> None:
         for value in values:
             stickslip.run("paper", {**settings, "torsion.damping": value}, trajectory=False).summary["onset_time"]
-        return time.perf_counter() - clock
 
-    pairs = [(by_sweep(), by_runs()) for _ in range(ROUNDS)]
-    ratio = statistics.median(sweep / runs for sweep, runs in pairs)
-    runs = statistics.median(pair[1] for pair in pairs)
-    print(f"{POINTS} short runs: {runs / POINTS * 1e3:.2f} ms each, {ratio:.2f} of the rate of sweep on one thread")
+    def times(call: Callable[[], None]) -> tuple[float, float]:
+        clock, used = time.perf_counter(), time.process_time()
+        call()
+        return time.perf_counter() - clock, time.process_time() - used
+
+    times(by_runs)
+    pairs = [(times(by_sweep), times(by_runs)) for _ in range(ROUNDS)]
+    for index, name in enumerate(("wall", "processor")):
+        ratio = statistics.median(sweep[index] / runs[index] for sweep, runs in pairs)
+        runs = statistics.median(pair[1][index] for pair in pairs)
+        print(f"{POINTS} short runs: {name} time {runs / POINTS * 1e3:.2f} ms each, {ratio:.2f} of the rate of sweep on one thread")
 
 
 if __name__ == "__main__":

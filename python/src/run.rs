@@ -14,7 +14,8 @@ use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun, trains};
 use stickslip::case::{AnyCase, CaseError, CaseSource, Override, TrainCase};
 use stickslip::results::schema::Kind;
 use stickslip::results::{
-    AttributeValue, Extra, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values, ValuesView,
+    AttributeValue, Extra, KeptTable, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values,
+    ValuesView,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -50,6 +51,8 @@ pub struct Run {
     quantities: Vec<Quantity>,
     #[pyo3(get)]
     tables: Vec<(String, Vec<Column>)>,
+    #[pyo3(get)]
+    event_count: usize,
     meta: Vec<(String, MetaValue)>,
     /// The columns that have become arrays.
     arrays: Mutex<HashMap<(String, String), Py<PyAny>>>,
@@ -65,7 +68,7 @@ enum Rows {
     },
     File {
         path: PathBuf,
-        file: Mutex<ResultFile>,
+        file: Box<Mutex<ResultFile>>,
         headline: Vec<HeadlineRow>,
     },
 }
@@ -277,6 +280,7 @@ pub fn run(
         return Err(raised);
     }
     let KeptReport { rows, end, failure } = computed.map_err(|_| internal(py))?;
+    let event_count = rows.tables.get(1).map_or(0, KeptTable::rows);
     let mut tables = Vec::new();
     let mut columns = HashMap::new();
     for table in rows.tables {
@@ -314,6 +318,7 @@ pub fn run(
         witness: end.witness.as_ref().map(|witness| json(py, witness)).transpose()?,
         quantities: end.stick_slip().attributes().into_iter().map(quantity).collect(),
         tables,
+        event_count,
         meta: end.meta().to_vec(),
         arrays: Mutex::default(),
         rows: Rows::Kept {
@@ -394,11 +399,12 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
         witness,
         quantities: quantities.into_iter().map(quantity).collect(),
         tables: tables.collect(),
+        event_count: events.len(),
         meta: meta.collect(),
         arrays: Mutex::default(),
         rows: Rows::File {
             path,
-            file: Mutex::new(file),
+            file: Box::new(Mutex::new(file)),
             headline,
         },
     })

@@ -23,6 +23,7 @@ class Run:
     headline: list[tuple[str, str, str]]
     quantities: list[tuple[str, float, str, str]]
     tables: list[tuple[str, list[_Column]]]
+    event_count: int
     @property
     def path(self) -> Path | None: ...
     @property

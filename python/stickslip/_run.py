@@ -130,7 +130,7 @@ class Run:
         ``onset_time``, ``final_stick_time``, the periods in s, ``stick_count``, ``growth_exponent`` and so on; ``None`` is what the
         run does not have. The units are in :attr:`summary_units`.
         """
-        found: dict[str, float | int | None] = {"events": len(self.table("events")["time"])}
+        found: dict[str, float | int | None] = {"events": self._native.event_count}
         for name, value, _, _ in self._native.quantities:
             count = name in ("stick_count", "slip_count")
             found[name] = None if math.isnan(value) else int(value) if count else value
