@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _native
 from ._case import CaseLike, Overrides
 from ._errors import FileError
-from ._run import PathLike, Run, run
+from ._run import PathLike, Run, command, run
 from ._run import open as open_file
 
 MOST_DIGITS = 16
@@ -148,7 +147,8 @@ def certify(
             arguments += ["--digits", str(digits)]
         if oracle:
             arguments.append("--oracle")
-        return Certificate(_native.command(arguments, True), folder, file)
+        names = {} if certified.path is not None else {os.fspath(certified._file()): "the run"}
+        return Certificate(command(arguments, names), folder, file)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise

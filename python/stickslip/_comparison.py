@@ -12,9 +12,8 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _native
 from ._errors import InputError
-from ._run import PathLike, Run
+from ._run import PathLike, Run, command
 
 Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
 
@@ -158,8 +157,11 @@ def compare(
         arguments += [f"--column={channel}={column}" for channel, column in (columns or {}).items()]
         arguments += [f"--column={channel}={channel}:{unit}" for channel, unit in (units or {}).items()]
         arguments += [f"--require={requirement}" for requirement in require]
-        text, document, _, _ = _native.command(arguments, True)
-        comparison = Comparison(text, json.loads(document or "{}"))
-        if arrays or isinstance(candidate, Run):
-            comparison.document["candidate"] = "the arrays" if arrays else "the run"
-        return comparison
+        # What was written for the program alone is called by what it is.
+        known_as = {os.fspath(folder / "candidate.npz"): "the arrays", os.fspath(folder / "events.csv"): "the events"}
+        if isinstance(candidate, Run) and candidate.path is None:
+            known_as[os.fspath(candidate._file())] = "the run"
+        if isinstance(reference, Run) and reference.path is None:
+            known_as[os.fspath(reference._file())] = "the reference"
+        text, document, _, _ = command(arguments, known_as)
+        return Comparison(text, json.loads(document or "{}"))

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._case import CaseLike, Overrides, settings, source
-from ._errors import InputError, RunError
+from ._errors import InputError, RunError, StickslipError
 
 if TYPE_CHECKING:
     import pandas
@@ -345,6 +345,26 @@ class Run:
             paper = f"<td>{cells[2]}</td>" if with_paper else ""
             rows.append(f"<tr><td style='text-align:left'>{cells[0]}</td><td>{cells[1]}</td>{paper}</tr>")
         return f"<table><caption>{html.escape(self._caption())}</caption>{head}{''.join(rows)}</table>"
+
+
+def command(arguments: list[str], names: Mapping[str, str]) -> tuple[str, str | None, list[str], str | None]:
+    """A command of the program, whose reports and errors have the names of the files replaced."""
+
+    def named(text: str) -> str:
+        for file, name in names.items():
+            text = text.replace(file, name)
+        return text
+
+    try:
+        text, document, messages, shortfall = _native.command(arguments, True)
+    except StickslipError as error:
+        raise type(error)(named(str(error))) from None
+    return (
+        named(text),
+        None if document is None else named(document),
+        [named(message) for message in messages],
+        None if shortfall is None else named(shortfall),
+    )
 
 
 def run(

@@ -62,3 +62,16 @@ def test_property_wrong_candidates(paper, tmp_path):
         stickslip.compare(paper, tmp_path / "none.csv")
     with pytest.raises(stickslip.InputError):
         stickslip.compare(paper, time=[1.0, 2.0], no_such_channel=[1.0, 2.0], units={"no_such_channel": "m"})
+
+
+def test_regression_reports_and_errors_name_no_file_of_their_own():
+    reference = stickslip.run("paper")
+    window = (reference.time > 6.966) & (reference.time < 6.99)
+    t, w = reference.time[window], reference.trajectory["relative_velocity"][window]
+    comparison = stickslip.compare(reference, time=t, relative_velocity=w)
+    assert str(comparison).startswith("the arrays against the reference")
+    assert comparison.candidate == "the arrays"
+    assert str(stickslip.compare(reference, stickslip.run("paper"))).startswith("the run against the reference")
+    with pytest.raises(stickslip.InputError, match="^the arrays, row 1 of time: "):
+        stickslip.compare(reference, time=t[::-1], relative_velocity=w)
+    assert "/stickslip-" not in str(stickslip.certify(reference)) + str(comparison)
