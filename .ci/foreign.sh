@@ -10,7 +10,8 @@ cd "$2"
 "$program" export paper-si.h5 --table events -o events.mat --quiet --force
 "$program" export paper-si.h5 --table events -o events.csv --quiet --force
 # Octave without a window complains at its end.
-octave --no-gui --quiet --path "$examples" --eval "brake('events.mat', 'octave.csv')" 2>/dev/null
+octave --no-gui --quiet --path "$examples" --eval "brake('events.mat', 'octave.csv')" 2>octave.log ||
+  { cat octave.log >&2; exit 1; }
 "$program" compare paper-si.h5 octave.csv --require 'events<1e-9' --require 'missing<1' --require 'spurious<1' | head -n 2
 if command -v julia >/dev/null; then
   julia "$examples/brake.jl" events.csv julia.csv

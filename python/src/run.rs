@@ -132,10 +132,16 @@ impl Run {
             }
         };
         let Some(values) = values else {
-            // Another thread may have been faster.
-            return self
-                .known(py, &key)
-                .ok_or_else(|| pyo3::exceptions::PyKeyError::new_err(format!("{}/{}", key.0, key.1)));
+            // Another thread has taken them, and may not have made the array yet.
+            let is_column =
+                |(group, columns): &(String, Vec<Column>)| *group == key.0 && columns.iter().any(|c| c.0 == key.1);
+            while self.tables.iter().any(is_column) {
+                if let Some(array) = self.known(py, &key) {
+                    return Ok(array);
+                }
+                py.detach(|| std::thread::sleep(std::time::Duration::from_millis(1)));
+            }
+            return Err(pyo3::exceptions::PyKeyError::new_err(format!("{}/{}", key.0, key.1)));
         };
         let array = match values {
             Values::Int8(values) => PyArray1::from_vec(py, values).into_any(),

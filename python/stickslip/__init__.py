@@ -11,7 +11,7 @@ All numbers are in SI and radians. What the columns are is in docs/result-file.m
 from ._case import Case, cases
 from ._certificate import Certificate, certify
 from ._comparison import Comparison, compare
-from ._errors import CaseError, FileError, InputError, RunError, StickslipError
+from ._errors import CaseError, FileError, InputError, RunError, StickslipError, StickslipWarning
 from ._modes import Modes, modes
 from ._native import __version__
 from ._run import Run, open, run
@@ -28,6 +28,7 @@ __all__ = [
     "Run",
     "RunError",
     "StickslipError",
+    "StickslipWarning",
     "__version__",
     "cases",
     "certify",

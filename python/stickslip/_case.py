@@ -88,7 +88,12 @@ def source(case: CaseLike) -> tuple[str, str]:
     """What kind of source a case has, and its text."""
     if isinstance(case, Mapping):
         return "text", "".join(f"{json.dumps(str(k))} = {toml(v, str(k))}\n" for k, v in case.items())
-    if isinstance(case, str) and ("\n" in case or ("=" in case and not os.path.exists(case))):
+    if not isinstance(case, (str, os.PathLike)):
+        raise InputError(
+            f"a {type(case).__name__} is no case; give a built-in name, a path, a TOML text or a mapping; of a run, run.case"
+        )
+    named = isinstance(case, str) and case.endswith((".toml", ".h5"))
+    if isinstance(case, str) and ("\n" in case or ("=" in case and not named and not os.path.exists(case))):
         return "text", case
     text = os.fspath(case)
     path = Path(text)

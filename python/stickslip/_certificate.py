@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._case import CaseLike, Overrides
-from ._errors import FileError
+from ._errors import FileError, InputError
 from ._run import PathLike, Run, command, run
 from ._run import open as open_file
 
@@ -102,13 +102,29 @@ class Certificate:
         return found
 
     def save(self, path: PathLike, *, replace: bool = False) -> Path:
-        """Writes the result file with its certificate, and returns where it is."""
+        """Writes the result file with its certificate, and returns where it is.
+
+        An earlier result of this program there is replaced, any other file only with ``replace``.
+        """
         target = Path(path)
         if target.exists() and not replace:
-            raise FileError(f"{target}: exists; choose another name, or replace it with replace=True")
+            try:
+                open_file(target)
+            except FileError:
+                text = f"{target}: exists and is not a result of this program; choose another name, or replace it with replace=True"
+                raise FileError(text) from None
+        beside = None
         try:
-            shutil.copyfile(self._file, target)
+            # Under its name only when it is whole.
+            with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}-", delete=False) as file:
+                beside = file.name
+                with self._file.open("rb") as source:
+                    shutil.copyfileobj(source, file)
+            shutil.copymode(self._file, beside)
+            os.replace(beside, target)
         except OSError as error:
+            if beside is not None and os.path.exists(beside):
+                os.remove(beside)
             raise FileError(f"{target}: writing the file failed: {error.strerror}; check the folder") from error
         return target
 
@@ -138,11 +154,13 @@ def certify(
     :param oracle: solve the case in multiple precision, too, and hold the run against that.
     :raises RunError: the run is not complete, or could not be certified.
     """
+    if isinstance(what, Run) and overrides:
+        raise InputError("a run is certified as it is; give overrides with a case, or to stickslip.run")
     certified = what if isinstance(what, Run) else run(what, overrides)
     folder = Path(tempfile.mkdtemp(prefix="stickslip-"))
     try:
         file = folder / "certified.h5"
-        arguments = ["certify", os.fspath(certified._file()), "-o", os.fspath(file)]
+        arguments = ["certify", os.path.abspath(certified._file()), "-o", os.fspath(file)]
         if digits is not None:
             arguments += ["--digits", str(digits)]
         if oracle:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Union
@@ -12,7 +13,7 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._errors import InputError
+from ._errors import FileError, InputError
 from ._run import PathLike, Run, command
 
 Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
@@ -61,8 +62,12 @@ def _arrays(folder: Path, arrays: dict[str, ArrayLike], stem: str) -> Path:
     found = {}
     for name, values in arrays.items():
         array = np.asarray(values)
-        if array.ndim != 1 or array.dtype.kind not in "iufbU":
+        if array.dtype.kind == "O" and all(isinstance(value, str) for value in array.flat):
+            array = array.astype(str)
+        if array.ndim != 1:
             raise InputError(f"{name}: give an array of one dimension, not one of shape {array.shape}")
+        if array.dtype.kind not in "iufbU":
+            raise InputError(f"{name}: give real numbers, not {array.dtype}")
         found[name] = array if array.dtype.kind == "U" else array.astype(np.float64)
     lengths = {name: len(array) for name, array in found.items()}
     if len(set(lengths.values())) > 1:
@@ -75,8 +80,11 @@ def _arrays(folder: Path, arrays: dict[str, ArrayLike], stem: str) -> Path:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
         return path
     path = folder / "candidate.npz"
-    # Not compressed: what reads it goes through it block by block.
-    np.savez(path, **found)  # type: ignore[arg-type, unused-ignore]
+    # Not compressed: what reads it goes through it block by block. Without savez, which takes some names for its own arguments.
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, array in found.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array)
     return path
 
 
@@ -145,7 +153,12 @@ def compare(
         else:
             assert event_file is not None
             path, event_file = event_file, None
-        arguments = ["compare", os.fspath(reference._file() if isinstance(reference, Run) else reference), os.fspath(path)]
+        against = reference._file() if isinstance(reference, Run) else Path(reference)
+        for file in (against, path):
+            if not file.exists():
+                raise FileError(f"{file}: no such file; check the name")
+        # Absolute: a name that begins with a hyphen is no option.
+        arguments = ["compare", os.path.abspath(against), os.path.abspath(path)]
         settings = {
             "--map": mapping,
             "--events": event_file,
@@ -162,6 +175,9 @@ def compare(
         if isinstance(candidate, Run) and candidate.path is None:
             known_as[os.fspath(candidate._file())] = "the run"
         if isinstance(reference, Run) and reference.path is None:
-            known_as[os.fspath(reference._file())] = "the reference"
+            known_as[os.fspath(against)] = "the reference"
+        for given, file in ((reference, against), (candidate, path)):
+            if isinstance(given, (str, os.PathLike)):
+                known_as[os.path.abspath(file)] = os.fspath(given)
         text, document, _, _ = command(arguments, known_as)
         return Comparison(text, json.loads(document or "{}"))

@@ -21,6 +21,10 @@ class FileError(StickslipError, OSError):
     """A file that is not there, is none of this program, is damaged, or cannot be written."""
 
 
+class StickslipWarning(UserWarning):
+    """What a reader of the numbers of a run has to know, such as that its onset is rounding; also in ``run.warnings``."""
+
+
 class RunError(StickslipError, RuntimeError):
     """A computation that failed.
 

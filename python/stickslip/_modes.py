@@ -8,8 +8,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from . import _native
 from ._case import CaseLike, Overrides, settings, source
+from ._run import command
 
 
 class Modes:
@@ -37,6 +37,8 @@ def modes(case: CaseLike = "paper", overrides: Overrides = None) -> Modes:
             path = Path(folder) / "case.toml"
             path.write_text(text, encoding="utf-8")
             text = os.fspath(path)
+        elif kind != "built-in":
+            text = os.path.abspath(text)
         arguments = ["modes", text, *(f"--set={setting}" for setting in settings(overrides))]
-        report, document, _, _ = _native.command(arguments)
+        report, document, _, _ = command(arguments, {text: "the case"} if kind == "text" else {}, keeps=False)
     return Modes(report, json.loads(document or "{}"))

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import tempfile
+import warnings
 import weakref
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._case import CaseLike, Overrides, settings, source
-from ._errors import InputError, RunError, StickslipError
+from ._errors import FileError, InputError, RunError, StickslipError, StickslipWarning
 
 if TYPE_CHECKING:
     import pandas
@@ -25,12 +26,16 @@ if TYPE_CHECKING:
 
 PathLike = Union[str, "os.PathLike[str]"]
 
+SCALES = ("rung", "stretch", "parameter")
+"""Of groups with more than one dimension (docs/result-file.md), the columns that begin the next."""
+
 COEFFICIENTS = 16
 """Chebyshev coefficients of a piece of the dense output."""
 
 
 class Table(Mapping[str, NDArray[Any]]):
-    """The columns of a table: a mapping from their names to one-dimensional arrays of one length.
+    """The columns of a table: a mapping from their names to one-dimensional arrays, of one length except in the groups of a
+    certificate, which have several dimensions.
 
     A column becomes an array when it is first asked for, without a copy where the run is in memory, and is the same array
     each time. It is read-only; ``array.copy()`` gives one to write into.
@@ -70,6 +75,15 @@ class Table(Mapping[str, NDArray[Any]]):
         """What the codes of a column mean; empty of one that has none."""
         return dict(self._columns[name][3])
 
+    def dimensions(self) -> dict[str, str]:
+        """The dimension of each column: the column that counts its rows."""
+        found, dimension = {}, next(iter(self), "")
+        for name in self:
+            if name in SCALES:
+                dimension = name
+            found[name] = dimension
+        return found
+
     def words(self, name: str) -> NDArray[np.str_]:
         """A column of codes in words."""
         flags = self.flags(name)
@@ -91,7 +105,12 @@ class Run:
         self._native = native
         self._known_tables: dict[str, Table] | None = None
         self._events: NDArray[np.void] | None = None
-        self._scratch: tempfile.TemporaryDirectory[str] | None = None
+        # Of a run in memory the file that the program reads, once it has been asked for.
+        self._saved: Path | None = None
+        # Of one from a file, which file that was.
+        self._identity: tuple[int, ...] | None = None
+        # The case that repeats the run, where the native one has been thinned.
+        self._resolved: str | None = None
         # What has to live as long as the run.
         self._certificate: object = None
 
@@ -111,12 +130,12 @@ class Run:
     def path(self) -> Path | None:
         """The file that it was opened from; ``None`` of a run in memory."""
         path = self._native.path
-        return None if path is None else Path(path)
+        return None if path is None or self._certificate is not None else Path(path)
 
     @property
     def case(self) -> str:
         """The case in SI and in full precision, as TOML: ``stickslip.run(run.case)`` repeats the run."""
-        return self._native.resolved
+        return self._native.resolved if self._resolved is None else self._resolved
 
     @property
     def case_text(self) -> str:
@@ -154,7 +173,7 @@ class Run:
 
     @property
     def witness(self) -> dict[str, Any] | None:
-        """What another method made of the case, if ``witness=True`` asked for it."""
+        """What another method made of the case, if ``witness=True`` asked for it; of a run from a file its ``statement`` alone."""
         witness = self._native.witness
         return None if witness is None else json.loads(witness)
 
@@ -235,7 +254,7 @@ class Run:
         import xarray
 
         table = self.table(group)
-        dimension = next(iter(table))
+        dimensions = table.dimensions()
 
         def variable(name: str) -> xarray.Variable:
             attributes: dict[str, Any] = {"units": table.units[name], "long_name": table.descriptions[name]}
@@ -243,12 +262,12 @@ class Run:
             if flags:
                 attributes["flag_values"] = np.array(list(flags), dtype=table[name].dtype)
                 attributes["flag_meanings"] = " ".join(flags.values())
-            return xarray.Variable((dimension,), table[name], attributes)
+            return xarray.Variable((dimensions[name],), table[name], attributes)
 
         variables = {name: variable(name) for name in table}
         attributes = {name: value for name, value in self.summary.items() if value is not None and name != "events"}
         dataset = xarray.Dataset(variables, attrs=attributes if group == "stick_slip" else {"title": self.title})
-        return dataset.set_coords(dimension)
+        return dataset.set_coords(sorted(set(dimensions.values())))
 
     # ---- dense output
 
@@ -306,7 +325,8 @@ class Run:
     def save(self, path: PathLike, *, replace: bool = False) -> Path:
         """Writes the result file, and returns where it is.
 
-        It is the file that ``stickslip run --no-witness`` writes, byte by byte but for /meta and ``history``. An earlier result
+        It is the file that ``stickslip run --no-witness`` writes (with ``witness=True`` the one with the witness), byte by byte
+        but for /meta, whose ``command_line`` is that of this process, and ``history``. An earlier result
         of this program there is replaced, any other file only with ``replace``. Of a run that did not come to its end it is the
         partial file, ``NAME.partial.h5``.
         """
@@ -314,14 +334,15 @@ class Run:
 
     def _file(self) -> Path:
         """A file with this run: that which it is from, or one that is gone with it."""
-        if self.path is not None:
-            return self.path
-        if self._scratch is None:
+        if self._native.path is not None:
+            if self._identity is not None and self._identity != identity(self._native.path):
+                raise FileError(f"{self._native.path}: has been replaced or changed since it was opened; open it again")
+            return Path(self._native.path)
+        if self._saved is None:
             scratch = tempfile.TemporaryDirectory(prefix="stickslip-")
-            self.save(Path(scratch.name) / "run.h5")
-            self._scratch = scratch
             weakref.finalize(self, scratch.cleanup)
-        return Path(self._scratch.name) / "run.h5"
+            self._saved = self.save(Path(scratch.name) / "run.h5")
+        return self._saved
 
     # ---- how it looks
 
@@ -333,7 +354,8 @@ class Run:
     def __repr__(self) -> str:
         lines = self._native.headline
         width = max((len(name) for name, _, _ in lines), default=0)
-        return "\n".join([self._caption(), *(f"  {name:<{width}}  {value}" for name, value, _ in lines)])
+        warned = (f"  warning: {warning}" for warning in self.warnings)
+        return "\n".join([self._caption(), *(f"  {name:<{width}}  {value}" for name, value, _ in lines), *warned])
 
     def _repr_html_(self) -> str:
         lines = self._native.headline
@@ -344,10 +366,22 @@ class Run:
             cells = [html.escape(cell) for cell in line]
             paper = f"<td>{cells[2]}</td>" if with_paper else ""
             rows.append(f"<tr><td style='text-align:left'>{cells[0]}</td><td>{cells[1]}</td>{paper}</tr>")
-        return f"<table><caption>{html.escape(self._caption())}</caption>{head}{''.join(rows)}</table>"
+        warned = "".join(f"<p>warning: {html.escape(warning)}</p>" for warning in self.warnings)
+        return f"<table><caption>{html.escape(self._caption())}</caption>{head}{''.join(rows)}</table>{warned}"
 
 
-def command(arguments: list[str], names: Mapping[str, str]) -> tuple[str, str | None, list[str], str | None]:
+def identity(path: PathLike) -> tuple[int, ...] | None:
+    """What tells a file from another that has come in its place; ``None`` if there is none."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def command(
+    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True
+) -> tuple[str, str | None, list[str], str | None]:
     """A command of the program, whose reports and errors have the names of the files replaced."""
 
     def named(text: str) -> str:
@@ -356,7 +390,7 @@ def command(arguments: list[str], names: Mapping[str, str]) -> tuple[str, str | 
         return text
 
     try:
-        text, document, messages, shortfall = _native.command(arguments, True)
+        text, document, messages, shortfall = _native.command(arguments, keeps)
     except StickslipError as error:
         raise type(error)(named(str(error))) from None
     return (
@@ -392,14 +426,20 @@ def run(
     :param trajectory: ``False`` keeps the events alone, which is several times faster: for many runs.
     :raises CaseError: with every problem of the case, its line and key.
     :raises RunError: the run failed; ``error.run`` is what was computed.
+    :warns StickslipWarning: what a reader of the numbers has to know, such as that the onset is rounding.
     :raises KeyboardInterrupt: Ctrl-C ended the run.
     """
     kind, text = source(case)
-    if dense and not trajectory:
+    if not trajectory and (dense or (overrides or {}).get("output.dense")):
         raise InputError("dense=True keeps the motion, and trajectory=False does not; leave one of them out")
     others = {"solver.method": method, "solver.rtol": rtol, "output.end_time": end_time, "output.dense": dense or None}
-    native = _native.run(kind, text, settings(overrides, **others), witness, trajectory)
+    chosen = settings(overrides, **others)
+    native = _native.run(kind, text, chosen, witness, trajectory)
     made = Run(native)
+    if not trajectory:
+        made._resolved = _native.resolve(kind, text, chosen)
+    for warning in made.warnings:
+        warnings.warn(warning, StickslipWarning, stacklevel=2)
     if native.failure is not None:
         error = RunError(native.failure)
         error.run = made
@@ -416,7 +456,14 @@ def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
     """
     from ._sweep import is_sweep, read_sweep
 
-    name = os.fspath(path)
+    name = os.path.abspath(os.fspath(path))
     if is_sweep(name):
         return read_sweep(name)
-    return Run(_native.open_result(name))
+    found = identity(name)
+    try:
+        opened = Run(_native.open_result(name))
+    except FileError as error:
+        # By the name that was given.
+        raise FileError(str(error).replace(name, os.fspath(path))) from None
+    opened._identity = found
+    return opened

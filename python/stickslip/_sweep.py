@@ -15,7 +15,7 @@ import numpy as np
 from . import _native
 from ._case import CaseLike, Overrides, is_hdf5, settings, source, toml
 from ._errors import FileError, InputError
-from ._run import PathLike
+from ._run import PathLike, command
 
 if TYPE_CHECKING:
     import xarray
@@ -136,7 +136,9 @@ def sweep(
             path.write_text(text, encoding="utf-8")
             text = os.fspath(path)
         file = folder / "sweep.h5" if output is None else Path(output)
-        arguments = ["sweep", text, "-o", os.fspath(file)]
+        if text.startswith("-"):
+            text = os.path.abspath(text)
+        arguments = ["sweep", text, "-o", os.path.abspath(file)]
         arguments += [f"--set={setting}" for setting in settings(changes)]
         if method is not None:
             arguments.append(f"--method={method}")
@@ -144,7 +146,10 @@ def sweep(
             arguments.append(f"--jobs={jobs}")
         if replace:
             arguments.append("--force")
-        _, document, warnings, _ = _native.command(arguments)
+        known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
+        if output is None:
+            known_as[os.fspath(file)] = "the sweep (keep it with output=)"
+        _, document, warnings, _ = command(arguments, known_as, keeps=False)
         dataset = read_sweep(file)
         report = json.loads(document or "{}")
         dataset.attrs["unfinished"] = report.get("unfinished") or 0

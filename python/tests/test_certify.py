@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray
 
 import stickslip
 
@@ -13,8 +14,7 @@ def certificate(paper):
     return stickslip.certify(paper)
 
 
-def test_multiprecision_paper_certificate(certificate, paper):
-    # 30-digit events of data/truth: the first stick of the built-in case.
+def test_cli_paper_certificate(certificate, paper):
     events = certificate.events
     assert certificate.converged
     assert len(events) == len(paper.events)
@@ -30,8 +30,39 @@ def test_results_certified_run(certificate, tmp_path):
     opened = stickslip.open(path)
     assert np.array_equal(opened.events["time_uncertainty"], uncertainty)
     assert {"certificate", "sensitivity"} <= {name.split("/")[0] for name in opened.tables}
-    with pytest.raises(stickslip.FileError):
-        certificate.save(path)
+    # An earlier result is replaced, another file is not.
+    assert certificate.save(path) == path
+    other = tmp_path / "notes.txt"
+    other.write_text("mine")
+    with pytest.raises(stickslip.FileError, match="is not a result"):
+        certificate.save(other)
+    assert other.read_text() == "mine" and len(list(tmp_path.iterdir())) == 2
+    for group in ("certificate", "sensitivity"):
+        dataset = opened.to_xarray(group)
+        with xarray.open_dataset(path, group=group, engine="h5netcdf") as file:
+            for name, variable in dataset.variables.items():
+                assert variable.dims == file.variables[name].dims, name
+                assert np.array_equal(variable.values, file.variables[name].values, equal_nan=True), name
+
+
+def test_regression_overrides_of_a_run_are_refused(paper):
+    with pytest.raises(stickslip.InputError, match="certified as it is"):
+        stickslip.certify(paper, {"friction.decay": 4.0})
+
+
+def test_regression_a_file_that_was_replaced_is_not_the_run(belt, tmp_path, monkeypatch):
+    path = belt.save(tmp_path / "a.h5")
+    opened = stickslip.open(path)
+    stickslip.run("belt-leine", {"output.end_time": 5}).save(path)
+    for use in (lambda: stickslip.certify(opened), lambda: stickslip.compare(opened, belt)):
+        with pytest.raises(stickslip.FileError, match="open it again"):
+            use()
+    # By another folder's name it is the same file.
+    monkeypatch.chdir(tmp_path)
+    again = stickslip.open("a.h5")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert stickslip.compare(again, again).document["missing"] == 0
 
 
 def test_cli_certificate_text(certificate):

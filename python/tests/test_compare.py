@@ -38,7 +38,11 @@ def test_property_units_of_arrays(paper):
     plain = stickslip.compare(paper, time=time, relative_velocity=velocity)
     rpm = velocity * 60 / (2 * np.pi)
     other = stickslip.compare(paper, time=time, relative_velocity=rpm, units={"relative_velocity": "rpm"})
-    assert other.document["missing"] == plain.document["missing"]
+    # Without the unit the velocities are 9.5 times too large; with it they are what they were, to their rounding.
+    assert other.causes == plain.causes
+    assert other.verdict == plain.verdict
+    wrong = stickslip.compare(paper, time=time, relative_velocity=rpm)
+    assert "wrong-units" in [cause["cause"] for cause in wrong.causes]
 
 
 def test_property_events_alone(paper):
@@ -58,7 +62,7 @@ def test_property_wrong_candidates(paper, tmp_path):
         stickslip.compare(paper, relative_velocity=[1.0])
     with pytest.raises(stickslip.InputError, match="no candidate"):
         stickslip.compare(paper)
-    with pytest.raises(stickslip.InputError):
+    with pytest.raises(stickslip.FileError, match="no such file"):
         stickslip.compare(paper, tmp_path / "none.csv")
     with pytest.raises(stickslip.InputError):
         stickslip.compare(paper, time=[1.0, 2.0], no_such_channel=[1.0, 2.0], units={"no_such_channel": "m"})
@@ -75,3 +79,24 @@ def test_regression_reports_and_errors_name_no_file_of_their_own():
     with pytest.raises(stickslip.InputError, match="^the arrays, row 1 of time: "):
         stickslip.compare(reference, time=t[::-1], relative_velocity=w)
     assert "/stickslip-" not in str(stickslip.certify(reference)) + str(comparison)
+
+
+def test_regression_events_of_a_data_frame_and_names_of_any_kind(paper, tmp_path, monkeypatch):
+    assert stickslip.compare(paper, events=paper.events_table()).document["missing"] == 0
+    with pytest.raises(stickslip.InputError, match="real numbers, not complex128"):
+        stickslip.compare(paper, time=[0j, 1j], relative_velocity=[0.0, 1.0])
+    window = slice(0, 100)
+    arrays = {name: paper.trajectory[name][window] for name in ("time", "relative_velocity")}
+    stickslip.compare(paper, **arrays, file=paper.time[window])
+    monkeypatch.chdir(tmp_path)
+    paper.save("-x.h5")
+    assert str(stickslip.compare("-x.h5", paper)).startswith("the run against -x.h5")
+    with pytest.raises(stickslip.FileError, match="^none.h5: no such file"):
+        stickslip.compare(paper, "none.h5")
+
+
+def test_regression_what_a_failed_run_computed_can_be_compared(paper):
+    with pytest.raises(stickslip.RunError) as failed:
+        stickslip.run("paper", {"solver.max_events": 60})
+    assert failed.value.run.status == "failed"
+    assert stickslip.compare(paper, failed.value.run).document["candidate_events"] < 95

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-import tomllib
 from pathlib import Path
 
 import h5py
@@ -17,6 +16,9 @@ import pytest
 import xarray
 
 import stickslip
+
+# In the standard library since 3.11
+tomllib = pytest.importorskip("tomllib")
 from conftest import SHORT
 
 
@@ -272,8 +274,10 @@ def test_property_other_threads_go_on_while_a_run_computes():
     turns, done = 0, threading.Event()
 
     def work():
-        stickslip.run("paper", {"solver.method": "cvode-bdf"})
-        done.set()
+        try:
+            stickslip.run("paper", {"solver.method": "cvode-bdf"})
+        finally:
+            done.set()
 
     thread = threading.Thread(target=work)
     thread.start()
@@ -312,3 +316,18 @@ def test_property_types():
         command = [sys.executable, "-m", "mypy", *what]
         checked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+def test_regression_warnings_are_seen():
+    with pytest.warns(stickslip.StickslipWarning, match="."):
+        run = stickslip.run("unperturbed")
+    assert run.warnings and "warning: " in repr(run) and "warning: " in run._repr_html_()
+
+
+def test_regression_a_run_without_trajectory_repeats_whole():
+    run = stickslip.run("paper", SHORT, trajectory=False)
+    assert len(stickslip.run(run.case).time) == len(stickslip.run("paper", SHORT).time)
+    with pytest.raises(stickslip.InputError, match="trajectory=False"):
+        stickslip.run("paper", {"output.dense": True}, trajectory=False)
+    with pytest.raises(stickslip.InputError, match=r"run\.case"):
+        stickslip.run(run)

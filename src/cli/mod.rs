@@ -4,6 +4,7 @@ mod arguments;
 mod builtins;
 mod calibrate;
 mod candidates;
+mod capture;
 mod captured;
 mod case_command;
 mod certify;
@@ -30,7 +31,7 @@ mod trains;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
-pub use captured::{Captured, capture};
+pub use capture::{Captured, capture};
 pub use completions::complete_if_asked;
 
 use crate::quote;
