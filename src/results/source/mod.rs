@@ -82,7 +82,7 @@ impl Program {
 }
 
 /// From now on HDF5 files are read by processes of their own, which are this same program: its `main` has to call
-/// [`serve_if_asked`] first. If the system does not say which program this is, opening a file is an error.
+/// [`serve_if_asked`](super::serve_if_asked) first. If the system does not say which program this is, opening a file is an error.
 pub fn read_apart() {
     let program = std::env::current_exe().map(|path| Program {
         identity: Identity::of(&path),
