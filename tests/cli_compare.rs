@@ -384,6 +384,17 @@ fn cli_damaged_files_are_refused() {
     folder.write("cut.npz", &whole[..whole.len() / 2]);
     let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "cut.npz"]));
     assert!(error.contains("cut.npz") && error.contains("numpy.savez"), "{error}");
+    // One bit of the last value of the first array, which is stored as it is: the CRC-32 of the member differs.
+    let mut flipped = whole.clone();
+    let second = b"relative_velocity.npy";
+    let at = (0..whole.len()).find(|&at| whole[at..].starts_with(second)).unwrap() - 30 - 8;
+    flipped[at] ^= 1;
+    folder.write("flipped.npz", &flipped);
+    let error = refusal(&mut folder.stickslip(&["compare", "paper.h5", "flipped.npz"]));
+    assert!(
+        error.contains("flipped.npz") && error.contains("time: Invalid checksum"),
+        "{error}"
+    );
     npz(
         &folder.path("uneven.npz"),
         &[columns[0].clone(), ("relative_velocity", vec![1.0; 5])],

@@ -253,6 +253,15 @@ const BAD: &[(&str, &str, &[&str])] = &[
         ],
     ),
     (
+        "output.end_time = 0.02",
+        "output.end_time = {}\nfriction.typo = {}\noutput.window = {}",
+        &[
+            "bad.toml:6: set.output.end_time: an empty table sets nothing",
+            "bad.toml:7: set.friction.typo: a case has no key",
+            "bad.toml:8: set.output.window: an empty table",
+        ],
+    ),
+    (
         "events = true",
         "events = 1",
         &["bad.toml:24: keep.events: expected true or false"],

@@ -38,9 +38,17 @@ fn modules() -> BTreeMap<Module, PathBuf> {
 #[derive(Default)]
 struct Paths {
     found: Vec<Vec<String>>,
+    /// Those of `use`.
+    used: Vec<Vec<String>>,
 }
 
 impl Paths {
+    fn of(file: &Path) -> Paths {
+        let mut paths = Paths::default();
+        paths.visit_file(&syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap());
+        paths
+    }
+
     fn spell_out(&mut self, tree: &syn::UseTree, mut at: Vec<String>) {
         match tree {
             syn::UseTree::Path(path) => {
@@ -74,7 +82,9 @@ fn of_tests(attributes: &[syn::Attribute]) -> bool {
 
 impl<'a> Visit<'a> for Paths {
     fn visit_item_use(&mut self, item: &'a syn::ItemUse) {
+        let before = self.found.len();
         self.spell_out(&item.tree, Vec::new());
+        self.used.extend_from_slice(&self.found[before..]);
     }
 
     fn visit_item_mod(&mut self, item: &'a syn::ItemMod) {
@@ -87,6 +97,41 @@ impl<'a> Visit<'a> for Paths {
         self.found
             .push(path.segments.iter().map(|segment| segment.ident.to_string()).collect());
         visit::visit_path(self, path);
+    }
+}
+
+/// The modules, and what each of them brings in by `use` under a name that others may take from it.
+struct Crate {
+    modules: BTreeMap<Module, PathBuf>,
+    brought: BTreeMap<(Module, String), Vec<String>>,
+}
+
+impl Crate {
+    fn read() -> Crate {
+        let modules = modules();
+        let mut brought = BTreeMap::new();
+        for (module, file) in &modules {
+            for path in Paths::of(file).used {
+                brought.insert((module.clone(), path.last().unwrap().clone()), path);
+            }
+        }
+        Crate { modules, brought }
+    }
+
+    /// Where what a path of `me` names is defined, if that is in a module of the crate.
+    fn home(&self, me: &Module, path: &[String], depth: usize) -> Option<Module> {
+        let at = target(&self.modules, me, path)?;
+        let next = path
+            .iter()
+            .skip_while(|name| ["crate", "self", "super"].contains(&name.as_str()));
+        let next = next.cloned().collect::<Vec<_>>();
+        // The first name behind those of modules.
+        let inside = next.iter().skip_while(|name| at.contains(name)).cloned().next();
+        let further = inside.and_then(|name| self.brought.get(&(at.clone(), name)));
+        match further {
+            Some(path) if depth > 0 => self.home(&at, path, depth - 1).or(Some(at)),
+            _ => Some(at),
+        }
     }
 }
 
@@ -118,19 +163,25 @@ fn target(modules: &BTreeMap<Module, PathBuf>, me: &Module, path: &[String]) -> 
     (!at.is_empty()).then_some(at)
 }
 
-/// Every path that the file names.
-fn paths_in(file: &Path) -> Vec<Vec<String>> {
-    let mut paths = Paths::default();
-    paths.visit_file(&syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap());
-    paths.found
-}
-
-/// Which modules each knows.
+/// Which modules each knows, as the paths name them.
 fn knowledge() -> BTreeMap<Module, BTreeSet<Module>> {
     let modules = modules();
+    knowledge_by(&modules, |me, path| target(&modules, me, path))
+}
+
+/// Which modules each knows: those in which what it names is defined, whichever module hands it on.
+fn knowledge_of_homes() -> BTreeMap<Module, BTreeSet<Module>> {
+    let all = Crate::read();
+    knowledge_by(&all.modules, |me, path| all.home(me, path, 8))
+}
+
+fn knowledge_by(
+    modules: &BTreeMap<Module, PathBuf>,
+    leads_to: impl Fn(&Module, &[String]) -> Option<Module>,
+) -> BTreeMap<Module, BTreeSet<Module>> {
     let of = |(me, file): (&Module, &PathBuf)| {
-        let paths = paths_in(file);
-        let known = paths.iter().filter_map(|path| target(&modules, me, path));
+        let paths = Paths::of(file).found;
+        let known = paths.iter().filter_map(|path| leads_to(me, path));
         (me.clone(), known.filter(|other| other != me).collect())
     };
     modules.iter().map(of).collect()
@@ -203,6 +254,53 @@ fn property_no_files_know_each_other_in_a_circle() {
     );
 }
 
+/// Folders whose files still know each other in a circle.
+const CIRCLES: [&str; 5] = ["case", "compare", "hybrid", "plot", "simulation"];
+
+/// A folder is one with all that is below it, and what its `mod.rs` hands on belongs to the file that defines it.
+#[test]
+fn property_no_members_of_a_folder_know_each_other_in_a_circle() {
+    let knowledge = knowledge_of_homes();
+    // Of each folder, which of its members each of them knows.
+    let mut folders: BTreeMap<Module, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
+    for (module, known) in &knowledge {
+        for other in known {
+            let common = module.iter().zip(other).take_while(|(a, b)| a == b).count();
+            if let (true, Some(one), Some(two)) = (common > 0, module.get(common), other.get(common)) {
+                let members = folders.entry(module[..common].to_vec()).or_default();
+                members.entry(one.clone()).or_default().insert(two.clone());
+            }
+        }
+    }
+    let mut circles: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (folder, members) in &folders {
+        for start in members.keys() {
+            // What is known from here on, and by whom.
+            let mut from: BTreeMap<&String, &String> = BTreeMap::new();
+            let mut open = vec![start];
+            while let Some(member) = open.pop() {
+                for other in members.get(member).into_iter().flatten() {
+                    if other == start {
+                        let mut circle = vec![member.as_str()];
+                        let mut at = member;
+                        while at != start {
+                            at = from[at];
+                            circle.push(at);
+                        }
+                        circle.sort_unstable();
+                        circles.entry(folder.join("::")).or_default().insert(circle.join(", "));
+                    } else if !from.contains_key(other) {
+                        from.insert(other, member);
+                        open.push(other);
+                    }
+                }
+            }
+        }
+    }
+    let found: Vec<&String> = circles.keys().collect();
+    assert_eq!(found, CIRCLES, "{circles:#?}");
+}
+
 /// What one room alone knows, and the rooms that may name it: the places of the state's components, which friction
 /// law it is, and which profile a signal is.
 #[test]
@@ -228,7 +326,7 @@ fn property_what_stays_in_a_room_is_named_nowhere_else() {
     ];
     let mut wrong = Vec::new();
     for (module, file) in modules() {
-        let paths: Vec<String> = paths_in(&file).iter().map(|path| path.join("::")).collect();
+        let paths: Vec<String> = Paths::of(&file).found.iter().map(|path| path.join("::")).collect();
         for (name, _) in rooms.iter().filter(|(_, rooms)| !rooms.contains(&module[0].as_str())) {
             if paths.iter().any(|path| path.contains(name)) {
                 wrong.push(format!("{} names {name}", module.join("::")));
@@ -236,6 +334,20 @@ fn property_what_stays_in_a_room_is_named_nowhere_else() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A name is followed to where it is defined.
+#[test]
+fn property_what_a_folder_hands_on_is_found_where_it_is_defined() {
+    let all = Crate::read();
+    let names = |names: &str| names.split("::").map(str::to_owned).collect::<Vec<_>>();
+    for (me, path, home) in [
+        ("results::check", "super::ResultFile", "results::reader"),
+        ("results::check", "super::source::Holds", "results::source::protocol"),
+        ("plot::run", "crate::results::Status", "results::header"),
+    ] {
+        assert_eq!(all.home(&names(me), &names(path), 8), Some(names(home)), "{path}");
+    }
 }
 
 /// The reader above finds what there is to find.

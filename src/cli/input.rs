@@ -3,7 +3,7 @@
 use super::{CommandError, End, complain, failure};
 use crate::case::{Case, CaseError, CaseSource, Origin, Override};
 use crate::hybrid::RunError;
-use crate::results::{ResultError, ResultFile, is_hdf5};
+use crate::results::{ResultError, is_hdf5, open_sound};
 use crate::simulation::{RunFailure, RunReport};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -76,7 +76,7 @@ impl Given {
         let source = if case == STANDARD_INPUT {
             CaseSource::standard_input().map_err(bad_case)?
         } else if path.is_file() && (is_hdf5(path) || path.extension().is_some_and(|e| e == "h5")) {
-            let file = ResultFile::open(path).map_err(bad_file)?;
+            let file = open_sound(path).map_err(bad_file)?;
             text = Some(file.case_text().map_err(bad_file)?);
             CaseSource::result(path, file.resolved().map_err(bad_file)?)
         } else if path.exists() || looks_like_a_path(case) {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use hdf5::Group;
 use serde::{Deserialize, Serialize};
@@ -10,7 +11,7 @@ use super::attributes::{write_number_attribute, write_text_attribute};
 use super::schema::{self, attribute};
 use super::table::create_group;
 use super::target::{self, Overwrite};
-use super::{ResultError, checksums, raw, source};
+use super::{ResultError, checksums, raw, seal, source};
 
 /// What is added, in the form in which it is stored: tables of equal columns.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -133,16 +134,29 @@ pub fn write_certified(
 
 fn copy_with(from: &Path, partial: &Path, tables: &CertificateTables) -> Result<(), ResultError> {
     fs::copy(from, partial).map_err(|error| ResultError::io(partial, "copying the result", error))?;
-    source::add_certificate(partial, tables)
+    let tables = postcard::to_allocvec(tables).map_err(|error| {
+        ResultError::write_detail(partial, false, format!("the certificate cannot be sent: {error}"))
+    })?;
+    source::change_apart(partial, tables, add_to)?;
+    seal::write(partial).map_err(|error| ResultError::io(partial, "saving the file", error))
 }
 
-/// Adds the certificate to an open file: called where a damaged one does no harm.
-pub(super) fn add_to(path: &Path, tables: &CertificateTables) -> hdf5::Result<()> {
+/// Reads HDF5 files for the program that started this one, and certifies them, if that is what the arguments ask for: to
+/// be called before anything else.
+pub fn serve_if_asked() -> Option<ExitCode> {
+    source::serve_if_asked(add_to)
+}
+
+/// Adds an encoded certificate to the file at `path`, where a damaged one does no harm.
+fn add_to(path: &Path, tables: &[u8]) -> hdf5::Result<()> {
+    // Some of its names are borrowed for ever. It comes once.
+    let tables = postcard::from_bytes(Vec::leak(tables.to_vec()))
+        .map_err(|error| hdf5::Error::from(format!("the certificate came garbled: {error}")))?;
     let file = hdf5::File::open_rw(path)?;
     // The sums of the values stay those of their writer: damage to the original is found in its copy, too.
     let stored = file.dataset(schema::CHECKSUMS).and_then(|lines| raw::read_text(&lines));
     let known = checksums::known(&stored.ok().flatten().unwrap_or_default());
-    add(&file, tables)?;
+    add(&file, &tables)?;
     checksums::write(&file, &known)?;
     file.flush()
 }

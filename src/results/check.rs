@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::schema::{self, CHECKSUMS, Extension, Kind as Stored, Table, group, root};
+use super::seal::{self, Seal};
 use super::source::{Holds, Kind, Source};
 use super::{AttributeValue, ResultError, ResultFile, Status, checksums};
 use crate::model::Mode;
@@ -23,6 +24,8 @@ pub struct CheckReport {
     /// Whether the file has checksums of its texts and attributes, which files of earlier versions and of killed runs
     /// lack.
     pub checksums: bool,
+    /// Whether the file has a checksum of all its bytes, which files that another program has changed lack, too.
+    pub sealed: bool,
     /// Variables whose every value was read.
     pub variables: usize,
     /// Rows of the trajectory; 0 in other files.
@@ -40,62 +43,77 @@ pub struct Problem {
     pub what: String,
 }
 
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.place, self.what)
+    }
+}
+
 /// Values, or rows, read at a time.
 const BLOCK: usize = 65_536;
 /// What a file says of itself: see [`Status::name`].
 const STATUSES: [&str; 3] = ["complete", "interrupted", "failed"];
 /// Problems that are listed.
 const MOST: usize = 100;
+/// Problems that a refusal names.
+const NAMED: usize = 3;
 
-/// Reads every value of a file of this program and holds it against what such a file is: HDF5's checksums and the file's
-/// own, the structure, and of a run's result that times increase, no value is NaN or infinite, and trajectory, events,
+/// Reads every value of a file of this program and compares it with what such a file is: HDF5's checksums and the file's
+/// own, the sum of its bytes, the structure, and of a run's result that times increase, no value is NaN or infinite, and trajectory, events,
 /// segments and statistics belong together.
 ///
 /// # Errors
 /// A file that is not there, cannot be opened, or is not of this program. What is wrong inside is in the report.
 pub fn check(path: &Path) -> Result<CheckReport, ResultError> {
-    let source = Source::open(path)?;
-    let found = source.text_attribute("", root::FORMAT)?;
-    let format = match found {
-        Some(format) if schema::FORMATS.contains(&format.as_str()) => format,
-        found => {
-            let path = path.to_owned();
-            return Err(ResultError::NotAResult { path, found });
-        }
-    };
-    let mut check = Check {
-        report: CheckReport {
-            file: path.to_owned(),
-            status: source.text_attribute("", root::STATUS)?.unwrap_or_default(),
-            checksums: false,
-            variables: 0,
-            samples: 0,
-            problems: Vec::new(),
-            format,
-        },
-        source,
-        absent: HashSet::new(),
-    };
-    let status = check.report.status.clone();
-    if !STATUSES.contains(&status.as_str()) {
-        let what = if status.is_empty() {
-            "the attribute status is missing".to_owned()
-        } else {
-            format!(
-                "the attribute status is \"{status}\", not one of: {}",
-                STATUSES.join(", ")
-            )
-        };
-        check.problem("/", what);
-    }
-    let everything = check.everything();
-    check.note("/", everything);
-    if check.report.format == schema::FORMAT {
-        let result = check.result();
-        check.note("/", result);
-    }
+    let mut check = Check::open(path)?;
+    check.stored();
+    check.meant();
     check.report.problems.truncate(MOST);
     Ok(check.report)
+}
+
+/// Opens the result of a run from which something new is to be made.
+///
+/// # Errors
+/// Those of [`ResultFile::open`]; [`ResultError::NotAsWritten`] if it is damaged.
+pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
+    let file = ResultFile::open(path)?;
+    check_sound(path)?;
+    Ok(file)
+}
+
+/// Refuses a damaged file, from which nothing new is to be made, once it could be opened. A file with a sum of its bytes is read once, without
+/// HDF5; one without is compared with its other checksums. The file of a killed run has none, and is taken as it is.
+///
+/// # Errors
+/// [`ResultError::NotAsWritten`] with the first problems that [`check`] finds; or of the file.
+pub(crate) fn check_sound(path: &Path) -> Result<(), ResultError> {
+    match read_seal(path)? {
+        Seal::Intact => return Ok(()),
+        Seal::Absent if Source::open(path)?.dataset(CHECKSUMS)?.is_none() => return Ok(()),
+        Seal::Absent | Seal::Broken => {}
+    }
+    let mut check = Check::open(path)?;
+    check.stored();
+    if check.report.problems.is_empty() {
+        return Ok(());
+    }
+    // For the words alone: what is wrong with a file of an earlier version need not be damage.
+    check.meant();
+    let problems = &check.report.problems;
+    let named: Vec<String> = problems.iter().take(NAMED).map(Problem::to_string).collect();
+    let more = match problems.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
+    };
+    Err(ResultError::NotAsWritten {
+        path: path.to_owned(),
+        problems: named.join("; ") + &more,
+    })
+}
+
+fn read_seal(path: &Path) -> Result<Seal, ResultError> {
+    seal::read(path).map_err(|error| ResultError::io(path, "reading the file", error))
 }
 
 /// A clock that starts anew in each segment is rounded once more at its ends.
@@ -124,12 +142,73 @@ fn brings_about(kind: EventKind, before: Option<Mode>, after: Mode) -> bool {
 
 struct Check {
     source: Source,
+    seal: Seal,
     report: CheckReport,
     /// What is missing of virtual variables, and has been said to be.
     absent: HashSet<String>,
 }
 
 impl Check {
+    fn open(path: &Path) -> Result<Check, ResultError> {
+        let source = Source::open(path)?;
+        let seal = read_seal(path)?;
+        let found = source.text_attribute("", root::FORMAT)?;
+        let format = match found {
+            Some(format) if schema::FORMATS.contains(&format.as_str()) => format,
+            found => {
+                let path = path.to_owned();
+                return Err(ResultError::NotAResult { path, found });
+            }
+        };
+        let report = CheckReport {
+            file: path.to_owned(),
+            status: source.text_attribute("", root::STATUS)?.unwrap_or_default(),
+            checksums: false,
+            sealed: seal != Seal::Absent,
+            variables: 0,
+            samples: 0,
+            problems: Vec::new(),
+            format,
+        };
+        Ok(Check {
+            source,
+            seal,
+            report,
+            absent: HashSet::new(),
+        })
+    }
+
+    /// Whether the file is what was written.
+    fn stored(&mut self) {
+        let status = &self.report.status;
+        if !STATUSES.contains(&status.as_str()) {
+            let what = if status.is_empty() {
+                "the attribute status is missing".to_owned()
+            } else {
+                let known = STATUSES.join(", ");
+                format!("the attribute status is \"{status}\", not one of: {known}")
+            };
+            self.problem("/", what);
+        }
+        let everything = self.everything();
+        self.note("/", everything);
+        if self.seal == Seal::Broken && self.report.problems.is_empty() {
+            self.problem(
+                "/",
+                "some bytes are not those that were written, though every value and every text is: an attribute of \
+                 /meta, what leads to the variables, or unused space is damaged",
+            );
+        }
+    }
+
+    /// Whether the file means what one of its format does.
+    fn meant(&mut self) {
+        if self.report.format == schema::FORMAT {
+            let result = self.result();
+            self.note("/", result);
+        }
+    }
+
     fn problem(&mut self, place: impl Into<String>, what: impl Into<String>) {
         if self.report.problems.len() < MOST {
             let (place, what) = (place.into(), what.into());

@@ -37,8 +37,18 @@ impl Contents {
     }
 }
 
+impl ResultFile {
+    /// Everything that the file holds, also what later versions of the program have added to it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn contents(&self) -> Result<Contents, ResultError> {
+        of_file(&self.source)
+    }
+}
+
 /// Everything in a file, group by group.
-pub(super) fn of_file(source: &Source) -> Result<Contents, ResultError> {
+fn of_file(source: &Source) -> Result<Contents, ResultError> {
     let mut contents = Contents {
         attributes: Vec::new(),
         variables: Vec::new(),
@@ -201,30 +211,6 @@ pub struct VariableInfo {
     pub min: Option<f64>,
     /// Of the finite values.
     pub max: Option<f64>,
-}
-
-/// A group of which this version of the program knows the name only.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AddedGroup {
-    /// In alphabetical order.
-    pub attributes: Vec<(String, AttributeValue)>,
-    /// In the order of the file.
-    pub columns: Vec<AddedColumn>,
-}
-
-/// A variable of such a group.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AddedColumn {
-    /// As in the file.
-    pub name: String,
-    /// UDUNITS.
-    pub units: Option<String>,
-    /// What it is.
-    pub long_name: Option<String>,
-    /// Rows in the file, of which `values` are the first.
-    pub rows: usize,
-    /// One for each row.
-    pub values: Vec<f64>,
 }
 
 /// The meaning of a code.

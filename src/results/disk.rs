@@ -1,11 +1,8 @@
-//! Files on the disk: their folders and signatures, whether two names are one file, files that appear in whole, and the lock on
-//! a partial file.
+//! Files on the disk: their folders and signatures, whether two names are one file, and files that appear in whole.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-
-use super::ResultError;
 
 /// The folder that holds `path`, "." where it names none.
 pub(crate) fn folder_of(path: &Path) -> PathBuf {
@@ -43,17 +40,18 @@ pub(crate) fn is_hdf5(path: &Path) -> bool {
 }
 
 /// Whether the file starts as HDF5 files do (after a user block of 0, 512, 1024, ... bytes).
-pub(super) fn has_hdf5_signature(path: &Path) -> Result<bool, ResultError> {
+///
+/// # Errors
+/// Of the operating system.
+pub(super) fn has_hdf5_signature(path: &Path) -> io::Result<bool> {
     use std::io::{Seek, SeekFrom};
-    let failed = |error| ResultError::io(path, "reading the file", error);
-    let mut file = File::open(path).map_err(failed)?;
-    let length = file.metadata().map_err(failed)?.len();
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
     let mut offset = 0;
     while offset + 8 <= length {
         let mut start = [0; 8];
-        file.seek(SeekFrom::Start(offset))
-            .and_then(|_| file.read_exact(&mut start))
-            .map_err(failed)?;
+        file.seek(SeekFrom::Start(offset))?;
+        file.read_exact(&mut start)?;
         if start == *b"\x89HDF\r\n\x1a\n" {
             return Ok(true);
         }
@@ -74,144 +72,5 @@ pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,
-    }
-}
-
-/// How often a flush of the file at `path` has begun or ended: an odd number during one. `None` if nobody writes it.
-pub(super) fn flushes(path: &Path) -> Option<u64> {
-    let mut lock = open_plain(&lock_path(path), OpenOptions::new().read(true)).ok()?;
-    match lock.try_lock_shared() {
-        Err(TryLockError::WouldBlock) => {
-            let mut bytes = [0; 8];
-            Some(lock.read_exact(&mut bytes).map_or(0, |()| u64::from_le_bytes(bytes)))
-        }
-        _ => None,
-    }
-}
-
-/// Opens the plain file at `path`: no link is followed, and a pipe, whose other end nobody may ever open, is not waited for.
-fn open_plain(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
-    let refused = || io::Error::new(io::ErrorKind::InvalidInput, "it is not a plain file");
-    // Asked first where it is there, as opening some devices is an act.
-    if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
-        return Err(refused());
-    }
-    #[cfg(unix)]
-    {
-        use rustix::fs::OFlags;
-        use std::os::unix::fs::OpenOptionsExt;
-        options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed());
-    }
-    let file = options.open(path)?;
-    if file.metadata()?.is_file() {
-        Ok(file)
-    } else {
-        Err(refused())
-    }
-}
-
-/// Of the file at `path`: `.paper.partial.h5.lock`.
-fn lock_path(path: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(".lock");
-    path.with_file_name(name)
-}
-
-/// The right to write one partial file, held until it is dropped.
-///
-/// The lock is on a hidden file next to it (`.paper.partial.h5.lock`) and not on the partial file:
-/// HDF5 readers take a lock on what they open, and would be refused. The operating system drops
-/// the lock of a run that is killed; the lock file it leaves is taken over by the next run.
-#[derive(Debug)]
-pub(super) struct WriteLock {
-    path: PathBuf,
-    file: File,
-    /// Of beginnings and ends of flushes.
-    count: u64,
-}
-
-impl WriteLock {
-    /// Takes the lock, without waiting.
-    pub(super) fn take(partial: &Path) -> Result<Self, ResultError> {
-        let path = lock_path(partial);
-        // A link there, a pipe or a folder was not made by this program: what a link leads to is neither created nor locked.
-        if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
-            return Err(ResultError::Foreign { path });
-        }
-        // Whoever asks whether the file is being written holds the lock for a moment.
-        let mut patience = 5;
-        loop {
-            let mut options = OpenOptions::new();
-            options.read(true).write(true).create(true).truncate(false);
-            let file = open_plain(&path, &mut options)
-                .map_err(|error| ResultError::io(partial, "creating the file", error))?;
-            match file.try_lock() {
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) if patience > 0 => {
-                    patience -= 1;
-                    std::thread::sleep(std::time::Duration::from_millis(5));
-                    continue;
-                }
-                Err(TryLockError::WouldBlock) => {
-                    return Err(ResultError::AnotherRun {
-                        path: partial.to_owned(),
-                    });
-                }
-                // Some network file systems have no locks: there, two runs into one file go unnoticed.
-                Err(TryLockError::Error(error)) => log::debug!("{}: no lock: {error}", path.display()),
-            }
-            // Between opening and locking, the run before may have removed the file: then this lock
-            // is on nothing.
-            if is_at(&file, &path) {
-                // A count of an earlier run, which was killed, is not ours.
-                let _ = file.set_len(0);
-                return Ok(WriteLock { path, file, count: 0 });
-            }
-        }
-    }
-}
-
-impl WriteLock {
-    /// Says that a flush begins, or ends: until then what is in the file does not fit together ([`flushes`]).
-    pub(super) fn count_flush(&mut self) {
-        use std::io::{Seek, Write};
-        self.count += 1;
-        // On a full disk readers are left to try their luck.
-        let _ = self
-            .file
-            .rewind()
-            .and_then(|()| self.file.write_all(&self.count.to_le_bytes()));
-    }
-
-    /// A hidden name in the same folder that belongs to whoever holds the lock.
-    pub(super) fn sibling(&self) -> PathBuf {
-        self.path.with_extension("new")
-    }
-}
-
-impl Drop for WriteLock {
-    fn drop(&mut self) {
-        // Removed while the lock is held, so that nobody else's file is removed; the sibling is there only where what was
-        // to be written failed half-way.
-        let _ = fs::remove_file(self.sibling());
-        let _ = fs::remove_file(&self.path);
-    }
-}
-
-/// Whether the open file is (still) the one at `path`.
-fn is_at(file: &File, path: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        match (file.metadata(), fs::metadata(path)) {
-            (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
-            _ => false,
-        }
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = file;
-        path.exists()
     }
 }

@@ -79,6 +79,8 @@ pub enum ResultError {
         "{path}: written in format version {found}, and this program reads up to {known}; use a newer version of the program"
     )]
     Newer { path: PathBuf, found: i64, known: i64 },
+    #[error("{path}: damaged, and nothing is made from it: {problems}; copy it again, or repeat the run")]
+    NotAsWritten { path: PathBuf, problems: String },
     #[error("{path}: truncated or damaged ({detail}); copy it again, or repeat the run")]
     Damaged { path: PathBuf, detail: String },
     #[error(
@@ -187,6 +189,7 @@ impl ResultError {
             | ResultError::NotAShard { path, .. }
             | ResultError::NoBoundary { path, .. }
             | ResultError::Newer { path, .. }
+            | ResultError::NotAsWritten { path, .. }
             | ResultError::Damaged { path, .. }
             | ResultError::Times { path, .. }
             | ResultError::NotFinite { path, .. }

@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::attributes::AttributeValue;
-use super::contents::{self, AddedColumn, AddedGroup, Contents};
 use super::schema::{self, attribute, group, root};
 use super::source::{DatasetInfo, Holds, Kind, Numeric, Source};
 use super::{Extra, ResultError, Status, StickSlipTable, Values};
@@ -23,7 +24,7 @@ const MOST_ROWS: usize = 1 << 21;
 #[derive(Debug)]
 pub struct ResultFile {
     path: PathBuf,
-    source: Source,
+    pub(super) source: Source,
     status: Status,
     title: String,
 }
@@ -329,14 +330,6 @@ impl ResultFile {
             }
         }
         Ok(Some(table))
-    }
-
-    /// Everything that the file holds, also what later versions of the program have added to it.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn contents(&self) -> Result<Contents, ResultError> {
-        contents::of_file(&self.source)
     }
 
     /// What a group holds that later versions of the program, or others, have added: its attributes,
@@ -645,6 +638,30 @@ impl ResultFile {
             code,
         }
     }
+}
+
+/// A group of which this version of the program knows the name only.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AddedGroup {
+    /// In alphabetical order.
+    pub attributes: Vec<(String, AttributeValue)>,
+    /// In the order of the file.
+    pub columns: Vec<AddedColumn>,
+}
+
+/// A variable of such a group.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AddedColumn {
+    /// As in the file.
+    pub name: String,
+    /// UDUNITS.
+    pub units: Option<String>,
+    /// What it is.
+    pub long_name: Option<String>,
+    /// Rows in the file, of which `values` are the first.
+    pub rows: usize,
+    /// One for each row.
+    pub values: Vec<f64>,
 }
 
 /// Values row by row, with the numbers of rows and columns.

@@ -88,7 +88,8 @@ pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(),
 /// Whether `path` holds a result of this program. A partial file that a kill in mid-flush left
 /// unreadable still counts, by its name and HDF5's signature.
 fn is_own_result(path: &Path) -> Result<bool, ResultError> {
-    if !has_hdf5_signature(path)? {
+    let begins = has_hdf5_signature(path).map_err(|error| ResultError::io(path, "reading the file", error));
+    if !begins? {
         return Ok(false);
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{self, write_attributes, write_text_attribute};
-use super::disk::WriteLock;
+use super::lock::WriteLock;
 use super::source::Source;
 use super::table::{self, Cell, TableWriter};
 use super::target::{self, Overwrite};
-use super::{AttributeValue, MetaValue, ResultError, Status, schema};
+use super::{AttributeValue, MetaValue, ResultError, Status, schema, seal};
 
 /// A row of /runs; NaN where there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,8 +116,8 @@ impl WorkPrecisionFile {
             .store(&made, status)
             .map_err(|error| ResultError::write(target, false, &error))
             .and_then(|()| {
-                let synced = fs::File::open(&made).and_then(|file| file.sync_all());
-                synced.map_err(|error| ResultError::io(target, "saving the file", error))
+                let saved = seal::write(&made).and_then(|()| fs::File::open(&made)?.sync_all());
+                saved.map_err(|error| ResultError::io(target, "saving the file", error))
             })
             .and_then(|()| {
                 let renamed = fs::rename(&made, target);

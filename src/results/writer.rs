@@ -9,12 +9,13 @@ use super::attributes::{
     write_text_attribute,
 };
 use super::cells::{self, EVENTS, SEGMENTS, STICK_SLIP, TRAJECTORY, count};
-use super::disk::{self, WriteLock};
+use super::disk;
 use super::kept::{KeptEnd, KeptView, PIECES};
-use super::schema;
+use super::lock::WriteLock;
 use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite};
-use super::{ResultError, StickSlipTable, checksums};
+use super::{Header, ResultError, Status, StickSlipTable, WitnessAttributes, checksums};
+use super::{schema, seal};
 use crate::numerics::chebyshev::COEFFICIENTS;
 use crate::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
 
@@ -28,58 +29,6 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 /// The file is also flushed when a block has been added and with it this share of all samples: on a full disk a run of
 /// a tenth of a second keeps what a long one keeps, and a long one is flushed no more often for it.
 const FLUSH_SHARE: f64 = 0.25;
-
-/// What a result file says about its run, known before the run.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Header {
-    /// Of the case; root attribute `title`.
-    pub title: String,
-    /// The program that computed it, with its version; root attribute `source`.
-    pub source: String,
-    /// Where the model is published; root attribute `references`.
-    pub references: String,
-    /// One line: when, and by which command; root attribute `history`.
-    pub history: String,
-    /// The TOML text as given.
-    pub case_text: String,
-    /// Every parameter in SI and in full precision, as TOML.
-    pub resolved: String,
-    /// Attributes of /meta: versions, platform, command line, method, tolerances, start.
-    pub meta: Vec<(String, MetaValue)>,
-    /// Attributes of /events: how its times were found.
-    pub events: Vec<(String, MetaValue)>,
-    /// What the tables have beyond those of every file.
-    pub extension: schema::Extension,
-}
-
-/// How a run ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Status {
-    /// To the end of the case.
-    Complete,
-    /// By the user or by a kill; what was computed until then is good.
-    Interrupted,
-    /// With this message; what was computed until then is good.
-    Failed(String),
-}
-
-impl Status {
-    /// Root attribute `status`.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Status::Complete => "complete",
-            Status::Interrupted => "interrupted",
-            Status::Failed(_) => "failed",
-        }
-    }
-}
-
-/// An attribute of /witness: its name, its value, and of a number the unit and the description.
-pub(crate) type WitnessAttribute = (&'static str, MetaValue, Option<(&'static str, &'static str)>);
-
-/// The attributes of /witness.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WitnessAttributes(pub Vec<WitnessAttribute>);
 
 /// Rows that are on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -193,8 +142,9 @@ impl ResultWriter {
         }
         self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
-        let synced = fs::File::open(&self.partial).and_then(|file| file.sync_all());
-        synced.map_err(|error| ResultError::io(&self.partial, "saving the file", error))?;
+        let sealed = seal::write(&self.partial);
+        let saved = sealed.and_then(|()| fs::File::open(&self.partial)?.sync_all());
+        saved.map_err(|error| ResultError::io(&self.partial, "saving the file", error))?;
         if status != Status::Complete {
             return Ok(self.partial.clone());
         }

@@ -4,7 +4,7 @@ use super::error::SweepError;
 use super::journal::{Existing, Journal, rank_journals};
 use super::report::{NAMED_FAILURES, SweepReport};
 use super::shard::Shard;
-use crate::results::{ResultError, ShardFile, SweepFile};
+use crate::results::{ResultError, ShardFile, SweepFile, check_sound};
 use std::path::{Path, PathBuf};
 
 /// The journals that ranks have left beside a sweep file.
@@ -29,6 +29,7 @@ pub(super) fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> 
     let (points, mut failures) = match shard {
         None => {
             let file = SweepFile::open(path)?;
+            check_sound(path)?;
             if file.digest().as_deref() != Some(digest) {
                 return Err(other());
             }
@@ -36,6 +37,7 @@ pub(super) fn already_there(path: &Path, digest: &str, shard: Option<Shard>) -> 
         }
         Some(expected) => {
             let file = ShardFile::open(path)?;
+            check_sound(path)?;
             if file.digest().as_deref() != Some(digest) {
                 return Err(other());
             }

@@ -8,7 +8,7 @@ use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
 use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Origin, Override, Problem, Setting};
-use crate::results::{ResultFile, is_hdf5};
+use crate::results::{is_hdf5, open_sound};
 use crate::simulation::Method;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -466,7 +466,7 @@ pub(crate) fn read_base(
     let found = if path.is_file() || Path::new(&name).extension().is_some() {
         files.push(path.clone());
         if path.is_file() && (is_hdf5(&path) || path.extension().is_some_and(|extension| extension == "h5")) {
-            let resolved = ResultFile::open(&path).and_then(|file| file.resolved());
+            let resolved = open_sound(&path).and_then(|file| file.resolved());
             match resolved {
                 Ok(resolved) => return Some(CaseSource::result(&path, resolved)),
                 Err(error) => {
@@ -506,6 +506,15 @@ pub(crate) fn read_settings(
         // Another law has other keys: such a table takes the place of the case's, as with --set.
         Value::Table(entries) if path == "friction" && entries.iter().any(|(name, _)| name == "law") => {
             settings.push(Override::of_node(path, node, &reader.label));
+        }
+        Value::Table(entries) if entries.is_empty() && !path.is_empty() => {
+            let within = |key: &&str| key.strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
+            let is_known = known.slot(path).is_some() || known.known().iter().any(within);
+            let message = match is_known {
+                true => "an empty table sets nothing; write a value, or leave the key out".to_owned(),
+                false => known.unknown(path),
+            };
+            reader.report(node, &format!("set.{path}"), message);
         }
         Value::Table(entries) => {
             for (name, child) in entries {

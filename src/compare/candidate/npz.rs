@@ -17,8 +17,8 @@ const MOST_UNPACKED: u64 = 4 << 30;
 /// Bytes of a wide array that are read at once, at least a row.
 const MOST_READ: usize = 4 << 20;
 
-/// An NPZ archive. Members that are stored as they are (`numpy.savez`) are read in place; compressed ones are unpacked
-/// into a temporary file.
+/// An NPZ archive. Members that are stored as they are (`numpy.savez`) are read in place, after their CRC-32 was checked;
+/// compressed ones are unpacked into a temporary file.
 #[derive(Debug)]
 pub(crate) struct NpzTable {
     path: PathBuf,
@@ -59,13 +59,15 @@ impl NpzTable {
             arrays: Vec::new(),
         };
         let mut unpacked = MOST_UNPACKED;
+        // Members that are stored as they are lie one after the other: all of them are no longer than the archive.
+        let mut unread = open()?.length().map_err(|error| CompareError::io(path, &error))?;
         let too_much = || {
             let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
             let remedy = "write it with numpy.savez, which does not compress";
             CompareError::content(path, "", what, remedy)
         };
         for index in 0..archive.len() {
-            let member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
+            let mut member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
             let name = member.name().map_err(|error| damaged(error.to_string()))?.into_owned();
             let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
                 continue;
@@ -77,7 +79,13 @@ impl NpzTable {
                 file = open()?;
                 let start = member
                     .data_start()
-                    .ok_or_else(|| damaged(format!("{name} has no data")))?;
+                    .ok_or_else(|| damaged(format!("{} has no data", shown(&name))))?;
+                unread = unread
+                    .checked_sub(member.size())
+                    .ok_or_else(|| damaged(format!("{} is longer than the archive", shown(&name))))?;
+                // To its end, for its checksum: what is read in place has none.
+                std::io::copy(&mut member, &mut std::io::sink())
+                    .map_err(|error| damaged(format!("{}: {error}", shown(&name))))?;
                 let whole = file.length().map_err(|error| CompareError::io(path, &error))?;
                 length = member.size().min(whole.saturating_sub(start));
                 file.seek(SeekFrom::Start(start))

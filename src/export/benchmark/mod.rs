@@ -17,7 +17,7 @@ use super::{ExportError, csv};
 use crate::provenance;
 use crate::record::EventKind;
 use crate::results::schema::{TIME_UNCERTAINTY, group};
-use crate::results::{AttributeValue, ResultFile, folder_of};
+use crate::results::{AttributeValue, ResultFile, folder_of, open_sound};
 use describe::Resource;
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -71,7 +71,7 @@ struct About {
 /// A result that is not certified; a folder that is there already and is no such package, without `force`; a licence that is no
 /// identifier; or one of the files.
 pub fn write(path: &Path, folder: &Path, terms: &Terms, force: bool) -> Result<Vec<String>, ExportError> {
-    let file = ResultFile::open(path)?;
+    let file = open_sound(path)?;
     check_terms(terms)?;
     check_folder(folder, force)?;
     let (about, events) = examine(&file, terms)?;

@@ -7,6 +7,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use super::Change;
 use super::protocol::{Answer, Fault, Request};
 use super::server::path_of;
 
@@ -49,8 +50,7 @@ mod imp {
     const STANDSTILL: Duration = Duration::from_secs(6);
     /// Less processor time in it is that of its thread which looks for the program.
     const IDLING: Duration = Duration::from_millis(20);
-    /// A certificate comes with sums over what is in the file: so many of its bytes take a second at most, compressed as
-    /// they are.
+    /// A change comes with sums over what is in the file: so many of its bytes take a second at most, compressed as they are.
     const SUMMED: u64 = 4 << 20;
     /// What a reading process says first: it is the one that speaks this language.
     const HELLO: &str = concat!(env!("CARGO_PKG_VERSION"), " ", env!("STICKSLIP_COMMIT"));
@@ -120,7 +120,7 @@ mod imp {
                 return Err(self.end());
             }
             let more = match request {
-                Request::Certify(path, _) => {
+                Request::Change(path, _) => {
                     let bytes = std::fs::metadata(path_of(path)).map_or(0, |found| found.len());
                     Duration::from_secs(bytes / SUMMED)
                 }
@@ -274,7 +274,7 @@ mod imp {
     }
 
     /// What a reading process does until nobody asks any more, for the process of this number.
-    pub(super) fn serve(parent: u32) -> io::Result<()> {
+    pub(super) fn serve(parent: u32, change: Change) -> io::Result<()> {
         use rustix::process::{Resource, Rlimit, setrlimit};
         let limit = |most| Rlimit {
             current: Some(most),
@@ -297,7 +297,7 @@ mod imp {
         let mut input = duplicate(std::os::fd::AsFd::as_fd(&io::stdin()))?;
         let mut output = duplicate(std::os::fd::AsFd::as_fd(&io::stdout()))?;
         send(&mut output, &HELLO, &[])?;
-        let mut server = Server::default();
+        let mut server = Server::new(Some(change));
         let mut forgotten = false;
         loop {
             let request: Request = match receive(&mut input) {
@@ -344,9 +344,9 @@ impl Guard {
     }
 }
 
-/// Reads HDF5 files for the program that started this one, if that is what the arguments ask for: to be called before
-/// anything else.
-pub fn serve_if_asked() -> Option<ExitCode> {
+/// Reads HDF5 files for the program that started this one, and changes them in this way, if that is what the arguments
+/// ask for.
+pub(in crate::results) fn serve_if_asked(change: Change) -> Option<ExitCode> {
     let mut arguments = std::env::args_os().skip(1);
     if arguments.next()? != ARGUMENT {
         return None;
@@ -356,10 +356,10 @@ pub fn serve_if_asked() -> Option<ExitCode> {
         return None;
     }
     #[cfg(unix)]
-    let served = imp::serve(parent);
+    let served = imp::serve(parent, change);
     #[cfg(not(unix))]
     let served: std::io::Result<()> = {
-        let _ = parent;
+        let _ = (parent, change);
         Ok(())
     };
     Some(match served {

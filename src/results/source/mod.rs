@@ -17,8 +17,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
-use super::{CertificateTables, ResultError, disk, schema};
-pub use guard::serve_if_asked;
+use super::{ResultError, disk, lock, schema};
+pub(super) use guard::serve_if_asked;
 use guard::{Guard, Lost};
 use protocol::{Answer, Opening, Request};
 pub(super) use protocol::{DatasetInfo, Fault, Holds, Kind, Member, Number};
@@ -82,7 +82,7 @@ impl Program {
 }
 
 /// From now on HDF5 files are read by processes of their own, which are this same program: its `main` has to call
-/// [`serve_if_asked`] first. If the system does not say which program this is, opening a file is an error.
+/// [`serve_if_asked`](super::serve_if_asked) first. If the system does not say which program this is, opening a file is an error.
 pub fn read_apart() {
     let program = std::env::current_exe().map(|path| Program {
         identity: Identity::of(&path),
@@ -272,7 +272,7 @@ impl Source {
             growing: false,
         };
         for _ in 0..ATTEMPTS {
-            let Some(before) = disk::flushes(path) else {
+            let Some(before) = lock::flushes(path) else {
                 return Self::opened(path, opening);
             };
             if before.is_multiple_of(2) {
@@ -281,7 +281,7 @@ impl Source {
                     ..opening.clone()
                 };
                 let opened = Self::opened(path, growing);
-                if disk::flushes(path) == Some(before) {
+                if lock::flushes(path) == Some(before) {
                     return opened;
                 }
                 if !path.exists() {
@@ -584,17 +584,20 @@ const OBJECTS: usize = 65_536;
 /// Values that are held at once: 0.5 GB of them.
 const MOST_VALUES: usize = 1 << 26;
 
-/// Adds a certificate to the file at `path`, a copy of one that this process did not write.
-pub(super) fn add_certificate(path: &Path, tables: &CertificateTables) -> Result<(), ResultError> {
-    let tables = postcard::to_allocvec(tables)
-        .map_err(|error| ResultError::write_detail(path, false, format!("the certificate cannot be sent: {error}")))?;
-    let request = Request::Certify(server::bytes_of(path), tables);
-    let added = Link::new().and_then(|mut link| link.ask(&request));
-    match added {
-        Ok(_) => Ok(()),
-        Err(Lost::Fault(Fault::Hdf5(detail))) => Err(ResultError::write_detail(path, false, detail)),
-        Err(lost) => Err(error_of(path, lost)),
-    }
+/// Something that is done to a file: at a path, with what is needed for it.
+pub(super) type Change = fn(&Path, &[u8]) -> hdf5::Result<()>;
+
+/// Changes the file at `path`, a copy of one that this process did not write. A reading process does it, with the `Change`
+/// that [`serve_if_asked`] was given.
+pub(super) fn change_apart(path: &Path, with: Vec<u8>, change: Change) -> Result<(), ResultError> {
+    let changed = Link::new().and_then(|mut link| match link {
+        Link::Here(_) => change(path, &with).map_err(|error| Lost::Fault(error.into())),
+        _ => link.ask(&Request::Change(server::bytes_of(path), with)).map(drop),
+    });
+    changed.map_err(|lost| match lost {
+        Lost::Fault(Fault::Hdf5(detail)) => ResultError::write_detail(path, false, detail),
+        lost => error_of(path, lost),
+    })
 }
 
 /// Whether `path` can be an HDF5 file.
@@ -607,7 +610,9 @@ fn check_plain(path: &Path) -> Result<(), ResultError> {
         return Err(ResultError::FolderIsNoResult { path: path_buf() });
     }
     // Not opened unless it is a plain file: a pipe, for one, would block.
-    if !path.is_file() || !disk::has_hdf5_signature(path)? {
+    let has_signature =
+        || disk::has_hdf5_signature(path).map_err(|error| ResultError::io(path, "reading the file", error));
+    if !path.is_file() || !has_signature()? {
         return Err(ResultError::NotHdf5 { path: path_buf() });
     }
     Ok(())

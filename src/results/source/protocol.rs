@@ -24,8 +24,8 @@ pub(super) enum Request {
     Text(String),
     /// A column of texts.
     Texts(String),
-    /// Adds a certificate, encoded as a message is, to the file at this path, which is not the open one.
-    Certify(Vec<u8>, Vec<u8>),
+    /// Changes the file at this path, which is not the open one.
+    Change(Vec<u8>, Vec<u8>),
     /// Forgets the open file.
     Close,
 }

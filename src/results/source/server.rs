@@ -13,6 +13,7 @@ use hdf5::types::{VarLenAscii, VarLenUnicode};
 use hdf5::{Attribute, Container, Dataset, Group, Hyperslab, IndexType, IterationOrder, Location, Selection};
 use hdf5::{LinkType, SliceOrIndex};
 
+use super::Change;
 use super::protocol::{Answer, DatasetInfo, Fault, Holds, Kind, Member, Number, Opening, Request, Value};
 use crate::results::attributes::AttributeValue;
 use crate::results::error::describe;
@@ -57,6 +58,8 @@ pub(super) struct Server {
     growing: bool,
     /// Virtual datasets whose sources were looked at.
     looked_at: Vec<String>,
+    /// What it does to files, in a process of its own.
+    change: Option<Change>,
 }
 
 impl From<hdf5::Error> for Fault {
@@ -72,6 +75,14 @@ fn refused<T>(what: String) -> Result<T, Fault> {
 type Answered<T> = Result<T, Fault>;
 
 impl Server {
+    /// Without a file.
+    pub(super) fn new(change: Option<Change>) -> Self {
+        Server {
+            change,
+            ..Server::default()
+        }
+    }
+
     /// Of a file that this process has written and still has open.
     pub(super) fn of_open(file: &hdf5::File) -> Self {
         Server {
@@ -114,23 +125,28 @@ impl Server {
                 Answer::Text(raw::read_text(&dataset)?)
             }
             Request::Texts(path) => Answer::Texts(self.texts(path)?),
-            Request::Certify(path, tables) => {
-                // Some of its names are borrowed for ever. It comes once.
-                let tables = postcard::from_bytes(Vec::leak(tables.clone()))
-                    .map_err(|error| Fault::Hdf5(format!("the certificate came garbled: {error}")))?;
-                crate::results::certificate::add_to(&path_of(path), &tables)?;
+            Request::Change(path, with) => {
+                let change = self
+                    .change
+                    .ok_or_else(|| Fault::Hdf5("this process only reads".to_owned()))?;
+                change(&path_of(path), with)?;
                 Answer::Done
             }
             Request::Close => {
-                *self = Server::default();
+                self.forget();
                 Answer::Done
             }
         };
         Ok((answer, Vec::new()))
     }
 
+    /// Closes the file.
+    fn forget(&mut self) {
+        *self = Server::new(self.change);
+    }
+
     fn open(&mut self, opening: &Opening) -> Answered<()> {
-        *self = Server::default();
+        self.forget();
         self.path = path_of(&opening.path);
         self.length = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
         self.follow_external = opening.follow_external;

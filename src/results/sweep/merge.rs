@@ -8,6 +8,7 @@ use super::schema::{SweepHeader, SweepPlan};
 use super::shard::ShardFile;
 use super::storage::{Rows, Shards, Source, Storage, relative_path};
 use super::writer::SweepWriter;
+use crate::results::check::check_sound;
 use crate::results::disk::same_file;
 use crate::results::{MetaValue, Overwrite, ResultError, Status, partial_path};
 
@@ -136,6 +137,8 @@ pub fn merge(options: &MergeOptions) -> Result<MergeReport, MergeError> {
     let shards = open_all(options)?;
     let plan = shards[0].plan()?;
     let header = shards[0].header()?;
+    // After all that names what is wrong with the study as such.
+    shards.iter().try_for_each(|shard| check_sound(shard.path()))?;
     let overwrite = if options.replace {
         Overwrite::Force
     } else {

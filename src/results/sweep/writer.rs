@@ -11,11 +11,12 @@ use super::schema::{Column, DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepP
 use super::shard;
 use super::storage::Storage;
 use crate::results::attributes::{write_attributes, write_input, write_text_attribute};
-use crate::results::disk::{self, WriteLock};
+use crate::results::disk;
+use crate::results::lock::WriteLock;
 use crate::results::schema;
 use crate::results::table::{self, create_group};
 use crate::results::target::{self, Overwrite};
-use crate::results::{ResultError, Status, checksums, raw};
+use crate::results::{ResultError, Status, checksums, raw, seal};
 
 /// Writes one sweep file, beside its name until it is whole.
 pub(crate) struct SweepWriter {
@@ -160,7 +161,7 @@ impl SweepWriter {
             file.close()
         })();
         closed.map_err(|error| ResultError::write(&path, false, &error))?;
-        let saved = fs::File::open(&made).and_then(|file| file.sync_all());
+        let saved = seal::write(&made).and_then(|()| fs::File::open(&made)?.sync_all());
         saved.map_err(|error| ResultError::io(&made, "saving the file", error))?;
         let target = if *status == Status::Complete { &path } else { &partial };
         target::check_replaceable(target, overwrite)?;
