@@ -106,7 +106,7 @@ impl SampleTimes {
 const MOST_AROUND: usize = 300_000;
 
 /// Samples in a stretch between two events: a shorter one has its own interval.
-const BETWEEN: f64 = 50.0;
+const BETWEEN: f64 = 20.0;
 
 /// A sample around an event that is nearer to the last one than this part of their interval is left out.
 const APART: f64 = 1e-3;
@@ -188,7 +188,10 @@ impl TimesAround {
     fn count(&self, until: f64) -> f64 {
         let before = |&(from, to): &(f64, f64)| (until.min(to) - from).max(0.0);
         let wide = self.wanted.iter().map(|stretch| before(stretch) / self.interval);
-        let short = self.short.iter().map(|stretch| before(stretch) / (stretch.1 - stretch.0) * BETWEEN);
+        let short = self
+            .short
+            .iter()
+            .map(|stretch| before(stretch) / (stretch.1 - stretch.0) * BETWEEN);
         wide.chain(short).sum()
     }
 
