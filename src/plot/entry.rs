@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::Figure;
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::case::{Case, CaseSource, TrainCase};
+use crate::case::{Case, CaseSource};
 use crate::model::Parameters;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
@@ -48,8 +48,7 @@ impl Entry {
     /// # Errors
     /// If a file cannot be read. That a run does not have the figure is no error.
     pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
-        let of_trains = subject.run.trains.as_ref();
-        if let Some(absent) = of_trains.and_then(|case| without(self, case)) {
+        if let Some(absent) = without(self, subject.run) {
             return Ok(Err(absent));
         }
         let outcome = (self.draw)(self, subject)?;
@@ -82,8 +81,15 @@ const SHARED: [&str; 6] = [
     "stick-slip-close-up",
 ];
 
+/// Those of them that show cycles.
+const OF_CYCLES: [&str; 2] = ["surface-speeds-close-up", "stick-slip-close-up"];
+
 /// Why a run of trains does not have a figure; `None` if it has.
-pub(super) fn without(entry: &Entry, case: &TrainCase) -> Option<Absent> {
+pub(super) fn without(entry: &Entry, run: &Run) -> Option<Absent> {
+    let case = run.trains.as_ref()?;
+    if OF_CYCLES.contains(&entry.name) && run.stick_slip.cycles.is_empty() {
+        return Some(NO_CYCLE.into());
+    }
     let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
         "its rotor has no inertia and moves as it is driven"
     } else if SHARED.contains(&entry.name) || entry.name == PORTRAIT || CERTIFIED.contains(&entry.name) {
