@@ -115,6 +115,13 @@ def check_layout(page, name):
     page.click("#whole")
 
 
+def check_cycles(page, name):
+    """A number of cycles has marks at whole numbers, without a prefix, also where there is one cycle."""
+    for count in (1, 2, 5000):
+        ticks = page.browser.execute_script(f"const a = axisOf(-0.5, {count} - 0.5, 200, 75, true); return [a.prefix, ...a.ticks.map(t => t.text)]")
+        check(f"{name}: whole marks of {count} cycles", ticks[0] == "" and all(text.isdigit() for text in ticks[1:]), str(ticks))
+
+
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
@@ -126,6 +133,7 @@ def main():
                 check_texts(page, file, name)
                 check_events(page, file, name)
                 check_layout(page, name)
+                check_cycles(page, name)
                 check_panels(page, file, name)
                 common.check_silence(page, name)
     common.end()

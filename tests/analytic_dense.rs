@@ -4,7 +4,7 @@ mod common;
 
 use common::truth;
 use stickslip::Run;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{Case, CaseSource, Override, TrainCase};
 use stickslip::numerics::chebyshev::{COEFFICIENTS, place, value};
 use stickslip::record::{
     Channels, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment, State,
@@ -14,6 +14,32 @@ use stickslip::simulation::{Around, Following, Method};
 use stickslip::{SavedRun, model::torsion::TorsionModel};
 
 const COLUMNS: usize = State::COUNT + Channels::COUNT;
+
+/// A clutch that is gripped at once: it locks while its engine and vehicle exchange momentum.
+const CLUTCH: &str = r#"[rotor]
+inertia = 0.2
+end = "free"
+torque = 80
+
+[stator]
+inertia = 1.5
+end = "free"
+
+[contact]
+radius = 0.1
+normal_force = 57e3
+
+[friction]
+law = "coulomb"
+breakaway = 0.3
+kinetic = 0.3
+
+[initial]
+speed = 200
+
+[output]
+end_time = 5
+"#;
 
 /// A run with its pieces.
 #[derive(Default)]
@@ -60,6 +86,45 @@ fn followed(case: &Case) -> Followed {
 fn paper(overrides: &[&str]) -> Case {
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     Case::parse(&CaseSource::built_in("paper-si").unwrap(), &overrides).unwrap()
+}
+
+fn trains(source: &CaseSource, overrides: &[&str]) -> Vec<f64> {
+    let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+    let case = TrainCase::parse(source, &overrides).unwrap();
+    let threshold = case.threshold.unwrap_or(0.0);
+    let mut recorder = MemoryRecorder::default();
+    let run = Run::of_trains(&case.parameters, threshold, &case.solver, &case.output);
+    run.record(&mut recorder).start().unwrap();
+    recorder.samples.iter().map(|sample| sample.time).collect()
+}
+
+/// A case of trains has its samples where its events are, too: also in a slip that is short against the interval of the samples,
+/// of trains that have no natural period.
+#[test]
+fn analytic_a_short_slip_of_trains_has_samples() {
+    let times = trains(&CaseSource::text(CLUTCH), &[]);
+    // The torque of the contact is 1710 N m: 200 rad/s/(1710/0.2 - 80/0.2 + 1710/1.5) rad/s^2 = 21.5 ms. Twenty samples between
+    // its ends, of which the first is at t = 0 and the last is an event.
+    let locked = 200.0 / (1710.0 / 0.2 - 80.0 / 0.2 + 1710.0 / 1.5);
+    let inside = times.iter().filter(|t| **t > 0.0 && **t < locked).count();
+    assert!(inside >= 19, "{inside} samples in {locked} s");
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+}
+
+/// A run that would have more samples around its events than a file has is dense as it begins and as it ends.
+#[test]
+fn property_too_many_samples_around_events_are_the_first_and_the_last() {
+    // 16 periods of the mass on its spring, with 1e5 samples each.
+    let belt = CaseSource::built_in("belt-coulomb").unwrap();
+    let times = trains(&belt, &["output.samples_per_period=1e5"]);
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+    // 5001 plain samples beside 300,000, of which rounding and what is at the same time take some.
+    assert!((299_000..=305_002).contains(&times.len()), "{}", times.len());
+    let count = |from: f64, to: f64| times.iter().filter(|t| **t >= from && **t < to).count();
+    // 150,000 samples are 0.94 s of this belt.
+    assert!(count(0.0, 0.8) > 100_000, "{}", count(0.0, 0.8));
+    assert!(count(9.2, 10.0) > 100_000, "{}", count(9.2, 10.0));
+    assert_eq!(count(4.0, 5.0), 500);
 }
 
 /// The samples of a window come from the engines themselves, at times that the pieces have not seen. The error of each channel is told

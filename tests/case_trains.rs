@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
 use proptest::prelude::*;
-use stickslip::case::{Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys};
+use stickslip::case::{AnyCase, Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys};
 use stickslip::friction::{FrictionLaw, Law as _};
 use stickslip::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing};
 use stickslip::signal::{Drive, Frequency, Shape, Signal};
+use stickslip::simulation::Around;
 
 /// A case of rotation in which every kind of train and signal occurs; the tests break one thing at a time.
 const VALID: &str = r#"title = "A drive"
@@ -727,4 +728,34 @@ fn case_trains_elements_of_lists_are_set_by_their_index() {
     let exact = [Override::parse("rotor.viscous.1=0.1").unwrap()];
     let exact = TrainCase::exact_parameters(&CaseSource::built_in("groan").unwrap(), &exact).unwrap();
     assert_eq!(exact.rotor.viscous[1].to_string(), "1/10");
+}
+
+/// Both forms have samples around their events unless they say otherwise. A case kept in a file of a version without the key is what
+/// it was.
+#[test]
+fn regression_cases_of_either_form_have_samples_around_their_events() {
+    let around = |source: &CaseSource, overrides: &[&str]| {
+        let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
+        let case = AnyCase::read(source, &overrides).unwrap();
+        let output = match &case {
+            AnyCase::Brake(case) => &case.output,
+            AnyCase::Trains(case) => &case.output,
+        };
+        (output.follow.around, case.resolved())
+    };
+    let window = "output.window=[{from=0, to=1, interval=0.01}]";
+    for name in ["paper", "belt-leine", "clutch", "lugre-slider"] {
+        let source = CaseSource::built_in(name).unwrap();
+        assert_eq!(around(&source, &["output.window=[]"]).0, Some(Around::Events), "{name}");
+        assert_eq!(around(&source, &[window]).0, None, "{name}");
+        let stated = ["output.window=[]", "output.around=\"none\""];
+        let (none, resolved) = around(&source, &stated);
+        assert_eq!(none, None, "{name}");
+        // As a file of this version has it, and as one of a version without the key.
+        let stored = |text: &str| CaseSource::result(&PathBuf::from("x.h5"), text.to_owned());
+        let earlier: Vec<&str> = resolved.lines().filter(|line| !line.starts_with("around")).collect();
+        assert!(earlier.len() + 1 == resolved.lines().count(), "{resolved}");
+        assert_eq!(around(&stored(&resolved), &[]).0, None, "{name}");
+        assert_eq!(around(&stored(&earlier.join("\n")), &[]).0, None, "{name}");
+    }
 }

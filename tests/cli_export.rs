@@ -399,3 +399,26 @@ fn cli_export_benchmark_is_a_package() {
     let stderr = refusal(&mut folder.stickslip(&make(&["--license", "none of yours"])));
     assert!(stderr.contains("SPDX"), "{stderr}");
 }
+
+/// Where the samples of a run are too far apart for other times, the message has the command that helps, and it helps.
+#[test]
+fn regression_export_says_how_a_run_has_every_time() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "lugre-slider", "-q"]), 0);
+    let export = |file: &str| folder.stickslip(&["export", file, "-q", "--interval", "0.001", "-o", "x.csv"]);
+    let refused = refusal(&mut export("lugre-slider.h5"));
+    let (_, command) = refused.trim().split_once("stickslip run").unwrap();
+    let arguments: Vec<&str> = command.split_whitespace().collect();
+    assert_eq!(
+        arguments,
+        ["lugre-slider.h5", "--set", "output.dense=true"],
+        "{refused}"
+    );
+    output(
+        &mut folder.stickslip(&[&["run"][..], &arguments, &["-q", "-o", "dense.h5"]].concat()),
+        0,
+    );
+    output(&mut export("dense.h5"), 0);
+    let rows = columns(&std::fs::read_to_string(folder.path("x.csv")).unwrap())["time"].len();
+    assert_eq!(rows, 30_001);
+}

@@ -24,7 +24,14 @@ fn cli_plot_of_trains_draws_its_figures() {
         .collect();
     assert_eq!(
         names,
-        ["friction-law", "surface-speeds", "relative-velocity", "phase-portrait"]
+        [
+            "friction-law",
+            "surface-speeds",
+            "surface-speeds-close-up",
+            "relative-velocity",
+            "stick-slip-close-up",
+            "phase-portrait"
+        ]
     );
     let (document, stderr) = output(
         &mut folder.stickslip(&["plot", "belt-leine.h5", "--format", "svg", "--json"]),
@@ -153,8 +160,28 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     assert!(!speed.contains("straight lines"), "{speed}");
     // A slip takes 4.3 s: seven of eight have no sample.
-    let far = ["run", "belt-leine", "-q", "--force", "--set", "output.interval=11.9"];
-    output(&mut folder.stickslip(&far), 0);
+    let sparse = |interval: &str| {
+        let interval = format!("output.interval={interval}");
+        let far = [
+            "run",
+            "belt-leine",
+            "-q",
+            "--force",
+            "--set",
+            "output.around=none",
+            "--set",
+            &interval,
+        ];
+        output(&mut folder.stickslip(&far), 0);
+    };
+    // Two samples in a slip are too few, too: its motion has a period of 6.3 s. A stick is a straight line.
+    sparse("2");
+    let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
+    assert!(
+        speed.contains("8 of 8") && speed.contains("too few samples</text>"),
+        "{speed}"
+    );
+    sparse("11.9");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     assert!(speed.contains("two events with too few samples"), "{speed}");
     let portrait = svg(&folder, &["belt-leine.h5", "--only", "phase-portrait"]);
@@ -174,7 +201,15 @@ fn cli_plot_of_trains_goes_through_events() {
     let folder = Folder::new();
     // Published: belt-leine sticks first at 9.295999525480 s, which is no sample.
     output(
-        &mut folder.stickslip(&["run", "belt-leine", "-q", "--set", "output.interval=1"]),
+        &mut folder.stickslip(&[
+            "run",
+            "belt-leine",
+            "-q",
+            "--set",
+            "output.interval=1",
+            "--set",
+            "output.around=none",
+        ]),
         0,
     );
     let window = ["--from", "8.5", "--to", "10.5"];
@@ -203,4 +238,58 @@ fn cli_results_of_trains_cite_their_own_source() {
     output(&mut folder.stickslip(&["run", "clutch", "-q"]), 0);
     let (said, _) = output(&mut folder.stickslip(&["inspect", "clutch.h5", "--json"]), 0);
     assert!(said.contains("docs/model.md") && !said.contains("9275147"), "{said}");
+}
+
+/// The first event that is wrong is enlarged, and not the one with the largest error.
+#[test]
+fn regression_the_first_wrong_event_of_a_candidate_is_enlarged() {
+    let folder = Folder::new();
+    output(&mut folder.stickslip(&["run", "belt-leine", "-q"]), 0);
+    // A belt with a stiffer spring: a cycle is shorter by some hundredth of a second, and the errors of eight cycles add up.
+    let other = [
+        "run",
+        "belt-leine",
+        "-q",
+        "-o",
+        "mine.h5",
+        "--set",
+        "stator.stiffness=1.003",
+    ];
+    output(&mut folder.stickslip(&other), 0);
+    let (compared, _) = output(
+        &mut folder.stickslip(&["compare", "belt-leine.h5", "mine.h5", "--json"]),
+        0,
+    );
+    let compared = &json(&compared)["comparisons"][0];
+    let events = compared["event_errors"]["events"].as_array().unwrap();
+    let error = |event: &serde_json::Value| event["error"].as_f64().unwrap().abs();
+    // A hundredth of the period of the mass on its spring, 2 pi s, or of the time scale that the comparison has.
+    let scale = compared["time_scale"]["period"].as_f64().unwrap();
+    let wrong = events.iter().find(|event| error(event) > 0.01 * scale).unwrap();
+    assert!(wrong["position"] != events.last().unwrap()["position"] && error(wrong) < error(events.last().unwrap()));
+    let drawn = [
+        "plot",
+        "belt-leine.h5",
+        "--candidate",
+        "mine.h5",
+        "--format",
+        "svg",
+        "-q",
+        "-o",
+        "drawn",
+    ];
+    output(&mut folder.stickslip(&drawn), 0);
+    let figures = |name: &str| {
+        let found = std::fs::read_dir(folder.path("drawn")).unwrap();
+        let mut paths = found.map(|entry| entry.unwrap().path());
+        paths.find(|path| path.to_string_lossy().contains(name))
+    };
+    let text = std::fs::read_to_string(figures("first-wrong-event").unwrap()).unwrap();
+    let title = format!(
+        "First wrong event: event {}, a {}",
+        wrong["position"],
+        wrong["kind"].as_str().unwrap()
+    );
+    assert!(text.contains(&title), "{title}");
+    assert!(figures("largest-error").is_none());
 }

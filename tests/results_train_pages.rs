@@ -211,7 +211,7 @@ fn results_page_of_bristles_counts_falls_below_the_threshold() {
 fn results_page_of_trains_shows_one_period() {
     let folder = tempfile::tempdir().unwrap();
     // Far samples: some thirty in a period, none of them at an event.
-    let (_, file, page) = page_of(&folder, "belt-leine", &["output.interval=0.4001"]);
+    let (_, file, page) = page_of(&folder, "belt-leine", &["output.interval=0.4001", "output.around=none"]);
     let orbit = &page.run["orbit"];
     let period = orbit["period"].as_f64().unwrap();
     assert!((period - 12.00103129483).abs() < 1e-9, "{period}");
@@ -259,6 +259,7 @@ fn results_page_of_a_long_driven_run_is_bounded() {
     let overrides = [
         "output.end_time=13425",
         "output.interval=0.067",
+        "output.around=none",
         "solver.max_events=1000000",
     ];
     let (_, file, page) = page_of(&folder, "belt-coulomb", &overrides);

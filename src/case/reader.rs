@@ -6,6 +6,7 @@ use super::error::{CaseError, Problem};
 use super::quantity::Dimension;
 use super::schema::{self, ARRAYS, Domain, Key, Kind, Presence};
 use super::setting::read_setting;
+use super::source::Origin;
 use super::value::{choice, number};
 use super::{Case, CaseSource, Motion, Setting, form, suggest};
 use crate::friction::FrictionLaw;
@@ -39,11 +40,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
     let mut case = Case::blank(source.name());
     reader.fill(&mut case);
     reader.contact(&mut case);
-    fill_intervals(&mut case);
-    let said = reader.root.at(schema::AROUND).is_some();
-    if !said && case.output.windows.is_empty() && case.solver.method.locates_events() {
-        case.output.follow.around = Some(Around::Events);
-    }
+    reader.fill_output(&mut case, &source.origin);
     // Conditions between values mean nothing while some are missing.
     if reader.problems.is_empty() {
         for violation in conditions::violated(&case) {
@@ -51,19 +48,6 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Case, 
         }
     }
     reader.finish(case)
-}
-
-/// The sampling intervals that follow from others, where they were left out.
-pub(super) fn fill_intervals(case: &mut Case) {
-    const SAMPLES: f64 = 1000.0;
-    if case.output.interval.is_nan() {
-        case.output.interval = case.output.end_time / SAMPLES;
-    }
-    for window in &mut case.output.windows {
-        if window.interval.is_nan() {
-            window.interval = (window.to - window.from) / SAMPLES;
-        }
-    }
 }
 
 /// Reads the keys of a case from the tree of its values, and gathers what is wrong.
@@ -99,6 +83,26 @@ impl Reader {
             known,
             motion,
             further_law: None,
+        }
+    }
+
+    /// What was left out of [output] and follows from the rest of it.
+    pub(super) fn fill_output(&self, case: &mut Case, origin: &Origin) {
+        const SAMPLES: f64 = 1000.0;
+        let output = &mut case.output;
+        if output.interval.is_nan() {
+            output.interval = output.end_time / SAMPLES;
+        }
+        for window in &mut output.windows {
+            if window.interval.is_nan() {
+                window.interval = (window.to - window.from) / SAMPLES;
+            }
+        }
+        // The case in a result file says all that it has: of a version without the key, it has no such samples.
+        let written = !matches!(origin, Origin::Result(_));
+        let said = self.root.at(schema::AROUND).is_some();
+        if written && !said && output.windows.is_empty() && case.solver.method.locates_events() {
+            output.follow.around = Some(Around::Events);
         }
     }
 

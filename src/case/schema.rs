@@ -610,7 +610,7 @@ const KEYS: &[Key] = &[
     key(
         AROUND,
         "which events have dense samples around them: all, those of the stick-slip, the first stick, or none",
-        Default("\"events\" of a brake without windows, else \"none\""),
+        Default("\"events\" of a case without windows, else \"none\""),
         Kind::Choice(
             || {
                 Around::ALL

@@ -111,9 +111,13 @@ impl Evaluator<'_> {
             return Err(content(
                 format!(
                     "the samples at t = {from:?} s and {to:?} s are too far apart for the equations of motion to lead from one to \
-                     the other, and this program does not repeat the run as it is in the file"
+                     the other"
                 ),
-                "repeat the run with this version of the program, or with closer samples by output.interval",
+                &format!(
+                    "repeat the run with polynomials, which give every channel at every time: stickslip run {} --set \
+                     output.dense=true",
+                    self.path.display()
+                ),
             ));
         }
         let part = if to > from { (time - from) / (to - from) } else { 0.0 };

@@ -143,7 +143,7 @@ pub fn of_run(run: &Run) -> Vec<&'static Entry> {
     let all = ENTRIES.iter().chain(trains::ENTRIES);
     let of_brake = |entry: &&Entry| ENTRIES.iter().any(|known| known.name == entry.name);
     let mut found: Vec<&'static Entry> = match &run.trains {
-        Some(case) => all.filter(|entry| without(entry, case).is_none()).collect(),
+        Some(_) => all.filter(|entry| without(entry, run).is_none()).collect(),
         None => all.filter(of_brake).collect(),
     };
     if run.time_uncertainty().is_some() {

@@ -123,13 +123,15 @@ impl Beside<'_> {
                     window,
                 ));
             }
-            if let Some((title, time, error)) = first_wrong(comparison) {
-                let scale = comparison
-                    .time_scale
-                    .as_ref()
-                    .map_or(2.5 * period, |scale| 0.5 * scale.period);
-                let half = scale.max(4.0 * error);
-                views.push(view("-first-wrong-event", title, (time - half, time + half)));
+            let scale = comparison.time_scale.as_ref().map(|scale| scale.period);
+            let half = scale.map_or(2.5 * period, |scale| 0.5 * scale);
+            let enlarged = |of: &str, (title, time, error): (String, f64, f64)| {
+                let half = half.max(4.0 * error);
+                view(of, title, (time - half, time + half))
+            };
+            match first_wrong(comparison, scale.unwrap_or(period)) {
+                Some(wrong) => views.push(enlarged("-first-wrong-event", wrong)),
+                None => views.extend(largest_error(comparison).map(|worst| enlarged("-largest-error", worst))),
             }
             views.retain(|view| view.window.0 < view.window.1 && self.run.rows_in(view.window).is_ok());
         }
@@ -262,9 +264,29 @@ impl Beside<'_> {
     }
 }
 
-/// What is wrong first: where the sequences part, else the event with the largest error. In words, its time and its error, s.
-fn first_wrong(comparison: &Comparison) -> Option<(String, f64, f64)> {
-    if let Some(first) = comparison.sequence.first() {
+/// Part of the period by which an event has to be off to be called wrong: so much is seen in a figure of some periods.
+const WRONG: f64 = 0.01;
+
+/// The first event that is wrong: where the sequences part, or before that the first that is off by more than a hundredth of a
+/// period (s), and by more than the candidate's file resolves. In words, its time and its error, s.
+fn first_wrong(comparison: &Comparison, period: f64) -> Option<(String, f64, f64)> {
+    let resolved = comparison
+        .resolution
+        .as_ref()
+        .map_or(0.0, |resolution| resolution.event_error);
+    let detected = comparison.detection.as_ref().and(comparison.interval).unwrap_or(0.0);
+    let wrong = (WRONG * period).max(resolved).max(detected);
+    let mut events = comparison.event_errors.events.iter();
+    let off = events.find(|event| event.error.abs() > wrong);
+    let parted = comparison.sequence.first();
+    if let Some(off) = off.filter(|off| parted.is_none_or(|parted| off.time < parted.time)) {
+        let title = format!(
+            "First wrong event: event {}, a {} at {:.6} s, is off by {:.1e} s",
+            off.position, off.kind, off.time, off.error
+        );
+        return Some((title, off.time, off.error.abs()));
+    }
+    parted.map(|first| {
         let what = match first.fault {
             Fault::Missing => "is missing in the candidate",
             Fault::Spurious => "is the candidate's alone",
@@ -273,8 +295,12 @@ fn first_wrong(comparison: &Comparison) -> Option<(String, f64, f64)> {
             Fault::Renamed => "is another event in the candidate",
         };
         let title = format!("First wrong event: the {} at {:.6} s {what}", first.kind, first.time);
-        return Some((title, first.time, 0.0));
-    }
+        (title, first.time, 0.0)
+    })
+}
+
+/// The event with the largest error, where none is wrong. In words, its time and its error, s.
+fn largest_error(comparison: &Comparison) -> Option<(String, f64, f64)> {
     let events = comparison.event_errors.events.iter();
     let worst = events.max_by(|a, b| a.error.abs().total_cmp(&b.error.abs()))?;
     let title = format!(

@@ -3,9 +3,8 @@
 use super::error::PlotError;
 use super::figure::Figure;
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::case::{Case, CaseSource, TrainCase};
+use crate::case::{Case, CaseSource};
 use crate::model::Parameters;
-use crate::model::torsion::TorsionModel;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
 use std::f64::consts::TAU;
@@ -49,8 +48,7 @@ impl Entry {
     /// # Errors
     /// If a file cannot be read. That a run does not have the figure is no error.
     pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
-        let of_trains = subject.run.trains.as_ref();
-        if let Some(absent) = of_trains.and_then(|case| without(self, case)) {
+        if let Some(absent) = without(self, subject.run) {
             return Ok(Err(absent));
         }
         let outcome = (self.draw)(self, subject)?;
@@ -74,10 +72,24 @@ pub(super) const PORTRAIT: &str = "phase-portrait";
 pub(super) const CERTIFIED: [&str; 2] = ["event-uncertainties", "error-bands"];
 
 /// Those of the brake's catalogue that they have, too.
-const SHARED: [&str; 4] = ["friction-law", "rotor-speed", "surface-speeds", "relative-velocity"];
+const SHARED: [&str; 6] = [
+    "friction-law",
+    "rotor-speed",
+    "surface-speeds",
+    "surface-speeds-close-up",
+    "relative-velocity",
+    "stick-slip-close-up",
+];
+
+/// Those of them that show cycles.
+const OF_CYCLES: [&str; 2] = ["surface-speeds-close-up", "stick-slip-close-up"];
 
 /// Why a run of trains does not have a figure; `None` if it has.
-pub(super) fn without(entry: &Entry, case: &TrainCase) -> Option<Absent> {
+pub(super) fn without(entry: &Entry, run: &Run) -> Option<Absent> {
+    let case = run.trains.as_ref()?;
+    if OF_CYCLES.contains(&entry.name) && run.stick_slip.cycles.is_empty() {
+        return Some(NO_CYCLE.into());
+    }
     let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
         "its rotor has no inertia and moves as it is driven"
     } else if SHARED.contains(&entry.name) || entry.name == PORTRAIT || CERTIFIED.contains(&entry.name) {
@@ -104,7 +116,7 @@ pub struct Subject<'a> {
     pub runs: &'a [Run],
     /// The first.
     pub run: &'a Run,
-    /// T_n, s; NaN of trains.
+    /// The natural period, s; where nothing moves by itself, that of the first cycle; NaN without either.
     pub period: f64,
     /// Period of the axial motion without damping, s; NaN of trains.
     pub axial_period: f64,
@@ -124,11 +136,12 @@ impl<'a> Subject<'a> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
         let of_brake = |period: fn(&Parameters) -> f64| run.parameters.as_ref().map_or(f64::NAN, period);
+        let cycle = run.stick_slip.cycles.first().map(|cycle| cycle.period);
         let corner = run.events.iter().rfind(|e| e.kind == EventKind::Corner);
         Some(Subject {
             runs,
             run,
-            period: of_brake(|brake| TorsionModel::new(brake).natural_period()),
+            period: run.natural_period.or(cycle).unwrap_or(f64::NAN),
             axial_period: of_brake(|brake| TAU / (brake.axial.stiffness / brake.axial.mass).sqrt()),
             onset: run.stick_slip.onset_time,
             final_stick: run.stick_slip.final_stick_time,

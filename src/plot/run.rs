@@ -12,7 +12,7 @@ use crate::model::{Mode, Parameters};
 use crate::record::{Event, EventKind, State};
 use crate::results::{AddedGroup, DenseOutput, Header, ResultFile, Side, Status, StickSlipTable, schema};
 use crate::simulation::OutputWindow;
-use crate::simulation::trains::further;
+use crate::simulation::trains::{further, natural_period};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -84,6 +84,8 @@ pub struct Run {
     pub trains: Option<TrainCase>,
     /// Period of the motion that a run of trains has come to, s; `None` of one that does not repeat itself.
     pub attractor_period: Option<f64>,
+    /// Of the surfaces on their shafts, s; `None` where nothing moves by itself.
+    pub(crate) natural_period: Option<f64>,
     /// Windows in which the run was sampled more densely.
     pub windows: Vec<OutputWindow>,
     /// What the dense output covers, if the file has one, s.
@@ -136,14 +138,17 @@ impl Run {
         let events = file.events()?;
         let source = CaseSource::result(path, file.resolved()?);
         let (mut parameters, mut trains) = (None, None);
+        let period;
         let (windows, tables) = if TrainCase::is_one(&source, &[]) {
             let case = TrainCase::parse(&source, &[])?;
             let header = Header::of_trains(&case, String::new());
+            period = natural_period(&case.parameters);
             let windows = case.output.windows.clone();
             trains = Some(case);
             (windows, schema::extended_tables(&header.extension))
         } else {
             let case = Case::parse(&source, &[])?;
+            period = Some(TorsionModel::new(&case.parameters).natural_period());
             parameters = Some(case.parameters);
             (case.output.windows, schema::tables())
         };
@@ -170,6 +175,7 @@ impl Run {
             parameters,
             trains,
             attractor_period,
+            natural_period: period,
             windows,
             variables: trajectory.variables,
             stretches,
@@ -402,12 +408,6 @@ impl Run {
         start..self.events.partition_point(|event| event.time <= to).max(start)
     }
 
-    /// Of a brake's case, s.
-    pub(crate) fn natural_period(&self) -> Option<f64> {
-        let brake = self.parameters.as_ref()?;
-        Some(TorsionModel::new(brake).natural_period())
-    }
-
     /// The stretch in which an oscillation grows: from the loss of stability to the first event of the contact, s.
     pub(crate) fn growth(&self) -> Option<(f64, f64)> {
         let first = |is: &dyn Fn(&Event) -> bool| self.events.iter().find(|event| is(event)).map(|event| event.time);
@@ -416,10 +416,15 @@ impl Run {
         (unstable < contact).then_some((unstable, contact))
     }
 
+    /// Whether nothing is free to move in a stick.
+    fn is_rigid_in_stick(&self) -> bool {
+        let inertias = |case: &TrainCase| case.parameters.rotor.inertia.len() + case.parameters.stator.inertia.len();
+        self.trains.as_ref().is_some_and(|case| inertias(case) < 2)
+    }
+
     /// The stretches between two events of the contact in a window that have too few samples, and the growth before the first:
-    /// of a brake, those in which two
-    /// samples are further apart than a twelfth of the natural period; of trains, whose motion has no one period, those
-    /// without a sample. Sticks of trains are not counted: in those the surfaces move as one, or within a threshold of it.
+    /// those in which two samples are further apart than a twelfth of the natural period, or, where nothing moves by itself,
+    /// than a twelfth of the stretch.
     ///
     /// # Errors
     /// As [`Self::each_sample`].
@@ -427,7 +432,7 @@ impl Run {
         if self.is_dense(window) {
             return Ok(Undersampled::default());
         }
-        let period = self.natural_period();
+        let (period, rigid) = (self.natural_period, self.is_rigid_in_stick());
         let events = &self.events[self.events_in(window)];
         let of_contact: Vec<&Event> = events.iter().filter(|event| event.kind.in_event_sequence()).collect();
         let mut stretches: Vec<(f64, f64)> = Vec::new();
@@ -446,7 +451,7 @@ impl Run {
                 continue;
             }
             let is_stick = pair[0].kind == EventKind::Stick || pair[0].mode_after == Mode::Stick;
-            if pair[1].time > pair[0].time && (period.is_some() || !is_stick) {
+            if pair[1].time > pair[0].time && !(is_stick && rigid) {
                 stretches.push((pair[0].time, pair[1].time));
             }
         }
@@ -455,37 +460,29 @@ impl Run {
             return Ok(Undersampled::default());
         };
         let window = (first.0, last.1);
-        let enough = |(from, to): (f64, f64)| match period {
-            Some(period) => widest_gap(period.max((to - from) / LONGEST_FAST)),
-            None => f64::INFINITY,
-        };
-        // Widest gap of each, and whether it has a sample at all.
-        let mut gaps: Vec<(f64, bool)> = vec![(0.0, false); all];
+        let enough =
+            |(from, to): (f64, f64)| widest_gap(period.map_or(to - from, |one| one.max((to - from) / LONGEST_FAST)));
+        // Widest gap of each.
+        let mut gaps = vec![0.0f64; all];
         let mut next = 0;
         let mut before = window.0;
-        let mut pass = |t: f64, is_sample: bool| {
+        let mut pass = |t: f64| {
             while next < all && stretches[next].1 <= t {
-                gaps[next].0 = gaps[next].0.max(stretches[next].1 - before.max(stretches[next].0));
+                gaps[next] = gaps[next].max(stretches[next].1 - before.max(stretches[next].0));
                 next += 1;
             }
-            if next < all && t > stretches[next].0 && is_sample {
-                gaps[next].0 = gaps[next].0.max(t - before.max(stretches[next].0));
-                gaps[next].1 = true;
+            if next < all && t > stretches[next].0 {
+                gaps[next] = gaps[next].max(t - before.max(stretches[next].0));
             }
             before = t;
         };
-        match self.each_sample(&["time"], window, |row| pass(row[0], true)) {
+        match self.each_sample(&["time"], window, |row| pass(row[0])) {
             Ok(()) | Err(PlotError::NothingInRange { .. }) => {}
             Err(error) => return Err(error),
         }
-        pass(window.1, false);
-        let short = stretches
-            .into_iter()
-            .zip(gaps)
-            .filter(|(stretch, (widest, sampled))| match period {
-                Some(_) => *widest > enough(*stretch),
-                None => !sampled,
-            });
+        pass(window.1);
+        let short = stretches.into_iter().zip(gaps);
+        let short = short.filter(|(stretch, widest)| *widest > enough(*stretch));
         Ok(Undersampled {
             stretches: short.map(|(stretch, _)| stretch).collect(),
             of: all,

@@ -105,11 +105,14 @@ impl SampleTimes {
 /// Samples around events that a file has at most.
 const MOST_AROUND: usize = 300_000;
 
+/// Samples in a stretch between two events: a shorter one has its own interval.
+const BETWEEN: f64 = 20.0;
+
 /// A sample around an event that is nearer to the last one than this part of their interval is left out.
 const APART: f64 = 1e-3;
 
 /// The sample times around events: multiples of an interval, from a margin before an event, as far as it is foreseen, to a margin
-/// after it.
+/// after it; and in a short stretch between two foreseen events as many as make a curve of it.
 #[derive(Debug, Clone)]
 pub(super) struct TimesAround {
     around: Around,
@@ -118,6 +121,10 @@ pub(super) struct TimesAround {
     end_time: f64,
     /// Disjoint, in order of time.
     wanted: VecDeque<(f64, f64)>,
+    /// Stretches between two foreseen events that are shorter than [`BETWEEN`] intervals, in order of time.
+    short: VecDeque<(f64, f64)>,
+    /// Where there are none, because there would be too many in all, s.
+    left_out: Option<(f64, f64)>,
     next: f64,
     left: usize,
     sticks: usize,
@@ -133,31 +140,92 @@ impl TimesAround {
             interval,
             end_time: output.end_time,
             wanted: VecDeque::new(),
+            short: VecDeque::new(),
+            left_out: None,
             next: f64::INFINITY,
             left: MOST_AROUND,
             sticks: 0,
         };
+        let mut before = 0.0;
         for event in foreseen {
-            times.take(event.time, event.kind, margin);
+            if times.take(event.time, event.kind, margin) {
+                let length = event.time - before;
+                // Rounding has to tell its samples apart.
+                if length < BETWEEN * interval && length > 1e-12 * event.time {
+                    times.short.push_back((before, event.time));
+                }
+                before = event.time;
+            }
         }
         times.sticks = 0;
+        times.limit();
         times.settle(f64::NEG_INFINITY);
         Some(times)
     }
 
-    fn take(&mut self, t: f64, kind: EventKind, before: f64) {
-        if self.around.takes(kind, self.sticks) {
-            let (from, to) = ((t - before).max(0.0), (t + self.margin).min(self.end_time));
-            // Foreseen stretches may lie after it.
-            let at = self.wanted.partition_point(|stretch| stretch.1 < from);
-            let (mut from, mut to) = (from, to);
-            while let Some(&next) = self.wanted.get(at).filter(|next| next.0 <= to) {
-                (from, to) = (from.min(next.0), to.max(next.1));
-                self.wanted.remove(at);
-            }
-            self.wanted.insert(at, (from, to));
-        }
+    /// Whether the event is meant.
+    fn take(&mut self, t: f64, kind: EventKind, before: f64) -> bool {
+        let taken = self.around.takes(kind, self.sticks);
         self.sticks += usize::from(kind == EventKind::Stick);
+        if !taken || self.left_out.is_some_and(|(from, to)| t > from && t < to) {
+            return taken;
+        }
+        let (mut from, mut to) = ((t - before).max(0.0), (t + self.margin).min(self.end_time));
+        if let Some(stop) = self.left_out.map(|span| span.0).filter(|&stop| t <= stop) {
+            to = to.min(stop);
+        }
+        // Foreseen stretches may lie after it.
+        let at = self.wanted.partition_point(|stretch| stretch.1 < from);
+        while let Some(&next) = self.wanted.get(at).filter(|next| next.0 <= to) {
+            (from, to) = (from.min(next.0), to.max(next.1));
+            self.wanted.remove(at);
+        }
+        self.wanted.insert(at, (from, to));
+        true
+    }
+
+    /// Samples up to a time, s.
+    fn count(&self, until: f64) -> f64 {
+        let before = |&(from, to): &(f64, f64)| (until.min(to) - from).max(0.0);
+        let wide = self.wanted.iter().map(|stretch| before(stretch) / self.interval);
+        let short = self
+            .short
+            .iter()
+            .map(|stretch| before(stretch) / (stretch.1 - stretch.0) * BETWEEN);
+        wide.chain(short).sum()
+    }
+
+    /// Of too many foreseen ones, half of those that a file may have are the first, and half are the last: a motion that comes to
+    /// repeat itself is seen as it begins and as it is then.
+    fn limit(&mut self) {
+        let (all, most) = (self.count(self.end_time), MOST_AROUND as f64);
+        if all <= most {
+            return;
+        }
+        let time_of = |count: f64| {
+            let (mut low, mut high) = (0.0, self.end_time);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if self.count(middle) < count {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            low
+        };
+        let (from, to) = (time_of(0.5 * most), time_of(all - 0.5 * most));
+        log::warn!(
+            "a file has {MOST_AROUND} samples around events at most, and this run would have {all:.0}: there are none from {from:.6} \
+             to {to:.6} s; set output.margin or output.samples_per_period lower to have them there"
+        );
+        let outside = |stretches: &VecDeque<(f64, f64)>| -> VecDeque<(f64, f64)> {
+            let parts = stretches.iter().flat_map(|&(a, b)| [(a, b.min(from)), (a.max(to), b)]);
+            parts.filter(|part| part.0 < part.1).collect()
+        };
+        self.wanted = outside(&self.wanted);
+        self.short.retain(|stretch| stretch.1 <= from || stretch.0 >= to);
+        self.left_out = Some((from, to));
     }
 
     /// An event has come, s: foreseen or not, it has samples after it.
@@ -175,12 +243,12 @@ impl TimesAround {
     pub(super) fn taken(&mut self, t: f64) {
         if t == self.next {
             self.left -= 1;
-            if self.left == 0 {
+            // More than foreseen, by a few of rounding or by many of events at other times.
+            if self.left == 0 && self.left_out.is_none_or(|span| t < span.0) {
                 log::warn!(
                     "there are no more dense samples around events after {t:?} s and {MOST_AROUND} of them: set output.margin or \
                      output.samples_per_period lower to have them later in the run"
                 );
-                self.wanted.clear();
             }
         }
         self.settle(t);
@@ -189,6 +257,9 @@ impl TimesAround {
     /// Finds the time after `last`.
     fn settle(&mut self, last: f64) {
         self.next = f64::INFINITY;
+        if self.left == 0 {
+            return;
+        }
         while let Some(&(from, to)) = self.wanted.front() {
             let mut count = (from / self.interval).ceil();
             if last >= from {
@@ -198,11 +269,21 @@ impl TimesAround {
             if t - last < APART * self.interval {
                 t = (count + 1.0) * self.interval;
             }
-            if t < to && t > last && self.left > 0 {
+            if t < to && t > last {
                 self.next = t;
-                return;
+                break;
             }
             self.wanted.pop_front();
+        }
+        while let Some(&(from, to)) = self.short.front() {
+            let interval = (to - from) / BETWEEN;
+            let count = ((last - from) / interval + APART).floor().max(0.0) + 1.0;
+            let t = from + count * interval;
+            if count < BETWEEN && t > last {
+                self.next = self.next.min(t);
+                return;
+            }
+            self.short.pop_front();
         }
     }
 }

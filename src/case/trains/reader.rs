@@ -4,7 +4,7 @@ use super::keys::{self, ENDS, LUGRE, OF_BRISTLES, SIDES, SMOOTHINGS, TrainKind};
 use super::{TrainCase, conditions};
 use crate::case::document::{self, Node, Override, Value};
 use crate::case::quantity::{self, Dimension};
-use crate::case::reader::{Reader, fill_intervals};
+use crate::case::reader::Reader;
 use crate::case::schema::{self, Domain};
 use crate::case::value::{choice, number};
 use crate::case::{Case, CaseError, CaseSource, Motion};
@@ -46,7 +46,7 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<Read, 
         reader: &mut reader,
     };
     let case = match motion {
-        Ok(_) => train.case(source.name()),
+        Ok(_) => train.case(source),
         // Which units and keys the rest may have is not known without it.
         Err(message) => {
             train.report("motion", message);
@@ -124,7 +124,7 @@ impl TrainReader<'_> {
     }
 
     /// `None` if it is wrong in a way that has been reported.
-    fn case(&mut self, name: String) -> Option<TrainCase> {
+    fn case(&mut self, source: &CaseSource) -> Option<TrainCase> {
         if self.has("torsion") {
             let message = "beside [rotor] and [stator]: it is the short form of a rotor of two inertias and a stator of one; \
                            keep either [torsion], or [rotor] and [stator]";
@@ -133,7 +133,7 @@ impl TrainReader<'_> {
         }
         self.reader.check_all_names();
         let bristles = self.bristles();
-        let mut scratch = Case::blank(name);
+        let mut scratch = Case::blank(source.name());
         let rotor = self.train("rotor");
         let stator = self.train("stator");
         let pressing = self.pressing(&mut scratch);
@@ -151,7 +151,7 @@ impl TrainReader<'_> {
                     .iter()
                     .any(|table| path.starts_with(table))
         });
-        fill_intervals(&mut scratch);
+        self.reader.fill_output(&mut scratch, &source.origin);
         let threshold = self.threshold(&contact, &scratch);
         let kicks = self.kicks(&scratch);
         let (rotor, stator) = (rotor?, stator?);

@@ -40,11 +40,12 @@ function onAxis(value, axis, unit, from = 0) {
   return `${sign}${minus(text)} ${axis.prefix}${readable(unit)}`;
 }
 
-// About one tick in `spacing` pixels; `label` is what the tick labels leave out: prefix and offset.
-function axisOf(from, to, pixels, spacing) {
+// About one tick in `spacing` pixels, of a number of things only at `whole` ones, which have no prefix; `label` is what the tick labels
+// leave out: prefix and offset.
+function axisOf(from, to, pixels, spacing, whole = false) {
   const span = to - from, rough = span * spacing / pixels;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find(m => m * power >= rough * 0.9999999);
+  const step = Math.max(power * [1, 2, 5, 10].find(m => m * power >= rough * 0.9999999), whole ? 1 : 0);
   const size = Math.max(Math.abs(from), Math.abs(to));
   let offset = 0, offsetText = "", shown = size;
   if (step < size * OFFSET_BELOW) {
@@ -53,7 +54,7 @@ function axisOf(from, to, pixels, spacing) {
     offsetText = offset.toFixed(Math.min(Math.max(0, -digits), 20));
     shown = Math.max(Math.abs(from - offset), Math.abs(to - offset));
   }
-  const [factor, prefix] = prefixFor(shown);
+  const [factor, prefix] = whole ? [1, ""] : prefixFor(shown);
   const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step / factor) + 1e-6)), 20);
   const ticks = [];
   for (let k = Math.ceil(from / step); k * step <= to && ticks.length < 100; k++) {

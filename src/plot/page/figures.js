@@ -3,7 +3,7 @@
 // A frame with two labelled axes; returns the transforms of both coordinates.
 function frame(context, width, height, x, y) {
   const left = 62, right = width - 8, top = 20, bottom = height - 36;
-  const across = axisOf(x.low, x.high, right - left, 75), up = axisOf(y.low, y.high, bottom - top, 34);
+  const across = axisOf(x.low, x.high, right - left, 75, x.whole), up = axisOf(y.low, y.high, bottom - top, 34);
   const toX = value => left + (value - x.low) / (x.high - x.low) * (right - left);
   const toY = value => bottom - (value - y.low) / (y.high - y.low) * (bottom - top);
   const name = (axis, { label, unit }) => {
@@ -108,7 +108,7 @@ class Durations {
     const most = Math.max(...all.map(value)), least = this.logarithmic ? Math.min(...all.map(value)) : 0;
     const pad = (most - least) * 0.06 || 0.1;
     const y = { low: this.logarithmic ? least - pad : 0, high: most + pad, label: this.logarithmic ? "log₁₀(duration/s)" : "duration", unit: this.logarithmic ? "1" : "s" };
-    const x = { low: -0.5, high: count - 0.5, label: "cycle", unit: "1" };
+    const x = { low: -0.5, high: count - 0.5, label: "cycle", unit: "1", whole: true };
     const { toX, toY } = frame(context, width, height, x, y);
     context.save();
     context.clip();

@@ -72,7 +72,7 @@ impl Sparse {
 /// The stretch in which an oscillation grows, from the loss of stability to the first event of the contact, from where on two
 /// samples of it are further apart than figures allow.
 fn growth(run: &Run) -> Result<Option<(f64, f64)>, PlotError> {
-    let Some(((begin, end), period)) = run.growth().zip(run.natural_period()) else {
+    let Some(((begin, end), period)) = run.growth().zip(run.natural_period) else {
         return Ok(None);
     };
     let gap = widest_gap(period);

@@ -158,14 +158,19 @@ impl TrainDynamics {
         if fastest > 0.0 { 1.0 / fastest } else { 1.0 }
     }
 
-    /// The shorter period of a surface on its shaft, or else of the fastest thing that moves, s.
-    pub(crate) fn natural_period(&self) -> f64 {
+    /// The shorter period of a surface on its shaft, or else of the fastest thing that moves, s; `None` where nothing moves by
+    /// itself.
+    pub(crate) fn natural_period(&self) -> Option<f64> {
         let sides = [&self.system.rotor, &self.system.stator].into_iter();
         let periods = sides.filter_map(|side| {
             let (inertia, stiffness) = (side.inertia.first()?, side.stiffness.first().filter(|k| **k > 0.0)?);
             Some(TAU * (inertia / stiffness).sqrt())
         });
-        periods.min_by(f64::total_cmp).unwrap_or(TAU * self.unit(0))
+        let of_fastest = || {
+            let fastest = self.rates.fastest.max(self.excitation.fastest(0));
+            (fastest > 0.0).then(|| TAU / fastest)
+        };
+        periods.min_by(f64::total_cmp).or_else(of_fastest)
     }
 
     /// The magnitude of the fastest eigenvalue, 1/s; 0 where nothing moves by itself.

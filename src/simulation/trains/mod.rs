@@ -47,6 +47,11 @@ pub(crate) fn further(trains: &Trains) -> Vec<Further> {
     readings::further_names(&TrainSystem::new(trains))
 }
 
+/// The period (s) by which samples of a case are dense or sparse; `None` where nothing moves by itself.
+pub(crate) fn natural_period(trains: &Trains) -> Option<f64> {
+    TrainDynamics::new(trains, 0.0).natural_period()
+}
+
 /// The state at t = 0.
 fn start(trains: &Trains, dynamics: &TrainDynamics) -> Vec<f64> {
     let system = &dynamics.system;
@@ -112,7 +117,8 @@ pub(crate) fn simulate(
         let mut go_on = |_| ControlFlow::Continue(());
         simulate(trains, threshold, solver, output, &mut NoRecorder, &mut go_on)
     });
-    let periods = (dynamics.natural_period(), TAU * dynamics.unit(0));
+    let shortest = TAU * dynamics.unit(0);
+    let periods = (dynamics.natural_period().unwrap_or(shortest), shortest);
     recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);
     let start = Start {
         time: 0.0,
