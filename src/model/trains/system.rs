@@ -162,14 +162,7 @@ impl Side {
 
     /// Writes the rates of this side's states under the interface's torque `interface` (N m), and returns the power (W) that
     /// its drives put in and what its dampers take. In stick, `joined` is the acceleration (rad/s^2) of both surfaces.
-    fn rates(
-        &self,
-        driving: &Driving,
-        interface: f64,
-        joined: Option<f64>,
-        y: &[f64],
-        dydt: &mut [f64],
-    ) -> (f64, f64) {
+    fn rates(&self, driving: &Driving, interface: f64, joined: Option<f64>, y: &[f64], dydt: &mut [f64]) -> (f64, f64) {
         let (n, shafts) = (self.inertia.len(), self.shafts());
         if n == 0 {
             // The drive of a rigid surface meets the interface itself.

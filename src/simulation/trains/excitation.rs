@@ -193,7 +193,9 @@ impl Excitation {
     pub fn turned(&self, stretch: usize, from: f64, tau: f64) -> f64 {
         let of = |places: &Places| {
             let drive = places.speed.into_iter();
-            drive.map(|index| self.timeline.integral_from(index, stretch, from, tau)).sum::<f64>()
+            drive
+                .map(|index| self.timeline.integral_from(index, stretch, from, tau))
+                .sum::<f64>()
         };
         of(&self.rotor) - of(&self.stator)
     }

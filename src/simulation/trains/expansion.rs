@@ -123,7 +123,8 @@ impl Expansion {
                 break;
             }
             let step = unit / (n + 1) as f64;
-            let joined = stuck.then(|| self.on_surfaces(n, |[rotor, stator], [a, b]| system.joined(rotor, stator, a, b)));
+            let joined =
+                stuck.then(|| self.on_surfaces(n, |[rotor, stator], [a, b]| system.joined(rotor, stator, a, b)));
             for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
                 let (series, driving) = (&mut self.sides[index], &self.outside.sides[index]);
                 series.extend(side, n, torque, joined, driving, step, &mut self.state);
@@ -192,7 +193,10 @@ impl Expansion {
     /// What follows from coefficient `n` of the torques on the two surfaces (N m) and of the accelerations of the ends (rad/s^2).
     fn on_surfaces(&self, n: usize, follows: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
         let surfaces = [0, 1].map(|side: usize| self.sides[side].surface[n]);
-        follows(surfaces, [0, 1].map(|side: usize| self.outside.sides[side].acceleration[n]))
+        follows(
+            surfaces,
+            [0, 1].map(|side: usize| self.outside.sides[side].acceleration[n]),
+        )
     }
 
     /// The longest time of at most `longest` (s) over which friction may be taken from its Taylor coefficients.
