@@ -96,6 +96,8 @@ fn analytic_integrals_are_the_antiderivatives() {
         let rise = if t < 2.0 { t * t } else { 4.0 + 4.0 * (t - 2.0) };
         assert!((timeline.integral(2, t) - rise - t).abs() < 1e-13);
     }
+    // Whole turns leave nothing, however many there have been.
+    assert_eq!(timeline.integral(1, 1e9), 0.0);
 }
 
 /// A linear drive has no jump, whatever its roundings; a harmonic that begins or ends has that of its value.
@@ -239,7 +241,9 @@ proptest! {
             let mut integral = 0.0;
             for k in 0..=stretch {
                 let (from, to) = (timeline.start(k), timeline.end(k).min(t));
-                integral += quadrature(from, to, |t| timeline.value(index, k, t));
+                let part = quadrature(from, to, |t| timeline.value(index, k, t));
+                prop_assert!((timeline.integral_from(index, k, from, to - from) - part).abs() < 1e-11);
+                integral += part;
             }
             // The rule's error is below (31 * 0.02)^10 / 1e10 of the size of a panel.
             prop_assert!((timeline.integral(index, t) - integral).abs() < 1e-11, "{} {}", timeline.integral(index, t), integral);

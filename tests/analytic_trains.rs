@@ -560,6 +560,109 @@ method = "{method}"
     }
 }
 
+/// A block on rigid ground under F_n = 0.5 + sin(omega t). Friction stops it, and nothing else acts on it: it then stays at rest,
+/// and its contact opens and closes where the sine is -1/2. The torque and its limit come down to zero at the same instant.
+#[test]
+fn analytic_a_block_at_rest_stays_there_while_its_contact_opens_and_closes() {
+    let omega = 4.643;
+    for method in ["series", "auto", "erk", "esdirk", "cvode", "cvode-adams"] {
+        // From rest; sliding at first; with a bearing, too.
+        for (speed, viscous) in [(0.0, 0.0), (0.1, 0.0), (0.1, 0.2)] {
+            let case = written(&format!(
+                r#"
+title = "a block whose normal force comes and goes"
+motion = "translation"
+[rotor]
+end = "free"
+inertia = 1.0
+viscous = {viscous}
+[stator]
+end = "fixed"
+[contact]
+normal_force = {{ profile = "sine", mean = 0.5, amplitude = 1.0, angular_frequency = {omega} }}
+[friction]
+breakaway = 0.8
+low_speed = 0.8
+high_speed = 0.3
+decay = 7.0
+[initial]
+speed = {speed}
+[output]
+end_time = 20.0
+interval = 1.0
+[solver]
+method = "{method}"
+"#
+            ));
+            let (recorder, _) = run(&case);
+            let skipped = usize::from(speed != 0.0);
+            assert!(
+                recorder.events[..skipped]
+                    .iter()
+                    .all(|event| event.kind == EventKind::Stick)
+            );
+            let mut expected = Vec::new();
+            for turn in 0..15 {
+                let turns = TAU * f64::from(turn);
+                expected.push((EventKind::Separation, (turns + 7.0 / 6.0 * PI) / omega));
+                expected.push((EventKind::Contact, (turns + 11.0 / 6.0 * PI) / omega));
+            }
+            expected.retain(|(_, time)| *time < 20.0);
+            expect(&recorder.events[skipped..], &expected, 1e-14);
+            for event in &recorder.events[skipped..] {
+                assert_eq!((event.before.phi2_dot, event.after.phi2_dot), (0.0, 0.0));
+            }
+        }
+    }
+}
+
+/// In a stick between tied ends every position follows from those of the ends. Rounding does not add up, however long it lasts:
+/// a mass on a shaken plate has the plate's position, (1 - cos 20 t)/20; two masses have one.
+#[test]
+fn analytic_a_stick_between_shaken_ends_does_not_drift() {
+    let case = |rotor: &str| {
+        written(&format!(
+            r#"
+title = "stick between two shaken ends"
+motion = "translation"
+[rotor]
+end = "driven"
+speed = {{ profile = "sine", amplitude = 1.0, angular_frequency = 20.0 }}
+{rotor}
+[stator]
+end = "fixed"
+inertia = 1.0
+stiffness = 100.0
+[contact]
+normal_force = 1000.0
+[friction]
+law = "coulomb"
+breakaway = 0.5
+kinetic = 0.4
+[output]
+end_time = 500.0
+interval = 10.0
+[solver]
+method = "series"
+"#
+        ))
+    };
+    let (shaken, report) = run(&case(""));
+    assert!(shaken.events.is_empty(), "{report:?}");
+    // A rounding or two of positions up to 0.1.
+    for sample in &shaken.samples {
+        near(sample.state.phi1, (1.0 - (20.0 * sample.time).cos()) / 20.0, 1e-16);
+    }
+    let (joined, _) = run(&case(
+        "inertia = [2.0, 0.7]\nstiffness = [300.0, 500.0]\ndamping = [3.0, 2.0]",
+    ));
+    assert!(joined.events.is_empty());
+    for sample in &joined.samples {
+        // They came together without twist. Three twists make the distance.
+        near(sample.state.phi2 - sample.state.phi1, 0.0, 3e-16);
+    }
+}
+
 /// A kick on both surfaces keeps their momentum, one on a side leaves the other surface alone; omega_r rises by the same.
 #[test]
 fn analytic_kicks_on_one_side() {

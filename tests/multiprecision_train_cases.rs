@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{CaseSource, Override, TrainCase};
+use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 use stickslip::oracle::{OracleRequest, trains};
 use stickslip::record::MemoryRecorder;
 use stickslip::simulation::{Method, SolverOptions};
@@ -103,4 +103,92 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// A mass on a belt, and a flywheel shaken on the ground.
+const SATURATED: [&str; 2] = [
+    r#"
+title = "a mass on a belt"
+motion = "translation"
+[rotor]
+end = "driven"
+speed = 1.0
+[stator]
+end = "fixed"
+inertia = 1.0
+stiffness = 100.0
+[contact]
+normal_force = 10.0
+[friction]
+law = "coulomb"
+kinetic = 0.3
+regularisation = { function = "tanh", speed = 0.01 }
+[initial]
+stator_speed = -1.0
+[output]
+end_time = 5.0
+interval = 0.1
+"#,
+    r#"
+title = "a shaken flywheel"
+[rotor]
+end = "fixed"
+[stator]
+end = "fixed"
+inertia = 0.5184
+stiffness = 50230.0
+damping = 4.335
+torque = { profile = "cosine", amplitude = 26.33, angular_frequency = 299.7, phase = 0.8195 }
+[contact]
+normal_force = 193.1
+radius = 0.1732
+[friction]
+law = "coulomb"
+kinetic = 0.2882
+regularisation = { function = "tanh", speed = 0.01068 }
+threshold = 0.00492
+[output]
+end_time = 0.1928
+interval = 0.005
+"#,
+];
+
+/// Far from rest tanh is 1 to all digits, and none of its coefficients tells of the side on which it is not: no step of the
+/// series goes there.
+#[test]
+fn multiprecision_a_saturated_tanh() {
+    for text in SATURATED {
+        let source = CaseSource {
+            text: text.to_owned(),
+            origin: Origin::File("test.toml".into()),
+        };
+        let case = TrainCase::parse(&source, &[]).unwrap();
+        let exact = TrainCase::exact_parameters(&source, &[]).unwrap();
+        let request = OracleRequest {
+            digits: 20,
+            growth: 0.0,
+            end_time: rational(case.output.end_time),
+            max_events: 1000,
+            longest: Duration::from_secs(60),
+        };
+        let threshold = case.threshold.map(rational);
+        let truth = trains::solve(&exact, &request, threshold.as_ref(), &mut |_| ControlFlow::Continue(())).unwrap();
+        let solver = SolverOptions {
+            method: Method::Series,
+            ..case.solver.clone()
+        };
+        let mut recorder = MemoryRecorder::default();
+        Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &case.output)
+            .record(&mut recorder)
+            .start()
+            .unwrap();
+        let kinds: Vec<_> = recorder.events.iter().map(|event| event.kind).collect();
+        let expected: Vec<_> = truth.report.events.iter().map(|event| event.kind).collect();
+        assert_eq!(kinds, expected);
+        for (event, exact) in recorder.events.iter().zip(&truth.report.events) {
+            let error = (event.time - exact.time.to_f64()).abs();
+            // Some roundings of each of up to 500 steps.
+            assert!(error < 1e-13, "{error:e} s at {} s", event.time);
+        }
+    }
 }

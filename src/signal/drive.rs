@@ -175,12 +175,21 @@ impl Wave {
         }
     }
 
-    /// The integral of the harmonic part from `from` to `to` (s), as if it acted all the time.
-    fn integral(&self, from: f64, to: f64) -> f64 {
-        let half = (to - from) / 2.0;
-        let angle = self.angular_frequency() * half;
-        let mean = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
-        self.amplitude * (to - from) * mean * self.shape_and_slope(from + half).0
+    /// The integral of the harmonic part over the `tau` (s) after `from` (s), as if it acted all the time.
+    fn integral(&self, from: f64, tau: f64) -> f64 {
+        let omega = self.angular_frequency();
+        let (shape, slope) = self.shape_and_slope(from);
+        let half = omega * tau / 2.0;
+        if half.abs() < 1.0 {
+            // From the middle, since the antiderivatives at both ends hardly differ.
+            let mean = if half == 0.0 { 1.0 } else { half.sin() / half };
+            return self.amplitude * tau * mean * (shape * half.cos() + slope * half.sin());
+        }
+        let to = from + tau;
+        let added = to - from;
+        let rounded = (from - (to - added)) + (tau - added);
+        let (end, end_slope) = self.shape_and_slope(to);
+        self.amplitude * ((slope - end_slope) / omega + end * rounded)
     }
 }
 
@@ -222,8 +231,11 @@ impl Line {
     }
 
     fn integral(&self, t: f64) -> f64 {
-        let tau = t - self.start;
-        self.before + (self.value + self.slope * tau / 2.0) * tau
+        self.before + self.integral_from(self.start, t - self.start)
+    }
+
+    fn integral_from(&self, from: f64, tau: f64) -> f64 {
+        (self.at(from) + self.slope * tau / 2.0) * tau
     }
 }
 
@@ -325,12 +337,19 @@ impl Timeline {
         let harmonics = track.waves.iter().map(|wave| {
             let (from, to) = wave.acts();
             if to.min(t) > from {
-                wave.integral(from, to.min(t))
+                wave.integral(from, to.min(t) - from)
             } else {
                 0.0
             }
         });
         track.lines[self.stretch(t)].integral(t) + harmonics.sum::<f64>()
+    }
+
+    /// Its integral over the `tau` (s) after `from` (s), as the stretch has it.
+    pub fn integral_from(&self, drive: usize, stretch: usize, from: f64, tau: f64) -> f64 {
+        let waves = self.waves(drive, stretch);
+        let harmonics: f64 = waves.map(|wave| wave.integral(from, tau)).sum();
+        self.tracks[drive].lines[stretch].integral_from(from, tau) + harmonics
     }
 
     /// Fills `out` with the Taylor coefficients of its value about `t` (s) by powers of tau/`unit` (s).

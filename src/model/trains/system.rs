@@ -13,7 +13,7 @@
 //! difference of large numbers.
 
 use super::parameters::{Bristles, ContactLaw, End, Regularisation, Smoothing, Train, Trains};
-use crate::friction::{FrictionLaw, Law};
+use crate::friction::{Exponential, FrictionLaw, Law};
 use crate::model::Mode;
 use nalgebra::{DMatrix, DVector};
 
@@ -161,8 +161,8 @@ impl Side {
     }
 
     /// Writes the rates of this side's states under the interface's torque `interface` (N m), and returns the power (W) that
-    /// its drives put in and what its dampers take.
-    fn rates(&self, driving: &Driving, interface: f64, y: &[f64], dydt: &mut [f64]) -> (f64, f64) {
+    /// its drives put in and what its dampers take. In stick, `joined` is the acceleration (rad/s^2) of both surfaces.
+    fn rates(&self, driving: &Driving, interface: f64, joined: Option<f64>, y: &[f64], dydt: &mut [f64]) -> (f64, f64) {
         let (n, shafts) = (self.inertia.len(), self.shafts());
         if n == 0 {
             // The drive of a rigid surface meets the interface itself.
@@ -182,7 +182,10 @@ impl Side {
             }
             let speed = outer_speed;
             let inside = if i > 0 { self.shaft_torque(i - 1, y) } else { interface };
-            let acceleration = (self.sign * (outside - inside) + self.own_torque(i, speed, driving)) / self.inertia[i];
+            let acceleration = match joined {
+                Some(joined) if i == 0 => joined,
+                _ => (self.sign * (outside - inside) + self.own_torque(i, speed, driving)) / self.inertia[i],
+            };
             if i < shafts {
                 let rate = self.twist_rate(i, y);
                 dydt[self.twists + 2 * i] = rate;
@@ -409,6 +412,17 @@ impl TrainSystem {
         }
     }
 
+    /// The acceleration that both surfaces have in stick, rad/s^2, from the same as [`Self::shared`]. Each of them under T_f would
+    /// have the same but for rounding, by which omega_r would creep away from zero.
+    #[inline]
+    pub fn joined(&self, rotor: f64, stator: f64, rotor_acceleration: f64, stator_acceleration: f64) -> f64 {
+        match (self.rotor.inertia.first(), self.stator.inertia.first()) {
+            (Some(j2), Some(j1)) => (rotor - stator) / (j1 + j2),
+            (None, _) => rotor_acceleration,
+            (_, None) => stator_acceleration,
+        }
+    }
+
     /// mu_0 r F_n, N m.
     pub fn breakaway_torque(&self, normal_force: f64) -> f64 {
         self.breakaway * self.radius * normal_force
@@ -459,8 +473,13 @@ impl TrainSystem {
     pub fn rates(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64], dydt: &mut [f64]) {
         let w = self.relative_velocity(outside, y);
         let torque = self.interface_torque(mode, sense, piece, outside, y);
-        let (rotor_work, rotor_loss) = self.rotor.rates(&outside.rotor, torque, y, dydt);
-        let (stator_work, stator_loss) = self.stator.rates(&outside.stator, torque, y, dydt);
+        let joined = (mode == Mode::Stick).then(|| {
+            let (rotor, stator) = self.surfaces(outside, y);
+            let [a, b] = [outside.rotor.acceleration, outside.stator.acceleration];
+            self.joined(rotor.torque, stator.torque, a, b)
+        });
+        let (rotor_work, rotor_loss) = self.rotor.rates(&outside.rotor, torque, joined, y, dydt);
+        let (stator_work, stator_loss) = self.stator.rates(&outside.stator, torque, joined, y, dydt);
         if let Engagement::Bristles(.., at) = self.engagement {
             dydt[at] = match mode {
                 Mode::Engaged => self.engaged(self.law_in(piece), sense, w, y).1,
@@ -491,6 +510,25 @@ impl TrainSystem {
         self.linear.interface.as_slice()
     }
 
+    /// Up to which share (in 0 to 1) of a change of omega_r by `change` (rad/s, either way) from `w` the interface's torque may be
+    /// taken from some twenty Taylor coefficients, whose last ones then say what is left out.
+    pub(crate) fn expandable_share(&self, piece: usize, w: f64, change: f64) -> f64 {
+        let share = self.law_in(piece).expandable_share(w.abs(), change);
+        match self.engagement {
+            // tanh nears its limit as exp(-2 |w|/eps): where that is below rounding, no coefficient tells of the side on which
+            // it is not.
+            Engagement::Regularised(Smoothing::Tanh, speed) => {
+                let tail = Exponential {
+                    low_speed: 1.0,
+                    high_speed: 0.0,
+                    decay: 2.0 / speed,
+                };
+                share.min(tail.expandable_share(w.abs(), change))
+            }
+            _ => share,
+        }
+    }
+
     fn linear_maps(&self) -> LinearMaps {
         let n = self.dimension;
         let nothing = Outside::default();
@@ -505,16 +543,16 @@ impl TrainSystem {
         for k in 0..self.mechanical() {
             unit[k] = 1.0;
             rates.fill(0.0);
-            self.rotor.rates(&nothing.rotor, 0.0, &unit, &mut rates);
-            self.stator.rates(&nothing.stator, 0.0, &unit, &mut rates);
+            self.rotor.rates(&nothing.rotor, 0.0, None, &unit, &mut rates);
+            self.stator.rates(&nothing.stator, 0.0, None, &unit, &mut rates);
             maps.free.column_mut(k).copy_from_slice(&rates);
             maps.relative_velocity[k] = self.relative_velocity(&nothing, &unit);
             maps.transmitted[k] = self.transmitted_torque(&nothing, &unit);
             unit[k] = 0.0;
         }
         rates.fill(0.0);
-        self.rotor.rates(&nothing.rotor, 1.0, &unit, &mut rates);
-        self.stator.rates(&nothing.stator, 1.0, &unit, &mut rates);
+        self.rotor.rates(&nothing.rotor, 1.0, None, &unit, &mut rates);
+        self.stator.rates(&nothing.stator, 1.0, None, &unit, &mut rates);
         maps.interface.copy_from_slice(&rates);
         maps
     }
@@ -593,6 +631,33 @@ impl TrainSystem {
         let (rotor, stator) = self.shares();
         self.rotor.push(-w * rotor, y);
         self.stator.push(w * stator, y);
+    }
+
+    /// Takes back what rounding has made of omega_r in a stick. Where a train is free its speed is the sum of what the other
+    /// states say: it is the largest of them, and its rounding is no rounding of a twist rate.
+    pub fn rejoin(&self, outside: &Outside, y: &mut [f64]) {
+        let w = self.relative_velocity(outside, y);
+        match (self.rotor.speed, self.stator.speed) {
+            (Some(index), _) => y[index] -= w,
+            (None, Some(index)) => y[index] += w,
+            (None, None) => self.join(outside, y),
+        }
+    }
+
+    /// phi_2 - phi_1 (rad) by the twists, less what the ends have turned.
+    pub fn twisted(&self, y: &[f64]) -> f64 {
+        let of = |side: &Side| -> f64 { (0..side.shafts()).map(|i| side.twist(i, y)).sum() };
+        -of(&self.rotor) - of(&self.stator)
+    }
+
+    /// Turns the surfaces of two tied trains by `angle` (rad) against each other, by the shares of [`Self::shares`].
+    pub fn turn(&self, angle: f64, y: &mut [f64]) {
+        let (rotor, stator) = self.shares();
+        for (side, share) in [(&self.rotor, rotor), (&self.stator, stator)] {
+            if side.shafts() > 0 {
+                y[side.twists] -= share * angle;
+            }
+        }
     }
 
     /// Of a jump of omega_r that keeps the momentum, the shares that rotor and stator surface take.

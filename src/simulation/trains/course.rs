@@ -4,7 +4,6 @@ use super::expansion::{Expansion, Series};
 use super::plan::TrainPlan;
 use super::portrait::{shown, state_of};
 use super::{TrainDynamics, TrainLocation};
-use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{ANGLE, Engagement, Outside, Side, TrainSystem};
@@ -222,10 +221,7 @@ impl Course {
         let mut step = taylor::step(TERMS - 1, |n| shares[TERMS - 1 - n]) * unit;
         step = step.min(longest);
         if !matches!(mode, Mode::Stick | Mode::Separated) {
-            let w = &self.expansion.relative_velocity;
-            let x = step / unit;
-            let change = w[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
-            step *= system.law_in(self.location.piece).expandable_share(w[0].abs(), change);
+            step = self.expansion.within_law(system, &self.location, step);
             step = self.within_piece(step);
         }
         step
@@ -295,7 +291,6 @@ impl Course {
             Quantity::Speed(Part { of, .. }) => *expansion.end_speed(at(of)),
             Quantity::Angle(part) => self.angle(part),
             Quantity::Slip => expansion.state[system.slip],
-            Quantity::RelativeVelocity if self.location.mode == Mode::Stick => [0.0; TERMS],
             Quantity::RelativeVelocity => expansion.relative_velocity,
             Quantity::Deflection => match system.engagement {
                 Engagement::Bristles(.., index) => expansion.state[index],

@@ -123,6 +123,12 @@ pub(super) const GUARD_FORWARD: usize = 0;
 /// Rounding of the relative velocity, as a share of the speeds that it is the difference of.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 
+/// What counts as zero of it where a segment or a contact begins, as such a share.
+pub(super) const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
+
+/// What counts as zero of a torque in stick, as a share of the largest breakaway torque.
+const TORQUE_NOISE: f64 = 8.0 * f64::EPSILON;
+
 /// What a guard of the trains is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Watched {
@@ -232,6 +238,11 @@ impl TrainDynamics {
         if w < 0.0 { -1 } else { 1 }
     }
 
+    /// Up to where a torque of the interface is zero but for rounding, N m: it breaks no stick, however weak the normal force.
+    pub(super) fn torque_noise(&self) -> f64 {
+        TORQUE_NOISE * self.system.breakaway_torque(self.excitation.largest_force())
+    }
+
     /// Whether the contact has no stick.
     pub fn is_engaged(&self) -> bool {
         self.system.engagement != Engagement::StickSlip
@@ -280,8 +291,14 @@ impl Dynamics for TrainDynamics {
         if location.mode == Mode::Stick {
             let limit = self.system.breakaway_torque(outside.normal_force);
             let torque = self.system.transmitted_torque(&outside, y);
-            values[GUARD_FORWARD] = limit - torque;
-            values[GUARD_FORWARD + 1] = limit + torque;
+            // The limit of a stick that nothing pushes may come down to zero, where the contact opens.
+            let least = if torque.abs() <= self.torque_noise() {
+                f64::MIN_POSITIVE
+            } else {
+                f64::NEG_INFINITY
+            };
+            values[GUARD_FORWARD] = (limit - torque).max(least);
+            values[GUARD_FORWARD + 1] = (limit + torque).max(least);
             return;
         }
         let x = location.sign() * self.system.relative_velocity(&outside, y);

@@ -188,6 +188,18 @@ impl Excitation {
         (of(&self.rotor), of(&self.stator))
     }
 
+    /// How far the rotor's driven end turns against the stator's in the `tau` (s) after `from`, within a stretch, rad: to the
+    /// rounding of that angle.
+    pub fn turned(&self, stretch: usize, from: f64, tau: f64) -> f64 {
+        let of = |places: &Places| {
+            let drive = places.speed.into_iter();
+            drive
+                .map(|index| self.timeline.integral_from(index, stretch, from, tau))
+                .sum::<f64>()
+        };
+        of(&self.rotor) - of(&self.stator)
+    }
+
     /// Its Taylor coefficients about `t`, by powers of time over `unit` (s).
     pub fn series<const N: usize>(&self, stretch: usize, t: f64, unit: f64, out: &mut OutsideSeries<N>) {
         for (places, side) in [&self.rotor, &self.stator].into_iter().zip(&mut out.sides) {

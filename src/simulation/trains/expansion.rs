@@ -103,7 +103,8 @@ impl Expansion {
             series[0] = start;
         }
         let mut friction = Interface::new(location);
-        self.relative_velocity[0] = 0.0;
+        let stuck = location.mode == Mode::Stick;
+        self.relative_velocity = NONE;
         for n in 0..TERMS {
             for (side, (series, driving)) in [&system.rotor, &system.stator]
                 .into_iter()
@@ -111,7 +112,7 @@ impl Expansion {
             {
                 series.speeds_at(side, n, &self.state, driving);
             }
-            if n == 0 {
+            if n == 0 && !stuck {
                 let outside = dynamics.outside(location, t);
                 self.relative_velocity[0] = system.relative_velocity(&outside, y);
             }
@@ -122,16 +123,19 @@ impl Expansion {
                 break;
             }
             let step = unit / (n + 1) as f64;
+            let joined =
+                stuck.then(|| self.on_surfaces(n, |[rotor, stator], [a, b]| system.joined(rotor, stator, a, b)));
             for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
                 let (series, driving) = (&mut self.sides[index], &self.outside.sides[index]);
-                series.extend(side, n, torque, driving, step, &mut self.state);
+                series.extend(side, n, torque, joined, driving, step, &mut self.state);
             }
-            let surface = |index: usize| {
-                let known = self.sides[index].acceleration.first();
-                known.map_or(self.outside.sides[index].acceleration[n], |a| a[n])
-            };
-            let acceleration = surface(0) - surface(1);
-            self.relative_velocity[n + 1] = step * acceleration;
+            if !stuck {
+                let surface = |index: usize| {
+                    let known = self.sides[index].acceleration.first();
+                    known.map_or(self.outside.sides[index].acceleration[n], |a| a[n])
+                };
+                self.relative_velocity[n + 1] = step * (surface(0) - surface(1));
+            }
             if let Engagement::Bristles(.., at) = system.engagement {
                 self.state[at][n + 1] = step * friction.rate[n];
             }
@@ -186,6 +190,26 @@ impl Expansion {
         }
     }
 
+    /// What follows from coefficient `n` of the torques on the two surfaces (N m) and of the accelerations of the ends (rad/s^2).
+    fn on_surfaces(&self, n: usize, follows: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
+        let surfaces = [0, 1].map(|side: usize| self.sides[side].surface[n]);
+        follows(
+            surfaces,
+            [0, 1].map(|side: usize| self.outside.sides[side].acceleration[n]),
+        )
+    }
+
+    /// The longest time of at most `longest` (s) over which friction may be taken from its Taylor coefficients.
+    pub fn within_law(&self, system: &TrainSystem, location: &TrainLocation, longest: f64) -> f64 {
+        if matches!(location.mode, Mode::Stick | Mode::Separated) {
+            return longest;
+        }
+        let w = &self.relative_velocity;
+        let x = longest / self.unit;
+        let change = w[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
+        longest * system.expandable_share(location.piece, w[0], change)
+    }
+
     /// Speed of inertia `i`, rad/s, of the rotor (0) or the stator (1).
     pub fn speed(&self, side: usize, i: usize) -> &Series {
         &self.sides[side].speed[i]
@@ -203,9 +227,7 @@ impl Expansion {
 
     /// T_f, N m, in any mode.
     pub fn transmitted(&self, system: &TrainSystem) -> Series {
-        let surface = |side: usize, n: usize| self.sides[side].surface[n];
-        let acceleration = |side: usize, n: usize| self.outside.sides[side].acceleration[n];
-        std::array::from_fn(|n| system.shared(surface(0, n), surface(1, n), acceleration(0, n), acceleration(1, n)))
+        std::array::from_fn(|n| self.on_surfaces(n, |[rotor, stator], [a, b]| system.shared(rotor, stator, a, b)))
     }
 
     /// The state at the time `x` units after the start.
@@ -240,12 +262,15 @@ impl SideSeries {
         }
     }
 
-    /// Coefficient `n` of the accelerations under that of the interface's torque, and with them `n` + 1 of the state.
+    /// Coefficient `n` of the accelerations under that of the interface's torque, or of the one of both surfaces in stick, and
+    /// with them `n` + 1 of the state.
+    #[allow(clippy::too_many_arguments)] // one coefficient: of which side, under what, into what
     fn extend(
         &mut self,
         side: &Side,
         n: usize,
         interface: f64,
+        joined: Option<f64>,
         driving: &DrivingSeries<TERMS>,
         step: f64,
         state: &mut [Series],
@@ -261,10 +286,10 @@ impl SideSeries {
                 0.0
             };
             let own = external - side.viscous[i] * self.speed[i][n];
-            let acceleration = if i == 0 {
-                side.sign * (self.surface[n] - interface) / side.inertia[0]
-            } else {
-                (side.sign * (outside - inside) + own) / side.inertia[i]
+            let acceleration = match joined {
+                Some(joined) if i == 0 => joined,
+                None if i == 0 => side.sign * (self.surface[n] - interface) / side.inertia[0],
+                _ => (side.sign * (outside - inside) + own) / side.inertia[i],
             };
             self.acceleration[i][n] = acceleration;
             if i < shafts {
@@ -325,11 +350,7 @@ impl Interface {
         let force = &all.outside.normal_force;
         match self.mode {
             Mode::Separated => return 0.0,
-            Mode::Stick => {
-                let [rotor, stator] = [0, 1].map(|side| all.sides[side].surface[n]);
-                let [a, b] = [0, 1].map(|side| all.outside.sides[side].acceleration[n]);
-                return system.shared(rotor, stator, a, b);
-            }
+            Mode::Stick => return all.on_surfaces(n, |[rotor, stator], [a, b]| system.shared(rotor, stator, a, b)),
             _ => {}
         }
         self.speed[n] = self.sense * all.relative_velocity[n];

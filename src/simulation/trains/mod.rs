@@ -100,10 +100,10 @@ pub(crate) fn simulate(
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
     let dynamics = Arc::new(TrainDynamics::new(trains, threshold));
-    let state = start(trains, &dynamics);
+    let mut state = start(trains, &dynamics);
     let plan = TrainPlan::new(trains, &dynamics, &state, solver);
     let mut rules = TrainRules::new(dynamics.clone(), trains, plan, 0.0, output.end_time);
-    let location = rules.initial_location(&state);
+    let location = rules.initial_location(&mut state);
     let readings = TrainReadings { dynamics: &dynamics };
     let initial_energy = {
         let channels = readings.channels(0.0, &location, &state);

@@ -1,6 +1,6 @@
 //! What happens at the guards and time events of two trains.
 
-use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, Watched};
+use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::plan::TrainPlan;
 use super::series::TaylorEngine;
 use crate::friction::Law;
@@ -53,8 +53,8 @@ impl TrainRules {
         self.next_kick
     }
 
-    /// Location at t = 0 for a state.
-    pub fn initial_location(&self, y: &[f64]) -> TrainLocation {
+    /// Location at t = 0 for a state; surfaces of one speed are joined.
+    pub fn initial_location(&self, y: &mut [f64]) -> TrainLocation {
         let location = self.blank(0.0);
         if self.dynamics.excitation.starts_closed() {
             self.in_contact(&location, 0.0, y)
@@ -96,16 +96,18 @@ impl TrainRules {
         location
     }
 
-    /// Where a closed contact is at a state: slip in the sense of the relative velocity, or where there is none what the
-    /// stick test says.
-    fn in_contact(&self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainLocation {
+    /// Where a contact that closes is at a state: slip in the sense of the relative velocity, or where there is none but
+    /// rounding, which is taken from the state, what the stick test says.
+    fn in_contact(&self, location: &TrainLocation, t: f64, y: &mut [f64]) -> TrainLocation {
+        let system = &self.dynamics.system;
         let outside = self.dynamics.outside(location, t);
-        let w = self.dynamics.system.relative_velocity(&outside, y);
+        let w = system.relative_velocity(&outside, y);
         let mode = if self.dynamics.is_engaged() {
             Mode::Engaged
-        } else if w != 0.0 {
+        } else if w.abs() > VELOCITY_NOISE * system.relative_velocity_terms(&outside, y) {
             Mode::sliding(w)
         } else {
+            system.join(&outside, y);
             self.settle(location, t, y)
         };
         self.entered(location, mode, t, y)
@@ -117,7 +119,7 @@ impl TrainRules {
         let outside = self.dynamics.outside(location, t);
         let limit = system.breakaway_torque(outside.normal_force.max(0.0));
         let torque = system.transmitted_torque(&outside, y);
-        if torque.abs() <= limit {
+        if torque.abs() <= limit.max(self.dynamics.torque_noise()) {
             Mode::Stick
         } else {
             Mode::sliding(torque)
@@ -265,7 +267,7 @@ impl TrainRules {
         }
         Transition {
             kind: Some(EventKind::Contact),
-            location: self.in_contact(location, t, &state),
+            location: self.in_contact(location, t, &mut state),
             state,
         }
     }

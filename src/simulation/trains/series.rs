@@ -4,9 +4,8 @@
 //! the matrix exponential and of the signals, and converges over every step. Guards are polynomials of the step's own
 //! accuracy, and their first root is isolated, not searched for.
 
-use super::dynamics::{TrainDynamics, TrainLocation, Watched};
+use super::dynamics::{TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
-use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Engine, EngineError, Fired, Segment};
 use crate::model::Mode;
 use crate::numerics::polynomial_roots::first_falling;
@@ -14,11 +13,11 @@ use crate::numerics::taylor;
 use crate::sundials::Counters;
 use std::sync::Arc;
 
-/// What counts as zero of a relative velocity where a segment begins: a share of the speeds that it is the difference of.
-const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
-
 /// What counts as zero of its rate: a share of the torques that accelerate the surfaces.
 const DEPARTURE_NOISE: f64 = 1e-9;
+
+/// Coefficients by which the size of a quantity is judged that may start at zero.
+const LEADING: usize = 6;
 
 /// Of energies, which nothing depends on, what a step may err by over their size.
 const ENERGY_TOLERANCE: f64 = 1e-14;
@@ -39,6 +38,8 @@ pub(super) struct TaylorEngine {
     about: f64,
     /// Nothing has been stepped over in this segment.
     first: bool,
+    /// In a stick of two tied trains, [`TrainSystem::twisted`](crate::model::trains::system::TrainSystem::twisted) at its start.
+    held: Option<f64>,
     counters: Counters,
 }
 
@@ -63,6 +64,7 @@ impl TaylorEngine {
             y: vec![0.0; dimension],
             about: 0.0,
             first: true,
+            held: None,
             counters: Counters::default(),
             dynamics,
         }
@@ -83,50 +85,50 @@ impl TaylorEngine {
             take(&expansion.state[k], self.absolute[k] + self.relative * self.y[k].abs());
         }
         // What the guards are made of may move while the state does not.
-        let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
-        let speeds = system.relative_velocity_terms(&outside, &self.y);
-        let torque = expansion.interface[0]
-            .abs()
-            .max(system.breakaway_torque(outside.normal_force.abs()));
+        let size = |series: &Series| series[..LEADING].iter().fold(0.0f64, |most, c| most.max(c.abs()));
         match self.location.mode {
             Mode::Separated => {}
             Mode::Stick => {
-                let weight = self.relative * torque;
-                take(&expansion.interface, weight);
-                take(&expansion.limit, weight);
+                let torque = size(&expansion.interface).max(size(&expansion.limit));
+                if torque > 0.0 {
+                    take(&expansion.interface, self.relative * torque);
+                    take(&expansion.limit, self.relative * torque);
+                }
             }
-            _ => take(
-                &expansion.relative_velocity,
-                self.absolute_speed() + self.relative * speeds,
-            ),
+            _ => {
+                let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+                let speeds = system.relative_velocity_terms(&outside, &self.y);
+                let weight = self.absolute_speed() + self.relative * speeds;
+                take(&expansion.relative_velocity, weight);
+            }
         }
         for series in &expansion.state[system.slip..] {
-            let size = series.iter().take(6).fold(0.0f64, |most, c| most.max(c.abs()));
+            let size = size(series);
             if size > 0.0 {
                 take(series, ENERGY_TOLERANCE * size);
             }
         }
         let longest = taylor::step(TERMS - 1, |n| shares[TERMS - 1 - n]) * expansion.unit;
-        self.within_law(longest)
+        expansion.within_law(system, &self.location, longest.min(self.span - self.tau))
+    }
+
+    /// Takes back what rounding has made of a stick: the surfaces have one speed, and the angle between them stays. Both are
+    /// known without integration, from the other states and from the ends.
+    fn hold(&mut self) {
+        let TrainDynamics { system, excitation, .. } = &*self.dynamics;
+        let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+        if let Some(twisted) = self.held {
+            let turned = excitation.turned(self.location.stretch, self.origin, self.tau);
+            let angle = twisted - turned - system.twisted(&self.y);
+            system.turn(angle, &mut self.y);
+        }
+        system.rejoin(&outside, &mut self.y);
     }
 
     /// The absolute tolerance of speeds.
     fn absolute_speed(&self) -> f64 {
         let mechanical = self.dynamics.system.mechanical();
         self.absolute[..mechanical].iter().copied().fold(0.0, f64::max)
-    }
-
-    /// The longest step of at most `longest` (s) over which the friction law may be taken from its Taylor coefficients.
-    fn within_law(&self, longest: f64) -> f64 {
-        if matches!(self.location.mode, Mode::Stick | Mode::Separated) {
-            return longest;
-        }
-        let speed = &self.expansion.relative_velocity;
-        let longest = longest.min(self.span - self.tau);
-        let x = longest / self.expansion.unit;
-        let change = speed[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
-        let law = self.dynamics.system.law_in(self.location.piece);
-        longest * law.expandable_share(speed[0].abs(), change)
     }
 
     /// The polynomial of a guard over the unit; `None` where it does not exist.
@@ -160,7 +162,18 @@ impl TaylorEngine {
             power *= x;
         }
         let of_speed = !matches!(watched, Watched::Forward | Watched::Backward);
-        if self.first && of_speed {
+        if !of_speed {
+            let noise = self.dynamics.torque_noise();
+            let torque = &self.expansion.interface;
+            if torque.iter().rev().fold(0.0, |sum, c| sum * x + c.abs()) <= noise {
+                // Nothing breaks a stick that nothing pushes: its limit may come down to zero.
+                return None;
+            }
+            if self.first && guard[0].abs() <= noise {
+                // It stands at its limit but for rounding: what follows decides.
+                guard[0] = 0.0;
+            }
+        } else if self.first {
             let system = &self.dynamics.system;
             let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
             let threshold = if watched == Watched::Threshold {
@@ -199,6 +212,9 @@ impl Engine<TrainLocation> for TaylorEngine {
         self.y.copy_from_slice(segment.state);
         self.about = 0.0;
         self.first = true;
+        let system = &self.dynamics.system;
+        let tied = system.rotor.speed.is_none() && system.stator.speed.is_none();
+        self.held = (tied && self.location.mode == Mode::Stick).then(|| system.twisted(&self.y));
         self.counters = Counters::default();
         Ok(())
     }
@@ -206,6 +222,9 @@ impl Engine<TrainLocation> for TaylorEngine {
     fn advance(&mut self) -> Result<Advance, EngineError> {
         let unit = self.dynamics.unit(self.location.stretch);
         let (dynamics, t) = (self.dynamics.clone(), self.origin + self.tau);
+        if self.location.mode == Mode::Stick {
+            self.hold();
+        }
         self.expansion.expand(&dynamics, &self.location, t, &self.y, unit);
         self.counters.rhs_evaluations += 1;
         let longest = self.longest_step();
