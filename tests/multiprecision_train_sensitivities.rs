@@ -452,7 +452,7 @@ fn certified(source: &CaseSource, changes: &[Override]) -> (TrainCase, TrainReco
         .record(&mut record)
         .start()
         .unwrap();
-    let certificate = certify(&case, &exact, &record, &TrainCertifyRequest::default(), &mut |_| {
+    let certificate = certify(&case, (&exact, None), &record, &TrainCertifyRequest::default(), &mut |_| {
         ControlFlow::Continue(())
     });
     (case, record, certificate.unwrap())

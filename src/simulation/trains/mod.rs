@@ -24,7 +24,9 @@ mod series;
 pub(crate) use course::{Course, Quantity, TERMS};
 pub use course::{Part, Which};
 pub use dynamics::{TrainDynamics, TrainLocation};
+pub(crate) use excitation::Excitation;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
+pub(crate) use plan::method_without_series;
 pub use readings::Further;
 
 use super::options::{OutputOptions, SolverOptions};
