@@ -376,9 +376,21 @@ fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
     let decimal = |text: &str| stickslip::oracle::rational(text).unwrap();
     // By their series in exact fractions.
     let shapes = [
-        ("sine", "1", "0.84147098480789650665250232163029899962256306079837106567275170999191040439123966894863974354305269585435"),
-        ("cosine", "-1.609", "-0.038194380708290563037294842778445843770760188291863673113957383743051439014801793687849658785233135617"),
-        ("sine", "22", "-0.0088513092904038759216902568157723324632892039513325664423308352980895520146283534679177916515312897888"),
+        (
+            "sine",
+            "1",
+            "0.84147098480789650665250232163029899962256306079837106567275170999191040439123966894863974354305269585435",
+        ),
+        (
+            "cosine",
+            "-1.609",
+            "-0.038194380708290563037294842778445843770760188291863673113957383743051439014801793687849658785233135617",
+        ),
+        (
+            "sine",
+            "22",
+            "-0.0088513092904038759216902568157723324632892039513325664423308352980895520146283534679177916515312897888",
+        ),
         ("sine", "0", "0"),
     ];
     for (profile, phase, value) in shapes {
@@ -391,7 +403,11 @@ fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
         let expected = decimal("1") + decimal("2") * decimal(value);
         let check = |found: &BigRational| {
             let error = found - &expected;
-            assert!(error.abs() <= decimal("1e-98"), "{speed}: {:e}", error.to_f64().unwrap());
+            assert!(
+                error.abs() <= decimal("1e-98"),
+                "{speed}: {:e}",
+                error.to_f64().unwrap()
+            );
         };
         let exact = TrainCase::exact_parameters(&source(&text), &[]).unwrap();
         exact.initial.rotor_speed.iter().for_each(check);

@@ -342,7 +342,10 @@ fn cli_a_witness_of_trains_is_another_method() {
         ("belt-leine", "auto", "series"),
         ("belt-leine", "series", "auto"),
     ] {
-        let (stdout, _) = output(&mut folder.stickslip(&["run", case, "--method", method, "--json", "--force"]), 0);
+        let (stdout, _) = output(
+            &mut folder.stickslip(&["run", case, "--method", method, "--json", "--force"]),
+            0,
+        );
         let said = &json(&stdout)["witness"];
         assert_eq!(said["method"], witness, "{case} by {method}: {said}");
         assert_eq!(said["testimony"], "same-sequence", "{case} by {method}: {said}");

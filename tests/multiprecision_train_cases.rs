@@ -120,10 +120,15 @@ fn certified(text: &str, changes: &[&str], digits: u32) -> (TrainRecord, TrainCe
     let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
     let threshold = TrainCase::exact_threshold(&source, &changes).unwrap();
     let mut record = TrainRecord::default();
-    Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &case.solver, &case.output)
-        .record(&mut record)
-        .start()
-        .unwrap();
+    Run::of_trains(
+        &case.parameters,
+        case.threshold.unwrap_or(0.0),
+        &case.solver,
+        &case.output,
+    )
+    .record(&mut record)
+    .start()
+    .unwrap();
     let request = TrainCertifyRequest {
         digits,
         ..TrainCertifyRequest::default()
@@ -156,10 +161,7 @@ end_time = 2.3
 interval = 0.1
 "#;
     // A corner beyond the end is none of the run's, though it be so by less than rounding.
-    for (changes, events) in [
-        (&[][..], 1),
-        (&["output.end_time=2.2999999999999994"], 0),
-    ] {
+    for (changes, events) in [(&[][..], 1), (&["output.end_time=2.2999999999999994"][..], 0)] {
         let (_, certificate) = certified(text, changes, 18);
         assert_eq!(certificate.events.len(), events);
         assert!(certificate.converged(), "{changes:?}: {:?}", certificate.events);
@@ -213,8 +215,14 @@ kind = "kick"
         ("time = 0.0185\nrelative_velocity = 0.01", EventKind::Slip),
     ] {
         let (record, certificate) = certified(&text(kick), &[], 18);
-        let at = record.events.iter().position(|event| event.kind == EventKind::Kick).unwrap();
-        let [kick, next] = &record.events[at..=at + 1] else { panic!() };
+        let at = record
+            .events
+            .iter()
+            .position(|event| event.kind == EventKind::Kick)
+            .unwrap();
+        let [kick, next] = &record.events[at..=at + 1] else {
+            panic!()
+        };
         assert_eq!((next.kind, next.time), (crossing, kick.time));
         assert!(certificate.converged(), "{:?}", certificate.events);
         // Sticks and slips take turns.
@@ -268,13 +276,20 @@ interval = 0.001
 "#;
     let (record, certificate) = certified(text, &[], 18);
     assert!(certificate.converged());
-    let separation = certificate.events.iter().find(|event| event.kind == "separation").unwrap();
+    let separation = certificate
+        .events
+        .iter()
+        .find(|event| event.kind == "separation")
+        .unwrap();
     let error = separation.true_error.unwrap().abs();
     assert!(error <= separation.ladder_uncertainty.unwrap(), "{separation:?}");
     // The force is known to some 1e-15 N, and falls by 1 N/s.
     assert!(error < 3e-15, "{separation:?}");
     let channels = &certificate.bands.channels;
-    let column = channels.iter().position(|channel| channel.name == "normal_force").unwrap();
+    let column = channels
+        .iter()
+        .position(|channel| channel.name == "normal_force")
+        .unwrap();
     let [mean, amplitude, omega, phase] = [1592, 2222, 6514, -2498].map(|n| BigRational::from_integer(n.into()));
     let [thousand, ten_thousand] = [1000, 10_000].map(|n| BigRational::from_integer(n.into()));
     let mut checked = 0;
@@ -282,8 +297,18 @@ interval = 0.001
         let angle = &omega / &ten_thousand * rational(row.time) + &phase / &thousand;
         let exact = (&mean + &amplitude * sine(&angle)) / &thousand;
         let error = (rational(row.values[column]) - exact).to_f64().unwrap().abs();
-        let stretch = certificate.bands.stretches.iter().find(|stretch| row.time < stretch.end).unwrap();
-        assert!(error <= stretch.bands[column], "{}: {error:e}, band {:e}", row.time, stretch.bands[column]);
+        let stretch = certificate
+            .bands
+            .stretches
+            .iter()
+            .find(|stretch| row.time < stretch.end)
+            .unwrap();
+        assert!(
+            error <= stretch.bands[column],
+            "{}: {error:e}, band {:e}",
+            row.time,
+            stretch.bands[column]
+        );
         checked += 1;
     }
     assert!(checked > 200, "{checked}");
@@ -322,7 +347,10 @@ interval = 0.01
     let (record, certificate) = certified(text, &[], 18);
     assert!(certificate.converged());
     let channels = &certificate.bands.channels;
-    let column = channels.iter().position(|channel| channel.name == "bristle_deflection").unwrap();
+    let column = channels
+        .iter()
+        .position(|channel| channel.name == "bristle_deflection")
+        .unwrap();
     let open: Vec<_> = record.rows.iter().filter(|row| row.mode == Mode::Separated).collect();
     assert!(open.len() > 10, "{}", open.len());
     assert!(open.iter().all(|row| row.values[column] == 0.0));
@@ -336,7 +364,10 @@ fn property_the_oracle_keeps_to_the_wall_time_of_the_case() {
     let clock = Instant::now();
     let (_, certificate) = certified(&source.text, &["solver.max_wall_time=1"], 400);
     let why = certificate.without_oracle.expect("no oracle");
-    assert!(why.contains("is allowed 1.0 s") && why.contains("--max-wall-time"), "{why}");
+    assert!(
+        why.contains("is allowed 1.0 s") && why.contains("--max-wall-time"),
+        "{why}"
+    );
     // The oracle, and four runs of some milliseconds; a minute is left to a machine that has other things to do.
     assert!(clock.elapsed() < Duration::from_secs(60), "{:?}", clock.elapsed());
 }

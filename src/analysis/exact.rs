@@ -81,12 +81,7 @@ const BEYOND_THE_END: f64 = 4.0 * f64::EPSILON;
 
 /// What the oracle is asked beside a run with these settings: its events, each with so many true digits. It may take as long as the
 /// run itself, and `longest` where that has no limit.
-pub(super) fn request(
-    solver: &SolverOptions,
-    output: &OutputOptions,
-    digits: u32,
-    longest: Duration,
-) -> OracleRequest {
+pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u32, longest: Duration) -> OracleRequest {
     let end_time = output.end_time * (1.0 + BEYOND_THE_END);
     let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
     OracleRequest {

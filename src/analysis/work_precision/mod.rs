@@ -12,9 +12,10 @@ pub use study_case::StudyCase;
 
 use study::{FALLBACK, TIGHTEST};
 
+use super::exact::request as oracle_request;
 use super::truth::{Truth, TruthError};
-use crate::oracle::trains::{ExactTrains, solve};
 use crate::oracle::OracleError;
+use crate::oracle::trains::{ExactTrains, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::simulation::{Method, RunReport};
 use num_rational::BigRational;

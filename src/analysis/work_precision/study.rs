@@ -5,9 +5,9 @@ use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
 use crate::case::{CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
 use crate::oracle::trains::ExactTrains;
-use num_rational::BigRational;
 use crate::quote::shown;
 use crate::simulation::{Following, Method};
+use num_rational::BigRational;
 use std::path::{Path, PathBuf};
 
 /// Every built-in study; the first is run if none is named.
@@ -30,7 +30,8 @@ const MOST_RUNS: usize = 10_000;
 pub enum ReferenceChoice {
     /// A file of true events.
     Truth(PathBuf),
-    /// The exact solution of two trains, with the threshold (rad/s) of a contact without stick; where that takes too long, a run by `series` with a check by `auto`.
+    /// The exact solution of two trains, with the threshold (rad/s) of a contact without stick; where that takes too long, a run by
+    /// `series` with a check by `auto`.
     Oracle(Box<ExactTrains>, Option<BigRational>),
     /// A run by `method`; how far another by `check` is from it is the uncertainty. Both at `rtol`.
     Runs {
