@@ -357,7 +357,7 @@ interval = 0.01
     assert!(record.rows.iter().any(|row| row.values[column].abs() > 1e-3));
 }
 
-/// The wall time that a case allows a run is that of the oracle, too. It would take half a minute for so many digits.
+/// The wall time that a case allows a run is that of the oracle, too. It would take far longer for so many digits.
 #[test]
 fn property_the_oracle_keeps_to_the_wall_time_of_the_case() {
     let source = CaseSource::built_in("groan").unwrap();
