@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use num_rational::BigRational;
-use num_traits::ToPrimitive;
+use num_traits::{Signed, ToPrimitive};
 use proptest::prelude::*;
 use stickslip::case::{AnyCase, Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys};
 use stickslip::friction::{FrictionLaw, Law as _};
@@ -368,6 +368,69 @@ fn case_trains_turn_with_a_driven_end_exactly() {
         };
         assert_eq!(*speed, expected);
     }
+}
+
+/// The speed of an end driven by a harmonic at t = 0 is no rational. It is known far beyond the digits of a double, also where another
+/// element of the list is set: what turns with the end would slip at once.
+#[test]
+fn case_trains_turn_with_a_harmonic_to_a_hundred_digits() {
+    let decimal = |text: &str| stickslip::oracle::rational(text).unwrap();
+    // By their series in exact fractions.
+    let shapes = [
+        (
+            "sine",
+            "1",
+            "0.84147098480789650665250232163029899962256306079837106567275170999191040439123966894863974354305269585435",
+        ),
+        (
+            "cosine",
+            "-1.609",
+            "-0.038194380708290563037294842778445843770760188291863673113957383743051439014801793687849658785233135617",
+        ),
+        (
+            "sine",
+            "22",
+            "-0.0088513092904038759216902568157723324632892039513325664423308352980895520146283534679177916515312897888",
+        ),
+        ("sine", "0", "0"),
+    ];
+    for (profile, phase, value) in shapes {
+        let speed = format!("{{ profile = \"{profile}\", mean = 1, amplitude = 2, frequency = 3, phase = {phase} }}");
+        let text = changed(
+            VALID,
+            "{ profile = \"ramp\", value = \"60 rpm\", rise_time = 2.0 }",
+            &speed,
+        );
+        let expected = decimal("1") + decimal("2") * decimal(value);
+        let check = |found: &BigRational| {
+            let error = found - &expected;
+            assert!(
+                error.abs() <= decimal("1e-98"),
+                "{speed}: {:e}",
+                error.to_f64().unwrap()
+            );
+        };
+        let exact = TrainCase::exact_parameters(&source(&text), &[]).unwrap();
+        exact.initial.rotor_speed.iter().for_each(check);
+        let set = [Override::parse("initial.rotor_speed.1=3").unwrap()];
+        let exact = TrainCase::exact_parameters(&source(&text), &set).unwrap();
+        check(&exact.initial.rotor_speed[0]);
+        assert_eq!(exact.initial.rotor_speed[1], decimal("3"));
+    }
+}
+
+/// By default ten times 0.07, which doubles make 0.7000000000000001, and a tenth of 0.7, which they make 0.06999999999999999.
+#[test]
+fn case_trains_have_an_exact_threshold() {
+    let threshold = |text: &str| TrainCase::exact_threshold(&source(text), &[]).unwrap();
+    let decimal = |text: &str| stickslip::oracle::rational(text);
+    let smooth = changed(SMOOTH, "speed = 1e-3 }", "speed = 0.07 }");
+    assert_eq!(threshold(&smooth), decimal("0.7"));
+    let bristles = changed(BRISTLES, "scale = 0.001", "scale = 0.7");
+    assert_eq!(threshold(&bristles), decimal("0.07"));
+    let given = changed(BRISTLES, "scale = 0.001", "scale = 0.001\nthreshold = \"0.7 mm/s\"");
+    assert_eq!(threshold(&given), decimal("0.0007"));
+    assert_eq!(threshold(VALID), None);
 }
 
 #[test]

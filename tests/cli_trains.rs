@@ -329,3 +329,25 @@ fn cli_an_interrupted_run_of_trains_keeps_what_it_has() {
     assert_eq!(file.status(), &Status::Interrupted);
     assert!(file.sample_count().unwrap() > 0);
 }
+
+/// Of a linear case `auto` and `series` are one method: its witness is another. Elsewhere `series` and `auto` bear witness of each
+/// other.
+#[test]
+fn cli_a_witness_of_trains_is_another_method() {
+    let folder = Folder::new();
+    for (case, method, witness) in [
+        ("belt-coulomb", "auto", "erk"),
+        ("belt-coulomb", "series", "erk"),
+        ("belt-coulomb", "erk", "series"),
+        ("belt-leine", "auto", "series"),
+        ("belt-leine", "series", "auto"),
+    ] {
+        let (stdout, _) = output(
+            &mut folder.stickslip(&["run", case, "--method", method, "--json", "--force"]),
+            0,
+        );
+        let said = &json(&stdout)["witness"];
+        assert_eq!(said["method"], witness, "{case} by {method}: {said}");
+        assert_eq!(said["testimony"], "same-sequence", "{case} by {method}: {said}");
+    }
+}

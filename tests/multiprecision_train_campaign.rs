@@ -214,7 +214,7 @@ fn multiprecision_random_trains() {
             };
             let certificate = certify(
                 &case,
-                &exact,
+                (&exact, None),
                 &TrainRecord::of_events(recorder.events.clone()),
                 &request,
                 &mut |_| ControlFlow::Continue(()),

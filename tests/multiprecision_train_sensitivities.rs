@@ -452,9 +452,13 @@ fn certified(source: &CaseSource, changes: &[Override]) -> (TrainCase, TrainReco
         .record(&mut record)
         .start()
         .unwrap();
-    let certificate = certify(&case, &exact, &record, &TrainCertifyRequest::default(), &mut |_| {
-        ControlFlow::Continue(())
-    });
+    let certificate = certify(
+        &case,
+        (&exact, None),
+        &record,
+        &TrainCertifyRequest::default(),
+        &mut |_| ControlFlow::Continue(()),
+    );
     (case, record, certificate.unwrap())
 }
 

@@ -11,13 +11,15 @@ use crate::model::torsion::TorsionModel;
 use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind, MemoryRecorder};
+use crate::simulation::{OutputOptions, SolverOptions};
+use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Digits that the oracle's event times have, unless more are asked for.
 pub(crate) const ORACLE_DIGITS: u32 = 25;
 
-/// The oracle makes no run that takes longer, unless it is told to.
+/// The oracle takes no longer, unless the runs of the case have a limit.
 pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 
 /// Of two texts of one case the one whose numbers are as they were written: that which was `given`, if it is the case of the
@@ -68,9 +70,42 @@ pub fn settle(
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
-    let solution = solve(case, exact, certificate, digits, stop, progress)?;
+    let mut solution = solve(case, exact, certificate, digits, stop, progress)?;
+    drop_events_at_the_end(&mut solution, result, case.output.end_time);
     last_word(certificate, case, result, &solution);
     Ok(solution)
+}
+
+/// By this share of `end_time` the oracle goes on beyond it: corners of a case can be there, and be later than its double.
+const BEYOND_THE_END: f64 = 4.0 * f64::EPSILON;
+
+/// What the oracle is asked beside a run with these settings: its events, each with so many true digits. It may take as long as the
+/// run itself, and `longest` where that has no limit.
+pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u32, longest: Duration) -> OracleRequest {
+    let end_time = output.end_time * (1.0 + BEYOND_THE_END);
+    let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+    OracleRequest {
+        digits,
+        growth: 0.0,
+        end_time: BigRational::from_float(end_time).unwrap_or_default(),
+        max_events: solver.max_events,
+        longest: solver.max_wall_time.map_or(longest, limit),
+    }
+}
+
+/// Leaves out the exact events at `end_time` (s), to rounding, that a run with the events `own` does not come to.
+pub(super) fn drop_events_at_the_end<S>(solution: &mut OracleSolution<S>, own: &[Event], end_time: f64) {
+    let events = &mut solution.report.events;
+    while let Some(last) = events.last() {
+        let kind = last.kind;
+        let theirs = events.iter().filter(|event| event.kind == kind).count();
+        let at_the_end = last.time.to_f64() >= end_time * (1.0 - BEYOND_THE_END);
+        if !at_the_end || theirs <= own.iter().filter(|event| event.kind == kind).count() {
+            break;
+        }
+        events.pop();
+        solution.errors.pop();
+    }
 }
 
 fn solve(
@@ -87,14 +122,9 @@ fn solve(
         Some(growth) => growth,
         None => certificate.growth_exponent.unwrap_or(0.0),
     };
-    let end_time = Number::from_f64(case.output.end_time, 64).to_rational();
-    let as_decimal = oracle::rational(&format!("{:e}", case.output.end_time));
     let request = OracleRequest {
-        digits: digits.max(ORACLE_DIGITS),
         growth,
-        end_time: as_decimal.or(end_time).unwrap_or_default(),
-        max_events: case.solver.max_events,
-        longest: LONGEST,
+        ..request(&case.solver, &case.output, digits.max(ORACLE_DIGITS), LONGEST)
     };
     let solution = oracle::solve(exact, &request, &mut |now| {
         progress(now);

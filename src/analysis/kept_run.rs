@@ -260,8 +260,7 @@ impl<'a> KeptRun<'a> {
                 let witness = (status == Status::Complete && wants_witness)
                     .then(|| {
                         let stop = || (asks.borrow_mut())().is_break();
-                        let steps = report.work.iter().map(|work| work.steps).sum();
-                        trains::witness(case, &events, steps, &stop)
+                        trains::witness(case, &events, &report.work, &stop)
                     })
                     .flatten();
                 let end = KeptReportEnd {

@@ -197,6 +197,7 @@ pub(super) fn certify(
     let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
     let written = Written::new(given, changes, &case);
     let exact = TrainCase::exact_parameters(&written.source, written.changes).map_err(bad_case)?;
+    let threshold = TrainCase::exact_threshold(&written.source, written.changes).map_err(bad_case)?;
     let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     let overwrite = if options.force {
         Overwrite::Force
@@ -252,7 +253,8 @@ pub(super) fn certify(
         ..defaults
     };
     let bar = OracleBar::new(common);
-    let certified = trains::certify(&case, &exact, &record, &request, &mut |progress| {
+    let exact = (&exact, threshold.as_ref());
+    let certified = trains::certify(&case, exact, &record, &request, &mut |progress| {
         bar.show(progress);
         match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
@@ -371,7 +373,7 @@ impl<'a> Written<'a> {
             origin: given.source.origin.clone(),
         };
         match TrainCase::parse(&text, &[]) {
-            Ok(read) if read.parameters == case.parameters => Written {
+            Ok(read) if (&read.parameters, read.threshold) == (&case.parameters, case.threshold) => Written {
                 source: text,
                 changes: &[],
                 given: None,

@@ -94,16 +94,18 @@ pub enum OracleError {
     },
     /// A run that is not made.
     #[error(
-        "the oracle would compute with {digits} digits for about {hours:.1} hours, more than the {longest:.1} that it is \
-         allowed. Ask for fewer digits (--digits), end the run earlier (output.end_time), or set a larger [[perturbation]], which ends the \
-         growth that takes digits earlier"
+        "the oracle, with {digits} digits now, would take about {}, and is allowed {}. Allow it more (--max-wall-time), ask \
+         for fewer digits (--digits), end the run earlier (output.end_time), or set a larger [[perturbation]], which ends the growth \
+         that takes digits earlier",
+        lasting(*seconds),
+        lasting(*longest)
     )]
     TooLong {
         /// Decimal digits of that run.
         digits: u32,
-        /// What it would take.
-        hours: f64,
-        /// What it is allowed to take.
+        /// What it would take in all, s.
+        seconds: f64,
+        /// What it is allowed to take in all, s.
         longest: f64,
     },
     /// Every precision finds other events.
@@ -152,6 +154,15 @@ pub enum OracleError {
     /// The control asked for an end.
     #[error("the oracle was interrupted at t = {0:.6} s")]
     Interrupted(f64),
+}
+
+/// A duration (s) in words.
+fn lasting(seconds: f64) -> String {
+    match seconds {
+        0.0..100.0 => format!("{seconds:.1} s"),
+        100.0..7200.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} hours", seconds / 3600.0),
+    }
 }
 
 impl OracleError {

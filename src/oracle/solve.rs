@@ -53,7 +53,7 @@ pub struct OracleRequest {
     pub end_time: BigRational,
     /// Events after which a run gives up.
     pub max_events: usize,
-    /// A run that is estimated to take longer is not made.
+    /// All runs together take no longer; one that is estimated to is given up before.
     pub longest: Duration,
 }
 
@@ -137,14 +137,15 @@ pub(super) fn settle<S>(
     if fine_words <= coarse_words {
         fine_words = words_beyond(coarse_words).ok_or(too_many(lost + f64::from(request.digits)))?;
     }
-    let mut coarse = attempt(request, coarse_words, control, run);
+    let mut attempt = |words: usize| attempt(request, words, clock.elapsed(), control, run);
+    let mut coarse = attempt(coarse_words);
     loop {
         if let Err(error) = &coarse
             && !error.may_be_rounding()
         {
             return Err(error.clone());
         }
-        let fine = attempt(request, fine_words, control, run);
+        let fine = attempt(fine_words);
         let digits_computed = digits_of(fine_words);
         let next = match (&coarse, fine) {
             // What ends a run does so with more digits, too.
@@ -182,10 +183,11 @@ pub(super) fn settle<S>(
     }
 }
 
-/// A run with mantissas of that many words, which says beforehand how long it will take.
+/// A run with mantissas of that many words, which says beforehand how long it will take. Runs before it have taken `spent`.
 fn attempt<S>(
     request: &OracleRequest,
     words: usize,
+    spent: Duration,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
     run: &mut Runner<'_, S>,
 ) -> Result<OracleReport<S>, OracleError> {
@@ -198,16 +200,22 @@ fn attempt<S>(
         max_events: request.max_events,
     };
     let clock = Instant::now();
+    let left = request.longest.saturating_sub(spent).as_secs_f64();
     // The pace changes: slips are slow, the last stick is fast. So it is measured anew, each time over as long as all before.
     let (mut asked, mut next, mut told) = ((0.0, 0.0), TRIAL.as_secs_f64(), false);
     let mut too_long: Option<f64> = None;
     let outcome = run(&options, &mut |time| {
         let elapsed = clock.elapsed().as_secs_f64();
+        if elapsed >= left {
+            let whole = if time > 0.0 { elapsed * end_time / time } else { elapsed };
+            too_long = Some(whole.max(left));
+            return ControlFlow::Break(());
+        }
         if elapsed >= next && time > asked.1 {
             let pace = (elapsed - asked.0) / (time - asked.1);
             let whole = (elapsed + (end_time - time) * pace).min(1e12);
             (asked, next) = ((elapsed, time), 2.0 * elapsed);
-            if elapsed > PATIENCE.as_secs_f64() && whole > request.longest.as_secs_f64() {
+            if elapsed > PATIENCE.as_secs_f64() && whole > left {
                 too_long = Some(whole);
                 return ControlFlow::Break(());
             }
@@ -229,8 +237,8 @@ fn attempt<S>(
     match too_long {
         Some(whole) => Err(OracleError::TooLong {
             digits,
-            hours: whole / 3600.0,
-            longest: request.longest.as_secs_f64() / 3600.0,
+            seconds: spent.as_secs_f64() + whole,
+            longest: request.longest.as_secs_f64(),
         }),
         None => outcome,
     }

@@ -5,12 +5,15 @@
 
 use crate::analysis::bands::{Compared, compared_output, roundings, same_row};
 use crate::case::TrainCase;
+use crate::friction::Law;
 use crate::model::Mode;
+use crate::model::trains::system::TrainSystem;
 use crate::provenance::extension;
 use crate::record::{Channels, Event, EventKind, Recorder, RecorderError, Sample, Segment, State};
 use crate::results::schema::extended_tables;
 use crate::results::{BandColumns, ResultError, ResultFile};
 use crate::simulation::OutputOptions;
+use crate::simulation::trains::Excitation;
 
 /// Rows of a file that are read together.
 const ROWS_AT_A_TIME: usize = 65_536;
@@ -224,7 +227,21 @@ pub(super) fn bands(
     };
     let kicks = own.events.iter().filter(|event| event.kind == EventKind::Kick).count();
     let at_kicks = 2.0 * kicks as f64 * (of("energy_kinetic") + of("work_perturbation"));
-    let least = roundings(names.iter().map(|(name, _)| name.as_str()), &largest, at_kicks);
+    // The normal force is a sum of signals, which may be far larger than it is while the contact is closed.
+    let system = TrainSystem::new(&case.parameters);
+    let force = Excitation::new(&case.parameters).largest_force();
+    let coefficient = system.breakaway.max(system.law.typical_coefficient());
+    let terms = [
+        ("applied_force", force),
+        ("normal_force", force),
+        ("friction_torque", coefficient * system.radius * force),
+    ];
+    let size = |((name, _), largest): (&(String, String), &f64)| {
+        let of_terms = terms.iter().find(|(of, _)| of == name);
+        of_terms.map_or(*largest, |(_, size)| largest.max(*size))
+    };
+    let sizes: Vec<f64> = names.iter().zip(&largest).map(size).collect();
+    let least = roundings(names.iter().map(|(name, _)| name.as_str()), &sizes, at_kicks);
     let first_mode = own.rows[0].mode;
     let stretches: Vec<TrainStretch> = (0..=own.events.len())
         .filter_map(|index| {

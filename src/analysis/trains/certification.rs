@@ -7,16 +7,18 @@
 use super::bands::{TrainBands, TrainRecord, bands, output};
 use super::sensitivity::{Slope, TrainSensitivities, sensitivities};
 use super::witness::by_another_method;
+use crate::analysis::exact::{drop_events_at_the_end, request as oracle_request};
 use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
 use crate::case::{CaseSource, Override, TrainCase};
 use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
-use crate::oracle::{OracleError, OracleProgress, OracleRequest};
-use crate::record::Event;
+use crate::oracle::{OracleError, OracleProgress};
+use crate::record::{Event, EventKind};
 use crate::results::CertificateTables;
 use crate::results::schema::all_mode_flags;
 use crate::run::Run;
 use crate::simulation::Method;
+use crate::simulation::trains::Excitation;
 use num_rational::BigRational;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -105,7 +107,7 @@ pub struct TrainCertificate {
 pub struct TrainCertifyRequest {
     /// Significant digits of every exact event time.
     pub digits: u32,
-    /// The oracle is given up where it would take longer.
+    /// The oracle is given up where it would take longer; or than the case allows a run.
     pub longest: Duration,
 }
 
@@ -118,31 +120,24 @@ impl Default for TrainCertifyRequest {
     }
 }
 
-fn rational(value: f64) -> BigRational {
-    BigRational::from_float(value).unwrap_or_default()
-}
-
-/// Holds the events of a run of `case` against the oracle, which takes the numbers as `exact` has them, and the ladder.
+/// Holds the events of a run of `case` against the oracle, which takes the numbers and the threshold (rad/s) as `exact` has them,
+/// and the ladder.
 ///
 /// # Errors
 /// That the control has ended it. An oracle that cannot solve the case is part of the certificate.
 pub fn certify(
     case: &TrainCase,
-    exact: &ExactTrains,
+    (exact, threshold): (&ExactTrains, Option<&BigRational>),
     own: &TrainRecord,
     request: &TrainCertifyRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<TrainCertificate, OracleError> {
-    let request = OracleRequest {
-        digits: request.digits,
-        growth: 0.0,
-        end_time: rational(case.output.end_time),
-        max_events: case.solver.max_events,
-        longest: request.longest,
-    };
-    let threshold = case.threshold.map(rational);
-    let (solution, without_oracle) = match solve(exact, &request, threshold.as_ref(), control) {
-        Ok(solution) => (Some(solution), None),
+    let request = oracle_request(&case.solver, &case.output, request.digits, request.longest);
+    let (solution, without_oracle) = match solve(exact, &request, threshold, control) {
+        Ok(mut solution) => {
+            drop_events_at_the_end(&mut solution, &own.events, case.output.end_time);
+            (Some(solution), None)
+        }
         Err(error @ OracleError::Interrupted(_)) => return Err(error),
         Err(error) => (None, Some(error.to_string())),
     };
@@ -157,8 +152,14 @@ pub fn certify(
         ladder.push(rung);
     }
     let mut same = true;
+    let excitation = Excitation::new(&case.parameters);
+    // All methods share the zeros of the normal force: their distances do not show how these are rounded.
+    let mut shared: f64 = 0.0;
     let events = own.events.iter().enumerate().map(|(index, event)| {
-        let rounding = ROUNDING * f64::EPSILON * event.time;
+        if matches!(event.kind, EventKind::Separation | EventKind::Contact) {
+            shared = shared.max(excitation.rounding_of_zero(event.time));
+        }
+        let rounding = ROUNDING * f64::EPSILON * event.time + shared;
         let ladder_uncertainty = ladder_distance[index].map(|distance| SAFETY * distance + rounding);
         let found = solution
             .as_ref()

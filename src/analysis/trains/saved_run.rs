@@ -200,7 +200,7 @@ impl<'a> SavedTrainRun<'a> {
         let wall_time = writer.elapsed();
         // Beside a complete run only, and never a reason for it to fail.
         let witness = (status == Status::Complete && self.witness)
-            .then(|| witness(case, &events, report.work.iter().map(|work| work.steps).sum(), &stopped))
+            .then(|| witness(case, &events, &report.work, &stopped))
             .flatten();
         let saved = writer.saved();
         let said = witness

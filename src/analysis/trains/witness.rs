@@ -3,11 +3,12 @@
 use super::TrainSummary;
 use crate::analysis::witness::Testimony;
 use crate::case::TrainCase;
-use crate::hybrid::RunError;
+use crate::hybrid::{RunError, SolverKind};
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
-use crate::simulation::{Method, OutputOptions, SolverOptions};
+use crate::simulation::trains::method_without_series;
+use crate::simulation::{Method, OutputOptions, SolverOptions, SolverWork};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -63,6 +64,8 @@ struct Beside<'a> {
     events: usize,
     largest: f64,
     differs: Option<f64>,
+    /// A segment of the second run is by another solver than the series.
+    leaves_series: bool,
 }
 
 impl Beside<'_> {
@@ -106,7 +109,8 @@ impl Recorder for Beside<'_> {
         Ok(())
     }
 
-    fn segment(&mut self, _: &Segment) -> Result<(), RecorderError> {
+    fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
+        self.leaves_series |= segment.solver != SolverKind::Series.name();
         Ok(())
     }
 
@@ -127,17 +131,42 @@ pub(super) fn by_another_method(case: &TrainCase, method: Method, rtol: f64) -> 
     (solver, output)
 }
 
-/// What another method makes of a run of `case` with these events, which took so many steps; `None` where it is stopped.
+/// What another method makes of a run of `case` with these events, which took so much work; `None` where it is stopped.
+///
+/// A run by the series alone, of any method, is no witness of another: of a linear case `auto` and `series` are one method.
 pub(crate) fn witness(
     case: &TrainCase,
     own: &[(f64, EventKind)],
-    steps: u64,
+    work: &[SolverWork],
     stopped: &dyn Fn() -> bool,
 ) -> Option<TrainWitness> {
-    let (method, rtol) = match case.solver.method {
-        Method::Series => (Method::Auto, case.solver.rtol.min(1e-12)),
-        _ => (Method::Series, case.solver.rtol),
+    let rtol = case.solver.rtol.min(1e-12);
+    let by_series = work.iter().all(|work| work.solver == SolverKind::Series.name());
+    let steps = work.iter().map(|work| work.steps).sum();
+    let methods: &[(Method, f64)] = match (by_series, case.solver.method) {
+        (false, _) => &[(Method::Series, case.solver.rtol)],
+        (true, Method::Series) => &[(Method::Auto, rtol), (method_without_series(&case.parameters), rtol)],
+        (true, _) => &[(method_without_series(&case.parameters), rtol)],
     };
+    let mut witness = None;
+    for &method in methods {
+        let (said, leaves_series) = ask(case, own, method, steps, stopped)?;
+        witness = Some(said);
+        if leaves_series || !by_series {
+            break;
+        }
+    }
+    witness
+}
+
+/// What a method makes of it, and whether it left the series anywhere.
+fn ask(
+    case: &TrainCase,
+    own: &[(f64, EventKind)],
+    (method, rtol): (Method, f64),
+    steps: u64,
+    stopped: &dyn Fn() -> bool,
+) -> Option<(TrainWitness, bool)> {
     let (mut solver, output) = by_another_method(case, method, rtol);
     let patience = (PATIENCE.0 * steps).max(PATIENCE.1);
     solver.max_steps = usize::try_from(patience).ok();
@@ -147,6 +176,7 @@ pub(crate) fn witness(
         events: 0,
         largest: 0.0,
         differs: None,
+        leaves_series: false,
     };
     let ended = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
         .record(&mut beside)
@@ -188,7 +218,7 @@ pub(crate) fn witness(
             beside.index
         ),
     };
-    Some(TrainWitness {
+    let witness = TrainWitness {
         method: name,
         rtol,
         testimony,
@@ -197,7 +227,8 @@ pub(crate) fn witness(
         largest_distance: beside.largest,
         differs: beside.differs,
         statement,
-    })
+    };
+    Some((witness, beside.leaves_series))
 }
 
 impl TrainWitness {

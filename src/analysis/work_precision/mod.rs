@@ -12,9 +12,10 @@ pub use study_case::StudyCase;
 
 use study::{FALLBACK, TIGHTEST};
 
+use super::exact::request as oracle_request;
 use super::truth::{Truth, TruthError};
+use crate::oracle::OracleError;
 use crate::oracle::trains::{ExactTrains, solve};
-use crate::oracle::{OracleError, OracleRequest};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::simulation::{Method, RunReport};
 use num_rational::BigRational;
@@ -213,7 +214,7 @@ fn reference(
                 events: truth.events,
             }
         }
-        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control)? {
+        ReferenceChoice::Oracle(trains, threshold) => match by_oracle(study, (trains, threshold.as_ref()), control)? {
             Asked::Found(reference) => reference,
             Asked::Interrupted => return Ok(None),
             Asked::Without(why) => {
@@ -307,22 +308,14 @@ const DIGITS: u32 = 18;
 /// The exact events of two trains.
 fn by_oracle(
     study: &Study,
-    exact: &ExactTrains,
+    (exact, threshold): (&ExactTrains, Option<&BigRational>),
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
 ) -> Result<Asked, StudyError> {
     let Some((by, _, StudyCase::Trains(case))) = study.runs.first() else {
         return Ok(Asked::Without("the case is none of trains".to_owned()));
     };
-    let rational = |value: f64| BigRational::from_float(value).unwrap_or_default();
-    let request = OracleRequest {
-        digits: DIGITS,
-        growth: 0.0,
-        end_time: rational(case.output.end_time),
-        max_events: case.solver.max_events,
-        longest: LONGEST,
-    };
-    let threshold = case.threshold.map(rational);
-    let solution = match solve(exact, &request, threshold.as_ref(), &mut |_| control(*by, false)) {
+    let request = oracle_request(&case.solver, &case.output, DIGITS, LONGEST);
+    let solution = match solve(exact, &request, threshold, &mut |_| control(*by, false)) {
         Ok(solution) => solution,
         Err(OracleError::Interrupted(_)) => return Ok(Asked::Interrupted),
         Err(error) => return Ok(Asked::Without(error.to_string())),

@@ -7,6 +7,7 @@ use crate::case::{CaseError, CaseSource, Override, Problem, TrainCase, number_of
 use crate::oracle::trains::ExactTrains;
 use crate::quote::shown;
 use crate::simulation::{Following, Method};
+use num_rational::BigRational;
 use std::path::{Path, PathBuf};
 
 /// Every built-in study; the first is run if none is named.
@@ -29,8 +30,9 @@ const MOST_RUNS: usize = 10_000;
 pub enum ReferenceChoice {
     /// A file of true events.
     Truth(PathBuf),
-    /// The exact solution of two trains; where that takes too long, a run by `series` with a check by `auto`.
-    Oracle(Box<ExactTrains>),
+    /// The exact solution of two trains, with the threshold (rad/s) of a contact without stick; where that takes too long, a run by
+    /// `series` with a check by `auto`.
+    Oracle(Box<ExactTrains>, Option<BigRational>),
     /// A run by `method`; how far another by `check` is from it is the uncertainty. Both at `rtol`.
     Runs {
         /// The reference.
@@ -164,9 +166,10 @@ impl Study {
             .collect::<Result<Vec<_>, CaseError>>()?;
         let reference = match (&plain, root.at("reference")) {
             (StudyCase::Trains(_), None) => {
-                let exact = TrainCase::exact_parameters(&source, &shared);
-                let exact = exact.map_err(|error| reader.of_case(&root, key, &error))?;
-                ReferenceChoice::Oracle(Box::new(exact))
+                let bad = |error| reader.of_case(&root, key, &error);
+                let exact = TrainCase::exact_parameters(&source, &shared).map_err(bad)?;
+                let threshold = TrainCase::exact_threshold(&source, &shared).map_err(bad)?;
+                ReferenceChoice::Oracle(Box::new(exact), threshold)
             }
             _ => reader.reference(&root)?,
         };
@@ -180,7 +183,7 @@ impl Study {
                 files.push(path.clone());
                 Vec::new()
             }
-            ReferenceChoice::Oracle(_) => [FALLBACK.0, FALLBACK.1]
+            ReferenceChoice::Oracle(..) => [FALLBACK.0, FALLBACK.1]
                 .into_iter()
                 .map(|method| case(key, method, Knob::Tolerance(TIGHTEST)))
                 .collect::<Result<_, _>>()?,

@@ -12,16 +12,38 @@ use crate::model::ExactLaw;
 use crate::model::trains::parameters::AxialOf;
 use crate::model::trains::{Bristles, ContactLaw, End, Initial, Kick, Pressing, Regularisation, Torque, Train, Trains};
 use crate::signal::{Drive, Ramp, Shape, Signal, Table, Wave};
+use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use num_traits::{One, Signed, Zero};
+
+/// |omega_r| below which statistics count a stick: as it is written in `whole`, or what stands for it where it is left out.
+pub(super) fn threshold(case: &TrainCase, root: &Node, whole: &Node) -> Result<Option<BigRational>, CaseError> {
+    const PATH: &str = "friction.threshold";
+    let Some(double) = case.threshold else {
+        return Ok(None);
+    };
+    let exact = Exact::new(case, root, whole);
+    if exact.written.root.at(PATH).is_some() {
+        return exact.number(PATH, Dimension::AngularVelocity, double).map(Some);
+    }
+    let ten = BigRational::from_integer(10.into());
+    Ok(Some(match &case.parameters.contact {
+        ContactLaw::Regularised(regularisation) => exact.regularisation(regularisation)?.speed * ten,
+        ContactLaw::StickSlip | ContactLaw::Bristles(_) => {
+            let law = exact.of_law.law(&case.parameters.law)?;
+            let scale = law.numbers.into_iter().find(|(key, _)| *key == "scale");
+            match scale {
+                Some((_, scale)) => scale / ten,
+                None => decimal(PATH, double)?,
+            }
+        }
+    }))
+}
 
 /// The numbers of `case` as they are written in `root`.
 pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<Trains<BigRational, ExactLaw>, CaseError> {
     let motion = case.motion;
-    let exact = Exact {
-        of_law: exact::Reader { root, motion },
-        written: exact::Reader { root: whole, motion },
-    };
+    let exact = Exact::new(case, root, whole);
     let trains = &case.parameters;
     let rotor = exact.train("rotor", &trains.rotor)?;
     let stator = exact.train("stator", &trains.stator)?;
@@ -63,14 +85,7 @@ pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<Trains
         law: exact.of_law.law(&trains.law)?,
         contact: match &trains.contact {
             ContactLaw::StickSlip => ContactLaw::StickSlip,
-            ContactLaw::Regularised(regularisation) => ContactLaw::Regularised(Regularisation {
-                function: regularisation.function,
-                speed: exact.number(
-                    "friction.regularisation.speed",
-                    Dimension::AngularVelocity,
-                    regularisation.speed,
-                )?,
-            }),
+            ContactLaw::Regularised(regularisation) => ContactLaw::Regularised(exact.regularisation(regularisation)?),
             ContactLaw::Bristles(bristles) => ContactLaw::Bristles(Bristles {
                 stiffness: exact.number(
                     "friction.bristle_stiffness",
@@ -101,7 +116,23 @@ struct Exact<'a> {
     written: exact::Reader<'a>,
 }
 
-impl Exact<'_> {
+impl<'a> Exact<'a> {
+    fn new(case: &TrainCase, root: &'a Node, whole: &'a Node) -> Self {
+        let motion = case.motion;
+        Exact {
+            of_law: exact::Reader { root, motion },
+            written: exact::Reader { root: whole, motion },
+        }
+    }
+
+    fn regularisation(&self, regularisation: &Regularisation) -> Result<Regularisation<BigRational>, CaseError> {
+        const PATH: &str = "friction.regularisation.speed";
+        Ok(Regularisation {
+            function: regularisation.function,
+            speed: self.number(PATH, Dimension::AngularVelocity, regularisation.speed)?,
+        })
+    }
+
     /// The number at `path`, whose dimension in rotation this is; what it became in the case if it is not written.
     fn number(&self, path: &str, dimension: Dimension, default: f64) -> Result<BigRational, CaseError> {
         self.raw(path, self.written.motion.dimension(dimension), default)
@@ -109,18 +140,21 @@ impl Exact<'_> {
 
     /// As [`Self::number`], of a dimension that no motion changes.
     fn raw(&self, path: &str, dimension: Dimension, default: f64) -> Result<BigRational, CaseError> {
-        if self.written.root.at(path).is_some() {
-            return self.written.number(path, dimension);
-        }
-        // A number for a list of one.
-        let list = path.strip_suffix(".0").filter(|list| {
-            let node = self.written.root.at(list).map(|node| &node.value);
-            matches!(node, Some(Value::Integer(_) | Value::Float(_) | Value::Text(_)))
-        });
-        match list {
-            Some(list) => self.written.number(list, dimension),
+        match self.place(path) {
+            Some(place) => self.written.number(place, dimension),
             None => decimal(path, default),
         }
+    }
+
+    /// Where the number of a path is written: there, or as a number for a list of one.
+    fn place<'p>(&self, path: &'p str) -> Option<&'p str> {
+        if self.written.root.at(path).is_some() {
+            return Some(path);
+        }
+        path.strip_suffix(".0").filter(|list| {
+            let node = self.written.root.at(list).map(|node| &node.value);
+            matches!(node, Some(Value::Integer(_) | Value::Float(_) | Value::Text(_)))
+        })
     }
 
     /// The list of a key of trains.
@@ -175,15 +209,20 @@ impl Exact<'_> {
     /// The speeds of a train's inertias at t = 0: those that are given, or that of a driven end.
     fn speeds(&self, side: &str, train: &Train<BigRational>, speeds: &[f64]) -> Result<Vec<BigRational>, CaseError> {
         let path = format!("initial.{side}_speed");
-        let written = |path: &str| self.written.root.at(path).is_some();
-        if side == "rotor" && written("initial.speed") {
+        if side == "rotor" && self.written.root.at("initial.speed").is_some() {
             let speed = self.number("initial.speed", Dimension::AngularVelocity, f64::NAN)?;
             return Ok(vec![speed; speeds.len()]);
         }
-        match &train.end {
-            End::Driven(speed) if !written(&path) => Ok(vec![at_start(speed)?; speeds.len()]),
-            _ => self.list(&path, speeds),
+        let mut found = self.list(&path, speeds)?;
+        if let End::Driven(speed) = &train.end {
+            let turning = at_start(speed);
+            for (index, found) in found.iter_mut().enumerate() {
+                if self.place(&format!("{path}.{index}")).is_none() {
+                    found.clone_from(&turning);
+                }
+            }
         }
+        Ok(found)
     }
 
     /// mu_0, or what stands for it where it is left out.
@@ -198,8 +237,8 @@ impl Exact<'_> {
 }
 
 /// The value of a signal at t = 0.
-fn at_start(drive: &Drive<BigRational>) -> Result<BigRational, CaseError> {
-    Ok(match drive {
+fn at_start(drive: &Drive<BigRational>) -> BigRational {
+    match drive {
         Drive::Value(value) => value.clone(),
         Drive::Linear(Signal::Ramp(Ramp { value, rise_time })) => {
             if rise_time.is_positive() {
@@ -219,23 +258,53 @@ fn at_start(drive: &Drive<BigRational>) -> Result<BigRational, CaseError> {
                 }
             }
         }
-        Drive::Wave(wave) => wave_at_start(wave)?,
-        Drive::Sum(terms) => {
-            let terms = terms.iter().map(at_start).collect::<Result<Vec<_>, _>>()?;
-            terms.into_iter().sum()
-        }
-    })
+        Drive::Wave(wave) => wave_at_start(wave),
+        Drive::Sum(terms) => terms.iter().map(at_start).sum(),
+    }
 }
 
-fn wave_at_start(wave: &Wave<BigRational>) -> Result<BigRational, CaseError> {
+fn wave_at_start(wave: &Wave<BigRational>) -> BigRational {
     // The end of a valid wave is after t = 0.
     if wave.from.as_ref().is_some_and(|from| from.is_positive()) {
-        return Ok(wave.mean.clone());
+        return wave.mean.clone();
     }
-    let phase = crate::model::nearest_double(&wave.phase);
+    let (sine, cosine) = sine_and_cosine(&wave.phase);
     let shape = match wave.shape {
-        Shape::Sine => phase.sin(),
-        Shape::Cosine => phase.cos(),
+        Shape::Sine => sine,
+        Shape::Cosine => cosine,
     };
-    Ok(&wave.mean + &wave.amplitude * decimal("phase", shape)?)
+    &wave.mean + &wave.amplitude * shape
+}
+
+/// Bits behind the point of a sine or cosine, which is no rational: more than the longest numbers of the oracle have, 2048, where
+/// it is 1e-100.
+const BITS: u64 = 2400;
+
+/// Sine and cosine of an angle (rad), to 2^-[`BITS`]; exact where the angle is zero.
+fn sine_and_cosine(angle: &BigRational) -> (BigRational, BigRational) {
+    // The series of an angle below 2^-8, and then as many times that of twice the angle, which costs two bits each time.
+    let halvings = (angle.numer().bits() + 9).saturating_sub(angle.denom().bits());
+    let bits = BITS + 2 * halvings + 32;
+    let unit = BigInt::one() << bits;
+    let small = (angle.numer() << (bits - halvings)) / angle.denom();
+    let [mut sine, mut cosine] = [BigInt::zero(), BigInt::zero()];
+    let mut term = unit.clone();
+    for n in 1_u32.. {
+        if term.is_zero() {
+            break;
+        }
+        let sum = if n % 2 == 1 { &mut cosine } else { &mut sine };
+        match n % 4 {
+            1 | 2 => *sum += &term,
+            _ => *sum -= &term,
+        }
+        term = ((term * &small) >> bits) / n;
+    }
+    for _ in 0..halvings {
+        let product = &sine * &cosine;
+        cosine = &unit - ((&sine * &sine) >> (bits - 1));
+        sine = product >> (bits - 1);
+    }
+    let rational = |value: BigInt| BigRational::new(value, unit.clone());
+    (rational(sine), rational(cosine))
 }

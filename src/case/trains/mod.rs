@@ -75,9 +75,9 @@ impl TrainCase {
         reader::read(source, overrides).map(|read| read.case)
     }
 
-    /// The trains without rounding, as [`super::Case::exact_parameters`]. A default of what is left out is exact where it has
-    /// a finite decimal; the speed of an inertia that turns with an end driven by a sine or cosine of any phase is that of the
-    /// double.
+    /// The trains without rounding, as [`super::Case::exact_parameters`]. A default that follows from other numbers follows from
+    /// their exact values. The speed of an inertia that turns with an end driven by a sine or cosine is known to 2^-2400 of the
+    /// amplitude, since it is no rational.
     ///
     /// # Errors
     /// As those of [`TrainCase::parse`].
@@ -87,6 +87,15 @@ impl TrainCase {
     ) -> Result<Trains<BigRational, ExactLaw>, CaseError> {
         let reader::Read { case, of_law, written } = reader::read(source, overrides)?;
         exact::read(&case, &of_law, &written)
+    }
+
+    /// [`Self::threshold`] without rounding, rad/s.
+    ///
+    /// # Errors
+    /// As those of [`TrainCase::parse`].
+    pub fn exact_threshold(source: &CaseSource, overrides: &[Override]) -> Result<Option<BigRational>, CaseError> {
+        let reader::Read { case, of_law, written } = reader::read(source, overrides)?;
+        exact::threshold(&case, &of_law, &written)
     }
 
     /// The case as a TOML text in which every value is a number in SI, written so that it reads back as the identical case.

@@ -4,6 +4,7 @@ use crate::model::axial::{AxialMotion, ChangeCause, ContactChange};
 use crate::model::trains::system::{Driving, Outside};
 use crate::model::trains::{End, Pressing, Trains};
 use crate::numerics::polynomial_roots::first_falling;
+use crate::numerics::taylor;
 use crate::signal::Timeline;
 
 /// Coefficients of the expansions by which zeros of the normal force are found.
@@ -125,6 +126,25 @@ impl Excitation {
             corners,
             largest_force,
         }
+    }
+
+    /// What rounding can make of the normal force, N.
+    fn rounding(&self) -> f64 {
+        TOUCHING * self.largest_force
+    }
+
+    /// By how much rounding of the normal force can move its zero at `t`, s: in every method alike. 0 at a corner, whose time is
+    /// that of the case.
+    pub fn rounding_of_zero(&self, t: f64) -> f64 {
+        if self.corners.contains(&t) {
+            return 0.0;
+        }
+        let mut series = OutsideSeries::<4>::new();
+        self.series(self.stretch(t), t, 1.0, &mut series);
+        let powers = series.normal_force.iter().enumerate().skip(1);
+        powers
+            .map(|(n, c)| (self.rounding() / c.abs()).powf(1.0 / n as f64))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Corners of any signal, s, increasing.
@@ -268,17 +288,20 @@ impl Excitation {
                 self.timeline.series(index, stretch, from, unit, &mut c);
                 c.iter_mut().for_each(|c| *c *= sign);
                 let size: f64 = c.iter().map(|c| c.abs()).sum();
+                let mut lift = 0.0;
                 if departing && c[0].abs() <= ROUNDING * size {
                     // It leaves zero here.
                     c.rotate_left(1);
                     c[TERMS - 1] = 0.0;
                 } else {
                     // A force that touches zero does not let go by rounding.
-                    c[0] += TOUCHING * self.largest_force;
+                    lift = self.rounding();
+                    c[0] += lift;
                 }
                 departing = false;
                 let zero = if c[0] < 0.0 { Some(0.0) } else { first_falling(&c) };
                 if let Some(share) = zero {
+                    let share = without_lift(&c, lift, share);
                     return Some(ContactChange {
                         time: (from + share * unit).min(end),
                         cause: ChangeCause::Zero,
@@ -318,5 +341,18 @@ impl Excitation {
             }
             from = end;
         }
+    }
+}
+
+/// The zero of a polynomial near `share`, where it falls through zero with `lift` added; `c` has it. Where the polynomial hardly
+/// falls there, its zero is not to be told from `share`.
+fn without_lift(c: &[f64], lift: f64, share: f64) -> f64 {
+    let slope = c.iter().enumerate().skip(1).rev();
+    let slope = slope.fold(0.0, |sum, (n, c)| sum * share + n as f64 * c);
+    let earlier = (share + lift / slope).max(0.0);
+    if earlier < share && taylor::value(c, &earlier) <= 2.0 * lift {
+        earlier
+    } else {
+        share
     }
 }

@@ -24,6 +24,8 @@ mod series;
 pub(crate) use course::{Course, Quantity, TERMS};
 pub use course::{Part, Which};
 pub use dynamics::{TrainDynamics, TrainLocation};
+pub(crate) use excitation::Excitation;
+pub(crate) use plan::method_without_series;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use readings::Further;
 

@@ -54,6 +54,14 @@ pub(super) struct TrainPlan {
     stiff: bool,
 }
 
+/// The method by which `auto` takes what is not linear; it takes nothing by series.
+pub(crate) fn method_without_series(trains: &Trains) -> Method {
+    match TrainDynamics::new(trains, 0.0).stiffness() > STIFF {
+        true => Method::Esdirk,
+        false => Method::Erk,
+    }
+}
+
 /// The largest speeds and torques that the signals of a side come to.
 fn largest(trains: &Trains, rotor: bool) -> Driving {
     let train = if rotor { &trains.rotor } else { &trains.stator };

@@ -148,12 +148,21 @@ impl TrainRules {
         }
     }
 
-    /// What follows a jump of omega_r: the contact is where the state says.
+    /// What follows a jump of omega_r: the contact is where the state says. An engaged contact has the event of its threshold
+    /// if the jump has crossed it.
     fn after_jump(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
         let outside = self.dynamics.outside(location, t);
         let w = self.dynamics.system.relative_velocity(&outside, y);
         match location.mode {
-            Mode::Separated | Mode::Engaged => None,
+            Mode::Separated => None,
+            Mode::Engaged => {
+                let slow = w.abs() < self.dynamics.threshold;
+                (slow != location.slow).then(|| Transition {
+                    kind: Some(crossing(slow)),
+                    location: TrainLocation { slow, ..*location },
+                    state: y.to_vec(),
+                })
+            }
             Mode::Stick => (w != 0.0).then(|| Transition {
                 kind: Some(EventKind::Slip),
                 location: self.entered(location, Mode::sliding(w), t, y),
@@ -198,7 +207,10 @@ impl TrainRules {
         system.stator.jerk(jumps[1], &mut state);
         let jumped = jumps != [0.0, 0.0];
         if location.mode == Mode::Engaged || location.mode.sense() != 0 && jumped {
-            after = self.entered(&after, location.mode, t, &state);
+            after = TrainLocation {
+                slow: location.slow,
+                ..self.entered(&after, location.mode, t, &state)
+            };
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Corner),
@@ -233,7 +245,10 @@ impl TrainRules {
         }
         let mut after = *location;
         if location.mode == Mode::Engaged {
-            after = self.entered(location, Mode::Engaged, t, &state);
+            after = TrainLocation {
+                slow: location.slow,
+                ..self.entered(location, Mode::Engaged, t, &state)
+            };
         } else if location.mode.sense() != 0 {
             let outside = self.dynamics.outside(location, t);
             after.piece = system.piece_of(system.relative_velocity(&outside, &state));
@@ -252,6 +267,10 @@ impl TrainRules {
     fn contact_changes(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
         let mut state = y.to_vec();
         if location.mode != Mode::Separated {
+            if let Engagement::Bristles(.., at) = self.dynamics.system.engagement {
+                // Bristles of an open contact have nothing to hold on to.
+                state[at] = 0.0;
+            }
             return Transition {
                 kind: Some(EventKind::Separation),
                 location: TrainLocation {
@@ -261,16 +280,17 @@ impl TrainRules {
                 state,
             };
         }
-        if let Engagement::Bristles(.., at) = self.dynamics.system.engagement {
-            // Bristles of an open contact have nothing to hold on to.
-            state[at] = 0.0;
-        }
         Transition {
             kind: Some(EventKind::Contact),
             location: self.in_contact(location, t, &mut state),
             state,
         }
     }
+}
+
+/// What an engaged contact has where |omega_r| has come below its threshold, or above it.
+fn crossing(slow: bool) -> EventKind {
+    if slow { EventKind::Stick } else { EventKind::Slip }
 }
 
 /// Of the run, the longest time within which transitions may count as chattering.
@@ -350,12 +370,8 @@ impl Rules<TrainDynamics> for TrainRules {
                 Watched::Below => location.piece = location.piece.saturating_sub(1),
                 Watched::Above => location.piece += 1,
                 Watched::Threshold => {
-                    kind = Some(if location.slow {
-                        EventKind::Slip
-                    } else {
-                        EventKind::Stick
-                    });
                     location.slow = !location.slow;
+                    kind = Some(crossing(location.slow));
                 }
                 Watched::Stopping if location.mode == Mode::Engaged => location.sense = -location.sense,
                 Watched::Stopping => {
