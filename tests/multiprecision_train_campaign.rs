@@ -12,8 +12,8 @@ use std::time::Duration;
 use stickslip::Run;
 use stickslip::analysis::trains::{TrainCertifyRequest, TrainRecord, certify};
 use stickslip::case::{CaseSource, Origin, TrainCase};
-use stickslip::record::MemoryRecorder;
-use stickslip::simulation::{Method, SolverOptions};
+use stickslip::record::{Channels, MemoryRecorder, Sample, State};
+use stickslip::simulation::{Method, RunReport, SolverOptions};
 
 /// One of the first `count` numbers.
 fn below(random: &mut Random, count: usize) -> usize {
@@ -168,6 +168,117 @@ const METHODS: [(Method, f64, f64); 3] = [
     (Method::Auto, 1e-13, 1e-11),
     (Method::Series, 1e-10, 1e-12),
 ];
+
+/// The methods whose samples are held against those of the series, and the bounds of their events (s) and of every channel: as
+/// a share of its largest value, of energies as a share of the energy turned over.
+const SAMPLED: [(Method, f64, f64); 5] = [
+    (Method::Auto, 1e-9, 1e-7),
+    (Method::Erk, 1e-9, 1e-7),
+    (Method::Esdirk, 1e-8, 1e-6),
+    (Method::Cvode, 1e-8, 1e-6),
+    (Method::CvodeAdams, 1e-7, 1e-5),
+];
+
+fn by(case: &TrainCase, method: Method) -> Result<(MemoryRecorder, RunReport), String> {
+    let solver = SolverOptions {
+        method,
+        ..case.solver.clone()
+    };
+    let mut recorder = MemoryRecorder::default();
+    let run = Run::of_trains(&case.parameters, 0.0, &solver, &case.output)
+        .record(&mut recorder)
+        .start();
+    run.map(|report| (recorder, report))
+        .map_err(|failure| failure.to_string())
+}
+
+/// The largest difference of any channel at the same samples, and which.
+fn farthest(exact: &[Sample], found: &[Sample], turnover: f64) -> (&'static str, f64) {
+    let names = State::DESCRIPTIONS
+        .iter()
+        .chain(Channels::DESCRIPTIONS)
+        .map(|(name, ..)| *name);
+    let row = |sample: &Sample| -> Vec<f64> {
+        let values = sample.state.values().into_iter().chain(sample.channels.values());
+        values.collect()
+    };
+    let mut worst = ("", 0.0);
+    for (k, name) in names.enumerate() {
+        if name == "energy_residual" {
+            continue;
+        }
+        let energy = ["energy", "work", "dissipated"]
+            .iter()
+            .any(|start| name.starts_with(start));
+        let largest = exact.iter().map(|sample| row(sample)[k].abs()).fold(0.0, f64::max);
+        let size = if energy { turnover } else { largest };
+        let apart = exact.iter().zip(found).map(|(a, b)| (row(a)[k] - row(b)[k]).abs());
+        let apart = apart.fold(0.0, f64::max);
+        if size > 0.0 && apart / size > worst.1 {
+            worst = (name, apart / size);
+        }
+    }
+    worst
+}
+
+/// Every channel of the samples, works and energies among them, by every kind of method.
+#[test]
+#[ignore = "minutes; CI runs it"]
+fn property_channels_of_random_trains_agree() {
+    let (first, count) = (
+        environment("STICKSLIP_TRAINS_FIRST", 0),
+        environment("STICKSLIP_TRAINS_COUNT", 40),
+    );
+    let mut failures = Vec::new();
+    let mut worst = [(0.0f64, 0.0f64); SAMPLED.len()];
+    for index in first..first + count {
+        let source = CaseSource {
+            text: system(index),
+            origin: Origin::File(format!("trains-{index}.toml").into()),
+        };
+        let Ok(mut case) = TrainCase::parse(&source, &[]) else {
+            failures.push(format!("{index}: no case"));
+            continue;
+        };
+        case.output.follow.around = None;
+        // What fails by the series fails by all: a chattering, or the end of a law.
+        let Ok((exact, turned)) = by(&case, Method::Series) else {
+            continue;
+        };
+        for (k, (method, of_events, of_channels)) in SAMPLED.into_iter().enumerate() {
+            let name = method.name();
+            let (found, report) = match by(&case, method) {
+                Ok(run) => run,
+                Err(error) => {
+                    failures.push(format!("{index} by {name}: {error}"));
+                    continue;
+                }
+            };
+            let kinds = |recorder: &MemoryRecorder| recorder.events.iter().map(|event| event.kind).collect::<Vec<_>>();
+            if kinds(&found) != kinds(&exact) {
+                failures.push(format!("{index} by {name}: another sequence"));
+                continue;
+            }
+            let times = found.events.iter().zip(&exact.events);
+            let events = times.map(|(a, b)| (a.time - b.time).abs()).fold(0.0, f64::max);
+            let (channel, apart) = farthest(&exact.samples, &found.samples, turned.energy_turnover);
+            let apart = apart.max(report.energy_residual / turned.energy_turnover.max(f64::MIN_POSITIVE));
+            worst[k] = (worst[k].0.max(events), worst[k].1.max(apart));
+            if events > of_events || apart > of_channels {
+                failures.push(format!(
+                    "{index} by {name}: events {events:e} s, {channel} or energies {apart:e}"
+                ));
+            }
+        }
+    }
+    for ((method, ..), (events, channels)) in SAMPLED.into_iter().zip(worst) {
+        println!(
+            "{}: events {events:.1e} s, channels {channels:.1e} at worst",
+            method.name()
+        );
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
 
 #[test]
 #[ignore = "minutes; CI runs it"]

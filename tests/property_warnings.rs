@@ -12,7 +12,7 @@ fn warned(case: &str, settings: &[&str]) -> Vec<Warning> {
     let case = Case::parse(&CaseSource::built_in(case).unwrap(), &overrides).unwrap();
     let (_, report) = run(&case.parameters, &case.solver, &case.output);
     let summary = Summary::of_run(&case.parameters, &report);
-    warnings(&case, &summary, report.initial_energy)
+    warnings(&case, &summary)
 }
 
 const SHORT: &str = "output={end_time=0.05, interval=0.01}";
@@ -53,13 +53,13 @@ fn property_each_kind_of_warning_is_a_value() {
         .find(|warning| matches!(warning, Warning::OpenBalance { .. }));
     let Some(Warning::OpenBalance {
         residual,
-        stake,
+        turnover,
         remedy,
     }) = open
     else {
         panic!("{loose:?}")
     };
-    assert!(*residual > 1e-6 * stake);
+    assert!(*residual > 1e-6 * turnover);
     assert!(matches!(remedy, BalanceRemedy::Tolerances(solver) if solver.rtol == 0.1));
     let sudden = warned("paper-si", &[SHORT, "actuation.rise_time=1e-12"]);
     let slower = |warning: &Warning| matches!(warning, Warning::OpenBalance { remedy: BalanceRemedy::SlowerForce { change, .. }, .. } if *change == 1e-12);

@@ -214,7 +214,7 @@ impl<P: Problem> Rules<Block<P>> for BlockRules<P> {
         }
     }
 
-    fn solver(&self, location: &Location) -> ChosenSolver {
+    fn solver(&self, location: &Location, _: f64, _: &[f64]) -> ChosenSolver {
         match location.contact {
             Contact::Rest => self.rest.clone(),
             Contact::Sliding(_) => self.sliding.clone(),

@@ -133,7 +133,7 @@ pub fn certify(
         return Err(CertifyError::Run(failure.clone()));
     }
     let summary = Summary::of_run(&case.parameters, &own.report);
-    let warnings = warnings(case, &summary, own.report.initial_energy);
+    let warnings = warnings(case, &summary);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
     let many_periods = many_periods(case, &own, stop);
     let fine = |method: Method| SolverOptions {

@@ -1,5 +1,6 @@
 //! The headline of a run as a reader sees it: each quantity in words, beside the paper's number.
 
+use super::summary::{TURNOVER, residual_row, share_of};
 use super::{Cycle, CycleStatistics, Summary};
 use crate::case::{Case, CaseSource, builtin};
 use crate::model::Parameters;
@@ -67,7 +68,7 @@ pub struct Headline {
     pub kick_above_noise: Option<f64>,
     /// Largest |energy_residual|.
     pub energy_residual: Option<f64>,
-    /// The same, relative to the energy at the start.
+    /// The same, relative to the energy turned over; in files of earlier versions to that at the start.
     pub energy_residual_relative: Option<f64>,
 }
 
@@ -122,10 +123,14 @@ impl Headline {
         headline.kick_above_noise = extra("kick_above_noise").and_then(|extra| known(extra.value));
         headline.energy_residual = known(table.energy_residual_max);
         let start = file.samples(0..file.sample_count()?.min(1))?;
-        if let (Some(residual), Some(first)) = (headline.energy_residual, start.first()) {
-            let energy = first.channels.energy_kinetic + first.channels.energy_elastic;
-            headline.energy_residual_relative = Some(if energy > 0.0 { residual / energy } else { residual });
-        }
+        let at_start = start
+            .first()
+            .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic);
+        let turnover = extra(TURNOVER).and_then(|extra| known(extra.value)).or(at_start);
+        headline.energy_residual_relative = headline
+            .energy_residual
+            .zip(turnover)
+            .map(|(residual, turnover)| share_of(residual, turnover));
         Ok(headline)
     }
 
@@ -140,7 +145,7 @@ impl Headline {
             count(s.slip_count, "slip")
         );
         let residual = match (self.energy_residual, self.energy_residual_relative) {
-            (Some(residual), Some(relative)) => format!("{residual:.1e} J, {relative:.1e} relative"),
+            (Some(residual), relative) => residual_row(residual, relative),
             _ => none(),
         };
         let slips = pair(first.map(|c| c.slip_duration), last.map(|c| c.slip_duration));

@@ -237,7 +237,7 @@ impl<'a> KeptRun<'a> {
                         witness(case, &sequence, summary.noise_determined, &stop)
                     })
                     .flatten();
-                let warnings = warnings(case, &summary, report.initial_energy);
+                let warnings = warnings(case, &summary);
                 let end = KeptReportEnd {
                     status,
                     case: any.clone(),
@@ -266,7 +266,7 @@ impl<'a> KeptRun<'a> {
                 let end = KeptReportEnd {
                     status,
                     case: any.clone(),
-                    warnings: trains::warnings(&summary, witness.as_ref()),
+                    warnings: trains::warnings(&case.solver, &summary, witness.as_ref()),
                     witness: witness.map(KeptWitness::Trains),
                     wall_time: clock.elapsed().as_secs_f64(),
                     header,

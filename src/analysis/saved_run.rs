@@ -181,7 +181,7 @@ impl<'a> SavedRun<'a> {
         Ok(SavedReport {
             file,
             status,
-            warnings: warnings(case, &summary, report.initial_energy),
+            warnings: warnings(case, &summary),
             report,
             summary,
             witness,

@@ -5,7 +5,7 @@ use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::record::CycleStatistics;
 use crate::results::{Extra, StickSlipTable};
-use crate::simulation::{RunReport, SolverWork};
+use crate::simulation::{Grazing, RunReport, SolverWork};
 use serde::Serialize;
 
 /// Growth to the first stick, in e-folds, from which a run belongs to its rounding. ln(2^53) = 36.7 lift the rounding of
@@ -58,8 +58,13 @@ pub struct Summary {
     pub e_folds_gained: Option<f64>,
     /// Largest |residual| of the energy balance, J.
     pub energy_residual: f64,
-    /// Relative to the energy at the start.
+    /// Energy turned over in the run, J.
+    pub energy_turnover: f64,
+    /// Of that, the share that the residual is.
     pub energy_residual_relative: f64,
+    /// Grazing that was not decided.
+    #[serde(skip)]
+    pub grazing: Option<Grazing>,
     /// The onset is amplified rounding: no kick stands far enough above it.
     pub noise_determined: bool,
     /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
@@ -135,11 +140,9 @@ impl Summary {
             growth_to_onset: growth.map(|g| g.to_first_stick),
             e_folds_gained: growth.and_then(|g| g.from_kick),
             energy_residual: report.energy_residual,
-            energy_residual_relative: if report.initial_energy > 0.0 {
-                report.energy_residual / report.initial_energy
-            } else {
-                report.energy_residual
-            },
+            energy_turnover: report.energy_turnover,
+            energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
+            grazing: report.grazing,
             noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
             kick_above_noise: growth.and_then(|g| g.above_noise),
             kicks_never_given: report.kicks_never_given,
@@ -165,6 +168,7 @@ impl Summary {
             e_folds_gained: missing(self.e_folds_gained),
             energy_residual_max: self.energy_residual,
             extras: vec![
+                turnover(self.energy_turnover),
                 extra(
                     "instability_time",
                     "s",
@@ -194,6 +198,30 @@ impl Summary {
             ..StickSlipTable::default()
         }
     }
+}
+
+/// The name of the energy turned over among the attributes of /stick_slip.
+pub(super) const TURNOVER: &str = "energy_turnover";
+
+/// The energy turned over, J, as an attribute of /stick_slip.
+pub(super) fn turnover(energy: f64) -> Extra {
+    extra(
+        TURNOVER,
+        "J",
+        "energy turned over: the largest of kinetic + elastic + dissipated energy, and of the work",
+        Some(energy),
+    )
+}
+
+/// A residual as a share of the energy turned over; 0 where nothing moved.
+pub(super) fn share_of(residual: f64, turnover: f64) -> f64 {
+    if turnover > 0.0 { residual / turnover } else { 0.0 }
+}
+
+/// The residual of the energy balance for a headline: in J, and relative where the energy turned over is known.
+pub(super) fn residual_row(residual: f64, relative: Option<f64>) -> String {
+    let relative = relative.map_or_else(String::new, |relative| format!(", {relative:.1e} relative"));
+    format!("{residual:.1e} J{relative}")
 }
 
 /// A further attribute of /stick_slip; NaN where there is no value.

@@ -2,10 +2,10 @@
 
 use super::Summary;
 use crate::case::Case;
-use crate::simulation::{Method, SolverOptions};
+use crate::simulation::{Grazing, Method, SolverOptions};
 use std::fmt;
 
-/// An energy balance open by more than this part of the energy at stake means that the run cannot be trusted: the
+/// An energy balance open by more than this part of the energy turned over means that the run cannot be trusted: the
 /// defaults close it to 1e-13, and a run at rtol 1e-3 still to 1e-7.
 const OPEN_BALANCE: f64 = 1e-6;
 
@@ -24,10 +24,17 @@ pub enum Warning {
     OpenBalance {
         /// Largest |residual|, J.
         residual: f64,
-        /// Energy that the run had to begin with or stores axially, whichever is larger, J.
-        stake: f64,
+        /// Energy that the run turned over, J.
+        turnover: f64,
         /// What closes it.
         remedy: BalanceRemedy,
+    },
+    /// A guard came as near to its boundary as the solver could tell, and turned.
+    Grazing {
+        /// How often, when first, and which guard.
+        grazing: Grazing,
+        /// The settings of the run.
+        solver: SolverOptions,
     },
     /// The method locates no events: they are known to a step.
     EventsNotLocated,
@@ -75,18 +82,30 @@ pub enum BalanceRemedy {
     Tolerances(SolverOptions),
 }
 
-/// All warnings of a run of the case that came to `summary`, with `initial_energy` (J) at its start.
-pub fn warnings(case: &Case, summary: &Summary, initial_energy: f64) -> Vec<Warning> {
+/// The warning of an open energy balance, both in J, of a run of any kind.
+pub(crate) fn open_balance(residual: f64, turnover: f64, remedy: impl FnOnce() -> BalanceRemedy) -> Option<Warning> {
+    (residual > OPEN_BALANCE * turnover).then(|| Warning::OpenBalance {
+        residual,
+        turnover,
+        remedy: remedy(),
+    })
+}
+
+/// The warning of a grazing that was not decided.
+pub(crate) fn grazing(grazing: Option<Grazing>, solver: &SolverOptions) -> Option<Warning> {
+    grazing.map(|grazing| Warning::Grazing {
+        grazing,
+        solver: solver.clone(),
+    })
+}
+
+/// All warnings of a run of the case that came to `summary`.
+pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let axial_energy = case.parameters.axial.stiffness * summary.axial_displacement.powi(2);
-    let stake = axial_energy.max(initial_energy);
-    if summary.energy_residual > OPEN_BALANCE * stake {
-        warnings.push(Warning::OpenBalance {
-            residual: summary.energy_residual,
-            stake,
-            remedy: balance_remedy(case),
-        });
-    }
+    warnings.extend(open_balance(summary.energy_residual, summary.energy_turnover, || {
+        balance_remedy(case)
+    }));
+    warnings.extend(grazing(summary.grazing, &case.solver));
     if !case.solver.method.locates_events() {
         warnings.push(Warning::EventsNotLocated);
     }
@@ -198,12 +217,27 @@ impl fmt::Display for Warning {
         match self {
             Warning::OpenBalance {
                 residual,
-                stake,
+                turnover,
                 remedy,
             } => write!(
                 f,
-                "the energy balance does not close: it is off by {residual:.1e} J, with {stake:.1e} J at stake, so the \
-                 energies and angles of this result, at least, are not accurate. {remedy}"
+                "the energy balance does not close: it is off by {residual:.1e} J of the {turnover:.1e} J that the run turned \
+                 over, {:.1e} relative, so the energies and angles of this result, at least, are not accurate. {remedy}",
+                residual / turnover
+            ),
+            Warning::Grazing {
+                grazing: Grazing { count, time, guard },
+                solver,
+            } => write!(
+                f,
+                "at t = {time:.9} s the run comes within its own error of an event ({guard}) and turns back{}: whether the \
+                 contact changes there, for however short a time, is not decided. {}",
+                if *count > 1 {
+                    format!(", and so {} times more", count - 1)
+                } else {
+                    String::new()
+                },
+                finer(solver)
             ),
             Warning::EventsNotLocated => f.write_str(
                 "the events of this run are those that its steps happened to show: nothing was located, and its own noise \

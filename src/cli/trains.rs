@@ -93,7 +93,7 @@ pub(super) fn run(
     let unsaved = unsaved.map(|error| error.to_string());
     let status = if unsaved.is_some() { "failed" } else { status.name() };
     let error = unsaved.clone().or_else(|| failure.as_ref().map(ToString::to_string));
-    let warnings = trains::warnings(&summary, witness.as_ref());
+    let warnings = trains::warnings(&case.solver, &summary, witness.as_ref());
     if common.json {
         print_json(&RunDocument {
             status,

@@ -38,10 +38,10 @@ pub trait Law {
         }
     }
 
-    /// A coefficient by which friction is measured: the largest one, or that without a part that grows with speed for ever.
-    /// Tolerances and scales are made of it.
-    fn typical_coefficient(&self) -> f64 {
-        self.coefficient_bounds(0.0, f64::INFINITY).most
+    /// The coefficient by which friction is measured in a motion with sliding speeds up to `speed` (rad/s): the largest one.
+    /// Tolerances and scales are made of it. What the law is beyond the speeds of a motion is no scale of the motion.
+    fn typical_coefficient(&self, speed: f64) -> f64 {
+        self.coefficient_bounds(0.0, speed).most
     }
 
     /// The speed (rad/s) up to which a figure shows the law: six of its scales, or where it ends. Infinite for a law that is the

@@ -230,10 +230,6 @@ impl Law for FrictionLaw {
         of_law!(self, law => law.knots())
     }
 
-    fn typical_coefficient(&self) -> f64 {
-        of_law!(self, law => law.typical_coefficient())
-    }
-
     fn extent(&self) -> f64 {
         of_law!(self, law => law.extent())
     }

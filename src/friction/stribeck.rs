@@ -199,11 +199,6 @@ impl Law for Stribeck {
         }
     }
 
-    /// mu_s or mu_d: the rise is without bound.
-    fn typical_coefficient(&self) -> f64 {
-        self.low_speed.max(self.high_speed)
-    }
-
     /// Two at most: below the upper one the falling part outweighs the damping, below the lower one it is flat again.
     fn damping_zeros(&self, damping: f64, weight: f64) -> Vec<f64> {
         self.sign_changes(damping, weight)

@@ -16,6 +16,10 @@ const AHEAD: f64 = 1e-6;
 /// tangents by less than this share of what they fall by.
 const CONVEXITY: f64 = 0.25;
 
+/// A guard that comes as near to its boundary as this multiple of the solver's relative tolerance, as a share of its largest
+/// value in the segment, may have reached it: the errors of some hundred steps add up.
+const NEAR: f64 = 100.0;
+
 /// Halvings of an interval that end at neighbouring numbers.
 const MOST_HALVINGS: usize = 100;
 
@@ -34,21 +38,28 @@ pub(super) struct Dips {
     before: Readings,
     after: Readings,
     inside: Readings,
+    /// The largest values in the segment.
+    largest: Vec<f64>,
+    /// Of these, the share that is as good as the boundary.
+    near: f64,
+    /// The last dip that came so near, and turned: when and of which guard.
+    grazed: Option<Dip>,
     slope: Vec<f64>,
     moved: Vec<f64>,
     state: Vec<f64>,
 }
 
-/// A dip that reaches the other side.
+/// A dip that reaches the other side, or comes as near as a solver can tell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dip {
     pub(super) guard: usize,
-    /// When it gets there, on the segment's clock (s).
+    /// When it is there, on the segment's clock (s).
     pub(super) time: f64,
 }
 
 impl Dips {
-    pub(super) fn new<D: Dynamics>(dynamics: &D, location: &D::Location) -> Self {
+    /// Of a segment at `location`, by a solver of this relative tolerance.
+    pub(super) fn new<D: Dynamics>(dynamics: &D, location: &D::Location, relative: f64) -> Self {
         let sign = |direction| match direction {
             Direction::Falling => 1.0,
             Direction::Rising => -1.0,
@@ -63,6 +74,9 @@ impl Dips {
         let state = || vec![0.0; dynamics.dimension()];
         Dips {
             signs: guards.iter().map(|guard| sign(guard.direction)).collect(),
+            largest: vec![0.0; guards.len()],
+            near: NEAR * relative,
+            grazed: None,
             before: readings(),
             after: readings(),
             inside: readings(),
@@ -111,6 +125,7 @@ impl Dips {
                 (self.before.values[guard], self.before.rates[guard]),
                 (self.after.values[guard], self.after.rates[guard]),
             );
+            self.largest[guard] = self.largest[guard].max(a.0).max(b.0);
             if self.signs[guard] == 0.0 || (first && a.0 <= b.0 * AHEAD) || !may_reach_zero(a, b, length) {
                 continue;
             }
@@ -122,6 +137,11 @@ impl Dips {
             }
         }
         Ok(earliest)
+    }
+
+    /// A dip since the last call that came so near to the boundary that it may have reached it.
+    pub(super) fn grazed(&mut self) -> Option<Dip> {
+        self.grazed.take()
     }
 
     #[allow(clippy::too_many_arguments)] // one reading: where, when, of what, into what
@@ -163,6 +183,10 @@ impl Dips {
         for _ in 0..MOST_HALVINGS {
             let length = b.0 - a.0;
             if !may_reach_zero((a.1, a.2), (b.1, b.2), length) {
+                let (time, least) = if a.1 < b.1 { (a.0, a.1) } else { (b.0, b.1) };
+                if least <= self.near * self.largest[guard] {
+                    self.grazed = Some(Dip { guard, time });
+                }
                 return Ok(None);
             }
             // Where the rate, taken as linear, is zero; the middle where that would hardly shorten the interval.

@@ -109,6 +109,11 @@ pub trait Engine<L>: Send {
     /// Where the state inside a step is another step, which can fail like any.
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError>;
 
+    /// When (s), and which guard, has come as near to its boundary in the last step as the engine can tell, and has turned.
+    fn grazed(&mut self) -> Option<(f64, usize)> {
+        None
+    }
+
     /// What has been done since [`Self::begin`].
     ///
     /// # Errors

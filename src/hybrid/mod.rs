@@ -73,6 +73,12 @@ pub trait Dynamics: Send + Sync + 'static {
         false
     }
 
+    /// How long (s) a step from a state may be for a solver to see what the equations do on the way. Step control alone does
+    /// not know of what happens between the stages of a step. Infinite where the equations change no faster than the solution.
+    fn reach(&self, _location: &Self::Location, _t: f64, _y: &[f64]) -> f64 {
+        f64::INFINITY
+    }
+
     /// The location in words, for messages.
     fn describe(&self, location: &Self::Location) -> String {
         format!("{location:?}")
@@ -116,8 +122,9 @@ pub trait Rules<D: Dynamics> {
         None
     }
 
-    /// Which solver integrates a location, with which tolerances and step bound.
-    fn solver(&self, location: &D::Location) -> ChosenSolver;
+    /// Which solver integrates a segment at a location that begins at `t` (s) with the state `y`, with which tolerances and step
+    /// bound.
+    fn solver(&self, location: &D::Location, t: f64, y: &[f64]) -> ChosenSolver;
 
     /// The model's own engine for [`Self::solver`]; `None` where it has none, and for the solvers of SUNDIALS.
     fn engine(&self, _kind: &SolverKind) -> Option<Box<dyn Engine<D::Location>>> {
@@ -183,6 +190,9 @@ pub trait Observer<L, K> {
 
     /// An event at time `t` (s), with the states on its two sides.
     fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
+
+    /// At `t` (s) a guard of this name has come as near to its boundary as the solver can tell, and has turned.
+    fn grazed(&mut self, _t: f64, _location: &L, _guard: &'static str) {}
 
     /// A segment has ended.
     fn segment(&mut self, report: &SegmentReport<L>) -> Result<(), ObserverError>;

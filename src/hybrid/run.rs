@@ -167,7 +167,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
         O: Observer<D::Location, R::Kind>,
     {
         let (start, location, state) = (self.time, self.location, self.state.clone());
-        let chosen = &rules.solver(&location);
+        let chosen = &rules.solver(&location, start, &state);
         let segment = Segment {
             location,
             start,
@@ -231,6 +231,10 @@ impl<D: Dynamics, O> Run<'_, D, O> {
                 Advance::Stop => segment.stop,
                 _ => start + engine.time(),
             };
+            if let Some((tau, guard)) = engine.grazed() {
+                let name = self.dynamics.guards(&segment.location)[guard].name;
+                self.observer.grazed(start + tau, &segment.location, name);
+            }
             if self.observer.wants_inside() && self.time > from {
                 let mut at = |t: f64, out: &mut [f64]| engine.state_at(t - start, out);
                 let inside = self.observer.inside(from, self.time, &segment.location, &mut at);

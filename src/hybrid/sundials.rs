@@ -17,6 +17,9 @@ pub(super) struct SundialsEngine<D: Dynamics> {
     location: D::Location,
     origin: f64,
     span: f64,
+    /// Where the solver is to stop next, on the segment's clock: at its end, or within [`Dynamics::reach`].
+    stop: f64,
+    fixed_step: bool,
     tau: f64,
     state: Vec<f64>,
     /// Scratch of the guards' values, the rates, and a state near by.
@@ -49,10 +52,12 @@ impl<D: Dynamics> SundialsEngine<D> {
         };
         let state = segment.state.to_vec();
         Ok(SundialsEngine {
-            dips: Dips::new(&*dynamics, &segment.location),
+            dips: Dips::new(&*dynamics, &segment.location, chosen.tolerances.relative),
             location: segment.location,
             origin: segment.start,
             span: segment.span(),
+            stop: segment.span(),
+            fixed_step: chosen.fixed_step.is_some(),
             tau: 0.0,
             values: Vec::new(),
             ahead: Vec::new(),
@@ -134,7 +139,8 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
         step.solver.set_crossings(&crossings)?;
         step.solver.set_max_step(chosen.max_step)?;
         step.solver.set_stop_time(Some(self.span))?;
-        self.dips = Dips::new(&*self.dynamics, &segment.location);
+        (self.stop, self.fixed_step) = (self.span, chosen.fixed_step.is_some());
+        self.dips = Dips::new(&*self.dynamics, &segment.location, chosen.tolerances.relative);
         Ok(())
     }
 
@@ -142,6 +148,12 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
         if self.tau > 0.0 {
             self.step.start = self.tau;
             self.step.start_state.copy_from_slice(&self.state);
+        }
+        let reach = self.dynamics.reach(&self.location, self.origin + self.tau, &self.state);
+        let stop = self.span.min(self.tau + reach);
+        if stop != self.stop && !self.fixed_step {
+            self.step.solver.set_stop_time(Some(stop))?;
+            self.stop = stop;
         }
         let outcome = self.step.solver.advance(self.span, Task::OneStep)?;
         let mut advance = Advance::Stepped;
@@ -181,6 +193,10 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
 
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
         Ok(self.step.state_at(tau.min(self.tau), out)?)
+    }
+
+    fn grazed(&mut self) -> Option<(f64, usize)> {
+        self.dips.grazed().map(|dip| (dip.time, dip.guard))
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {

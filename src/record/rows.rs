@@ -11,7 +11,7 @@ macro_rules! channels {
         pub struct $name { $(#[doc = concat!($long_name, ", ", $unit)] pub $field: f64,)+ }
         impl $name {
             /// (name, UDUNITS unit, description) of each channel, in the order of [`Self::values`].
-            pub(crate) const DESCRIPTIONS: &'static [(&'static str, &'static str, &'static str)] =
+            pub const DESCRIPTIONS: &'static [(&'static str, &'static str, &'static str)] =
                 &[$((stringify!($field), $unit, $long_name),)+];
             /// Number of channels.
             pub const COUNT: usize = Self::DESCRIPTIONS.len();

@@ -20,7 +20,7 @@ mod runge_kutta;
 pub(crate) use options::FORESEEN_STEPS;
 
 pub use options::{Around, Following, Method, OutputOptions, OutputWindow, SolverOptions};
-pub use report::{Progress, RunFailure, RunReport, SolverWork};
+pub use report::{Grazing, Progress, RunFailure, RunReport, SolverWork};
 
 use crate::hybrid::{self, ChosenSolver, Dynamics, Limits, Rules, RunError, Start};
 use crate::model::slow_stick::SlowStick;

@@ -3,7 +3,7 @@
 use super::follower::{At, Follower};
 use super::options::OutputOptions;
 use super::readings::{Place, Readings};
-use super::report::{Progress, RunReport, SolverWork};
+use super::report::{Grazing, Progress, RunReport, SolverWork};
 use super::sampling::{SampleTimes, TimesAround};
 use crate::hybrid::{Observer, ObserverError, Overflow, RunError, SegmentReport, StateAt};
 use crate::model::Mode;
@@ -156,7 +156,11 @@ impl<'a, R: Readings> Recording<'a, R> {
             self.report.initial_energy,
         );
         overflow(t, Channels::DESCRIPTIONS, &channels.values())?;
-        self.report.energy_residual = self.report.energy_residual.max(channels.energy_residual.abs());
+        let c = &channels;
+        let held = c.energy_kinetic + c.energy_elastic + c.dissipated_friction + c.dissipated_damping;
+        let report = &mut self.report;
+        report.energy_residual = report.energy_residual.max(c.energy_residual.abs());
+        report.energy_turnover = report.energy_turnover.max(held.abs()).max(c.work_applied.abs());
         Ok(channels)
     }
 
@@ -340,6 +344,15 @@ impl<R: Readings> Observer<R::Place, EventKind> for Recording<'_, R> {
         self.recorder.further(&self.further)?;
         self.recorder.event(&event)?;
         cycle.map_or(Ok(()), |cycle| self.recorder.cycle(&cycle))
+    }
+
+    fn grazed(&mut self, t: f64, _: &R::Place, guard: &'static str) {
+        let first = Grazing {
+            count: 0,
+            time: t,
+            guard,
+        };
+        self.report.grazing.get_or_insert(first).count += 1;
     }
 
     fn segment(&mut self, report: &SegmentReport<R::Place>) -> Result<(), ObserverError> {

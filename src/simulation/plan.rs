@@ -38,7 +38,7 @@ const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
 
 /// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
 /// hundred restarts.
-const CVODE_TIGHTENING: f64 = 1e-3;
+pub(super) const CVODE_TIGHTENING: f64 = 1e-3;
 
 /// The absolute tolerances of `cvode` on twists and their rates in slip where the fast mode is resolved, as a multiple of those
 /// of the other methods. A kick may be small against the twist that the friction torque causes, and it is the kick that
@@ -51,11 +51,11 @@ const STRIDE: f64 = 5.0;
 /// Of the natural period, for how long after its start a segment of `cvode` counts its guards as being on their allowed side. A
 /// multistep method begins with steps of 1e-11 s, after which the relative velocity of a breakaway is not yet
 /// above its rounding; a step of a one-step method is long past that.
-const SETTLING: f64 = 1e-7;
+pub(super) const SETTLING: f64 = 1e-7;
 
 /// Adams' method of `cvode`. With CVODE's own coefficient, 0.1, its iteration often ends after one round: that
 /// is an explicit method, whose stability holds order and step down.
-const CVODE_ADAMS: CvodeOptions = CvodeOptions {
+pub(super) const CVODE_ADAMS: CvodeOptions = CvodeOptions {
     convergence: Some(0.01),
     ..CvodeOptions::ADAMS
 };
@@ -75,13 +75,18 @@ pub(crate) struct Plan {
     fixed_step: Option<f64>,
     /// T_n, s.
     period: f64,
+    /// The largest coefficient of friction at the speeds of the run.
+    friction: f64,
 }
 
 impl Plan {
     pub fn new(parameters: &Parameters, largest_force: f64, options: &SolverOptions) -> Self {
         let model = TorsionModel::new(parameters);
         // What the friction torque twists a disk by, and the velocity of an oscillation of that amplitude.
-        let friction = parameters.friction.law.typical_coefficient();
+        let friction = parameters
+            .friction
+            .law
+            .typical_coefficient(parameters.initial.speed.abs());
         let twist = friction * parameters.contact.radius * largest_force / parameters.torsion.stiffness;
         let twist = if twist > 0.0 { twist } else { 1e-6 };
         let speed = twist * model.natural_angular_frequency();
@@ -94,6 +99,7 @@ impl Plan {
             max_step: options.max_step,
             fixed_step: options.fixed_step,
             period: model.natural_period(),
+            friction,
         }
     }
 
@@ -139,7 +145,7 @@ impl Plan {
         const ORDER: i32 = 5;
         let law = &model.friction.law;
         let inertia = model.torsion.rigid_inertia();
-        let largest = law.typical_coefficient();
+        let largest = self.friction;
         let slowing = largest * model.contact.radius * largest_force / inertia;
         let stride = slowing * STRIDE * self.period / TAU;
         let tolerated = 0.5 * largest * (CVODE_TIGHTENING * self.rtol).max(SMALLEST_RESOLVED);

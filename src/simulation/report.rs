@@ -15,6 +15,18 @@ pub struct Progress {
     pub events: usize,
 }
 
+/// Guards that came as near to their boundaries as the solver could tell, and turned: whether the contact changes there is not
+/// decided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grazing {
+    /// How often.
+    pub count: usize,
+    /// The first time, s.
+    pub time: f64,
+    /// What came so near.
+    pub guard: &'static str,
+}
+
 /// What is left of a run in memory: everything else went to the recorder.
 #[derive(Debug, Clone, Default)]
 pub struct RunReport {
@@ -30,8 +42,13 @@ pub struct RunReport {
     pub work: Vec<SolverWork>,
     /// Largest |residual| of the energy balance at samples and events, J.
     pub energy_residual: f64,
+    /// The energy turned over: the largest of what the system holds and has dissipated together, and of the drives' work, at
+    /// samples and events, J.
+    pub energy_turnover: f64,
     /// Total energy at the start, J.
     pub initial_energy: f64,
+    /// Grazing that was not decided.
+    pub grazing: Option<Grazing>,
     /// Kicks of the case that the run did not come to.
     pub kicks_never_given: usize,
     /// Of these, kicks set at an instability that did not come.

@@ -599,7 +599,7 @@ impl Rules<Brake> for BrakeRules {
         )
     }
 
-    fn solver(&self, location: &Location) -> ChosenSolver {
+    fn solver(&self, location: &Location, _: f64, _: &[f64]) -> ChosenSolver {
         self.plan.solver(location)
     }
 

@@ -3,6 +3,7 @@
 use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
 use super::summary::{Outcome, TrainSummary};
 use crate::analysis::headline::HeadlineRow;
+use crate::analysis::summary::{TURNOVER, residual_row};
 use crate::case::{Motion, TrainCase};
 use crate::record::{CycleStatistics, Event};
 use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
@@ -109,7 +110,8 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
             format!("each fall of |relative velocity| below {threshold:e} {speed}: the contact has no stick"),
         );
     }
-    row("energy residual", format!("{:.1e} J", summary.energy_residual));
+    let relative = summary.energy_residual_relative();
+    row("energy residual", residual_row(summary.energy_residual, relative));
     rows
 }
 
@@ -185,6 +187,8 @@ fn summary_of(
         stick_threshold: case.threshold,
         outcome,
         energy_residual: table.map_or(f64::NAN, |table| table.energy_residual_max),
+        energy_turnover: extra(TURNOVER).unwrap_or(f64::NAN),
+        grazing: None,
         kicks_never_given: 0,
         interrupted: *file.status() == Status::Interrupted,
         work: Vec::new(),

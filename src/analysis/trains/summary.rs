@@ -1,12 +1,12 @@
 //! The headline of a run of two trains.
 
 use super::Attractor;
-use crate::analysis::summary::{SolverWorkRow, extra};
+use crate::analysis::summary::{SolverWorkRow, extra, share_of, turnover};
 use crate::case::Motion;
 use crate::model::Mode;
 use crate::record::CycleStatistics;
 use crate::results::StickSlipTable;
-use crate::simulation::RunReport;
+use crate::simulation::{Grazing, RunReport};
 use serde::Serialize;
 
 /// What a motion comes to.
@@ -54,6 +54,11 @@ pub struct TrainSummary {
     pub outcome: Outcome,
     /// Largest |residual| of the energy balance, J.
     pub energy_residual: f64,
+    /// Energy turned over in the run, J; NaN of a file of an earlier version.
+    pub energy_turnover: f64,
+    /// Grazing that was not decided; of a file `None`.
+    #[serde(skip)]
+    pub grazing: Option<Grazing>,
     /// Kicks of the case that the run did not come to.
     pub kicks_never_given: usize,
     /// By the user, before the end of the case.
@@ -96,12 +101,19 @@ impl TrainSummary {
             stick_threshold: threshold,
             outcome,
             energy_residual: report.energy_residual,
+            energy_turnover: report.energy_turnover,
+            grazing: report.grazing,
             kicks_never_given: report.kicks_never_given,
             interrupted: report.interrupted,
             work: report.work.iter().map(SolverWorkRow::from).collect(),
             last_event_time,
             stick_slip,
         }
+    }
+
+    /// The residual of the energy balance over the energy turned over; `None` where that is not known.
+    pub fn energy_residual_relative(&self) -> Option<f64> {
+        (!self.energy_turnover.is_nan()).then(|| share_of(self.energy_residual, self.energy_turnover))
     }
 
     /// The attractor, if the motion has come to one.
@@ -134,6 +146,7 @@ impl TrainSummary {
             e_folds_gained: f64::NAN,
             energy_residual_max: self.energy_residual,
             extras: vec![
+                turnover(self.energy_turnover),
                 of(
                     attractor.map(|a| a.period),
                     "attractor_period",

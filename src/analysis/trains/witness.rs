@@ -1,6 +1,7 @@
 //! A second method beside a run of two trains: whether it finds the same events.
 
 use super::TrainSummary;
+use crate::analysis::warning::{BalanceRemedy, grazing, open_balance};
 use crate::analysis::witness::Testimony;
 use crate::case::TrainCase;
 use crate::hybrid::{RunError, SolverKind};
@@ -41,9 +42,13 @@ pub struct TrainWitness {
     pub statement: String,
 }
 
-/// What a reader of a run has to know.
-pub fn warnings(summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
+/// What a reader of a run with these settings has to know.
+pub fn warnings(solver: &SolverOptions, summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
     let mut found = Vec::new();
+    let remedy = || BalanceRemedy::Tolerances(solver.clone());
+    let open = open_balance(summary.energy_residual, summary.energy_turnover, remedy);
+    let undecided = grazing(summary.grazing, solver);
+    found.extend(open.into_iter().chain(undecided).map(|warning| warning.to_string()));
     if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
         found.push(witness.statement.clone());
     }

@@ -31,7 +31,10 @@ impl Physics {
     pub fn new(parameters: &Parameters) -> Physics {
         let torsion = TorsionModel::new(parameters);
         let axial = parameters.axial_motion();
-        let friction = parameters.friction.law.typical_coefficient();
+        let friction = parameters
+            .friction
+            .law
+            .typical_coefficient(parameters.initial.speed.abs());
         Physics {
             twist: friction * parameters.contact.radius * axial.force.largest() / parameters.torsion.stiffness,
             natural_period: torsion.natural_period(),

@@ -201,7 +201,7 @@ impl TrainPhysics {
             },
             Channel::NormalForce => self.largest_force(),
             Channel::FrictionTorque | Channel::TransmittedTorque => {
-                let mu = system.breakaway.max(system.law.typical_coefficient());
+                let mu = system.breakaway.max(system.law.typical_coefficient(self.speed()));
                 mu * system.radius * self.largest_force()
             }
             Channel::Z | Channel::ZDot | Channel::NormalImpulse | Channel::FrictionImpulse => 1.0,

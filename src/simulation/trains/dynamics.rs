@@ -43,18 +43,17 @@ pub struct TrainDynamics {
     rates: Rates,
 }
 
-/// How fast the trains move by themselves, 1/s, from the eigenvalues of their modes under the largest force.
+/// How fast the trains move by themselves, from the eigenvalues of their modes under the largest force.
 #[derive(Debug, Clone, Copy, Default)]
 struct Rates {
-    /// The largest magnitude.
+    /// The largest magnitude in any mode, 1/s.
     fastest: f64,
-    /// The smallest that is not zero.
-    slowest: f64,
-    /// The fastest damping over the slowest magnitude, of any mode.
+    /// The fastest damping over the slowest motion, of the mode in which friction slides.
     stiffness: f64,
 }
 
-/// Eigenvalues below this share of the largest are taken for zero.
+/// Eigenvalues below this share of the largest are taken for zero. The mode in which friction slides has no zero that is
+/// defective, so that rounding leaves some 1e-16 of the largest; the double zero of a stick would leave 1e-8.
 const STANDING: f64 = 1e-9;
 
 impl Rates {
@@ -75,17 +74,12 @@ impl Rates {
             let n = system.mechanical();
             let eigenvalues = jacobian.view((0, 0), (n, n)).into_owned().complex_eigenvalues();
             let fastest = eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max);
-            let moving = || eigenvalues.iter().filter(|value| value.norm() > STANDING * fastest);
-            let slowest = moving().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
-            let damping = moving().map(|value| -value.re).fold(0.0, f64::max);
             rates.fastest = rates.fastest.max(fastest);
-            if slowest.is_finite() {
-                rates.slowest = if rates.slowest > 0.0 {
-                    rates.slowest.min(slowest)
-                } else {
-                    slowest
-                };
-                rates.stiffness = rates.stiffness.max(damping / slowest);
+            if matches!(mode, Mode::SlipForward | Mode::Engaged) {
+                let moving = || eigenvalues.iter().filter(|value| value.norm() > STANDING * fastest);
+                let slowest = moving().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
+                let damping = moving().map(|value| -value.re).fold(0.0, f64::max);
+                rates.stiffness = damping / slowest;
             }
         }
         rates
@@ -128,6 +122,13 @@ pub(super) const VELOCITY_NOISE: f64 = 64.0 * f64::EPSILON;
 
 /// What counts as zero of a torque in stick, as a share of the largest breakaway torque.
 const TORQUE_NOISE: f64 = 8.0 * f64::EPSILON;
+/// A step changes the sliding speed by no more than this share of the scale on which friction changes there.
+const FOLLOWED: f64 = 1.0;
+
+/// How far ahead the relative acceleration is looked at for its rate, and the shortest step that is asked for, as shares of the
+/// unit of time.
+const AHEAD: f64 = 1e-6;
+const SHORTEST_REACH: f64 = 1e-7;
 
 /// What a guard of the trains is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,14 +185,7 @@ impl TrainDynamics {
         self.rates.fastest
     }
 
-    /// The magnitude of the slowest that is not zero, or else the frequency of the signals, or 1, 1/s.
-    pub(super) fn slowest_rate(&self) -> f64 {
-        let signals = self.excitation.fastest(0);
-        let rates = [self.rates.slowest, signals, 1.0];
-        rates.into_iter().find(|&rate| rate > 0.0).unwrap_or(1.0)
-    }
-
-    /// The fastest damping over the slowest motion of any mode.
+    /// The fastest damping over the slowest motion, where friction slides.
     pub(super) fn stiffness(&self) -> f64 {
         self.rates.stiffness
     }
@@ -316,6 +310,33 @@ impl Dynamics for TrainDynamics {
                 Watched::Forward | Watched::Backward => 1.0,
             };
         }
+    }
+
+    fn reach(&self, location: &TrainLocation, t: f64, y: &[f64]) -> f64 {
+        if matches!(location.mode, Mode::Stick | Mode::Separated) {
+            return f64::INFINITY;
+        }
+        let (system, unit) = (&self.system, self.unit(location.stretch));
+        let x = system.relative_velocity(&self.outside(location, t), y).abs();
+        let change = system.law_in(location.piece).followed_fall(x, FOLLOWED);
+        if !change.is_finite() {
+            return f64::INFINITY;
+        }
+        let acceleration = |t: f64, y: &[f64]| {
+            let outside = self.outside(location, t);
+            system.relative_acceleration(location.mode, location.sign(), location.piece, &outside, y)
+        };
+        let ahead = AHEAD * unit;
+        let mut moved = vec![0.0; system.dimension];
+        self.rhs(location, t, y, &mut moved);
+        for (moved, y) in moved.iter_mut().zip(y) {
+            *moved = y + ahead * *moved;
+        }
+        let (rate, later) = (acceleration(t, y).abs(), acceleration(t + ahead, &moved).abs());
+        let jerk = (later - rate).abs() / ahead;
+        // rate h + jerk h^2/2 = change, by the form that does not cancel.
+        let reach = 2.0 * change / (rate + (rate * rate + 2.0 * jerk * change).sqrt());
+        reach.max(SHORTEST_REACH * unit)
     }
 
     fn describe(&self, location: &TrainLocation) -> String {

@@ -4,10 +4,11 @@ use super::dynamics::{TrainDynamics, TrainLocation};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::Mode;
-use crate::model::trains::system::{Driving, Engagement, Outside, Side};
+use crate::model::trains::system::{ANGLE, Driving, Engagement, Outside};
 use crate::model::trains::{End, Trains};
 use crate::simulation::options::{Method, SolverOptions};
-use crate::sundials::{EsdirkTable, Tolerances};
+use crate::simulation::plan::{CVODE_ADAMS, CVODE_TIGHTENING, SETTLING};
+use crate::sundials::{CvodeOptions, EsdirkTable, Tolerances};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -27,6 +28,9 @@ const SERIES_TOLERANCE: f64 = 1e-17;
 /// Absolute tolerances are this share of the size of a quantity.
 const ABSOLUTE_SHARE: f64 = 0.1;
 
+/// A size is no less than this share of that over the whole case: where a segment begins at rest without a force.
+const LEAST_SIZE: f64 = 1e-9;
+
 /// Where a mode is damped this much faster than the slowest one moves, explicit steps would be held short by a motion that is
 /// over.
 const STIFF: f64 = 1e5;
@@ -40,8 +44,8 @@ pub(super) struct TrainPlan {
     dynamics: Arc<TrainDynamics>,
     method: Method,
     rtol: f64,
-    /// The size of every component of the state.
-    scale: Vec<f64>,
+    /// The size of every component of the state over the whole case, by its largest signals and its start.
+    sizes: Vec<f64>,
     /// What the case sets as its absolute tolerance.
     absolute: Vec<Option<f64>>,
     max_step: Option<f64>,
@@ -76,65 +80,79 @@ fn largest(trains: &Trains, rotor: bool) -> Driving {
     }
 }
 
+/// The size of every component of the state in a motion that is at `y` under `outside`: what friction and the torques twist a
+/// shaft by, or its present motion; zero where nothing acts and nothing moves. Nothing that comes later enters, nor any
+/// bound of the friction law beyond the present sliding speed: a size that is too small costs steps, one that is too large
+/// costs digits.
+fn sizes(dynamics: &TrainDynamics, stretch: usize, outside: &Outside, y: &[f64]) -> Vec<f64> {
+    let system = &dynamics.system;
+    let unit = dynamics.unit(stretch);
+    let sliding = system.relative_velocity(outside, y).abs();
+    let friction = system.breakaway.max(system.law.typical_coefficient(sliding));
+    let torque = friction * system.radius * outside.normal_force.max(0.0)
+        + outside.rotor.torque.abs()
+        + outside.stator.torque.abs();
+    let speed = system.relative_velocity_terms(outside, y);
+    let mut size = vec![0.0; system.dimension];
+    let (mut angle, mut energy) = (speed * unit, torque * speed * unit);
+    for side in [&system.rotor, &system.stator] {
+        for i in 0..side.shafts() {
+            let at = side.twists + 2 * i;
+            let natural = (side.stiffness[i] / side.inertia[i]).sqrt();
+            let twist = (torque / side.stiffness[i])
+                .max(y[at].abs())
+                .max(y[at + 1].abs() / natural);
+            (size[at], size[at + 1]) = (twist, twist * natural);
+            angle = angle.max(twist);
+            energy = energy.max(side.stiffness[i] * twist * twist);
+        }
+        if let Some(index) = side.speed {
+            let inertia: f64 = side.inertia.iter().copied().fold(0.0, f64::max);
+            size[index] = speed.max(torque / inertia * unit);
+        }
+    }
+    if let Engagement::Bristles(stiffness, .., at) = system.engagement {
+        size[at] = friction / stiffness;
+    }
+    size[system.slip..].fill(energy);
+    size[system.slip] = angle;
+    if let Some(of_stator) = size.get_mut(system.slip + ANGLE) {
+        *of_stator = angle;
+    }
+    size
+}
+
 impl TrainPlan {
     pub fn new(trains: &Trains, dynamics: &Arc<TrainDynamics>, start: &[f64], options: &SolverOptions) -> TrainPlan {
         let system = &dynamics.system;
-        let law = &system.law;
-        let force = dynamics.excitation.largest_force();
         let outside = Outside {
             rotor: largest(trains, true),
             stator: largest(trains, false),
-            normal_force: force,
+            normal_force: dynamics.excitation.largest_force(),
         };
-        let friction = system.breakaway.max(law.typical_coefficient()) * system.radius * force;
-        let torque = friction + outside.rotor.torque + outside.stator.torque;
-        let initial = system.kinetic_energy(&Outside::default(), start) + system.elastic_energy(start);
-        let mut scale = vec![0.0; system.dimension];
+        let mut sizes = sizes(dynamics, dynamics.excitation.stretch(0.0), &outside, start);
+        for size in &mut sizes {
+            if !(*size > 0.0 && size.is_finite()) {
+                *size = 1.0;
+            }
+        }
         let mut absolute = vec![None; system.dimension];
-        let mut energy: f64 = initial;
-        let speed = outside.rotor.speed.max(outside.stator.speed);
-        let sides: [(&Side, f64); 2] = [
-            (&system.rotor, outside.rotor.speed),
-            (&system.stator, outside.stator.speed),
-        ];
-        for (side, speed) in sides {
-            let inertia: f64 = side.inertia.iter().copied().fold(0.0, f64::max);
+        for side in [&system.rotor, &system.stator] {
             for i in 0..side.shafts() {
                 let at = side.twists + 2 * i;
-                let natural = (side.stiffness[i] / side.inertia[i]).sqrt();
-                let twist = (torque / side.stiffness[i])
-                    .max(start[at].abs())
-                    .max(start[at + 1].abs() / natural);
-                scale[at] = twist;
-                scale[at + 1] = twist * natural;
                 (absolute[at], absolute[at + 1]) = (options.atol_twist, options.atol_rate);
-                energy = energy.max(side.stiffness[i] * twist * twist);
             }
             if let Some(index) = side.speed {
                 absolute[index] = options.atol_speed;
-                let own = dynamics.slowest_rate();
-                scale[index] = start[index].abs().max(speed).max(torque / (inertia * own));
-                energy = energy.max(inertia * scale[index].powi(2));
             }
         }
-        energy = energy.max(torque * speed / dynamics.slowest_rate());
-        let fallback = |value: f64| if value > 0.0 && value.is_finite() { value } else { 1.0 };
-        for value in &mut scale {
-            *value = fallback(*value);
-        }
-        if let Engagement::Bristles(stiffness, .., at) = system.engagement {
-            scale[at] = law.typical_coefficient() / stiffness;
-        }
-        for (k, value) in scale[system.slip..].iter_mut().enumerate() {
-            *value = if k == 0 { 1.0 } else { fallback(energy) };
-        }
-        let slopes = law.slope_bounds(0.0, f64::INFINITY);
+        let slopes = system.law.slope_bounds(0.0, f64::INFINITY);
         let fastest = dynamics.fastest_rate();
         TrainPlan {
             dynamics: dynamics.clone(),
             method: options.method,
             rtol: options.rtol,
-            scale,
+            sizes,
             absolute,
             max_step: options.max_step,
             fixed_step: options.fixed_step,
@@ -144,9 +162,9 @@ impl TrainPlan {
         }
     }
 
-    /// The size of every component of the state.
+    /// The size of every component of the state over the whole case.
     pub fn sizes(&self) -> &[f64] {
-        &self.scale
+        &self.sizes
     }
 
     /// Whether `auto` takes a location by its series: it is linear.
@@ -158,7 +176,20 @@ impl TrainPlan {
         }
     }
 
-    pub fn solver(&self, location: &TrainLocation) -> ChosenSolver {
+    /// CVODE, which begins a slip with steps far below the time that a breakaway takes to rise above rounding. A stick may begin
+    /// beyond its limit, where the normal force has jumped, and ends at once.
+    fn multistep(&self, options: CvodeOptions, mode: Mode) -> SolverKind {
+        let settling = match mode {
+            Mode::SlipForward | Mode::SlipBackward => SETTLING * self.period,
+            _ => 0.0,
+        };
+        SolverKind::Cvode { options, settling }
+    }
+
+    /// For a segment that begins at `t` (s) with the state `y`.
+    pub fn solver(&self, location: &TrainLocation, t: f64, y: &[f64]) -> ChosenSolver {
+        // Of `cvode`: a contact without stick is stiff at rest, below what counts as stiff for the steps of order 8.
+        let implicit = self.stiff || location.mode == Mode::Engaged;
         let esdirk = SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45);
         let kind = match self.method {
             Method::Series => SolverKind::Series,
@@ -167,26 +198,33 @@ impl TrainPlan {
             Method::Auto | Method::Erk => SolverKind::Erk(Method::BEST_PAIR),
             Method::ErkPair(table) => SolverKind::Erk(table),
             Method::Esdirk => esdirk,
-            Method::CvodeAdams => SolverKind::CvodeAdams,
-            Method::Cvode | Method::CvodeBdf => SolverKind::CvodeBdf { max_order: 5 },
+            Method::CvodeAdams => self.multistep(CvodeOptions::ADAMS, location.mode),
+            Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
+            Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),
             Method::Paper => unreachable!("a case of trains does not have the paper's procedure"),
         };
         let relative = match kind {
             SolverKind::Series => SERIES_TOLERANCE,
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
+            _ if self.method == Method::Cvode => {
+                (CVODE_TIGHTENING * self.rtol).max(if implicit { SMALLEST_IMPLICIT } else { SMALLEST })
+            }
             _ => (TIGHTENING * self.rtol).max(SMALLEST_IMPLICIT),
         };
         let fixed_step = self.fixed_step.filter(|_| matches!(kind, SolverKind::Erk(_)));
         let fastest = self.dynamics.excitation.fastest(location.stretch);
         let of_signals = (fastest > 0.0 && kind != SolverKind::Series).then(|| TAU / fastest / STEPS_PER_PERIOD);
+        let present = sizes(&self.dynamics, location.stretch, &self.dynamics.outside(location, t), y);
+        let present = present
+            .iter()
+            .zip(&self.sizes)
+            .map(|(size, most)| size.max(LEAST_SIZE * most));
         let longest = of_signals.into_iter().chain(self.max_step).reduce(f64::min);
         ChosenSolver {
             kind,
             tolerances: Tolerances {
                 relative,
-                absolute: self
-                    .scale
-                    .iter()
+                absolute: present
                     .zip(&self.absolute)
                     .map(|(size, set)| set.unwrap_or(ABSOLUTE_SHARE * relative * size))
                     .collect(),

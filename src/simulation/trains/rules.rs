@@ -400,8 +400,8 @@ impl Rules<TrainDynamics> for TrainRules {
         })
     }
 
-    fn solver(&self, location: &TrainLocation) -> ChosenSolver {
-        self.plan.solver(location)
+    fn solver(&self, location: &TrainLocation, t: f64, y: &[f64]) -> ChosenSolver {
+        self.plan.solver(location, t, y)
     }
 
     fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<TrainLocation>>> {
