@@ -5,7 +5,7 @@ use crate::analysis::summary::SolverWorkRow;
 use crate::analysis::{Headline, HeadlineRow, Summary};
 use crate::case::Case;
 use crate::simulation::{OutputOptions, SolverOptions};
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Width, presets};
 
 /// A table in the program's style.
 pub(super) fn table(header: &[&str]) -> Table {
@@ -35,6 +35,9 @@ pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = u
         }
     }
 }
+
+/// Columns of a value beside the paper's.
+const VALUE: u16 = 36;
 
 /// Columns of the longest bar of a histogram.
 const BAR: usize = 40;
@@ -90,6 +93,10 @@ pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wal
         } else {
             report.add_row([name, &value]);
         }
+    }
+    if let (true, Some(values)) = (beside_paper, report.column_mut(1)) {
+        // The kinds of events go on below, so that the paper's numbers stay near.
+        values.set_constraint(ColumnConstraint::UpperBoundary(Width::Fixed(VALUE)));
     }
     with_work(
         &case.title,

@@ -22,18 +22,33 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
 /// Of the operating system; nothing is left of the file then.
 #[cfg(feature = "plot")]
 pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
+    temporary_in(&folder_of(path), parts)?.persist(path)?;
+    Ok(())
+}
+
+/// Whether [`write_whole`] can make a file in this folder, by one that is removed again: permissions say too little of network
+/// drives, and nothing of a full disk.
+///
+/// # Errors
+/// Of the operating system.
+#[cfg(feature = "plot")]
+pub(crate) fn try_folder(folder: &Path) -> io::Result<()> {
+    temporary_in(folder, &[b"stickslip"]).map(drop)
+}
+
+#[cfg(feature = "plot")]
+fn temporary_in(folder: &Path, parts: &[&[u8]]) -> io::Result<tempfile::NamedTempFile> {
     use std::io::Write;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".stickslip-");
     // As for any file that a program makes, and not for its owner alone; the umask takes from it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder_of(path))?;
+    let mut file = builder.tempfile_in(folder)?;
     for part in parts {
         file.write_all(part)?;
     }
-    file.persist(path)?;
-    Ok(())
+    Ok(file)
 }
 
 /// Whether a file begins as HDF5 does. (One named so without a signature is a damaged one, not a case.)
@@ -164,9 +179,13 @@ impl WriteLock {
             // Between opening and locking, the run before may have removed the file: then this lock
             // is on nothing.
             if is_at(&file, &path) {
-                // A count of an earlier run, which was killed, is not ours.
-                let _ = file.set_len(0);
-                return Ok(WriteLock { path, file, count: 0 });
+                let mut lock = WriteLock { path, file, count: 0 };
+                // A count of an earlier run, which was killed, is not ours. A full disk has no room for one.
+                let zero = lock.file.set_len(0).and_then(|()| lock.write_count());
+                return match zero {
+                    Ok(()) => Ok(lock),
+                    Err(error) => Err(ResultError::io(partial, "creating the file", error)),
+                };
             }
         }
     }
@@ -175,13 +194,15 @@ impl WriteLock {
 impl WriteLock {
     /// Says that a flush begins, or ends: until then what is in the file does not fit together ([`flushes`]).
     pub(super) fn count_flush(&mut self) {
-        use std::io::{Seek, Write};
         self.count += 1;
         // On a full disk readers are left to try their luck.
-        let _ = self
-            .file
-            .rewind()
-            .and_then(|()| self.file.write_all(&self.count.to_le_bytes()));
+        let _ = self.write_count();
+    }
+
+    fn write_count(&mut self) -> io::Result<()> {
+        use std::io::{Seek, Write};
+        self.file.rewind()?;
+        self.file.write_all(&self.count.to_le_bytes())
     }
 
     /// A hidden name in the same folder that belongs to whoever holds the lock.

@@ -12,8 +12,8 @@ use crate::case::{Form, Motion, Setting};
 use crate::provenance;
 use crate::results::schema::{META_MOTION, META_POINT_COMMAND};
 use crate::results::{
-    EventForm, MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
-    SweepVariable, SweepWriter,
+    EventForm, MetaValue, Overwrite, Reservation, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan,
+    SweepRow, SweepVariable, SweepWriter,
 };
 use std::path::{Path, PathBuf};
 
@@ -104,7 +104,7 @@ pub(super) fn write(
             shape: part.shape.clone(),
         }),
     };
-    let mut writer = SweepWriter::create(path, overwrite, &study.files, &header(study), &plan)?;
+    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header(study), &plan)?;
     let (mut done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
     for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {
