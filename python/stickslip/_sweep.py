@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
-from ._case import CaseLike, Overrides, is_hdf5, settings, source, toml
+from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings, source, toml
+from ._command import command
 from ._errors import FileError, InputError
-from ._run import PathLike, command
 
 if TYPE_CHECKING:
     import xarray
@@ -102,6 +102,7 @@ def sweep(
     jobs: int | None = None,
     output: PathLike | None = None,
     replace: bool = False,
+    resume: bool = False,
 ) -> xarray.Dataset:
     """Runs a study, and returns its points as a dataset with the axes as coordinates.
 
@@ -116,10 +117,18 @@ def sweep(
     :param sample: of axes, ``{"method": "sobol", "count": 64, "seed": 1}`` for points that are no grid.
     :param jobs: threads; one for each processor without it.
     :param output: the sweep file, which :func:`open` opens again; without it none is kept.
+    :param replace: replace any file there, and start anew.
+    :param resume: go on with what an interrupted sweep into ``output`` has left; with nothing there it begins.
+    :raises KeyboardInterrupt: Ctrl-C; with an ``output`` the points that are done are kept for ``resume=True``.
     :raises InputError: a study that is none.
     :raises RunError: all points failed.
     """
     import xarray  # noqa: F401  (said before anything is computed)
+
+    if resume and output is None:
+        raise InputError("resume=True goes on with the file of an interrupted sweep: name it with output=")
+    if resume and replace:
+        raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
 
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder = Path(name)
@@ -146,6 +155,8 @@ def sweep(
             arguments.append(f"--jobs={jobs}")
         if replace:
             arguments.append("--force")
+        if resume:
+            arguments.append("--resume")
         known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
         if output is None:
             known_as[os.fspath(file)] = "the sweep (keep it with output=)"

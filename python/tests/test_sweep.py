@@ -57,3 +57,27 @@ def test_property_wrong_studies(tmp_path):
         stickslip.sweep("no-such-study")
     with pytest.raises(stickslip.InputError):
         stickslip.sweep("critical-curve", "paper")
+
+
+def test_property_resume_begins_where_there_is_nothing(tmp_path):
+    axes, short = {"torsion.damping": [10, 20]}, {"output.end_time": 0.01}
+    with pytest.raises(stickslip.InputError, match="name it with output="):
+        stickslip.sweep(axes, "paper", short, resume=True)
+    with pytest.raises(stickslip.InputError, match="leave one of them out"):
+        stickslip.sweep(axes, "paper", short, output=tmp_path / "a.h5", resume=True, replace=True)
+    stickslip.sweep(axes, "paper", short, output=tmp_path / "a.h5", resume=True)
+
+
+def test_property_messages_name_the_arguments(paper, tmp_path):
+    with pytest.raises(stickslip.InputError, match='overrides\\["friction.deacy"\\]'):
+        stickslip.modes("paper", {"friction.deacy": 4})
+    foreign = tmp_path / "mine.h5"
+    foreign.write_text("mine")
+    with pytest.raises(stickslip.InputError, match="choose another name with output, or replace it with replace=True"):
+        stickslip.sweep({"torsion.damping": [10, 20]}, "paper", {"output.end_time": 0.01}, output=foreign)
+    with pytest.raises(stickslip.InputError, match='units={"relative_velocity": "furlong"}'):
+        stickslip.compare(paper, time=[1.0, 2.0], relative_velocity=[1.0, 2.0], units={"relative_velocity": "furlong"})
+    with pytest.raises(stickslip.InputError, match="^require "):
+        stickslip.compare(paper, paper, require=["onset"])
+    with pytest.raises(stickslip.InputError, match="^digits=99"):
+        stickslip.certify(paper, digits=99)

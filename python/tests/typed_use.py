@@ -18,4 +18,5 @@ verdict: str = comparison.verdict
 opened = stickslip.open("paper.h5")
 if isinstance(opened, stickslip.Run):
     opened.events_table()
+stickslip.sweep("paper-decay", output="map.h5", resume=True)
 names: list[str] = [case.name for case in stickslip.cases()]
