@@ -79,7 +79,7 @@ impl Product {
     /// Of a file that is there and is not replaced.
     fn not_own(self) -> String {
         match self {
-            Product::Case => "there already".to_owned(),
+            Product::Case => "is there already".to_owned(),
             _ => format!("there already, and not a {} that this program made", self.name()),
         }
     }
