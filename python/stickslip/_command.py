@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from . import _native
 from ._errors import StickslipError
+
+Progress = Callable[[int, int], object]
+"""Called with what is done, of how much."""
 
 ARGUMENTS = {
     "-o": "output",
@@ -60,7 +63,7 @@ def in_python(text: str) -> str:
 
 
 def command(
-    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True
+    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True, progress: Progress | None = None
 ) -> tuple[str, str | None, list[str], str | None]:
     """A command of the program: its report, its JSON document, its messages, and why it fell short. The names of files are
     replaced in all of them, the options of the program in all but the document."""
@@ -71,7 +74,7 @@ def command(
         return text
 
     try:
-        text, document, messages, shortfall = _native.command(arguments, keeps)
+        text, document, messages, shortfall = _native.command(arguments, keeps, progress)
     except StickslipError as error:
         raise type(error)(in_python(named(str(error)))) from None
     return (

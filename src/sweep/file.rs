@@ -10,7 +10,7 @@ use super::shard::Part;
 use super::study::{Design, Study};
 use crate::case::{Form, Motion, Setting};
 use crate::provenance;
-use crate::results::schema::{META_MOTION, META_POINT_COMMAND};
+use crate::results::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW};
 use crate::results::{
     EventForm, MetaValue, Overwrite, Reservation, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan,
     SweepRow, SweepVariable, SweepWriter,
@@ -38,6 +38,9 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
     meta.extend(command_attribute(study));
     if let Form::Trains(motion) = study.form {
         meta.push((META_MOTION.to_owned(), MetaValue::Text(motion.name().to_owned())));
+    }
+    if !study.show.is_empty() {
+        meta.push((META_SHOW.to_owned(), MetaValue::Text(study.show.join(" "))));
     }
     SweepHeader {
         title: study.title.clone(),
