@@ -65,8 +65,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn save(figure: &Figure) -> Result<(), Box<dyn Error>> {
     let path = Path::new("docs/figures").join(format!("{}.svg", figure.name));
-    target::check(&path, Product::Figure, &[], false)?;
-    target::write(&path, Product::Figure, &[svg::svg(figure, COLUMN_WIDTH)?.as_bytes()])?;
+    target::check(&path, Product::Figure("-o"), &[], false)?;
+    target::write(
+        &path,
+        Product::Figure("-o"),
+        &[svg::svg(figure, COLUMN_WIDTH)?.as_bytes()],
+    )?;
     println!("{}", path.display());
     Ok(())
 }

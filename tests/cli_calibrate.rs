@@ -175,6 +175,27 @@ fn cli_no_file_is_replaced_that_is_not_the_programs_own() {
     assert_eq!(std::fs::read(folder.path("other.toml")).unwrap(), b"mine");
 }
 
+/// What keeps a file from being written is said before anything is run.
+#[test]
+fn regression_what_cannot_be_written_is_said_before_the_search() {
+    let folder = Folder::new();
+    folder.write("inertia.toml", QUICK);
+    // Of no other program is such a folder, and it is in the way of the lock.
+    std::fs::create_dir(folder.path(".inertia.partial.h5.lock")).unwrap();
+    let text = refusal(&mut folder.stickslip(&["calibrate", "inertia.toml"]));
+    assert!(text.contains(".inertia.partial.h5.lock"), "{text}");
+    if cfg!(target_os = "linux") {
+        // There nobody makes a file.
+        let arguments = ["calibrate", "inertia.toml", "-o", "x.h5", "--case", "/proc/x.toml"];
+        let (_, text) = output(&mut folder.stickslip(&arguments), 1);
+        assert!(
+            text.contains("/proc/x.toml") && text.contains("another with --case"),
+            "{text}"
+        );
+    }
+    assert_eq!(folder.names(), [".inertia.partial.h5.lock", "inertia.toml"]);
+}
+
 #[test]
 fn cli_targets_out_of_reach_of_all_fail_with_the_nearest() {
     let folder = Folder::new();

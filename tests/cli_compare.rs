@@ -281,6 +281,21 @@ fn cli_requirements_are_not_met_by_what_is_not_covered() {
     half("final_stick<1", 1);
 }
 
+/// A pipe, whose other end nobody opens, is not waited for.
+#[cfg(unix)]
+#[test]
+fn regression_a_report_waits_for_no_pipe() {
+    let folder = Folder::new();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("report.md"))
+        .status();
+    assert!(made.unwrap().success());
+    let arguments = ["compare", "none.h5", "none.csv", "--report", "report.md"];
+    let refused = refusal(&mut folder.stickslip(&arguments));
+    assert!(refused.contains("not a report that this program made"), "{refused}");
+    assert!(refused.contains("another name with --report"), "{refused}");
+}
+
 #[test]
 fn cli_reports_are_written_and_nothing_else_is_replaced() {
     let folder = with_reference();

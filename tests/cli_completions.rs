@@ -186,6 +186,10 @@ fn pages() -> Result<(), Failed> {
     assert!(expected.iter().all(|name| stdout.contains(name)), "{stdout}");
     // Again, over them.
     output(&mut folder.stickslip(&["man", "share/man/man1", "-q"]), 0);
+    // A page that cannot be written is named.
+    std::fs::create_dir_all(folder.path("half/stickslip-run.1")).unwrap();
+    let (_, stderr) = output(&mut folder.stickslip(&["man", "half"]), 1);
+    assert!(stderr.contains("half/stickslip-run.1: the manual pages"), "{stderr}");
     // A folder that cannot be made, as there is a file of its name.
     folder.write("taken", "");
     let (_, stderr) = output(&mut folder.stickslip(&["man", "taken"]), 1);

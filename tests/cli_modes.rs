@@ -167,6 +167,8 @@ fn cli_modes_of_trains() {
     assert!(clutch.contains("not steady"), "{clutch}");
     let refused = refusal(&mut folder.stickslip(&["modes", "clutch", "--figure", "modes.svg"]));
     assert!(refused.contains("--figure"), "{refused}");
+    let refused = refusal(&mut folder.stickslip(&["modes", "paper", "--figure", "nowhere/modes.svg"]));
+    assert!(refused.contains("another with --figure"), "{refused}");
     assert_eq!(folder.names(), [""; 0]);
 }
 

@@ -304,6 +304,7 @@ fn cli_more_axes_are_panels_or_held() {
             &["no point has torsion.damping=21", "18"],
         ),
         (&["--at", "torsion.damping"], &["AXIS=VALUE"]),
+        (&["--at", "torsion.damping=inf"], &["no point has torsion.damping=inf"]),
         (
             &["--axes", "friction.decay", "nonsense"],
             &["no axis \"nonsense\"", "torsion.damping"],
@@ -544,4 +545,30 @@ fn cli_case_lists_studies_and_prints_them() {
         let (text, _) = output(&mut folder.stickslip(&["case", name]), 0);
         assert!(text.contains("title ="), "{name}: {text}");
     }
+}
+
+/// Without --quantity a figure is of what the study asks for.
+#[test]
+fn cli_the_default_quantity_is_what_the_study_asks_for() {
+    let folder = Folder::new();
+    let small =
+        "case = \"paper\"\n[set]\noutput.end_time = 0.01\n[[axis]]\nkey = \"torsion.damping\"\nvalues = [10, 20]\n";
+    folder.write(
+        "map.toml",
+        format!("show = [\"growth_exponent\", \"onset_time\"]\n{small}"),
+    );
+    output(&mut folder.stickslip(&["sweep", "map.toml", "-q"]), 0);
+    let (stdout, _) = output(
+        &mut folder.stickslip(&["plot", "map.h5", "-o", "f", "--format", "svg", "--json"]),
+        0,
+    );
+    let document = json(&stdout);
+    assert_eq!(document["files"][0]["figure"], "curves-growth_exponent");
+    assert_eq!(document["files"][1]["figure"], "curves-onset_time");
+    folder.write("wrong.toml", format!("show = \"onset\"\n{small}"));
+    let refused = refusal(&mut folder.stickslip(&["sweep", "wrong.toml"]));
+    assert!(
+        refused.contains("wrong.toml:1: show: ") && refused.contains("onset_time"),
+        "{refused}"
+    );
 }

@@ -17,7 +17,9 @@ fn cli_run_without_a_case_is_the_paper_case() {
     assert_eq!(stderr, "");
     // Beside the paper's numbers, and with the name of the file at the end.
     for words in [
-        "48 sticks, 47 slips",
+        "100 (48 sticks, 47 slips,",
+        "1 kick, 1 corner,",
+        "3 changes of stability)",
         "6.975001",
         "6.989377",
         "paper.h5",

@@ -73,6 +73,10 @@ fn cli_a_study_is_a_file_a_table_a_document_and_a_figure() {
         "{table}"
     );
     // The file shows itself to whoever inspects it as what it is, and no other file is replaced.
+    // So is what is in the way of the lock.
+    std::fs::create_dir(folder.path(".locked.partial.h5.lock")).unwrap();
+    let said = refusal(&mut folder.stickslip(&["work-precision", "small.toml", "-o", "locked.h5"]));
+    assert!(said.contains(".locked.partial.h5.lock"), "{said}");
     let foreign = folder.write("foreign.h5", "mine");
     let said = refusal(&mut folder.stickslip(&["work-precision", "small.toml", "-o", "foreign.h5"]));
     assert!(said.contains("--force"), "{said}");

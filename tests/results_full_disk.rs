@@ -30,7 +30,7 @@ fn main() {
     if let Some(folder) = std::env::var_os(CLOSED) {
         return child_that_may_not_write(Path::new(&folder));
     }
-    let limited: [(&str, Test); 4] = [
+    let limited: [(&str, Test); 5] = [
         (
             "full_disk_is_an_error_that_keeps_what_was_saved",
             full_disk_is_an_error_that_keeps_what_was_saved,
@@ -42,6 +42,10 @@ fn main() {
         (
             "full_disk_by_a_limit_on_files_ends_a_run_with_an_error",
             full_disk_by_a_limit_on_files_ends_a_run_with_an_error,
+        ),
+        (
+            "full_disk_leaves_no_part_of_a_file_and_is_named",
+            full_disk_leaves_no_part_of_a_file_and_is_named,
         ),
         (
             "full_disk_is_noticed_before_the_run",
@@ -234,6 +238,64 @@ fn full_disk_is_noticed_before_the_run() -> Result<Completion, Failed> {
         .to_string();
     assert!(error.contains("the disk is full"), "{error}");
     assert!(!partial_path(&path).exists());
+    Ok(Completion::Completed)
+}
+
+/// Whatever a command writes there is whole or not there, and the message has the name that was given.
+fn full_disk_leaves_no_part_of_a_file_and_is_named() -> Result<Completion, Failed> {
+    let Some(disk) = SmallDisk::new("40k") else {
+        return missing(NO_MOUNT);
+    };
+    let place = disk.0.path().display().to_string();
+    let said = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+            .args(arguments)
+            .current_dir(std::env::temp_dir())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let text = said(&["man", &place]);
+    assert!(
+        text.contains(&format!("{place}/stickslip")) && text.contains("No space"),
+        "{text}"
+    );
+    for entry in std::fs::read_dir(disk.0.path()).unwrap() {
+        let page = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+        assert!(page.starts_with(".ie"), "{page}");
+    }
+    let elsewhere = tempfile::tempdir().unwrap();
+    let certified = elsewhere.path().join("belt.h5").display().to_string();
+    let made = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args([
+            "certify",
+            "belt-leine",
+            "--set",
+            "output.end_time=30",
+            "-q",
+            "-o",
+            &certified,
+        ])
+        .status();
+    assert!(made.unwrap().success());
+    let text = said(&["export", &certified, "--benchmark", "-o", &format!("{place}/bench")]);
+    assert!(text.contains(&format!("{place}/bench")), "{text}");
+    // Not a byte is left: this is said before the many runs of the search.
+    let mut filler = std::fs::File::create(disk.0.path().join("filler")).unwrap();
+    while std::io::Write::write_all(&mut filler, &[0; 4096]).is_ok() {}
+    let text = said(&[
+        "calibrate",
+        "paper-decay",
+        "--progress",
+        "never",
+        "-o",
+        &format!("{place}/x.h5"),
+    ]);
+    assert!(
+        text.contains("the disk is full") && text.contains("x.partial.h5"),
+        "{text}"
+    );
     Ok(Completion::Completed)
 }
 

@@ -4,7 +4,6 @@ use std::error::Error;
 use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{AnyCase, CaseSource, Override};
 use stickslip::cli::{End, capture};
@@ -124,7 +123,7 @@ fn property_a_kept_run_ends_when_it_is_told_to() -> Outcome {
 }
 
 fn captured(arguments: &[&str]) -> stickslip::cli::Captured {
-    capture(arguments.iter().map(OsString::from), Arc::new(AtomicBool::new(false)))
+    capture(arguments.iter().map(OsString::from), Arc::default())
 }
 
 /// Report and document of one call, nothing on the streams of the process.

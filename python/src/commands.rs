@@ -10,11 +10,16 @@ use stickslip::cli::{Captured, capture};
 type Outcome = (String, Option<String>, Vec<String>, Option<String>);
 
 /// Runs a command of the program. With `keeps` an error after its document is returned, not raised: it fell short of what was
-/// asked.
+/// asked. `progress` is called with what is done, of how much.
 #[pyfunction]
-#[pyo3(signature = (arguments, keeps=false))]
-pub fn command(py: Python<'_>, arguments: Vec<OsString>, keeps: bool) -> PyResult<Outcome> {
-    let captured = interruptible(py, |stop| capture(arguments, stop))?;
+#[pyo3(signature = (arguments, keeps=false, progress=None))]
+pub fn command(
+    py: Python<'_>,
+    arguments: Vec<OsString>,
+    keeps: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Outcome> {
+    let captured = interruptible(py, progress, |watch| capture(arguments, watch))?;
     let Captured {
         text,
         document,

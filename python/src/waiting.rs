@@ -5,9 +5,10 @@ use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
+use stickslip::cli::Watch;
 
 /// Signals are looked for so often.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -41,17 +42,33 @@ impl Signals {
     }
 }
 
-/// Computes in a thread of its own; a signal sets the flag, and is raised when the computation has ended.
-pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(Arc<AtomicBool>) -> T + Send) -> PyResult<T> {
-    let stop = Arc::new(AtomicBool::new(false));
+/// Computes in a thread of its own, and calls `progress` with what is done, of how much, as it changes. A signal, or an
+/// exception of `progress`, ends the computation in good order, and is raised then.
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(Arc<Watch>) -> T + Send,
+) -> PyResult<T> {
+    let watch = Arc::new(Watch::default());
+    let mut told = None;
+    let mut tell = |watch: &Watch| -> PyResult<()> {
+        let now = watch.progress();
+        match (&progress, now) {
+            (Some(progress), Some(numbers)) if now != told => {
+                told = now;
+                Python::attach(|py| progress.call1(py, numbers).map(drop))
+            }
+            _ => Ok(()),
+        }
+    };
     let waited = py.detach(|| {
         std::thread::scope(|scope| {
             let (sender, receiver) = channel();
-            let flag = stop.clone();
+            let shared = watch.clone();
             let spawned = std::thread::Builder::new()
                 .stack_size(STACK)
                 .spawn_scoped(scope, move || {
-                    let result = catch_unwind(AssertUnwindSafe(|| work(flag)));
+                    let result = catch_unwind(AssertUnwindSafe(|| work(shared)));
                     let _ = sender.send(result);
                 });
             if let Err(error) = spawned {
@@ -60,13 +77,17 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(Arc<AtomicBool>)
             let mut raised = None;
             loop {
                 match receiver.recv_timeout(INTERVAL) {
-                    Ok(result) => return (result.ok(), raised),
+                    Ok(result) => {
+                        let raised = raised.or_else(|| tell(&watch).err());
+                        return (result.ok(), raised);
+                    }
                     Err(RecvTimeoutError::Disconnected) => return (None, raised),
                     Err(RecvTimeoutError::Timeout) => {
                         if raised.is_none() {
-                            raised = Python::attach(|py| py.check_signals()).err();
+                            let signals = Python::attach(|py| py.check_signals());
+                            raised = signals.and_then(|()| tell(&watch)).err();
                             if raised.is_some() {
-                                stop.store(true, Ordering::Relaxed);
+                                watch.stop.store(true, Ordering::Relaxed);
                             }
                         }
                     }

@@ -14,7 +14,8 @@ from ._comparison import Comparison, compare
 from ._errors import CaseError, FileError, InputError, RunError, StickslipError, StickslipWarning
 from ._modes import Modes, modes
 from ._native import __version__
-from ._run import Run, open, run
+from ._open import open
+from ._run import Run, run
 from ._sweep import sweep
 
 __all__ = [

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple, Union
 from . import _native
 from ._errors import InputError
 
+PathLike = Union[str, "os.PathLike[str]"]
+
 CaseLike = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 """A built-in name, the path of a TOML file or of a result, a TOML text, or a nested mapping of its keys."""
 

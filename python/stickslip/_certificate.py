@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import math
 import os
@@ -14,10 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._case import CaseLike, Overrides
+from ._case import CaseLike, Overrides, PathLike
+from ._command import command
 from ._errors import FileError, InputError
-from ._run import PathLike, Run, command, run
-from ._run import open as open_file
+from ._open import open as open_file
+from ._run import Run, run
+
+MOST_ROWS = 20
+"""Of events in a notebook: the first half of them, and the last."""
 
 MOST_DIGITS = 16
 """That a double holds."""
@@ -55,7 +60,7 @@ class Certificate:
         certified = open_file(file)
         assert isinstance(certified, Run)
         # The file is there as long as anything that reads it.
-        certified._certificate = self
+        certified._owner = self
         self.run = certified
 
     @property
@@ -138,6 +143,26 @@ class Certificate:
         least = f", at least {self.digits} digits" if self.converged and len(events) else ""
         state = "converged" if self.converged else "not converged"
         return f"<Certificate: {len(events)} events, {state}{least}>"
+
+    def _repr_html_(self) -> str:
+        events = self.events
+        rows: list[str] = []
+        for number, event in enumerate(events):
+            if len(events) > MOST_ROWS and MOST_ROWS // 2 <= number < len(events) - MOST_ROWS // 2:
+                if number == MOST_ROWS // 2:
+                    rows.append(f"<tr><td colspan='5'>... {len(events) - MOST_ROWS} more ...</td></tr>")
+                continue
+            time = f"{float(event['time']):.16g}"
+            band = float(event["uncertainty"])
+            said = [event["kind"], time, "" if math.isnan(band) else f"{band:.1e}", event["digits"], event["verdict"]]
+            rows.append("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in said) + "</tr>")
+        heads = ("event", "time, s", "uncertainty, s", "digits", "verdict")
+        head = "".join(f"<th>{name}</th>" for name in heads)
+        doubts = [self.shortfall] if self.shortfall else []
+        doubts += [warning for warning in self.warnings if warning not in doubts]
+        said_more = "".join(f"<p>{html.escape(doubt)}</p>" for doubt in doubts)
+        table = f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{head}</tr>{''.join(rows)}</table>"
+        return f"{table}{said_more}<details><summary>report</summary><pre>{html.escape(str(self))}</pre></details>"
 
 
 def certify(

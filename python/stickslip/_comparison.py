@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
 import tempfile
@@ -13,8 +14,10 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._case import PathLike
+from ._command import command, in_python
 from ._errors import FileError, InputError
-from ._run import PathLike, Run, command
+from ._run import Run
 
 Events = Union[Mapping[str, ArrayLike], "np.ndarray[Any, Any]"]
 
@@ -56,6 +59,11 @@ class Comparison:
 
     def __repr__(self) -> str:
         return f"<Comparison: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        lines = [self.verdict, *self.shortfalls]
+        text = "".join(f"<p>{html.escape(in_python(line))}</p>" for line in lines)
+        return f"{text}<details open><summary>report</summary><pre>{html.escape(str(self))}</pre></details>"
 
 
 def _arrays(folder: Path, arrays: dict[str, ArrayLike], stem: str) -> Path:
@@ -179,5 +187,7 @@ def compare(
         for given, file in ((reference, against), (candidate, path)):
             if isinstance(given, (str, os.PathLike)):
                 known_as[os.path.abspath(file)] = os.fspath(given)
+        for channel, unit in (units or {}).items():
+            known_as[f"--column {channel}={channel}:{unit}"] = f"units={{{json.dumps(channel)}: {json.dumps(unit)}}}"
         text, document, _, _ = command(arguments, known_as)
         return Comparison(text, json.loads(document or "{}"))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ._case import CaseLike, Overrides, settings, source
-from ._run import command
+from ._command import command
 
 
 class Modes:

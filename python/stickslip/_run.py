@@ -9,22 +9,20 @@ import os
 import tempfile
 import warnings
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._case import CaseLike, Overrides, settings, source
-from ._errors import FileError, InputError, RunError, StickslipError, StickslipWarning
+from ._case import CaseLike, Overrides, PathLike, settings, source
+from ._errors import FileError, InputError, RunError, StickslipWarning
 
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-PathLike = Union[str, "os.PathLike[str]"]
 
 SCALES = ("rung", "stretch", "parameter")
 """Of groups with more than one dimension (docs/result-file.md), the columns that begin the next."""
@@ -111,8 +109,10 @@ class Run:
         self._identity: tuple[int, ...] | None = None
         # The case that repeats the run, where the native one has been thinned.
         self._resolved: str | None = None
-        # What has to live as long as the run.
-        self._certificate: object = None
+        # What has to live as long as the run: a certificate, or the folder of a file that is gone with it.
+        self._owner: object = None
+        # Of one that was pickled: what its file does not keep.
+        self._carried: dict[str, Any] = {}
 
     # ---- what it is
 
@@ -130,7 +130,7 @@ class Run:
     def path(self) -> Path | None:
         """The file that it was opened from; ``None`` of a run in memory."""
         path = self._native.path
-        return None if path is None or self._certificate is not None else Path(path)
+        return None if path is None or self._owner is not None else Path(path)
 
     @property
     def case(self) -> str:
@@ -163,18 +163,18 @@ class Run:
     @property
     def report(self) -> dict[str, Any] | None:
         """The ``summary`` of ``stickslip run --json``, with the work of the solvers; ``None`` of a run from a file."""
-        report = self._native.report
+        report = self._carried.get("report", self._native.report)
         return None if report is None else json.loads(report)
 
     @property
     def warnings(self) -> list[str]:
         """What a reader of the numbers has to know; of a run from a file none, as files do not keep them."""
-        return list(self._native.warnings)
+        return list(self._carried.get("warnings", self._native.warnings))
 
     @property
     def witness(self) -> dict[str, Any] | None:
         """What another method made of the case, if ``witness=True`` asked for it; of a run from a file its ``statement`` alone."""
-        witness = self._native.witness
+        witness = self._carried.get("witness", self._native.witness)
         return None if witness is None else json.loads(witness)
 
     @property
@@ -344,6 +344,14 @@ class Run:
             self._saved = self.save(Path(scratch.name) / "run.h5")
         return self._saved
 
+    def __reduce__(self) -> tuple[Callable[..., Run], tuple[Any, ...]]:
+        """Pickled, a run from a file is the name of the file; any other is the content of its file."""
+        path = self.path
+        if path is not None:
+            return _of_file, (os.fspath(self._file()), self._identity)
+        carried = {"report": self._native.report, "warnings": self._native.warnings, "witness": self._native.witness}
+        return _of_content, (self._file().read_bytes(), {**carried, **self._carried}, self._resolved)
+
     # ---- how it looks
 
     def _caption(self) -> str:
@@ -379,26 +387,21 @@ def identity(path: PathLike) -> tuple[int, ...] | None:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 
 
-def command(
-    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True
-) -> tuple[str, str | None, list[str], str | None]:
-    """A command of the program, whose reports and errors have the names of the files replaced."""
+def _of_file(path: str, known: tuple[int, ...] | None) -> Run:
+    made = Run(_native.open_result(path))
+    made._identity = known
+    # Another file that has come there is none of this run.
+    made._file()
+    return made
 
-    def named(text: str) -> str:
-        for file, name in names.items():
-            text = text.replace(file, name)
-        return text
 
-    try:
-        text, document, messages, shortfall = _native.command(arguments, keeps)
-    except StickslipError as error:
-        raise type(error)(named(str(error))) from None
-    return (
-        named(text),
-        None if document is None else named(document),
-        [named(message) for message in messages],
-        None if shortfall is None else named(shortfall),
-    )
+def _of_content(content: bytes, carried: dict[str, Any], resolved: str | None) -> Run:
+    scratch = tempfile.TemporaryDirectory(prefix="stickslip-")
+    path = Path(scratch.name) / "run.h5"
+    path.write_bytes(content)
+    made = Run(_native.open_result(os.fspath(path)))
+    made._owner, made._carried, made._resolved = scratch, carried, resolved
+    return made
 
 
 def run(
@@ -445,25 +448,3 @@ def run(
         error.run = made
         raise error
     return made
-
-
-def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
-    """Opens a file of the program: a result, certified or not, as a :class:`Run`; a sweep as a dataset.
-
-    Columns are read when they are asked for.
-
-    :raises FileError: no such file, none of this program, or damaged.
-    """
-    from ._sweep import is_sweep, read_sweep
-
-    name = os.path.abspath(os.fspath(path))
-    if is_sweep(name):
-        return read_sweep(name)
-    found = identity(name)
-    try:
-        opened = Run(_native.open_result(name))
-    except FileError as error:
-        # By the name that was given.
-        raise FileError(str(error).replace(name, os.fspath(path))) from None
-    opened._identity = found
-    return opened

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
-from ._case import CaseLike, Overrides, is_hdf5, settings, source, toml
+from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings, source, toml
+from ._command import Progress, command
 from ._errors import FileError, InputError
-from ._run import PathLike, command
 
 if TYPE_CHECKING:
     import xarray
@@ -91,6 +92,11 @@ def _study(
     return "\n".join(lines) + "\n"
 
 
+def _count(done: int, total: int) -> None:
+    """On standard error, in place."""
+    print(f"\r{done} of {total} points", end="\n" if done == total else "", file=sys.stderr, flush=True)
+
+
 def sweep(
     study: PathLike | Mapping[str, Any],
     case: CaseLike | None = None,
@@ -102,6 +108,8 @@ def sweep(
     jobs: int | None = None,
     output: PathLike | None = None,
     replace: bool = False,
+    resume: bool = False,
+    progress: bool | Progress = False,
 ) -> xarray.Dataset:
     """Runs a study, and returns its points as a dataset with the axes as coordinates.
 
@@ -116,10 +124,20 @@ def sweep(
     :param sample: of axes, ``{"method": "sobol", "count": 64, "seed": 1}`` for points that are no grid.
     :param jobs: threads; one for each processor without it.
     :param output: the sweep file, which :func:`open` opens again; without it none is kept.
+    :param replace: replace any file there, and start anew.
+    :param resume: go on with what an interrupted sweep into ``output`` has left; with nothing there it begins.
+    :param progress: ``True`` counts the points on standard error; a function is called with what is done, of how much, in the
+        thread that called this. An exception that it raises ends the sweep.
+    :raises KeyboardInterrupt: Ctrl-C; with an ``output`` the points that are done are kept for ``resume=True``.
     :raises InputError: a study that is none.
     :raises RunError: all points failed.
     """
     import xarray  # noqa: F401  (said before anything is computed)
+
+    if resume and output is None:
+        raise InputError("resume=True goes on with the file of an interrupted sweep: name it with output=")
+    if resume and replace:
+        raise InputError("resume=True goes on with an output, and replace=True starts it anew; leave one of them out")
 
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder = Path(name)
@@ -146,10 +164,13 @@ def sweep(
             arguments.append(f"--jobs={jobs}")
         if replace:
             arguments.append("--force")
+        if resume:
+            arguments.append("--resume")
         known_as = {os.fspath(folder / "study.toml"): "the study", os.fspath(folder / "case.toml"): "the case"}
         if output is None:
             known_as[os.fspath(file)] = "the sweep (keep it with output=)"
-        _, document, warnings, _ = command(arguments, known_as, keeps=False)
+        told = _count if progress is True else progress or None
+        _, document, warnings, _ = command(arguments, known_as, keeps=False, progress=told)
         dataset = read_sweep(file)
         report = json.loads(document or "{}")
         dataset.attrs["unfinished"] = report.get("unfinished") or 0

@@ -82,3 +82,10 @@ def test_property_certify_a_case():
     certificate = stickslip.certify("belt-leine", {"output.end_time": 10})
     assert certificate.converged
     assert "true_error" in certificate.events.dtype.names
+
+
+def test_property_in_a_notebook(certificate, paper):
+    shown = certificate._repr_html_()
+    assert "<table>" in shown and f"{len(certificate.events) - 20} more" in shown and "<pre>" in shown
+    comparison = stickslip.compare(paper, paper)._repr_html_()
+    assert "the event sequences agree" in comparison and "<pre>" in comparison

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -331,3 +333,35 @@ def test_regression_a_run_without_trajectory_repeats_whole():
         stickslip.run("paper", {"output.dense": True}, trajectory=False)
     with pytest.raises(stickslip.InputError, match=r"run\.case"):
         stickslip.run(run)
+
+
+def test_property_pickled_runs_are_the_run(tmp_path):
+    made = stickslip.run("paper", method="series", witness=True)
+    for again in (pickle.loads(pickle.dumps(made)), pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(made))))):
+        assert again.path is None and again.case == made.case and again.summary == made.summary
+        assert (again.report, again.warnings, again.witness) == (made.report, made.warnings, made.witness)
+        np.testing.assert_array_equal(again.events, made.events)
+        for name in made.trajectory:
+            np.testing.assert_array_equal(again.trajectory[name], made.trajectory[name])
+    few = stickslip.run("paper", method="series", trajectory=False)
+    assert pickle.loads(pickle.dumps(few)).case == few.case
+    # A file is not copied; another one in its place is not the run.
+    opened = stickslip.open(made.save(tmp_path / "run.h5"))
+    pickled = pickle.dumps(opened)
+    assert len(pickled) < 1000 and pickle.loads(pickled).path == opened.path
+    few.save(tmp_path / "run.h5")
+    with pytest.raises(stickslip.FileError, match="open it again"):
+        pickle.loads(pickled)
+
+
+def test_property_modules_know_each_other_in_no_circle():
+    folder = Path(stickslip.__file__).parent
+    known = {
+        file.stem: set(re.findall(r"^\s*from \.(\w+) import", file.read_text(encoding="utf-8"), re.M)) - {"_native"}
+        for file in folder.glob("_*.py")
+        if not file.stem.startswith("__")
+    }
+    while known:
+        free = {name for name, others in known.items() if not others & known.keys()}
+        assert free, f"these know each other in a circle: {', '.join(sorted(known))}"
+        known = {name: others for name, others in known.items() if name not in free}

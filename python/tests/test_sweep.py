@@ -57,3 +57,56 @@ def test_property_wrong_studies(tmp_path):
         stickslip.sweep("no-such-study")
     with pytest.raises(stickslip.InputError):
         stickslip.sweep("critical-curve", "paper")
+
+
+def test_regression_an_interrupted_sweep_goes_on(tmp_path):
+    file = tmp_path / "map.h5"
+    axes = {"torsion.damping": {"from": 15, "to": 30, "count": 300}}
+    options = {"method": "series", "jobs": 1, "output": file}
+    told: list[tuple[int, int]] = []
+
+    class Enough(Exception):
+        """Of the user, while the sweep runs."""
+
+    def stop_after_some(done: int, total: int) -> None:
+        told.append((done, total))
+        if done >= 3:
+            raise Enough
+
+    with pytest.raises(Enough):
+        stickslip.sweep(axes, "paper", progress=stop_after_some, **options)
+    kept = told[-1][0]
+    assert 3 <= kept < 300 and told[-1][1] == 300
+    # It says how to go on, in the words of this function.
+    with pytest.raises(stickslip.InputError, match="resume=True goes on with it, replace=True"):
+        stickslip.sweep(axes, "paper", **options)
+    told.clear()
+    dataset = stickslip.sweep(axes, "paper", resume=True, progress=lambda done, total: told.append((done, total)), **options)
+    assert told[0][0] >= kept and told[-1] == (300, 300)
+    whole = stickslip.sweep(axes, "paper", method="series")
+    xarray.testing.assert_identical(dataset.drop_attrs(deep=False), whole.drop_attrs(deep=False))
+
+
+def test_property_resume_and_progress(capsys, tmp_path):
+    axes, short = {"torsion.damping": [10, 20]}, {"output.end_time": 0.01}
+    with pytest.raises(stickslip.InputError, match="name it with output="):
+        stickslip.sweep(axes, "paper", short, resume=True)
+    with pytest.raises(stickslip.InputError, match="leave one of them out"):
+        stickslip.sweep(axes, "paper", short, output=tmp_path / "a.h5", resume=True, replace=True)
+    stickslip.sweep(axes, "paper", short, output=tmp_path / "a.h5", resume=True, progress=True)
+    assert capsys.readouterr().err.endswith("2 of 2 points\n")
+
+
+def test_property_messages_name_the_arguments(paper, tmp_path):
+    with pytest.raises(stickslip.InputError, match='overrides\\["friction.deacy"\\]'):
+        stickslip.modes("paper", {"friction.deacy": 4})
+    foreign = tmp_path / "mine.h5"
+    foreign.write_text("mine")
+    with pytest.raises(stickslip.InputError, match="choose another name with output, or replace it with replace=True"):
+        stickslip.sweep({"torsion.damping": [10, 20]}, "paper", {"output.end_time": 0.01}, output=foreign)
+    with pytest.raises(stickslip.InputError, match='units={"relative_velocity": "furlong"}'):
+        stickslip.compare(paper, time=[1.0, 2.0], relative_velocity=[1.0, 2.0], units={"relative_velocity": "furlong"})
+    with pytest.raises(stickslip.InputError, match="^require "):
+        stickslip.compare(paper, paper, require=["onset"])
+    with pytest.raises(stickslip.InputError, match="^digits=99"):
+        stickslip.certify(paper, digits=99)

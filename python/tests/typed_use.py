@@ -18,4 +18,7 @@ verdict: str = comparison.verdict
 opened = stickslip.open("paper.h5")
 if isinstance(opened, stickslip.Run):
     opened.events_table()
+counted: list[int] = []
+stickslip.sweep("paper-decay", output="map.h5", resume=True, progress=lambda done, total: counted.append(done))
+stickslip.sweep("paper-decay", progress=True)
 names: list[str] = [case.name for case in stickslip.cases()]

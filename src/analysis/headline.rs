@@ -5,7 +5,7 @@ use super::{Cycle, CycleStatistics, Summary};
 use crate::case::{Case, CaseSource, builtin};
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
-use crate::record::Event;
+use crate::record::{Event, EventKind};
 use crate::results::{ResultError, ResultFile};
 use serde::Serialize;
 
@@ -48,9 +48,7 @@ pub struct HeadlineRow {
 /// its file, does not have.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Headline {
-    /// Number of events of every kind.
-    pub events: usize,
-    /// Onset, counts, and the first and last cycle.
+    /// Events of every kind, onset, and the first and last cycle.
     pub stick_slip: CycleStatistics,
     /// All cycles, of a file; none of a run, which does not keep them.
     pub cycles: Vec<Cycle>,
@@ -75,7 +73,6 @@ pub struct Headline {
 impl From<&Summary> for Headline {
     fn from(summary: &Summary) -> Self {
         Headline {
-            events: summary.events,
             stick_slip: summary.stick_slip.clone(),
             cycles: Vec::new(),
             natural_period: Some(summary.natural_period),
@@ -105,7 +102,6 @@ impl Headline {
             .filter_map(|event| stick_slip.push(event.time, event.kind))
             .collect();
         let mut headline = Headline {
-            events: events.len(),
             stick_slip,
             cycles,
             natural_period: parameters.map(|p| TorsionModel::new(p).natural_period()),
@@ -138,12 +134,6 @@ impl Headline {
     pub fn rows(&self) -> Vec<HeadlineRow> {
         let s = &self.stick_slip;
         let (first, last) = (s.first, s.last);
-        let events = format!(
-            "{} ({}, {})",
-            self.events,
-            count(s.stick_count, "stick"),
-            count(s.slip_count, "slip")
-        );
         let residual = match (self.energy_residual, self.energy_residual_relative) {
             (Some(residual), relative) => residual_row(residual, relative),
             _ => none(),
@@ -158,7 +148,7 @@ impl Headline {
             if died { ", it has died out" } else { "" }
         );
         [
-            ("events", events, ""),
+            ("events", events(s), ""),
             ("onset of stick-slip", time(s.onset_time), paper::ONSET),
             ("final stick", time(s.final_stick_time), paper::FINAL_STICK),
             ("slip duration, first / last", slips, paper::SLIP),
@@ -205,8 +195,31 @@ pub fn is_paper_case(parameters: &Parameters) -> bool {
         .is_ok_and(|case| case.parameters == *parameters)
 }
 
-fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+/// Kinds of events as a reader counts them: one of them, and several.
+const KINDS: [(&[EventKind], &str, &str); 8] = [
+    (&[EventKind::Stick], "stick", "sticks"),
+    (&[EventKind::Slip], "slip", "slips"),
+    (&[EventKind::Reversal], "reversal", "reversals"),
+    (&[EventKind::Separation], "separation", "separations"),
+    (&[EventKind::Contact], "contact", "contacts"),
+    (&[EventKind::Kick], "kick", "kicks"),
+    (&[EventKind::Corner], "corner", "corners"),
+    (
+        &[EventKind::Destabilised, EventKind::Restabilised],
+        "change of stability",
+        "changes of stability",
+    ),
+];
+
+/// The number of events, and how many there are of each kind: these add up to it. Sticks and slips are named in any case.
+pub(crate) fn events(statistics: &CycleStatistics) -> String {
+    let count = |&(kinds, one, several): &(&[EventKind], &str, &str)| match statistics.count(kinds) {
+        0 if !matches!(kinds, [EventKind::Stick | EventKind::Slip]) => None,
+        1 => Some(format!("1 {one}")),
+        n => Some(format!("{n} {several}")),
+    };
+    let kinds: Vec<String> = KINDS.iter().filter_map(count).collect();
+    format!("{} ({})", statistics.count(&EventKind::ALL), kinds.join(", "))
 }
 
 fn time(t: Option<f64>) -> String {

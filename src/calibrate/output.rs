@@ -6,21 +6,21 @@ use super::study::CalibrationStudy;
 use super::target::Role;
 use crate::provenance;
 use crate::results::{
-    Column, ColumnData, Overwrite, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
+    Column, ColumnData, Reservation, ResultError, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
     SweepWriter,
 };
 use crate::sweep::{command_attribute, sweep_variables};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// Writes a calibration. Returns where it is: at its own name if it is complete, else at its partial name.
+/// Writes a calibration where a place is reserved. Returns where it is: at its own name if it is complete, else at its partial
+/// name.
 ///
 /// # Errors
-/// A file that is not to be touched, or a failure to write.
+/// A failure to write.
 pub fn write_file(
     study: &CalibrationStudy,
     calibration: &Calibration,
-    path: &Path,
-    overwrite: Overwrite,
+    place: Reservation,
 ) -> Result<PathBuf, ResultError> {
     let header = SweepHeader {
         title: study.runs.title.clone(),
@@ -51,7 +51,7 @@ pub fn write_file(
         points: calibration.runs.len(),
         events: None,
     };
-    let mut writer = SweepWriter::create(path, overwrite, &study.runs.files, &header, &plan)?;
+    let mut writer = SweepWriter::create(place, &header, &plan)?;
     for (number, (shares, result)) in (0..).zip(&calibration.runs) {
         writer.push(SweepRow {
             number,

@@ -2,6 +2,7 @@
 
 use super::arguments::{CalibrateOptions, Common};
 use super::input::{bad_case, bad_file, interrupt_flag, looks_like_a_path, overrides};
+use super::plot::bad;
 use super::progress::CountBar;
 use super::terminal::{align_right, show, table};
 use super::{CommandError, End, complain, print, print_json};
@@ -9,7 +10,9 @@ use crate::calibrate::{
     Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
 };
 use crate::case::CaseError;
-use crate::results::{Overwrite, check_target};
+use crate::plot::target::{self, Product};
+use crate::results::disk::same_file;
+use crate::results::{Overwrite, Reservation};
 use crate::sweep::StudySource;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -97,12 +100,13 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
     } else {
         Overwrite::OwnResults
     };
-    check_target(&path, overwrite, &study.runs.files).map_err(bad_file)?;
+    // Before a file is there: from then on an interruption ends the calibration in good order.
+    let stop = interrupt_flag()?;
+    let place = Reservation::take(&path, overwrite, &study.runs.files).map_err(bad_file)?;
     if let Some(case) = &options.case {
         check_case_target(case, &path, &study, options.force)?;
     }
     let jobs = options.jobs.unwrap_or_else(crate::workers::processors);
-    let stop = interrupt_flag()?;
     let bar = CountBar::new(common, "done");
     let clock = Instant::now();
     let result = find(
@@ -123,8 +127,7 @@ pub(super) fn calibrate(options: &CalibrateOptions, common: &Common) -> Result<E
         }
         Err(error) => return Err(CommandError::Computation(error.to_string())),
     };
-    let file = write_file(&study, &calibration, &path, overwrite)
-        .map_err(|error| CommandError::Computation(error.to_string()))?;
+    let file = write_file(&study, &calibration, place).map_err(|error| CommandError::Computation(error.to_string()))?;
     if let Some(case) = &options.case {
         write_case(case, &study, &calibration)?;
     }
@@ -159,36 +162,20 @@ fn read_study(options: &CalibrateOptions) -> Result<CalibrationStudy, CaseError>
 
 /// Whether the case may be written, before anything is computed.
 fn check_case_target(case: &Path, result: &Path, study: &CalibrationStudy, force: bool) -> Result<(), CommandError> {
-    let refuse = |why: &str| Err(CommandError::Input(format!("{}: {why}", case.display())));
-    let same = |other: &Path| match (case.canonicalize(), other.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => case == other,
-    };
-    if study.runs.files.iter().any(|file| same(file)) {
-        return refuse("is an input of this calibration; choose another name with --case");
+    if same_file(case, result) {
+        return Err(CommandError::Input(format!(
+            "{}: is the result file, too; choose another name with --case or -o",
+            case.display()
+        )));
     }
-    if same(result) {
-        return refuse("is the result file, too; choose another name with --case or -o");
-    }
-    if case.is_dir() {
-        return refuse("is a folder; give the name of a file with --case");
-    }
-    if case.exists() && !force {
-        return refuse("is there already; replace it with --force, or choose another name with --case");
-    }
-    let folder = crate::results::folder_of(case);
-    if !folder.is_dir() {
-        return refuse("its folder does not exist; create it, or choose another name with --case");
-    }
-    Ok(())
+    target::check(case, Product::Case, &study.runs.files, force).map_err(|error| bad(error.into()))
 }
 
 /// Writes the base case with the calibrated parameters.
 fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) -> Result<(), CommandError> {
-    let failed = |why: &dyn std::fmt::Display| {
-        CommandError::Computation(format!("{}: the case cannot be written: {why}", path.display()))
-    };
-    let case = study.case_at(&calibration.shares).map_err(|error| failed(&error))?;
+    let case = study.case_at(&calibration.shares).map_err(|error| {
+        CommandError::Computation(format!("{}: the case cannot be written: {error}", path.display()))
+    })?;
     let mut text = format!(
         "# Calibrated by stickslip {} from {}; free parameters:\n",
         env!("CARGO_PKG_VERSION"),
@@ -198,8 +185,7 @@ fn write_case(path: &Path, study: &CalibrationStudy, calibration: &Calibration) 
         text += &format!("#   {} = {value:?}\n", axis.keys.join(", "));
     }
     text += &case.resolved();
-    // Beside its name first, so that a full disk leaves no half of a case.
-    crate::results::disk::write_whole(path, &[text.as_bytes()]).map_err(|error| failed(&error))
+    target::write(path, Product::Case, &[text.as_bytes()]).map_err(|error| bad(error.into()))
 }
 
 fn document<'a>(

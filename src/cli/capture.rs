@@ -1,12 +1,11 @@
 //! A command run inside another program: what it would say is handed back.
 
 use super::arguments::ProgressChoice;
-use super::captured::{Capturing, Said};
+use super::captured::{Capturing, Said, Watch};
 use super::{Arguments, CommandError, End, dispatch};
 use clap::Parser;
 use std::ffi::OsString;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// What a command said, and how it ended.
 #[derive(Debug)]
@@ -22,10 +21,10 @@ pub struct Captured {
 }
 
 /// Runs a command with these arguments, without the name of the program. What it has to say is captured, report and document
-/// both, and `stop` ends it in good order. It sets no handler of signals, and no logger. A table that is asked for on standard
+/// both, and `watch` follows and ends it. It sets no handler of signals, and no logger. A table that is asked for on standard
 /// output (`export -o -`) goes there.
-pub fn capture(arguments: impl IntoIterator<Item = OsString>, stop: Arc<AtomicBool>) -> Captured {
-    let capturing = Capturing::new(stop);
+pub fn capture(arguments: impl IntoIterator<Item = OsString>, watch: Arc<Watch>) -> Captured {
+    let capturing = Capturing::new(watch);
     let end = ended(arguments);
     let Said {
         text,

@@ -1,8 +1,8 @@
 //! What a command says while it runs inside another program: it is kept for that program, and nothing is printed.
 
 use std::cell::RefCell;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
 
 /// What a command has said so far.
 #[derive(Debug, Default)]
@@ -15,9 +15,24 @@ pub(super) struct Said {
     pub messages: Vec<String>,
 }
 
+/// What a program shares with a command that it runs: the wish to end it, and how far it is.
+#[derive(Debug, Default)]
+pub struct Watch {
+    /// Ends the command in good order.
+    pub stop: Arc<AtomicBool>,
+    progress: Mutex<Option<(u64, u64)>>,
+}
+
+impl Watch {
+    /// What is done, of how much: of the commands that count, such as `sweep`. `None` before it begins.
+    pub fn progress(&self) -> Option<(u64, u64)> {
+        self.progress.lock().ok().and_then(|progress| *progress)
+    }
+}
+
 struct Capture {
     said: Said,
-    stop: Arc<AtomicBool>,
+    watch: Arc<Watch>,
 }
 
 thread_local! {
@@ -29,10 +44,10 @@ thread_local! {
 pub(super) struct Capturing(());
 
 impl Capturing {
-    /// `stop` ends the command.
-    pub fn new(stop: Arc<AtomicBool>) -> Self {
+    /// In this thread, under watch.
+    pub fn new(watch: Arc<Watch>) -> Self {
         let said = Said::default();
-        CAPTURE.with_borrow_mut(|slot| *slot = Some(Capture { said, stop }));
+        CAPTURE.with_borrow_mut(|slot| *slot = Some(Capture { said, watch }));
         Capturing(())
     }
 
@@ -71,9 +86,18 @@ pub(super) fn now() -> bool {
     CAPTURE.with_borrow(Option::is_some)
 }
 
+/// Takes how far the command is.
+pub(super) fn progress(done: u64, total: u64) {
+    CAPTURE.with_borrow(|capture| {
+        if let Some(mut progress) = capture.as_ref().and_then(|capture| capture.watch.progress.lock().ok()) {
+            *progress = Some((done, total));
+        }
+    });
+}
+
 /// What ends the command.
 pub(super) fn stop() -> Option<Arc<AtomicBool>> {
-    CAPTURE.with_borrow(|capture| capture.as_ref().map(|capture| capture.stop.clone()))
+    CAPTURE.with_borrow(|capture| capture.as_ref().map(|capture| capture.watch.stop.clone()))
 }
 
 fn with(action: impl FnOnce(&mut Said)) -> bool {

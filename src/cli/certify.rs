@@ -2,7 +2,7 @@
 
 use super::arguments::{CertifyOptions, Common, DPI, Format};
 use super::input::{Given, Input, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides};
-use super::modes::figure_target;
+use super::modes::{FIGURE, figure_target};
 use super::plot::{bad, save};
 use super::progress::OracleBar;
 use super::{CommandError, End, certify_report, complain, print, print_json, strictly, trains, wants_json, wants_text};
@@ -174,7 +174,7 @@ fn draw(case: &Case, (path, format): (&Path, Format), stop: &AtomicBool) -> Resu
     };
     let figure = onset::figure(&case.title, &onsets);
     let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
-    save(path, &text, &figure.full_title(), format, DPI).map_err(bad)?;
+    save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     Ok(Some(onsets))
 }
 

@@ -2,6 +2,7 @@
 
 use super::arguments::{Arguments, Common, ManOptions};
 use super::{CommandError, End, print, print_json};
+use crate::results::disk::write_whole;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use std::io;
@@ -10,10 +11,10 @@ use std::path::{Path, PathBuf};
 /// Writes a page for the program and one for each command, over earlier ones.
 pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandError> {
     let folder = &options.folder;
-    let written = pages(folder).map_err(|error| {
+    let written = pages(folder).map_err(|(path, error)| {
         CommandError::Computation(format!(
-            "{}: the manual pages could not be written: {error}; name a folder that can be written to",
-            folder.display()
+            "{}: the manual pages could not be written: {error}; check the folder and its disk, or name another",
+            path.display()
         ))
     })?;
     if common.json {
@@ -25,8 +26,8 @@ pub(super) fn man(options: &ManOptions, common: &Common) -> Result<End, CommandE
     Ok(End::Done)
 }
 
-fn pages(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    std::fs::create_dir_all(folder)?;
+fn pages(folder: &Path) -> Result<Vec<PathBuf>, (PathBuf, io::Error)> {
+    std::fs::create_dir_all(folder).map_err(|error| (folder.to_owned(), error))?;
     let mut program = Arguments::command()
         .version(env!("CARGO_PKG_VERSION"))
         .disable_help_subcommand(true);
@@ -37,7 +38,10 @@ fn pages(folder: &Path) -> io::Result<Vec<PathBuf>> {
         .chain(commands)
         .map(|command| {
             let page = Man::new(command).source(&source).manual("stickslip");
-            page.generate_to(folder)
+            let path = folder.join(page.get_filename());
+            let mut text = Vec::new();
+            let written = page.render(&mut text).and_then(|()| write_whole(&path, &[&text]));
+            written.map(|()| path.clone()).map_err(|error| (path, error))
         })
         .collect()
 }

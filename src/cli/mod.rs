@@ -32,6 +32,7 @@ mod work_precision;
 
 pub use arguments::{Arguments, Refusal};
 pub use capture::{Captured, capture};
+pub use captured::Watch;
 pub use completions::complete_if_asked;
 
 use crate::quote;

@@ -7,9 +7,13 @@ use super::{CommandError, End, complain, print, print_json, terminal, train_mode
 use crate::analysis::Modes;
 use crate::analysis::modes::{EffectiveDamping, Eigenmode, Instability, OnsetDecision, Stability};
 use crate::case::TrainCase;
+use crate::plot::target::Product;
 use crate::plot::{style, svg};
 use serde::Serialize;
 use std::path::Path;
+
+/// As `--figure` names it.
+pub(super) const FIGURE: Product = Product::Figure("--figure");
 
 /// The JSON document of the modes.
 #[derive(Serialize)]
@@ -50,7 +54,7 @@ pub(super) fn modes(options: &ModesOptions, common: &Common) -> Result<End, Comm
     if let Some((path, format)) = target {
         let figure = crate::plot::modes::figure(&case.title, &modes);
         let text = svg::svg(&figure, style::COLUMN_WIDTH).map_err(bad)?;
-        save(path, &text, &figure.full_title(), format, DPI).map_err(bad)?;
+        save(path, FIGURE, &text, &figure.full_title(), format, DPI).map_err(bad)?;
     }
     if let (Some(failure), false) = (&modes.run_failure, common.quiet) {
         complain(&format!(
@@ -73,7 +77,7 @@ pub(super) fn figure_target<'a>(
             path.display()
         ))
     })?;
-    check_target(path, inputs, force)?;
+    check_target(path, FIGURE, inputs, force)?;
     Ok((path, format))
 }
 

@@ -17,6 +17,9 @@ use crate::results::{ResultError, ResultFile, Status};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// As `-o` names it.
+const FIGURE: Product = Product::Figure("-o");
+
 /// The JSON document of a plot.
 #[derive(Serialize)]
 struct PlotDocument {
@@ -585,12 +588,12 @@ fn write_of(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Re
                 path: options.output.clone(),
                 action: "creating the folder",
                 source,
-                product: Product::Figure,
+                product: FIGURE,
             }))
         })?;
     }
     for (_, path, _) in &targets {
-        check_target(path, inputs, options.force)?;
+        check_target(path, FIGURE, inputs, options.force)?;
     }
     let mut written = Vec::with_capacity(targets.len());
     let mut drawn: Option<(usize, String)> = None;
@@ -600,7 +603,7 @@ fn write_of(options: &PlotOptions, figures: &[Figure], inputs: &[PathBuf]) -> Re
             Some((_, text)) => text,
             None => svg::svg(figure, layout).map_err(bad)?,
         };
-        save(&path, &text, &figure.full_title(), format, options.dpi).map_err(bad)?;
+        save(&path, FIGURE, &text, &figure.full_title(), format, options.dpi).map_err(bad)?;
         written.push(Written {
             file: path.display().to_string(),
             figure: figure.name.clone(),
@@ -631,17 +634,24 @@ fn layout(options: &PlotOptions) -> Result<Layout, CommandError> {
 }
 
 /// Also by force an input is never an output.
-pub(super) fn check_target(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
-    target::check(path, Product::Figure, inputs, force).map_err(|error| bad(error.into()))
+pub(super) fn check_target(path: &Path, figure: Product, inputs: &[PathBuf], force: bool) -> Result<(), CommandError> {
+    target::check(path, figure, inputs, force).map_err(|error| bad(error.into()))
 }
 
 /// Writes one figure in one format.
-pub(super) fn save(path: &Path, svg: &str, title: &str, format: Format, dpi: f64) -> Result<(), PlotError> {
+pub(super) fn save(
+    path: &Path,
+    figure: Product,
+    svg: &str,
+    title: &str,
+    format: Format,
+    dpi: f64,
+) -> Result<(), PlotError> {
     match format {
-        Format::Svg => target::write(path, Product::Figure, &[svg.as_bytes()])?,
-        Format::Png => target::write(path, Product::Figure, &[&raster::png(svg, dpi)?])?,
-        Format::Pdf => target::write(path, Product::Figure, &[&vector::pdf(svg, title)?])?,
-        Format::Eps => target::write(path, Product::Figure, &[&vector::eps(svg, title)?])?,
+        Format::Svg => target::write(path, figure, &[svg.as_bytes()])?,
+        Format::Png => target::write(path, figure, &[&raster::png(svg, dpi)?])?,
+        Format::Pdf => target::write(path, figure, &[&vector::pdf(svg, title)?])?,
+        Format::Eps => target::write(path, figure, &[&vector::eps(svg, title)?])?,
     }
     Ok(())
 }

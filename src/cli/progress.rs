@@ -1,6 +1,7 @@
 //! Progress bars: of a run, of the oracle and of a comparison over simulated time, of studies over their runs.
 
 use super::arguments::{Common, ProgressChoice};
+use super::captured;
 use crate::compare::CompareProgress;
 use crate::oracle::OracleProgress;
 use crate::simulation::Progress;
@@ -123,6 +124,7 @@ impl CountBar {
     }
 
     pub(super) fn show(&self, done: usize, of: usize, under_way: &str) {
+        captured::progress(done as u64, of as u64);
         if self.bar.is_hidden() {
             return;
         }
@@ -150,6 +152,7 @@ impl SweepBar {
     }
 
     pub(super) fn show(&self, progress: SweepProgress) {
+        captured::progress(progress.done, progress.total);
         if self.bar.is_hidden() {
             return;
         }

@@ -36,6 +36,9 @@ pub(super) fn align_right(table: &mut Table, columns: impl IntoIterator<Item = u
     }
 }
 
+/// Columns of a value beside the paper's.
+const VALUE: usize = 27;
+
 /// Columns of the longest bar of a histogram.
 const BAR: usize = 40;
 
@@ -81,12 +84,28 @@ pub(super) fn distribution(name: &str, units: &str, found: &Distribution) -> Str
     format!("{text}\n{}{}", show(&percentiles), show(&histogram))
 }
 
+/// A list that goes on below, so that the paper's numbers stay near.
+fn below(list: &str) -> String {
+    let mut text = String::new();
+    let mut length = 0;
+    for part in list.split_inclusive(", ") {
+        if length > 0 && length + part.trim_end().len() > VALUE {
+            text.truncate(text.trim_end().len());
+            text.push('\n');
+            length = 0;
+        }
+        text.push_str(part);
+        length += part.len();
+    }
+    text
+}
+
 /// The report of a run.
 pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wall_time: f64) -> String {
     let mut report = table(if beside_paper { &["", "this run", "paper"] } else { &[] });
     for HeadlineRow { name, value, paper } in Headline::from(summary).rows() {
         if beside_paper {
-            report.add_row([name, &value, paper]);
+            report.add_row([name, &below(&value), paper]);
         } else {
             report.add_row([name, &value]);
         }

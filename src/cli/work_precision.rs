@@ -2,15 +2,14 @@
 
 use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
 use super::input::{bad_case, bad_file, interrupt_flag};
+use super::modes::FIGURE;
 use super::plot::{bad, check_target, save};
 use super::progress::CountBar;
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::provenance;
-use crate::results::{
-    Overwrite, ReferenceRow, Status, WorkPrecisionFile, WorkPrecisionRow, check_target as check_file,
-};
+use crate::results::{Overwrite, ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -85,10 +84,10 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         Overwrite::OwnResults
     };
     // Everything that can be refused is refused before minutes are spent.
-    check_file(&path, overwrite, &study.files).map_err(bad_file)?;
+    let stop = interrupt_flag()?;
+    let place = Reservation::take(&path, overwrite, &study.files).map_err(bad_file)?;
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
     let started = provenance::now();
-    let stop = interrupt_flag()?;
     let bar = CountBar::new(common, "runs");
     let result = run(&study, &mut |progress| {
         bar.show(progress.done, progress.of, progress.method.name());
@@ -115,7 +114,7 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         Status::Complete
     };
     let file = contents(&study, &result, &started)
-        .write(&path, overwrite, &study.files, &status)
+        .write(&place, &status)
         .map_err(|error| CommandError::Computation(error.to_string()))?;
     let figures = draw(&study, &result, &figures).map_err(bad)?;
     if common.json {
@@ -160,7 +159,7 @@ fn figure_targets(
     let mut targets = Vec::with_capacity(2);
     for format in [Format::Svg, Format::Png] {
         let path = folder.join(format!("{}.{}", figure::NAME, format.extension()));
-        check_target(&path, inputs, force)?;
+        check_target(&path, FIGURE, inputs, force)?;
         targets.push((path, format));
     }
     Ok(targets)
@@ -174,7 +173,7 @@ fn draw(study: &Study, result: &StudyResult, targets: &[(PathBuf, Format)]) -> R
     let text = svg::svg(&figure, style::COLUMN_WIDTH)?;
     targets
         .iter()
-        .map(|(path, format)| save(path, &text, &figure.full_title(), *format, DPI).map(|()| path.clone()))
+        .map(|(path, format)| save(path, FIGURE, &text, &figure.full_title(), *format, DPI).map(|()| path.clone()))
         .collect()
 }
 

@@ -9,6 +9,9 @@ pub const SVG: &str = "stickslip figure";
 /// A page has this near its beginning.
 pub const PAGE: &str = "<meta name=\"generator\" content=\"stickslip";
 
+/// A report of a comparison has this near its beginning: in a comment of Markdown, or as the generator of a page.
+pub const REPORT: &str = "stickslip compare";
+
 /// The producer of every PDF.
 pub const PDF: &str = "stickslip figure";
 

@@ -1,7 +1,7 @@
 //! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
 use super::signature;
-use crate::results::disk::{folder_of, same_file, write_whole};
+use crate::results::disk::{folder_of, same_file, try_folder, write_whole};
 use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -12,32 +12,41 @@ const HEAD: u64 = 4096;
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Product {
-    /// SVG, PNG, PDF or EPS.
-    Figure,
+    /// SVG, PNG, PDF or EPS; with the option that names it.
+    Figure(&'static str),
     /// An HTML page.
     Page,
+    /// Of a comparison, HTML or Markdown.
+    Report,
+    /// A case file. It is an input as well: one that is there is replaced by force alone.
+    Case,
 }
 
 impl Product {
     const fn name(self) -> &'static str {
         match self {
-            Product::Figure => "figure",
+            Product::Figure(_) => "figure",
             Product::Page => "page",
+            Product::Report => "report",
+            Product::Case => "case",
         }
     }
 
     /// The option that names it.
-    const fn option(self) -> &'static str {
+    pub const fn option(self) -> &'static str {
         match self {
-            Product::Figure => "-o",
+            Product::Figure(option) => option,
             Product::Page => "--html",
+            Product::Report => "--report",
+            Product::Case => "--case",
         }
     }
 
     const fn example(self) -> &'static str {
         match self {
-            Product::Figure => "figure.svg",
-            Product::Page => "report.html",
+            Product::Figure(_) => "figure.svg",
+            Product::Page | Product::Report => "report.html",
+            Product::Case => "case.toml",
         }
     }
 
@@ -47,10 +56,31 @@ impl Product {
         let (keyword, value) = signature::PNG;
         match self {
             Product::Page => contains(signature::PAGE),
-            Product::Figure if head.starts_with(b"\x89PNG") => contains(&format!("{keyword}\0{value}")),
-            Product::Figure if head.starts_with(b"%PDF") => contains(&format!("/Producer ({})", signature::PDF)),
-            Product::Figure if head.starts_with(b"%!PS") => contains(&format!("%%Creator: {}", signature::EPS)),
-            Product::Figure => contains(&format!("<desc>{}", signature::SVG)),
+            Product::Report => {
+                let generator = format!("content=\"{}\"", signature::REPORT);
+                contains(&format!("<!-- {} -->", signature::REPORT)) || contains(&generator)
+            }
+            Product::Case => false,
+            Product::Figure(_) if head.starts_with(b"\x89PNG") => contains(&format!("{keyword}\0{value}")),
+            Product::Figure(_) if head.starts_with(b"%PDF") => contains(&format!("/Producer ({})", signature::PDF)),
+            Product::Figure(_) if head.starts_with(b"%!PS") => contains(&format!("%%Creator: {}", signature::EPS)),
+            Product::Figure(_) => contains(&format!("<desc>{}", signature::SVG)),
+        }
+    }
+
+    /// What such a product is made from.
+    const fn input(self) -> &'static str {
+        match self {
+            Product::Figure(_) | Product::Page => "the file to be drawn",
+            Product::Report | Product::Case => "an input",
+        }
+    }
+
+    /// Of a file that is there and is not replaced.
+    fn not_own(self) -> String {
+        match self {
+            Product::Case => "is there already".to_owned(),
+            _ => format!("there already, and not a {} that this program made", self.name()),
         }
     }
 }
@@ -60,7 +90,8 @@ impl Product {
 #[non_exhaustive]
 #[expect(missing_docs, reason = "each variant is described by its message")]
 pub enum TargetError {
-    #[error("{path}: this is the file to be drawn; give the {} another name with {}", .product.name(), .product.option())]
+    #[error("{path}: this is {}; give the {} another name with {}",
+        .product.input(), .product.name(), .product.option())]
     IsInput { path: PathBuf, product: Product },
     #[error(
         "{path}: a folder; name a file in it, for example {} {}",
@@ -79,9 +110,7 @@ pub enum TargetError {
         product: Product,
     },
     #[error(
-        "{path}: there already, and not a {} that this program made; choose another name with {}, or replace it with \
-         --force",
-        .product.name(), .product.option()
+        "{path}: {}; choose another name with {}, or replace it with --force", .product.not_own(), .product.option()
     )]
     Foreign { path: PathBuf, product: Product },
     #[error("{path}: write-protected; choose another name with {}, or replace it with --force", .product.option())]
@@ -99,7 +128,7 @@ pub enum TargetError {
 ///
 /// # Errors
 /// `path` is an input, a folder, in a folder that is missing, or a file that is no such product of this program, or
-/// write-protected, and is not to be replaced by `force`.
+/// write-protected, and is not to be replaced by `force`; or its folder takes no file.
 pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> Result<(), TargetError> {
     let owned = || path.to_owned();
     if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR) {
@@ -119,6 +148,13 @@ pub fn check(path: &Path, product: Product, inputs: &[PathBuf], force: bool) -> 
     if inputs.iter().any(|input| same_file(input, path)) {
         return Err(TargetError::IsInput { path: owned(), product });
     }
+    check_replaceable(path, product, force)?;
+    try_folder(&folder).map_err(|error| failed(path, product, "creating the file", error))
+}
+
+/// Whether what is at `path` may be replaced.
+fn check_replaceable(path: &Path, product: Product, force: bool) -> Result<(), TargetError> {
+    let owned = || path.to_owned();
     let metadata = match fs::symlink_metadata(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(failed(path, product, "looking at the file", error)),

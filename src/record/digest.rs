@@ -26,6 +26,8 @@ pub struct CycleStatistics {
     pub stick_count: usize,
     /// Breakaways from stick.
     pub slip_count: usize,
+    /// Events of each kind, in the order of [`EventKind::ALL`].
+    pub counts: [usize; EventKind::ALL.len()],
     /// The first cycle.
     pub first: Option<Cycle>,
     /// The last cycle.
@@ -41,6 +43,7 @@ pub struct CycleStatistics {
 impl CycleStatistics {
     /// Takes the next event, by time (s) and kind; returns the cycle that it completes.
     pub fn push(&mut self, time: f64, kind: EventKind) -> Option<Cycle> {
+        self.counts[kind as usize] += 1;
         if !kind.in_event_sequence() {
             return None;
         }
@@ -70,6 +73,11 @@ impl CycleStatistics {
         Some(cycle)
     }
 
+    /// Events of some kinds together.
+    pub fn count(&self, kinds: &[EventKind]) -> usize {
+        kinds.iter().map(|&kind| self.counts[kind as usize]).sum()
+    }
+
     /// T_i, s: the first period.
     pub fn first_period(&self) -> Option<f64> {
         self.first.map(|c| c.period)
@@ -92,8 +100,6 @@ pub struct EventDigest {
     pub count: usize,
     /// The stick-slip.
     pub cycles: CycleStatistics,
-    /// Kicks that were given, at any time.
-    pub kicks_given: usize,
     /// Those before the first stick: at most as many as the case has.
     pub kicks: Vec<Event>,
     /// The loss of stability after which sliding stays unstable: the first, unless stability returns for longer than the
@@ -140,7 +146,6 @@ impl EventDigest {
     /// Takes the next event; returns the cycle that it completes.
     pub fn push(&mut self, event: &Event) -> Option<Cycle> {
         self.count += 1;
-        self.kicks_given += usize::from(event.kind == EventKind::Kick);
         if self.cycles.onset_time.is_none() {
             self.before_first_stick(event);
         }

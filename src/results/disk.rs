@@ -19,18 +19,33 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
 /// Of the operating system; nothing is left of the file then.
 #[cfg(feature = "plot")]
 pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
+    temporary_in(&folder_of(path), parts)?.persist(path)?;
+    Ok(())
+}
+
+/// Whether [`write_whole`] can make a file in this folder, by one that is removed again: permissions say too little of network
+/// drives, and nothing of a full disk.
+///
+/// # Errors
+/// Of the operating system.
+#[cfg(feature = "plot")]
+pub(crate) fn try_folder(folder: &Path) -> io::Result<()> {
+    temporary_in(folder, &[b"stickslip"]).map(drop)
+}
+
+#[cfg(feature = "plot")]
+fn temporary_in(folder: &Path, parts: &[&[u8]]) -> io::Result<tempfile::NamedTempFile> {
     use std::io::Write;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".stickslip-");
     // As for any file that a program makes, and not for its owner alone; the umask takes from it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder_of(path))?;
+    let mut file = builder.tempfile_in(folder)?;
     for part in parts {
         file.write_all(part)?;
     }
-    file.persist(path)?;
-    Ok(())
+    Ok(file)
 }
 
 /// Whether a file begins as HDF5 does. (One named so without a signature is a damaged one, not a case.)

@@ -93,9 +93,13 @@ impl WriteLock {
             // Between opening and locking, the run before may have removed the file: then this lock
             // is on nothing.
             if is_at(&file, &path) {
-                // A count of an earlier run, which was killed, is not ours.
-                let _ = file.set_len(0);
-                return Ok(WriteLock { path, file, count: 0 });
+                let mut lock = WriteLock { path, file, count: 0 };
+                // A count of an earlier run, which was killed, is not ours. A full disk has no room for one.
+                let zero = lock.file.set_len(0).and_then(|()| lock.write_count());
+                return match zero {
+                    Ok(()) => Ok(lock),
+                    Err(error) => Err(ResultError::io(partial, "creating the file", error)),
+                };
             }
         }
     }
@@ -104,13 +108,15 @@ impl WriteLock {
 impl WriteLock {
     /// Says that a flush begins, or ends: until then what is in the file does not fit together ([`flushes`]).
     pub(super) fn count_flush(&mut self) {
-        use std::io::{Seek, Write};
         self.count += 1;
         // On a full disk readers are left to try their luck.
-        let _ = self
-            .file
-            .rewind()
-            .and_then(|()| self.file.write_all(&self.count.to_le_bytes()));
+        let _ = self.write_count();
+    }
+
+    fn write_count(&mut self) -> io::Result<()> {
+        use std::io::{Seek, Write};
+        self.file.rewind()?;
+        self.file.write_all(&self.count.to_le_bytes())
     }
 
     /// A hidden name in the same folder that belongs to whoever holds the lock.

@@ -50,6 +50,6 @@ pub(crate) use sweep::{
     EventForm, Partition, ShardFile, ShardPlan, SweepAxis, SweepPlan, SweepRow, SweepVariable, SweepWriter,
 };
 pub use table::Values;
-pub use target::{Overwrite, check_target, partial_path};
+pub use target::{Overwrite, Reservation, check_target, partial_path};
 pub use work_precision::{ReferenceRow, WorkPrecisionFile, WorkPrecisionRead, WorkPrecisionRow};
 pub use writer::{ResultWriter, SavedRows};

@@ -81,6 +81,8 @@ pub(crate) const TRANSLATION: &str = "translation";
 
 /// Attribute of /meta of a sweep: the command that runs a point by itself, but for its values on the axes.
 pub(crate) const META_POINT_COMMAND: &str = "point_command";
+/// Attribute of /meta of a sweep: the quantities that the study is to show, with blanks between them.
+pub(crate) const META_SHOW: &str = "show";
 
 /// Names of the attributes of a variable.
 pub mod attribute {

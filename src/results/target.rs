@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::ResultError;
 use super::disk::{folder_of, has_hdf5_signature, same_file};
+use super::lock::WriteLock;
 use super::schema;
 use super::source::Source;
 
@@ -16,6 +17,36 @@ pub enum Overwrite {
     OwnResults,
     /// Any file that is not an input.
     Force,
+}
+
+/// The right to write one result, held until it is dropped. A command that computes for long takes it first: what would keep
+/// the result from being written is then known before anything is computed.
+#[derive(Debug)]
+pub struct Reservation {
+    pub(super) path: PathBuf,
+    pub(super) partial: PathBuf,
+    pub(super) overwrite: Overwrite,
+    pub(super) lock: WriteLock,
+}
+
+impl Reservation {
+    /// Reserves `path` and its partial file.
+    ///
+    /// # Errors
+    /// Those of [`check_target`]; another run that writes the same file; a folder or a disk that takes no file.
+    pub fn take(path: &Path, overwrite: Overwrite, inputs: &[PathBuf]) -> Result<Self, ResultError> {
+        check_target(path, overwrite, inputs)?;
+        let partial = partial_path(path);
+        let lock = WriteLock::take(&partial)?;
+        // Half a file of an earlier writer that failed.
+        let _ = fs::remove_file(lock.sibling());
+        Ok(Reservation {
+            path: path.to_owned(),
+            partial,
+            overwrite,
+            lock,
+        })
+    }
 }
 
 /// `paper.h5` is written as `paper.partial.h5`, next to it.

@@ -4,10 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::attributes::{self, write_attributes, write_text_attribute};
-use super::lock::WriteLock;
 use super::source::Source;
 use super::table::{self, Cell, TableWriter};
-use super::target::{self, Overwrite};
+use super::target::{self, Reservation};
 use super::{AttributeValue, MetaValue, ResultError, Status, schema, seal};
 
 /// A row of /runs; NaN where there is no value.
@@ -95,23 +94,18 @@ pub struct WorkPrecisionRead {
 }
 
 impl WorkPrecisionFile {
-    /// Writes the file: under its name if the study is complete, else as its partial file. Returns where it is.
+    /// Writes the file where a place is reserved: under its name if the study is complete, else as its partial file. Returns
+    /// where it is.
     ///
     /// # Errors
-    /// Those of [`super::check_target`], which is to be asked before the study is run; any failure to write.
-    pub fn write(
-        &self,
-        path: &Path,
-        overwrite: Overwrite,
-        inputs: &[PathBuf],
-        status: &Status,
-    ) -> Result<PathBuf, ResultError> {
-        target::check_target(path, overwrite, inputs)?;
-        let partial = target::partial_path(path);
-        let lock = WriteLock::take(&partial)?;
-        let made = lock.sibling();
-        let _ = fs::remove_file(&made);
-        let target = if *status == Status::Complete { path } else { &partial };
+    /// Any failure to write.
+    pub fn write(&self, place: &Reservation, status: &Status) -> Result<PathBuf, ResultError> {
+        let made = place.lock.sibling();
+        let target = match status {
+            Status::Complete => &place.path,
+            _ => &place.partial,
+        };
+        target::check_replaceable(target, place.overwrite)?;
         let written = self
             .store(&made, status)
             .map_err(|error| ResultError::write(target, false, &error))

@@ -13,7 +13,7 @@ use super::disk;
 use super::kept::{KeptEnd, KeptView, PIECES};
 use super::lock::WriteLock;
 use super::table::{Cell, TableWriter, create_file, create_group};
-use super::target::{self, Overwrite};
+use super::target::{self, Overwrite, Reservation};
 use super::{Header, ResultError, Status, StickSlipTable, WitnessAttributes, checksums};
 use super::{schema, seal};
 use crate::numerics::chebyshev::COEFFICIENTS;
@@ -80,12 +80,14 @@ impl ResultWriter {
     /// Those of [`super::check_target`]; another run that writes the same file; any failure to
     /// create it.
     pub fn create(path: &Path, overwrite: Overwrite, inputs: &[PathBuf], header: &Header) -> Result<Self, ResultError> {
-        let partial = target::partial_path(path);
-        target::check_target(path, overwrite, inputs)?;
-        let lock = WriteLock::take(&partial)?;
+        let Reservation {
+            path,
+            partial,
+            overwrite,
+            lock,
+        } = Reservation::take(path, overwrite, inputs)?;
         // Made under a name of the lock's and then renamed: a file that is not yet whole is never seen.
         let made = lock.sibling();
-        let _ = fs::remove_file(&made);
         let created = Open::create(&made, header).map_err(|error| ResultError::write(&partial, false, &error));
         let open = created.and_then(|open| match fs::rename(&made, &partial) {
             Ok(()) => Ok(open),
@@ -95,7 +97,7 @@ impl ResultWriter {
             let _ = fs::remove_file(&made);
         }
         Ok(ResultWriter {
-            path: path.to_owned(),
+            path,
             partial,
             overwrite,
             open: Some(open?),

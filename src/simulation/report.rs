@@ -2,7 +2,7 @@
 
 use crate::hybrid::{EngineError, RunError};
 use crate::model::{Mode, Parameters};
-use crate::record::{Event, EventDigest};
+use crate::record::{Event, EventDigest, EventKind};
 
 /// How far a run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +70,10 @@ impl RunReport {
 
     /// Counts the kicks that the run did not come to; `waiting` are those that wait for an instability.
     pub(super) fn count_kicks(&mut self, parameters: &Parameters, waiting: usize) {
-        self.kicks_never_given = parameters.perturbations.len().saturating_sub(self.digest.kicks_given);
+        self.kicks_never_given = parameters
+            .perturbations
+            .len()
+            .saturating_sub(self.digest.cycles.count(&[EventKind::Kick]));
         self.kicks_without_instability = waiting;
     }
 }

@@ -10,10 +10,10 @@ use super::shard::Part;
 use super::study::{Design, Study};
 use crate::case::{Form, Motion, Setting};
 use crate::provenance;
-use crate::results::schema::{META_MOTION, META_POINT_COMMAND};
+use crate::results::schema::{META_MOTION, META_POINT_COMMAND, META_SHOW};
 use crate::results::{
-    EventForm, MetaValue, Overwrite, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan, SweepRow,
-    SweepVariable, SweepWriter,
+    EventForm, MetaValue, Overwrite, Reservation, ShardPlan, Status, SweepAxis, SweepHeader, SweepLayout, SweepPlan,
+    SweepRow, SweepVariable, SweepWriter,
 };
 use std::path::{Path, PathBuf};
 
@@ -38,6 +38,9 @@ pub(crate) fn header(study: &Study) -> SweepHeader {
     meta.extend(command_attribute(study));
     if let Form::Trains(motion) = study.form {
         meta.push((META_MOTION.to_owned(), MetaValue::Text(motion.name().to_owned())));
+    }
+    if !study.show.is_empty() {
+        meta.push((META_SHOW.to_owned(), MetaValue::Text(study.show.join(" "))));
     }
     SweepHeader {
         title: study.title.clone(),
@@ -104,7 +107,7 @@ pub(super) fn write(
             shape: part.shape.clone(),
         }),
     };
-    let mut writer = SweepWriter::create(path, overwrite, &study.files, &header(study), &plan)?;
+    let mut writer = SweepWriter::create(Reservation::take(path, overwrite, &study.files)?, &header(study), &plan)?;
     let (mut done, mut failed, mut unfinished) = (0, 0, 0);
     let mut failures = Vec::new();
     for number in (0..count).filter(|&number| part.is_none_or(|part| part.holds(number))) {

@@ -2,8 +2,8 @@
 
 use super::axis::{self, Axis};
 use super::criterion::{BoundarySpec, read_boundary};
-use super::quantities::{Quantity, quantities};
-use super::reading::{Reader, join, whole_number};
+use super::quantities::{Quantity, quantities, unknown_quantity};
+use super::reading::{self, Reader, join, whole_number};
 use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
@@ -57,6 +57,8 @@ pub struct Study {
     pub design: Design,
     /// What is stored of each run.
     pub keep: Keep,
+    /// Names of the quantities that figures show of it, if nothing else is asked for.
+    pub show: Vec<String>,
     /// Files that the study was read from: they must not be overwritten.
     pub files: Vec<PathBuf>,
     /// The base case with the settings, in SI: quicker to read again for every point. None where the axes take part in
@@ -86,7 +88,9 @@ const MOST_POINTS: u64 = 1_000_000_000;
 /// And so are more values on all axes together: of two axes, no grid has as many points.
 const MOST_LEVELS: usize = 4_000_000;
 
-const STUDY_KEYS: &[&str] = &["title", "case", "set", "axis", "sample", "points", "keep", "boundary"];
+const STUDY_KEYS: &[&str] = &[
+    "title", "case", "set", "axis", "sample", "points", "keep", "show", "boundary",
+];
 
 /// So many points, evenly spread, are built before the first run: if none is valid, the study is at fault.
 const PROBES: u64 = 16;
@@ -149,6 +153,9 @@ impl Study {
                 }
             }
         };
+        let show = root
+            .at("show")
+            .map_or_else(Vec::new, |node| read_show(&mut reader, known.form, node));
         let (Some(base), Some(design), true) = (base, design, reader.is_clean()) else {
             return Err(reader.into_error());
         };
@@ -163,6 +170,7 @@ impl Study {
             axes,
             design,
             keep,
+            show,
             files,
         };
         study.check()?;
@@ -190,6 +198,7 @@ impl Study {
             axes,
             design: Design::Rows(Vec::new()),
             keep: Keep::default(),
+            show: Vec::new(),
             files,
         }
     }
@@ -612,6 +621,17 @@ fn read_design(
         Some(_) => read_boundary(reader, known.form, root.at("boundary")?, axes).map(Design::Boundary),
         None => Some(Design::Grid),
     }
+}
+
+/// One name, or a list of them.
+fn read_show(reader: &mut Reader, form: Form, node: &Node) -> Vec<String> {
+    let names = reading::keys_of(reader, node, "show").unwrap_or_default();
+    for name in &names {
+        if !quantities(form).iter().any(|quantity| quantity.name == name) {
+            reader.report(node, "show", unknown_quantity(form, name, "", |_| true));
+        }
+    }
+    names
 }
 
 fn read_sample(reader: &mut Reader, node: &Node, axes: &[Axis]) -> Option<Vec<Vec<Setting>>> {

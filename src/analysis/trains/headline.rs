@@ -2,7 +2,7 @@
 
 use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
 use super::summary::{Outcome, TrainSummary};
-use crate::analysis::headline::HeadlineRow;
+use crate::analysis::headline::{HeadlineRow, events};
 use crate::analysis::summary::{TURNOVER, residual_row};
 use crate::case::{Motion, TrainCase};
 use crate::record::{CycleStatistics, Event};
@@ -43,13 +43,7 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
         |range: Option<(f64, f64)>| range.map_or_else(none, |(least, most)| format!("{least:.9} to {most:.9} s"));
     let mut rows = Vec::new();
     let mut row = |name: &'static str, value: String| rows.push(HeadlineRow { name, value, paper: "" });
-    row(
-        "events",
-        format!(
-            "{} ({} sticks, {} slips)",
-            summary.events, summary.sticks, summary.slips
-        ),
-    );
+    row("events", events(&summary.stick_slip));
     row("first stick", seconds(summary.onset_time));
     row("slip duration, range", range(summary.slip_duration_range));
     row("stick duration, range", range(summary.stick_duration_range));

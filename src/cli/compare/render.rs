@@ -2,9 +2,7 @@
 
 use super::super::terminal as tables;
 use super::pages::{Page, Part, Table};
-
-/// By this a report is known as the program's own.
-pub(super) const MARK: &str = "stickslip compare";
+use crate::plot::signature::REPORT as MARK;
 
 /// For a terminal.
 pub(super) fn terminal(pages: &[Page]) -> String {

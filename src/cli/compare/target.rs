@@ -18,35 +18,25 @@ pub(super) struct Target {
 impl Target {
     /// Refuses another format, an input, and a file that is no report, before anything is computed.
     pub fn check(path: &Path, options: &CompareOptions) -> Result<Target, CommandError> {
-        let refuse = |what: &str| Err(CommandError::Input(format!("{}: {what}", path.display())));
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let html = match extension.as_deref() {
             Some("html" | "htm") => true,
             Some("md") => false,
-            _ => return refuse("a report is written as HTML or Markdown; give it the extension .html or .md"),
+            _ => {
+                return Err(CommandError::Input(format!(
+                    "{}: a report is written as HTML or Markdown; give it the extension .html or .md",
+                    path.display()
+                )));
+            }
         };
-        if path.is_dir() {
-            return refuse("this is a folder; name a file in it with --report");
-        }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if folder.is_some_and(|folder| !folder.is_dir()) {
-            return refuse("the folder does not exist; create it, or choose another with --report");
-        }
         let inputs = options
             .candidates
             .iter()
             .chain([&options.reference])
             .chain(&options.map)
             .chain(&options.events);
-        let same = |input: &PathBuf| matches!((input.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b);
-        if inputs.into_iter().any(same) {
-            return refuse("this is an input of the comparison; give the report another name");
-        }
-        if path.exists() && !options.force && !is_report(path) {
-            return refuse(
-                "exists and is no report of this program, so it is not replaced; choose another name, or replace it with --force",
-            );
-        }
+        let inputs: Vec<PathBuf> = inputs.cloned().collect();
+        target::check(path, Product::Report, &inputs, options.force).map_err(failed)?;
         Ok(Target {
             path: path.to_owned(),
             html,
@@ -68,12 +58,7 @@ impl Target {
             self.write_figures(pages)?;
             render::markdown(pages, shortfalls)
         };
-        crate::results::disk::write_whole(&self.path, &[text.as_bytes()]).map_err(|error| {
-            let path = self.path.display();
-            CommandError::Computation(format!(
-                "{path}: writing failed: {error}; check the disk and the folder"
-            ))
-        })
+        target::write(&self.path, Product::Report, &[text.as_bytes()]).map_err(failed)
     }
 }
 
@@ -83,17 +68,14 @@ impl Target {
         for part in figures {
             let Part::Figure(figure) = part else { continue };
             let path = self.path.with_file_name(&figure.file);
-            let failed = |error: TargetError| bad(error.into());
-            target::check(&path, Product::Figure, &[], self.force).map_err(failed)?;
-            target::write(&path, Product::Figure, &[figure.svg.as_bytes()]).map_err(failed)?;
+            let figures = Product::Figure(Product::Report.option());
+            target::check(&path, figures, &[], self.force).map_err(failed)?;
+            target::write(&path, figures, &[figure.svg.as_bytes()]).map_err(failed)?;
         }
         Ok(())
     }
 }
 
-fn is_report(path: &Path) -> bool {
-    use std::io::Read;
-    let mut start = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(512).read_to_end(&mut start));
-    read.is_ok() && String::from_utf8_lossy(&start).contains(render::MARK)
+fn failed(error: TargetError) -> CommandError {
+    bad(error.into())
 }

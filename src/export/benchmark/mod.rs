@@ -81,7 +81,7 @@ pub fn write(path: &Path, folder: &Path, terms: &Terms, force: bool) -> Result<V
         .prefix(".stickslip-")
         .tempdir_in(&parent)
         .map_err(failed)?;
-    let resources = fill(made.path(), &file, about, events)?;
+    let resources = fill([made.path(), folder], &file, about, events)?;
     let mut names: Vec<String> = resources.into_iter().map(|resource| resource.path).collect();
     names.extend([DATA_PACKAGE.to_owned(), RO_CRATE.to_owned()]);
     fs::create_dir_all(folder).map_err(failed)?;
@@ -190,10 +190,16 @@ fn examine<'a>(file: &'a ResultFile, terms: &Terms) -> Result<(About, Table<'a>)
     ))
 }
 
-/// Writes every file of the package into a folder.
-fn fill(folder: &Path, file: &ResultFile, mut about: About, events: Table<'_>) -> Result<Vec<Resource>, ExportError> {
+/// Writes every file of the package into a folder, which is called by another name in errors: that which it is to have.
+fn fill(
+    [folder, called]: [&Path; 2],
+    file: &ResultFile,
+    mut about: About,
+    events: Table<'_>,
+) -> Result<Vec<Resource>, ExportError> {
     let mut package = Package {
         folder,
+        called,
         resources: Vec::new(),
     };
     let parameters = parameters::read(&file.resolved()?);
@@ -283,8 +289,7 @@ fn fill(folder: &Path, file: &ResultFile, mut about: About, events: Table<'_>) -
         (RO_CRATE, describe::ro_crate(&about, &resources)),
     ];
     for (name, text) in described {
-        let path = folder.join(name);
-        fs::write(&path, text).map_err(|error| ExportError::io(&path, "writing", error))?;
+        fs::write(folder.join(name), text).map_err(|error| ExportError::io(&called.join(name), "writing", error))?;
     }
     Ok(resources)
 }
@@ -292,13 +297,14 @@ fn fill(folder: &Path, file: &ResultFile, mut about: About, events: Table<'_>) -
 /// The package as far as it is written.
 struct Package<'a> {
     folder: &'a Path,
+    /// What errors call the folder.
+    called: &'a Path,
     resources: Vec<Resource>,
 }
 
 impl Package<'_> {
     fn text(&mut self, name: &str, title: &str, media: &'static str, text: &str) -> Result<(), ExportError> {
-        self.write(name, title, media, None, |file| {
-            let path = Path::new(name);
+        self.write(name, title, media, None, |file, path| {
             file.write_all(text.as_bytes())
                 .map_err(|error| ExportError::io(path, "writing", error))
         })
@@ -306,8 +312,8 @@ impl Package<'_> {
 
     fn table(&mut self, name: &str, title: &str, table: &Table, key: &[&'static str]) -> Result<(), ExportError> {
         let schema = describe::schema(&table.columns, key);
-        self.write(name, title, "text/csv", Some(schema), |file| {
-            csv::write_plain(table, file, Path::new(name))
+        self.write(name, title, "text/csv", Some(schema), |file, path| {
+            csv::write_plain(table, file, path)
         })
     }
 
@@ -317,16 +323,17 @@ impl Package<'_> {
         title: &str,
         media: &'static str,
         schema: Option<serde_json::Value>,
-        fill: impl FnOnce(&mut Summed) -> Result<(), ExportError>,
+        fill: impl FnOnce(&mut Summed, &Path) -> Result<(), ExportError>,
     ) -> Result<(), ExportError> {
-        let path = self.folder.join(name);
-        let file = fs::File::create(&path).map_err(|error| ExportError::io(&path, "writing", error))?;
+        let called = self.called.join(name);
+        let file =
+            fs::File::create(self.folder.join(name)).map_err(|error| ExportError::io(&called, "writing", error))?;
         let mut file = Summed {
             file,
             digest: Sha256::new(),
             bytes: 0,
         };
-        fill(&mut file)?;
+        fill(&mut file, &called)?;
         self.resources.push(Resource {
             path: name.to_owned(),
             title: title.to_owned(),

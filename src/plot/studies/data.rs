@@ -3,7 +3,7 @@
 use crate::case;
 use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Cell};
-use crate::results::schema::{META_POINT_COMMAND, group};
+use crate::results::schema::{META_POINT_COMMAND, META_SHOW, group};
 use crate::results::{ResultError, SweepFile};
 use std::path::{Path, PathBuf};
 
@@ -181,6 +181,8 @@ pub struct StudyData {
     pub quantities: Vec<StudyQuantity>,
     /// Code of every point: 0 complete, 1 failed, 2 missing.
     pub status: Vec<f64>,
+    /// The quantities that the study asks for: those it is to show, or the one of its criterion.
+    pub asked: Vec<String>,
     /// Number and message of those that failed.
     pub failures: Vec<(u64, String)>,
     /// Runs a point by itself, once the values on the axes are set; of files of earlier versions not known.
@@ -270,6 +272,13 @@ impl StudyData {
             is_grid,
             quantities,
             status,
+            asked: meta(META_SHOW)
+                .map(|names| names.split(' ').map(str::to_owned).collect())
+                .or_else(|| {
+                    let criterion = file.text("boundary/criterion")?;
+                    criterion.split_whitespace().next().map(|name| vec![name.to_owned()])
+                })
+                .unwrap_or_default(),
             failures: file.failures()?,
             command: meta(META_POINT_COMMAND),
             default_tolerance: file.number(&format!("{}/default_rtol", group::META)),
@@ -288,13 +297,20 @@ impl StudyData {
         })
     }
 
-    /// The first of `wishes` that differs from point to point; else the first quantity that does, or the first of all.
-    pub(super) fn of_interest(&self, wishes: &[&str]) -> Option<&StudyQuantity> {
+    /// The quantities that the study asks for. Where it asks for none, the one of most interest: the first of `wishes` that
+    /// differs from point to point; else the first quantity that does, or the first of all.
+    pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
+        let asked: Vec<&StudyQuantity> = self.asked.iter().filter_map(|name| self.quantity(name).ok()).collect();
+        if !asked.is_empty() {
+            return asked;
+        }
         let named = wishes.iter().filter_map(|wish| self.quantity(wish).ok());
         let all = named.chain(&self.quantities);
         all.clone()
             .find(|quantity| quantity.varies())
             .or_else(|| all.clone().next())
+            .into_iter()
+            .collect()
     }
 
     /// The place of the axis of a name, or of a key.

@@ -135,8 +135,8 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
     Ok(found)
 }
 
-/// Those that are asked for, or the one of most interest: of a grid the number of sticks or what the motion comes to, of
-/// a sample the onset.
+/// Those that are asked for, here or by the study; else the one of most interest: of a grid the number of sticks or what the
+/// motion comes to, of a sample the onset.
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
         let wishes: &[&str] = if data.is_grid {
@@ -144,7 +144,7 @@ fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQ
         } else {
             &["onset_time", "attractor_period", "stick_count"]
         };
-        return Ok(data.of_interest(wishes).into_iter().collect());
+        return Ok(data.of_interest(wishes));
     }
     choice.quantities.iter().map(|name| data.quantity(name)).collect()
 }

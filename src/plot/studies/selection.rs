@@ -22,7 +22,8 @@ pub(super) fn selected(data: &StudyData, choice: &Choice) -> Result<Selection, P
             Some(code) => code as f64,
             None => text.parse().unwrap_or(f64::NAN),
         };
-        let close = |value: f64| (value - wish).abs() <= 1e-6 * value.abs().max(wish.abs());
+        // By the size of the value: every value is within a millionth of an infinite wish.
+        let close = |value: f64| (value - wish).abs() <= 1e-6 * value.abs();
         let Some(value) = axis.values.iter().copied().find(|value| close(*value)) else {
             let mut levels = axis.values.clone();
             levels.sort_by(f64::total_cmp);

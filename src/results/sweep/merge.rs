@@ -10,7 +10,7 @@ use super::storage::{Rows, Shards, Source, Storage, relative_path};
 use super::writer::SweepWriter;
 use crate::results::check::check_sound;
 use crate::results::disk::same_file;
-use crate::results::{MetaValue, Overwrite, ResultError, Status, partial_path};
+use crate::results::{MetaValue, Overwrite, Reservation, ResultError, Status, partial_path};
 
 /// What is merged into what.
 #[derive(Debug, Clone, Copy)]
@@ -315,7 +315,11 @@ impl Whole<'_> {
         for shard in self.shards {
             rows.push(shard.rows(self.plan)?);
         }
-        let mut writer = SweepWriter::create(output, self.overwrite, shards, self.header, self.plan)?;
+        let mut writer = SweepWriter::create(
+            Reservation::take(output, self.overwrite, shards)?,
+            self.header,
+            self.plan,
+        )?;
         let mut failed = 0;
         for number in 0..self.plan.points {
             let row = rows[self.partition().owner(number)].next(number as u64)?;
@@ -348,7 +352,8 @@ impl Whole<'_> {
             sources: &sources,
             rows: Rows::Points,
         });
-        let mut writer = SweepWriter::create_with(output, self.overwrite, shards, self.header, self.plan, storage)?;
+        let place = Reservation::take(output, self.overwrite, shards)?;
+        let mut writer = SweepWriter::create_with(place, self.header, self.plan, storage)?;
         let failed = failures.len();
         for (number, message) in failures {
             writer.push_failure(i64::try_from(number).unwrap_or(i64::MAX), message);

@@ -12,29 +12,25 @@ use super::shard;
 use super::storage::Storage;
 use crate::results::attributes::{write_attributes, write_input, write_text_attribute};
 use crate::results::disk;
-use crate::results::lock::WriteLock;
 use crate::results::schema;
 use crate::results::table::{self, create_group};
-use crate::results::target::{self, Overwrite};
+use crate::results::target::{self, Reservation};
 use crate::results::{ResultError, Status, checksums, raw, seal};
 
 /// Writes one sweep file, beside its name until it is whole.
 pub(crate) struct SweepWriter {
-    path: PathBuf,
-    partial: PathBuf,
     made: PathBuf,
-    overwrite: Overwrite,
     /// In the order in which they are dropped, and so closed: the datasets before their file.
     columns: Columns,
     file: hdf5::File,
-    _lock: WriteLock,
+    place: Reservation,
 }
 
 impl std::fmt::Debug for SweepWriter {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("SweepWriter")
-            .field("path", &self.path)
+            .field("path", &self.place.path)
             .finish_non_exhaustive()
     }
 }
@@ -43,31 +39,19 @@ impl SweepWriter {
     /// Creates the file under a hidden name.
     ///
     /// # Errors
-    /// Those of [`crate::results::check_target`]; another program that writes the same file; any failure to create it.
-    pub fn create(
-        path: &Path,
-        overwrite: Overwrite,
-        inputs: &[PathBuf],
-        header: &SweepHeader,
-        plan: &SweepPlan,
-    ) -> Result<Self, ResultError> {
-        Self::create_with(path, overwrite, inputs, header, plan, Storage::Own)
+    /// Any failure to create it.
+    pub fn create(place: Reservation, header: &SweepHeader, plan: &SweepPlan) -> Result<Self, ResultError> {
+        Self::create_with(place, header, plan, Storage::Own)
     }
 
     /// The same with the points stored elsewhere.
     pub(super) fn create_with(
-        path: &Path,
-        overwrite: Overwrite,
-        inputs: &[PathBuf],
+        place: Reservation,
         header: &SweepHeader,
         plan: &SweepPlan,
         storage: Storage,
     ) -> Result<Self, ResultError> {
-        target::check_target(path, overwrite, inputs)?;
-        let partial = target::partial_path(path);
-        let lock = WriteLock::take(&partial)?;
-        let made = lock.sibling();
-        let _ = fs::remove_file(&made);
+        let made = place.lock.sibling();
         let created = (|| {
             let format = match plan.shard {
                 Some(_) => schema::SWEEP_SHARD_FORMAT,
@@ -80,15 +64,12 @@ impl SweepWriter {
             let columns = Columns::create(&file, plan, storage)?;
             Ok((file, columns))
         })();
-        let (file, columns) = created.map_err(|error| ResultError::write(path, false, &error))?;
+        let (file, columns) = created.map_err(|error| ResultError::write(&place.path, false, &error))?;
         Ok(SweepWriter {
-            path: path.to_owned(),
-            partial,
             made,
-            overwrite,
             columns,
             file,
-            _lock: lock,
+            place,
         })
     }
 
@@ -99,7 +80,7 @@ impl SweepWriter {
     pub fn push(&mut self, row: SweepRow) -> Result<(), ResultError> {
         self.columns
             .push(row)
-            .map_err(|error| ResultError::write(&self.path, false, &error))
+            .map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
 
     /// Adds a point that failed to the table of failures, where the points themselves are stored elsewhere.
@@ -135,7 +116,7 @@ impl SweepWriter {
             }
             Ok(())
         })()
-        .map_err(|error| ResultError::write(&self.path, false, &error))
+        .map_err(|error| ResultError::write(&self.place.path, false, &error))
     }
 
     /// Ends the file. Returns where it is: at its own name if the sweep is complete, else at its partial name.
@@ -144,14 +125,12 @@ impl SweepWriter {
     /// A failure to write; or a file that has come to be at the target and may not be replaced.
     pub fn finish(self, status: &Status) -> Result<PathBuf, ResultError> {
         let SweepWriter {
-            path,
-            partial,
             made,
-            overwrite,
             mut columns,
             file,
-            _lock,
+            place,
         } = self;
+        let Reservation { path, partial, .. } = &place;
         let closed = (|| {
             columns.flush()?;
             columns.finish(&file)?;
@@ -160,16 +139,16 @@ impl SweepWriter {
             drop(columns);
             file.close()
         })();
-        closed.map_err(|error| ResultError::write(&path, false, &error))?;
+        closed.map_err(|error| ResultError::write(path, false, &error))?;
         let saved = seal::write(&made).and_then(|()| fs::File::open(&made)?.sync_all());
         saved.map_err(|error| ResultError::io(&made, "saving the file", error))?;
-        let target = if *status == Status::Complete { &path } else { &partial };
-        target::check_replaceable(target, overwrite)?;
+        let target = if *status == Status::Complete { path } else { partial };
+        target::check_replaceable(target, place.overwrite)?;
         fs::rename(&made, target)
             .map_err(|error| ResultError::io(target, "giving the finished file its name", error))?;
         if *status == Status::Complete {
             // Of an interruption before; it may not be there.
-            let _ = fs::remove_file(&partial);
+            let _ = fs::remove_file(partial);
         }
         let _ = fs::File::open(disk::folder_of(target)).and_then(|folder| folder.sync_all());
         Ok(target.clone())

@@ -131,7 +131,7 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
     let interest = data.of_interest(&["motion", "stick_count", "onset_time"]);
     let first = chosen
         .iter()
-        .position(|quantity| Some(quantity.name.as_str()) == interest.map(|q| q.name.as_str()));
+        .position(|quantity| Some(quantity.name.as_str()) == interest.first().map(|q| q.name.as_str()));
     let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let mut failures = data.failures.clone();
     failures.truncate(MESSAGES);

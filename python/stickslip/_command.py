@@ -1,0 +1,85 @@
+"""Commands of the program, run in this process, in the words of Python."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping
+
+from . import _native
+from ._errors import StickslipError
+
+Progress = Callable[[int, int], object]
+"""Called with what is done, of how much."""
+
+ARGUMENTS = {
+    "-o": "output",
+    "--force": "replace=True",
+    "--resume": "resume=True",
+    "--jobs": "jobs",
+    "--method": "method",
+    "--set": "overrides",
+    "--digits": "digits",
+    "--oracle": "oracle=True",
+    "--map": "mapping",
+    "--column": "columns",
+    "--events": "events",
+    "--time-offset": "time_offset",
+    "--velocity-tolerance": "velocity_tolerance",
+    "--hysteresis": "hysteresis",
+    "--require": "require",
+}
+"""Options of the program, and the arguments that they are here."""
+
+SHELL = re.compile(r"(stickslip [a-z][^;`\n]*)")
+"""A command to be typed, which stays as it is."""
+
+SETTING = re.compile(r"--(set|column) (?:'([\w.]+)=([^']*)'|([\w.]+)(?:=([^\s;,]*[^\s;,.:]))?)")
+OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?:[ =]([0-9][^\s;,:]*))?(?![\w-])")
+
+
+def _setting(found: re.Match[str]) -> str:
+    argument = ARGUMENTS[f"--{found[1]}"]
+    key, value = found[2] or found[4], found[3] or found[5]
+    if value is None:
+        return f'{argument}["{key}"]'
+    # A number, a list or a text of TOML is one of Python, too.
+    plain = re.fullmatch(r'[-+]?[0-9.]+(e[-+]?[0-9]+)?|"[^"]*"', value)
+    return f'{argument}={{"{key}": {value if plain else json.dumps(value)}}}'
+
+
+def _option(found: re.Match[str]) -> str:
+    argument = ARGUMENTS.get(found[1])
+    if argument is None:
+        return found[0]
+    return argument if found[2] is None else f"{argument}={found[2]}"
+
+
+def in_python(text: str) -> str:
+    """A message of the program with the arguments of this module in place of its options; commands to be typed stay."""
+    parts = SHELL.split(text)
+    parts[::2] = [OPTION.sub(_option, SETTING.sub(_setting, part)) for part in parts[::2]]
+    return "".join(parts)
+
+
+def command(
+    arguments: list[str], names: Mapping[str, str], *, keeps: bool = True, progress: Progress | None = None
+) -> tuple[str, str | None, list[str], str | None]:
+    """A command of the program: its report, its JSON document, its messages, and why it fell short. The names of files are
+    replaced in all of them, the options of the program in all but the document."""
+
+    def named(text: str) -> str:
+        for file, name in names.items():
+            text = text.replace(file, name)
+        return text
+
+    try:
+        text, document, messages, shortfall = _native.command(arguments, keeps, progress)
+    except StickslipError as error:
+        raise type(error)(in_python(named(str(error)))) from None
+    return (
+        in_python(named(text)),
+        None if document is None else named(document),
+        [in_python(named(message)) for message in messages],
+        None if shortfall is None else in_python(named(shortfall)),
+    )

@@ -1,0 +1,35 @@
+"""Opens any file of the program."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from . import _native
+from ._case import PathLike
+from ._errors import FileError
+from ._run import Run, identity
+from ._sweep import is_sweep, read_sweep
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
+    """Opens a file of the program: a result, certified or not, as a :class:`Run`; a sweep as a dataset.
+
+    Columns are read when they are asked for.
+
+    :raises FileError: no such file, none of this program, or damaged.
+    """
+    name = os.path.abspath(os.fspath(path))
+    if is_sweep(name):
+        return read_sweep(name)
+    found = identity(name)
+    try:
+        opened = Run(_native.open_result(name))
+    except FileError as error:
+        # By the name that was given.
+        raise FileError(str(error).replace(name, os.fspath(path))) from None
+    opened._identity = found
+    return opened
