@@ -8,6 +8,7 @@ use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, cert
 use crate::case::{Case, CaseSource, Override};
 use crate::model::ExactParameters;
 use crate::model::torsion::TorsionModel;
+use crate::model::trains::ExactTrains;
 use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind, MemoryRecorder};
@@ -95,8 +96,9 @@ fn solve(
         end_time: as_decimal.or(end_time).unwrap_or_default(),
         max_events: case.solver.max_events,
         longest: LONGEST,
+        ..OracleRequest::default()
     };
-    let solution = oracle::solve(exact, &request, &mut |now| {
+    let solution = oracle::solve(&ExactTrains::from(exact), &request, &mut |now| {
         progress(now);
         match stop() {
             true => ControlFlow::Break(()),

@@ -10,8 +10,8 @@ use super::witness::by_another_method;
 use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
 use crate::case::{CaseSource, Override, TrainCase};
-use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
-use crate::oracle::{OracleError, OracleProgress, OracleRequest};
+use crate::model::trains::ExactTrains;
+use crate::oracle::{OracleError, OracleProgress, OracleRequest, OracleSolution, solve};
 use crate::record::Event;
 use crate::results::CertificateTables;
 use crate::results::schema::all_mode_flags;
@@ -90,7 +90,7 @@ pub struct TrainCertificate {
     /// The methods that were asked.
     pub ladder: Vec<TrainRung>,
     /// The exact events, if the oracle has them.
-    pub exact: Option<TrainOracleSolution>,
+    pub exact: Option<OracleSolution>,
     /// Why it has not.
     pub without_oracle: Option<String>,
     /// How far the rows of the trajectory can be off, up to the first event that is not converged; empty where no rows were
@@ -139,9 +139,11 @@ pub fn certify(
         end_time: rational(case.output.end_time),
         max_events: case.solver.max_events,
         longest: request.longest,
+        threshold: case.threshold.map(rational),
+        // The run has no events of stability.
+        stability: false,
     };
-    let threshold = case.threshold.map(rational);
-    let (solution, without_oracle) = match solve(exact, &request, threshold.as_ref(), control) {
+    let (solution, without_oracle) = match solve(exact, &request, control) {
         Ok(solution) => (Some(solution), None),
         Err(error @ OracleError::Interrupted(_)) => return Err(error),
         Err(error) => (None, Some(error.to_string())),
@@ -286,7 +288,7 @@ impl TrainCertificate {
     }
 
     /// The exact event times as lines of CSV.
-    fn csv(exact: &TrainOracleSolution) -> String {
+    fn csv(exact: &OracleSolution) -> String {
         let mut lines = vec!["time,kind,mode_after".to_owned()];
         for (index, event) in exact.report.events.iter().enumerate() {
             let digits = exact.digits_of_event(index).max(1) as usize;

@@ -13,8 +13,8 @@ pub use study_case::StudyCase;
 use study::{FALLBACK, TIGHTEST};
 
 use super::truth::{Truth, TruthError};
-use crate::oracle::trains::{ExactTrains, solve};
-use crate::oracle::{OracleError, OracleRequest};
+use crate::model::trains::ExactTrains;
+use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::simulation::{Method, RunReport};
 use num_rational::BigRational;
@@ -316,13 +316,13 @@ fn by_oracle(
     let rational = |value: f64| BigRational::from_float(value).unwrap_or_default();
     let request = OracleRequest {
         digits: DIGITS,
-        growth: 0.0,
         end_time: rational(case.output.end_time),
         max_events: case.solver.max_events,
         longest: LONGEST,
+        threshold: case.threshold.map(rational),
+        ..OracleRequest::default()
     };
-    let threshold = case.threshold.map(rational);
-    let solution = match solve(exact, &request, threshold.as_ref(), &mut |_| control(*by, false)) {
+    let solution = match solve(exact, &request, &mut |_| control(*by, false)) {
         Ok(solution) => solution,
         Err(OracleError::Interrupted(_)) => return Ok(Asked::Interrupted),
         Err(error) => return Ok(Asked::Without(error.to_string())),

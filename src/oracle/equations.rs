@@ -1,17 +1,20 @@
-//! The equations of two trains as recurrences of Taylor coefficients.
+//! The equations of two chains of inertias as recurrences of Taylor coefficients.
 //!
-//! Both trains are written once, with a sign: +1 for the rotor, whose twists are outer less inner angle, and -1 for the
+//! Both chains are written once, with a sign: +1 for the rotor, whose twists are outer less inner angle, and -1 for the
 //! stator. With speeds w from the contact outwards, w_i = w_(i+1) - sign times the rate of shaft i, a shaft's torque S_i acts
 //! with that sign on its inner inertia and against it on its outer one, and the torque T of the contact acts against it on the
 //! surface.
 
+use super::axial::AxialMotion;
 use super::contact::{Contact, ContactSeries};
 use super::courses::{Course, CourseSeries};
-use crate::model::trains::{End, Pressing, Train};
-use crate::oracle::axial::AxialMotion;
-use crate::oracle::elementary::Elementary;
-use crate::oracle::float::Float;
-use crate::oracle::series::{evaluate, largest_order};
+use super::elementary::Elementary;
+use super::float::Float;
+use super::margin::twice_resistance;
+use super::roots::evaluate;
+use super::scales::Scales;
+use super::steps::largest_order;
+use crate::model::trains::{End, ExactTrains, Pressing, Train};
 use num_rational::BigRational;
 
 /// Places of the trains.
@@ -56,6 +59,8 @@ pub(super) struct ChainState<const N: usize> {
     pub rate: Vec<Float<N>>,
     /// The speed of the outermost inertia where nothing holds it, rad/s.
     pub free: Option<Float<N>>,
+    /// The angle of the same inertia, rad: a quadrature, on which nothing else depends.
+    pub angle: Float<N>,
 }
 
 /// The speed of what a train ends in.
@@ -144,12 +149,14 @@ pub(super) struct Model<const N: usize> {
     pub force: Option<usize>,
     /// r mu_0.
     breakaway: Float<N>,
+    /// 2 R of the margin of steady sliding, N m s/rad; `None` where sliding does not slow down by itself, or nothing can swing.
+    pub twice_resistance: Option<Float<N>>,
     pub contact: Contact<N>,
     pub table: Elementary<N>,
 }
 
 impl<const N: usize> Model<N> {
-    pub fn new(exact: &super::ExactTrains) -> Self {
+    pub fn new(exact: &ExactTrains) -> Self {
         let mut courses = 0;
         let chains = [
             Chain::new(&exact.rotor, true, &mut courses),
@@ -178,6 +185,7 @@ impl<const N: usize> Model<N> {
             axial,
             force,
             breakaway: Float::from_rational(&(&exact.radius * &exact.breakaway)),
+            twice_resistance: twice_resistance(exact),
             contact: Contact::new(exact),
             table: Elementary::new(largest_order(Float::<N>::BITS) + 2),
         }
@@ -190,6 +198,7 @@ struct ChainSeries<const N: usize> {
     twist: Vec<Vec<Float<N>>>,
     rate: Vec<Vec<Float<N>>>,
     free: Vec<Float<N>>,
+    angle: Vec<Float<N>>,
     /// Of each inertia.
     speed: Vec<Vec<Float<N>>>,
 }
@@ -227,6 +236,7 @@ impl<const N: usize> Expansion<N> {
             twist: each(&chain.twist),
             rate: each(&chain.rate),
             free: chain.free.into_iter().collect(),
+            angle: vec![chain.angle],
             speed: Vec::new(),
         };
         let [rotor, stator] = &state.chains;
@@ -338,6 +348,8 @@ impl<const N: usize> Expansion<N> {
             if chain.far == Far::Free
                 && let Some(last) = accelerations.last()
             {
+                let turned = &series.free[k] * per_next;
+                series.angle.push(turned);
                 series.free.push(last * per_next);
             }
         }
@@ -403,6 +415,16 @@ impl<const N: usize> Expansion<N> {
             .collect()
     }
 
+    /// The margin of steady sliding, 2 (R + r F_n mu'), N m s/rad; empty outside slip.
+    pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
+        match (self.regime, &model.twice_resistance) {
+            (Regime::Slip(_, piece), Some(resistance)) => {
+                self.contact.margin(&model.contact, piece, resistance, &self.normal)
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// T_f and mu_0 r F_n around the present time, of an expansion in stick.
     pub fn stick_test(&self, model: &Model<N>) -> [Float<N>; 2] {
         [self.transmitted[0], &model.breakaway * &self.normal[0]]
@@ -423,6 +445,7 @@ impl<const N: usize> Expansion<N> {
             twist: each(&series.twist),
             rate: each(&series.rate),
             free: (!series.free.is_empty()).then(|| evaluate(&series.free, step)),
+            angle: evaluate(&series.angle, step),
         };
         let [rotor, stator] = &self.chains;
         let [z, z_dot] = &self.axial;
@@ -471,33 +494,6 @@ fn transmitted<const N: usize>(model: &Model<N>, sums: &[Vec<Float<N>>; 2], far:
         [Some(rotor), None] => rotor - &(&inertia(ROTOR) * &far[STATOR]),
         [None, None] => Float::zero(),
     }
-}
-
-/// What the components are worth at least, log2: below that an error counts in terms of this size.
-#[derive(Debug)]
-pub(super) struct Scales {
-    /// Of all torques.
-    pub torque: f64,
-    pub chains: [ChainScales; 2],
-    pub axial: [f64; 2],
-    pub courses: Vec<f64>,
-    pub deflection: f64,
-}
-
-impl Scales {
-    /// A speed below which, by the precision, there is rounding alone.
-    pub fn least_speed(&self) -> f64 {
-        let speeds = self.chains.iter().map(|chain| chain.speed);
-        speeds.fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// Of one train.
-#[derive(Debug)]
-pub(super) struct ChainScales {
-    pub twist: Vec<f64>,
-    pub rate: Vec<f64>,
-    pub speed: f64,
 }
 
 /// The speeds of all inertias of a state, where the driven ends have those of `ends`.
