@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::{ExactParameters, KickTime, nearest_double};
 use stickslip::model::trains::ExactTrains;
+use stickslip::model::{ExactParameters, KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
@@ -95,7 +95,10 @@ fn events(exact: &ExactParameters, path: Option<&str>, end_time: &str) -> (Vec<O
         end_time: rational(end_time).unwrap(),
         ..OracleOptions::default()
     };
-    let report = oracle::run(&ExactTrains::from(&changed), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let report = oracle::run(&ExactTrains::from(&changed), &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     (report.events, change)
 }
 

@@ -231,7 +231,10 @@ fn analytic_instability_of_unequal_surfaces() {
     let x = lost.state.relative_velocity.to_f64();
     let kappa = -0.05 * 2000.0 * 3.5 * 0.3 * (-3.5 * x).exp();
     let resistance = impedance(below).re;
-    assert!((resistance + kappa).abs() < 1e-9 * resistance, "{resistance} and {kappa}");
+    assert!(
+        (resistance + kappa).abs() < 1e-9 * resistance,
+        "{resistance} and {kappa}"
+    );
 }
 
 /// Without the margin, and where a torque keeps the rotor turning, nothing is said of stability and no kick comes with it.
