@@ -19,7 +19,7 @@
 //! | `scales` | what each component is worth at least |
 //! | `steps` | order and length of a step from the precision |
 //! | `roots` | the first zero of a guard on a step, or the proof that there is none |
-//! | `automaton` | modes, events, kicks and corners |
+//! | `automaton` | modes, events, kicks and corners; its guards in `guards` |
 //! | `report` | what a run gives |
 //! | `solve` | two runs or more, until as many digits as one wants are known to be true |
 
