@@ -7,18 +7,19 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::ExactParameters;
+use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, OracleOptions, rational};
 
 /// `paper-si` from a lower speed: it stops after a quarter of a second.
-fn short_brake() -> ExactParameters {
+fn short_brake() -> ExactTrains {
     let overrides = [
         "initial.speed=3",
         "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
         "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
     ]
     .map(|text| Override::parse(text).expect("an override"));
-    Case::exact_parameters(&CaseSource::built_in("paper-si").expect("a case"), &overrides).expect("valid")
+    let source = CaseSource::built_in("paper-si").expect("a case");
+    ExactTrains::from(&Case::exact_parameters(&source, &overrides).expect("valid"))
 }
 
 fn runs(criterion: &mut Criterion) {
@@ -36,8 +37,7 @@ fn runs(criterion: &mut Criterion) {
         let options = OracleOptions {
             digits,
             end_time: rational(end).expect("a decimal"),
-            sample_times: Vec::new(),
-            max_events: 1000,
+            ..OracleOptions::default()
         };
         group.bench_function(
             BenchmarkId::from_parameter(format!("{digits} digits to {end} s")),

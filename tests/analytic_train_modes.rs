@@ -8,6 +8,7 @@ use stickslip::analysis::trains::Verdict;
 use stickslip::analysis::trains::modes::{Change, TrainModes, TrainState};
 use stickslip::case::{CaseSource, Override, TrainCase};
 use stickslip::friction::{Exponential, FrictionLaw, Law, Stribeck};
+use stickslip::model::BreakawayTest;
 use stickslip::model::trains::parameters::*;
 use stickslip::signal::Drive;
 
@@ -70,6 +71,7 @@ fn pair(rotor: Train, stator: Train, radius: f64, force: f64, law: FrictionLaw) 
         rotor,
         stator,
         radius,
+        breakaway_test: BreakawayTest::Transmitted,
         pressing: Pressing::Force(Drive::Value(force)),
         law,
         contact: ContactLaw::StickSlip,

@@ -10,7 +10,7 @@ use stickslip::Run;
 use stickslip::analysis::trains::{Attractor, Outcome, SavedTrainRun, TrainSummary};
 use stickslip::case::builtin::TRAINS;
 use stickslip::case::{Case, CaseSource, Origin, Override, TrainCase};
-use stickslip::oracle::{OracleOptions, trains};
+use stickslip::oracle::{self, OracleOptions};
 use stickslip::record::{Channels, Event, EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
@@ -803,9 +803,9 @@ fn multiprecision_samples_of_a_groaning_brake() {
         digits: 40,
         end_time: rational(2.0),
         sample_times: recorder.samples.iter().map(|sample| rational(sample.time)).collect(),
-        max_events: 1000,
+        ..OracleOptions::default()
     };
-    let truth = trains::run(&exact, &options, None, &mut |_| ControlFlow::Continue(())).unwrap();
+    let truth = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(truth.samples.len(), recorder.samples.len());
     for (sample, (_, exact)) in recorder.samples.iter().zip(&truth.samples) {
         let state = &sample.state;

@@ -7,7 +7,8 @@ use num_traits::{Signed, ToPrimitive};
 use proptest::prelude::*;
 use stickslip::case::{AnyCase, Case, CaseSource, Motion, Origin, Override, TrainCase, builtin, schema, train_keys};
 use stickslip::friction::{FrictionLaw, Law as _};
-use stickslip::model::trains::{ContactLaw, End, KickSide, Pressing, Smoothing};
+use stickslip::model::KickTime;
+use stickslip::model::trains::{ContactLaw, End, ExactTrains, KickSide, Pressing, Smoothing};
 use stickslip::signal::{Drive, Frequency, Shape, Signal};
 use stickslip::simulation::Around;
 
@@ -201,7 +202,10 @@ fn case_trains_are_read_with_units_signals_and_defaults() {
     assert_eq!(trains.initial.rotor_twist, [0.01, 0.0]);
     // The ramp starts from rest.
     assert_eq!(trains.initial.rotor_speed, [0.0, 0.0]);
-    assert_eq!((trains.kicks[0].on, trains.kicks[0].time), (KickSide::Rotor, 1.5));
+    assert_eq!(
+        (trains.kicks[0].on, trains.kicks[0].time),
+        (KickSide::Rotor, KickTime::At(1.5))
+    );
     assert_eq!(case.output.interval, 0.01);
 }
 
@@ -267,20 +271,7 @@ fn case_trains_say_the_numbers_of_the_brake() {
     );
     let exact = TrainCase::exact_parameters(&source(BRAKE), &[]).unwrap();
     let brake = Case::exact_parameters(&CaseSource::built_in("paper").unwrap(), &[]).unwrap();
-    assert_eq!(
-        exact.rotor.inertia,
-        [brake.surface_inertia.clone(), brake.rotor_inertia]
-    );
-    assert_eq!(
-        (exact.rotor.damping, exact.stator.viscous),
-        (vec![brake.torsional_damping], vec![BigRational::default()])
-    );
-    assert_eq!(
-        (exact.radius, exact.breakaway, exact.law),
-        (brake.radius, brake.breakaway, brake.law)
-    );
-    assert_eq!(exact.initial.rotor_speed, [brake.speed.clone(), brake.speed]);
-    assert_eq!(Some(&exact.kicks[0].time), brake.kicks[0].time.as_ref());
+    assert_eq!(exact, ExactTrains::from(&brake));
 }
 
 #[test]

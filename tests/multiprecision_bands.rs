@@ -10,6 +10,7 @@ use stickslip::Run;
 use stickslip::analysis::bands::Stretch;
 use stickslip::analysis::certificate::{Certificate, certify};
 use stickslip::case::{Case, CaseSource, Override};
+use stickslip::model::trains::ExactTrains;
 use stickslip::model::{ExactParameters, nearest_double};
 use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
@@ -29,19 +30,21 @@ fn solve(exact: &ExactParameters, end: f64, sample_times: Vec<BigRational>) -> O
         digits: 33,
         end_time: oracle::rational(&format!("{end}")).unwrap(),
         sample_times,
-        max_events: 10_000,
+        ..OracleOptions::default()
     };
-    oracle::run(exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    oracle::run(&ExactTrains::from(exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// The states of the program's columns from those of the oracle.
 fn states(s: &OracleState) -> Vec<(&'static str, BigRational)> {
     let r = |x: &Number| x.to_rational().expect("finite");
-    let (theta, theta_dot, u, v) = (r(&s.theta), r(&s.theta_dot), r(&s.rotor_twist), r(&s.stator_twist));
-    let (phi1_dot, phi2_dot) = (r(&s.phi1_dot), r(&s.phi2_dot));
+    let components = s.components();
+    let of = |name: &str| r(components.iter().find(|(other, _)| *other == name).expect(name).1);
+    let (theta, theta_dot, u, v) = (of("theta"), of("theta_dot"), of("rotor_twist"), of("stator_twist"));
+    let (phi1_dot, phi2_dot) = (of("phi1_dot"), of("phi2_dot"));
     vec![
-        ("z", r(&s.z)),
-        ("z_dot", r(&s.z_dot)),
+        ("z", of("z")),
+        ("z_dot", of("z_dot")),
         ("phi2", &theta - &u),
         ("slip_displacement", &theta - &u - &v),
         ("rotor_twist_rate", &theta_dot - &phi2_dot),

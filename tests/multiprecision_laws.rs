@@ -16,6 +16,7 @@ use stickslip::analysis::linearised::linearise;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::friction::FrictionLaw;
 use stickslip::model::torsion::TorsionModel;
+use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, OracleError, OracleEvent, OracleOptions, rational};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 
@@ -221,10 +222,9 @@ fn multiprecision_beyond_the_polynomial() {
     let options = OracleOptions {
         digits: 30,
         end_time: rational("0.4").unwrap(),
-        sample_times: Vec::new(),
-        max_events: 100,
+        ..OracleOptions::default()
     };
-    let error = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let error = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap_err();
     assert!(
         matches!(error, OracleError::BeyondLaw(time) if time == 0.0123),
         "{error}"

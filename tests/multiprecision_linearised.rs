@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use stickslip::Run;
 use stickslip::analysis::linearised::{Linearised, ParameterName, linearise};
 use stickslip::case::{Case, CaseSource, Override};
-use stickslip::model::{ExactParameters, nearest_double};
+use stickslip::model::trains::ExactTrains;
+use stickslip::model::{ExactParameters, KickTime, nearest_double};
 use stickslip::oracle::{self, OracleEvent, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::signal::{Ramp, Signal, Table};
@@ -51,7 +52,10 @@ fn field<'a>(exact: &'a mut ExactParameters, path: &str) -> &'a mut BigRational 
         }
         "initial.speed" => &mut exact.speed,
         "perturbation.0.relative_velocity" => &mut exact.kicks[0].relative_velocity,
-        "perturbation.0.time" => exact.kicks[0].time.as_mut().expect("a time"),
+        "perturbation.0.time" => match &mut exact.kicks[0].time {
+            KickTime::At(time) => time,
+            KickTime::Instability => panic!("a kick without a time"),
+        },
         _ => match &mut exact.actuation {
             Signal::Ramp(Ramp {
                 value: force,
@@ -89,10 +93,12 @@ fn events(exact: &ExactParameters, path: Option<&str>, end_time: &str) -> (Vec<O
     let options = OracleOptions {
         digits: 33,
         end_time: rational(end_time).unwrap(),
-        sample_times: Vec::new(),
-        max_events: 1000,
+        ..OracleOptions::default()
     };
-    let report = oracle::run(&changed, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let report = oracle::run(&ExactTrains::from(&changed), &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     (report.events, change)
 }
 

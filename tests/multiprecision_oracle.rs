@@ -7,6 +7,7 @@ use std::time::Duration;
 use stickslip::Run;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
+use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleRequest, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -20,9 +21,9 @@ fn solved(case: &str, truth: &str, digits: u32) -> (serde_json::Value, OracleRep
         digits,
         end_time: decimal(&truth["parameters"]["t_end"]),
         sample_times: samples.iter().map(|sample| decimal(&sample["time"])).collect(),
-        max_events: 1000,
+        ..OracleOptions::default()
     };
-    let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let report = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap();
     (truth, report)
 }
 
@@ -142,10 +143,9 @@ fn release(digits: u32) -> OracleReport {
     let options = OracleOptions {
         digits,
         end_time: rational("1.2").unwrap(),
-        sample_times: Vec::new(),
-        max_events: 1000,
+        ..OracleOptions::default()
     };
-    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// With 50 digits instead of 33 every event stays where it is. 38 digits are computed with, and a perturbation that grows
@@ -175,17 +175,16 @@ fn claims(case: &str, overrides: &[Override], growth: f64, end: &str, least: u32
         digits: 25,
         growth,
         end_time: rational(end).unwrap(),
-        max_events: 1000,
         longest: Duration::from_secs(3600),
+        ..OracleRequest::default()
     };
-    let solution = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+    let solution = oracle::solve(&ExactTrains::from(&exact), &request, &mut |_| ControlFlow::Continue(())).unwrap();
     let options = OracleOptions {
         digits: solution.digits_computed + 20,
         end_time: request.end_time.clone(),
-        sample_times: Vec::new(),
-        max_events: 1000,
+        ..OracleOptions::default()
     };
-    let finer = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let finer = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finer.events.len(), solution.report.events.len());
     let mut widest: f64 = f64::INFINITY;
     for (index, (found, exact)) in solution.report.events.iter().zip(&finer.events).enumerate() {
@@ -298,11 +297,10 @@ fn multiprecision_a_slip_that_rushes_through_the_friction_law_is_that_of_series(
         let options = OracleOptions {
             digits: 33,
             end_time: rational(&format!("{}", case.output.end_time)).unwrap(),
-            sample_times: Vec::new(),
-            max_events: 1000,
+            ..OracleOptions::default()
         };
         let exact = Case::exact_parameters(&source, &overrides).unwrap();
-        let report = oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let report = oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let kinds = |kinds: &mut dyn Iterator<Item = EventKind>| kinds.map(EventKind::name).collect::<Vec<_>>();
         assert_eq!(
             kinds(&mut report.events.iter().map(|event| event.kind)),

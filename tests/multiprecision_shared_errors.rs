@@ -13,6 +13,7 @@ use stickslip::model::nearest_double;
 use stickslip::model::slow_manifold::on_slow_manifold;
 use stickslip::model::state::{DIMENSION, TorsionState, index::*};
 use stickslip::model::torsion::TorsionModel;
+use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -202,9 +203,9 @@ fn multiprecision_slow_manifold_knows_its_error() {
                 digits: 40,
                 end_time: rational(end).unwrap(),
                 sample_times: times.iter().map(|time| rational(time).unwrap()).collect(),
-                max_events: 100,
+                ..OracleOptions::default()
             };
-            oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+            oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(())).unwrap()
         };
         let stop = solve("0.3", &[])
             .events
@@ -222,16 +223,14 @@ fn multiprecision_slow_manifold_knows_its_error() {
             let pressing = axial.at(time.to_f64());
             assert!(axial.is_silent(time.to_f64()));
             let truth = |k: usize| {
-                let number = |k: usize| match k {
-                    ROTOR_TWIST => state.rotor_twist.clone(),
-                    STATOR_TWIST => state.stator_twist.clone(),
-                    STATOR_TWIST_RATE => state.phi1_dot.clone(),
-                    _ => state.theta_dot.clone(),
+                let number = match k {
+                    ROTOR_TWIST => &state.rotor_twist[0],
+                    ROTOR_TWIST_RATE => &state.rotor_twist_rate[0],
+                    STATOR_TWIST => &state.stator_twist[0],
+                    STATOR_TWIST_RATE => &state.stator_speed[0],
+                    _ => &state.rotor_speed[1],
                 };
-                match k {
-                    ROTOR_TWIST_RATE => state.theta_dot.to_rational().unwrap() - state.phi2_dot.to_rational().unwrap(),
-                    _ => number(k).to_rational().unwrap(),
-                }
+                number.to_rational().unwrap()
             };
             let y: TorsionState = std::array::from_fn(|k| {
                 if k <= ROTOR_SPEED {

@@ -9,7 +9,7 @@ use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRe
 use stickslip::case::builtin::TRAINS;
 use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 use stickslip::model::Mode;
-use stickslip::oracle::{OracleRequest, trains};
+use stickslip::oracle::{self, OracleRequest};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
 
@@ -45,15 +45,15 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
         };
         let case = TrainCase::parse(&source, changes).unwrap();
         let exact = TrainCase::exact_parameters(&source, changes).unwrap();
-        let threshold = case.threshold.map(rational);
         let request = OracleRequest {
             digits: 20,
-            growth: 0.0,
             end_time: rational(case.output.end_time),
-            max_events: 10_000,
             longest: Duration::from_secs(120),
+            threshold: case.threshold.map(rational),
+            stability: false,
+            ..OracleRequest::default()
         };
-        let truth = match trains::solve(&exact, &request, threshold.as_ref(), &mut |_| ControlFlow::Continue(())) {
+        let truth = match oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())) {
             Ok(truth) => truth,
             Err(error) => {
                 failures.push(format!("{name}: {error}"));
@@ -433,13 +433,13 @@ fn multiprecision_a_saturated_tanh() {
         let exact = TrainCase::exact_parameters(&source, &[]).unwrap();
         let request = OracleRequest {
             digits: 20,
-            growth: 0.0,
             end_time: rational(case.output.end_time),
-            max_events: 1000,
             longest: Duration::from_secs(60),
+            threshold: case.threshold.map(rational),
+            stability: false,
+            ..OracleRequest::default()
         };
-        let threshold = case.threshold.map(rational);
-        let truth = trains::solve(&exact, &request, threshold.as_ref(), &mut |_| ControlFlow::Continue(())).unwrap();
+        let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
         let solver = SolverOptions {
             method: Method::Series,
             ..case.solver.clone()

@@ -11,7 +11,7 @@ use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRe
 use stickslip::analysis::trains::{certify, sensitivities};
 use stickslip::case::{Case, CaseSource, Override, TrainCase};
 use stickslip::model::Mode;
-use stickslip::oracle::{Number, OracleRequest, rational, trains};
+use stickslip::oracle::{self, Number, OracleRequest, rational};
 use stickslip::record::Event;
 use stickslip::simulation::SolverOptions;
 
@@ -144,13 +144,13 @@ fn multiprecision_slopes_of_built_in_cases() {
             let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
             let request = OracleRequest {
                 digits: 28,
-                growth: 0.0,
                 end_time: rational(&format!("{:?}", case.output.end_time)).unwrap(),
-                max_events: 1000,
                 longest: Duration::from_secs(60),
+                threshold: case.threshold.map(|t| rational(&format!("{t:e}")).unwrap()),
+                stability: false,
+                ..OracleRequest::default()
             };
-            let threshold = case.threshold.map(|t| rational(&format!("{t:e}")).unwrap());
-            let solved = trains::solve(&exact, &request, threshold.as_ref(), &mut |_| ControlFlow::Continue(()));
+            let solved = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(()));
             Some(
                 solved
                     .unwrap()

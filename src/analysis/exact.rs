@@ -8,6 +8,7 @@ use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, cert
 use crate::case::{Case, CaseSource, Override};
 use crate::model::ExactParameters;
 use crate::model::torsion::TorsionModel;
+use crate::model::trains::ExactTrains;
 use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind, MemoryRecorder};
@@ -86,15 +87,15 @@ pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u3
     let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
     OracleRequest {
         digits,
-        growth: 0.0,
         end_time: BigRational::from_float(end_time).unwrap_or_default(),
         max_events: solver.max_events,
         longest: solver.max_wall_time.map_or(longest, limit),
+        ..OracleRequest::default()
     }
 }
 
 /// Leaves out the exact events at `end_time` (s), to rounding, that a run with the events `own` does not come to.
-pub(super) fn drop_events_at_the_end<S>(solution: &mut OracleSolution<S>, own: &[Event], end_time: f64) {
+pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event], end_time: f64) {
     let events = &mut solution.report.events;
     while let Some(last) = events.last() {
         let kind = last.kind;
@@ -126,7 +127,7 @@ fn solve(
         growth,
         ..request(&case.solver, &case.output, digits.max(ORACLE_DIGITS), LONGEST)
     };
-    let solution = oracle::solve(exact, &request, &mut |now| {
+    let solution = oracle::solve(&ExactTrains::from(exact), &request, &mut |now| {
         progress(now);
         match stop() {
             true => ControlFlow::Break(()),

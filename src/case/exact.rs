@@ -7,8 +7,7 @@ use super::schema::{self, Key};
 use super::{Case, CaseSource, Motion, key_of};
 use crate::friction::FrictionLaw;
 use crate::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use crate::model::{Axial, KickTime};
-use crate::model::{ExactKick, ExactLaw, ExactParameters};
+use crate::model::{Axial, ExactLaw, ExactParameters, Kick, KickTime};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 
@@ -25,10 +24,10 @@ pub(super) fn read(source: &CaseSource, overrides: &[Override]) -> Result<ExactP
         reader.number(&format!("{path}{element}"), dimension)
     })?;
     let kicks = case.parameters.perturbations.iter().enumerate().map(|(index, kick)| {
-        Ok(ExactKick {
+        Ok(Kick {
             time: match kick.time {
-                KickTime::Instability => None,
-                KickTime::At(_) => Some(reader.number(&format!("perturbation.{index}.time"), Dimension::Time)?),
+                KickTime::Instability => KickTime::Instability,
+                KickTime::At(_) => KickTime::At(reader.number(&format!("perturbation.{index}.time"), Dimension::Time)?),
             },
             relative_velocity: reader.number(
                 &format!("perturbation.{index}.relative_velocity"),

@@ -71,6 +71,14 @@ fn line(text: &mut String, key: &Key, motion: Motion, name: &str, value: &str) {
     let _ = writeln!(text, "{name} = {value} # {}{unit}", key.description);
 }
 
+/// When a kick comes, as a value of TOML.
+pub(super) fn moment(time: KickTime) -> String {
+    match time {
+        KickTime::At(time) => format!("{time:?}"),
+        KickTime::Instability => Value::from(schema::INSTABILITY).to_string(),
+    }
+}
+
 fn value(case: &Case, key: &Key, index: usize) -> Option<String> {
     let text = |text: &str| Value::from(text).to_string();
     match &key.kind {
@@ -80,10 +88,7 @@ fn value(case: &Case, key: &Key, index: usize) -> Option<String> {
         Kind::Choice(_, access) => (access.get)(case, index).map(text),
         // Debug prints the shortest decimal that reads back as the same double.
         Kind::Number(_, _, access) => (access.get)(case, index).map(|value| format!("{value:?}")),
-        Kind::Moment(access) => (access.get)(case, index).map(|time| match time {
-            KickTime::At(time) => format!("{time:?}"),
-            KickTime::Instability => text(schema::INSTABILITY),
-        }),
+        Kind::Moment(access) => (access.get)(case, index).map(moment),
         Kind::Series(_, access) => (access.get)(case, index).map(|values| format!("{values:?}")),
         Kind::Source(..) | Kind::SourceChoice(_) => None,
     }

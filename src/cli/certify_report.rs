@@ -500,18 +500,23 @@ pub(super) fn tables(
 /// The oracle's events, a line each.
 fn csv(exact: &OracleSolution) -> String {
     let mut lines = Vec::with_capacity(exact.report.events.len() + 1);
-    let names = exact
-        .report
-        .events
-        .first()
-        .map(|e| e.state.components().map(|(name, _)| name).join(","));
+    let names = exact.report.events.first().map(|e| {
+        e.state
+            .components()
+            .iter()
+            .map(|(name, _)| *name)
+            .collect::<Vec<_>>()
+            .join(",")
+    });
     lines.push(format!("time,kind,{}", names.unwrap_or_default()));
     for (index, event) in exact.report.events.iter().enumerate() {
         let digits = exact.digits_of_event(index) as usize;
         let state = event
             .state
             .components()
+            .iter()
             .map(|(_, value)| value.to_decimal(digits))
+            .collect::<Vec<_>>()
             .join(",");
         lines.push(format!(
             "{},{},{state}",

@@ -21,5 +21,5 @@ pub mod state;
 pub mod torsion;
 pub mod trains;
 
-pub use exact::{ExactKick, ExactLaw, ExactParameters, nearest_double};
+pub use exact::{ExactLaw, ExactParameters, nearest_double};
 pub use parameters::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Mode, Parameters, Torsion};

@@ -106,20 +106,38 @@ pub struct Initial {
 
 /// A jump of the relative velocity, half on each surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kick {
+pub struct Kick<T = f64> {
     /// When.
-    pub time: KickTime,
+    pub time: KickTime<T>,
     /// delta, rad/s: phi2_dot += delta/2, phi1_dot -= delta/2.
-    pub relative_velocity: f64,
+    pub relative_velocity: T,
 }
 
 /// When a kick is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum KickTime {
+pub enum KickTime<T = f64> {
     /// At a time, s.
-    At(f64),
+    At(T),
     /// At the first zero of the stability margin of steady sliding.
     Instability,
+}
+
+impl<T> KickTime<T> {
+    /// The time, s; `None` of a kick that waits for the instability.
+    pub fn at(&self) -> Option<&T> {
+        match self {
+            KickTime::At(time) => Some(time),
+            KickTime::Instability => None,
+        }
+    }
+
+    /// The same time in other numbers.
+    pub fn map<U>(&self, number: impl FnOnce(&T) -> U) -> KickTime<U> {
+        match self {
+            KickTime::At(time) => KickTime::At(number(time)),
+            KickTime::Instability => KickTime::Instability,
+        }
+    }
 }
 
 /// What the contact does. The numbers are those of the result file.

@@ -93,11 +93,6 @@ impl<const N: usize> Actuation<N> {
         [force + &(slope * &(time - start)), *slope]
     }
 
-    /// The next corner, s.
-    pub fn next_corner(&self) -> Option<&BigRational> {
-        self.later.front().map(|piece| &piece.start)
-    }
-
     /// All later corners, s.
     pub fn corners(&self) -> impl Iterator<Item = &BigRational> {
         self.later.iter().map(|piece| &piece.start)

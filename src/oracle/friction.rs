@@ -4,6 +4,7 @@
 //! it takes from the damping of steady sliding is -2 r mu' F_n = negative_damping (R F_n) with a shape R of the slope. What S
 //! and R are is each law's own.
 
+use super::elementary::Elementary;
 use super::float::Float;
 use crate::model::{ExactLaw, nearest_double};
 use num_bigint::BigInt;
@@ -224,12 +225,15 @@ pub(super) struct Shapes<const N: usize> {
     exponential: Vec<Float<N>>,
 }
 
-/// The tables that an expansion has of whole numbers: 1/k and k, and ln 2.
-pub(super) type Tables<'a, const N: usize> = (&'a [Float<N>], &'a [Float<N>], &'a Float<N>);
-
 impl<const N: usize> Shapes<N> {
     /// Takes coefficient k of x, and makes that of S.
-    pub fn extend(&mut self, friction: &Friction<N>, speed: Float<N>, (reciprocals, integers, ln_2): Tables<'_, N>) {
+    pub fn extend(&mut self, friction: &Friction<N>, speed: Float<N>, table: &Elementary<N>) {
+        let Elementary {
+            reciprocals,
+            integers,
+            ln_2,
+            ..
+        } = table;
         let k = self.speed.len();
         self.speed.push(speed);
         match &friction.kind {

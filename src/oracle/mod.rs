@@ -6,33 +6,39 @@
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `axial` | the axial motion and the force that drives it |
-//! | `elementary` | sine, cosine, arc tangent and hyperbolic tangent |
 //! | `float` | floating-point numbers of some machine words, in which everything is computed |
-//! | `friction` | the friction laws as recurrences |
 //! | `number` | what comes out, exact to and from rationals and decimals |
-//! | `parameters` | the parameters without rounding |
-//! | `series` | the equations as recurrences of Taylor coefficients |
-//! | `roots` | the first zero of a guard on a step, or the proof that there is none |
+//! | `elementary` | sine, cosine, arc tangent and hyperbolic tangent |
+//! | `pieces` | a signal of corners and straight lines, piece by piece |
+//! | `courses` | all signals between their corners |
+//! | `axial` | the axial motion and the force that drives it |
+//! | `friction` | the friction laws as recurrences |
+//! | `contact` | the torque of the contact: slip, regularised laws, bristles |
+//! | `equations` | the equations of two chains of inertias as recurrences of Taylor coefficients |
+//! | `margin` | the resistance that decides when steady sliding becomes unstable |
+//! | `scales` | what each component is worth at least |
 //! | `steps` | order and length of a step from the precision |
-//! | `automaton` | modes, events, kicks and corners |
+//! | `roots` | the first zero of a guard on a step, or the proof that there is none |
+//! | `automaton` | modes, events, kicks and corners; its guards in `guards` |
 //! | `report` | what a run gives |
-//! | `trains` | the same for two trains at one contact: equations, modes and events of their own |
 //! | `solve` | two runs or more, until as many digits as one wants are known to be true |
 
 mod automaton;
 mod axial;
+mod contact;
+mod courses;
 mod elementary;
+mod equations;
 mod float;
 mod friction;
+mod margin;
 mod number;
 mod pieces;
 mod report;
 mod roots;
-mod series;
+mod scales;
 mod solve;
 mod steps;
-pub mod trains;
 
 pub use automaton::run;
 pub use number::{Number, decimal, rational};
@@ -40,6 +46,9 @@ pub use report::{OracleEvent, OracleReport, OracleState};
 pub use solve::{OracleProgress, OracleRequest, OracleSolution, solve};
 
 use num_rational::BigRational;
+
+/// Bits between the digits that a run is to compute with and its precision, for the rounding of sums.
+const GUARD_BITS: f64 = 18.0;
 
 /// Lengths of mantissas that there are, machine words of 64 bits.
 const WORDS: [usize; 8] = [1, 2, 3, 4, 6, 10, 16, 32];
@@ -49,7 +58,7 @@ pub const DIGITS: std::ops::RangeInclusive<u32> = 13..=611;
 
 /// The shortest mantissa that holds so many digits; `None` beyond [`DIGITS`].
 fn words(digits: u32) -> Option<usize> {
-    let bits = f64::from(digits) * std::f64::consts::LOG2_10 + automaton::GUARD_BITS;
+    let bits = f64::from(digits) * std::f64::consts::LOG2_10 + GUARD_BITS;
     let enough = |words: &usize| (words * float::WORD_BITS) as f64 >= bits;
     WORDS.into_iter().find(enough).filter(|_| DIGITS.contains(&digits))
 }
@@ -61,7 +70,7 @@ fn words_beyond(words: usize) -> Option<usize> {
 
 /// Decimal digits that a mantissa holds, without those that sums of rounding take.
 fn digits_of(words: usize) -> u32 {
-    (((words * float::WORD_BITS) as f64 - automaton::GUARD_BITS) / std::f64::consts::LOG2_10) as u32
+    (((words * float::WORD_BITS) as f64 - GUARD_BITS) / std::f64::consts::LOG2_10) as u32
 }
 
 /// What an oracle run is to do.
@@ -76,6 +85,26 @@ pub struct OracleOptions {
     pub sample_times: Vec<BigRational>,
     /// Events after which it gives up.
     pub max_events: usize,
+    /// |omega_r| (rad/s) below which an engaged contact counts as stuck: it has an event "stick" where |omega_r| falls through it, and
+    /// "slip" where it rises through it. Without one it has none. Contacts that stick and slip make no use of it.
+    pub threshold: Option<BigRational>,
+    /// Whether the margin of steady sliding is looked at: the loss and the return of stability are events, and kicks can wait for
+    /// the loss.
+    pub stability: bool,
+}
+
+impl Default for OracleOptions {
+    /// 33 digits, to t = 0, with stability and without samples and a threshold.
+    fn default() -> Self {
+        OracleOptions {
+            digits: 33,
+            end_time: BigRational::default(),
+            sample_times: Vec::new(),
+            max_events: 10_000,
+            threshold: None,
+            stability: true,
+        }
+    }
 }
 
 /// Why there is no oracle run; times in s.

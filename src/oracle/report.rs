@@ -1,63 +1,86 @@
 //! What an oracle run gives.
 
+use super::equations::{ROTOR, STATOR, State};
+use super::float::Float;
 use super::number::Number;
-use super::series::{State, component::*};
 use crate::model::Mode;
 use crate::record::EventKind;
 
-/// The state at an event or a sample; rad and rad/s, m and m/s.
+/// The state at an event or a sample; rad and rad/s.
 #[derive(Debug, Clone)]
 pub struct OracleState {
-    /// z, m.
-    pub z: Number,
-    /// z', m/s.
-    pub z_dot: Number,
-    /// theta - phi_2, rad.
-    pub rotor_twist: Number,
-    /// phi_1, rad.
-    pub stator_twist: Number,
-    /// theta, rad.
-    pub theta: Number,
-    /// theta', rad/s.
-    pub theta_dot: Number,
-    /// phi_2', rad/s.
-    pub phi2_dot: Number,
-    /// phi_1', rad/s.
-    pub phi1_dot: Number,
+    /// Of the shafts of the rotor, from the contact outwards: outer less inner angle, rad.
+    pub rotor_twist: Vec<Number>,
+    /// Their rates, rad/s.
+    pub rotor_twist_rate: Vec<Number>,
+    /// Of the inertias of the rotor, from the contact outwards, rad/s.
+    pub rotor_speed: Vec<Number>,
+    /// Of the shafts of the stator, from the contact outwards: inner less outer angle, rad.
+    pub stator_twist: Vec<Number>,
+    /// Their rates, rad/s.
+    pub stator_twist_rate: Vec<Number>,
+    /// Of the inertias of the stator, from the contact outwards, rad/s.
+    pub stator_speed: Vec<Number>,
+    /// omega_r, the speed of the rotor's surface less that of the stator's, rad/s.
+    pub relative_velocity: Number,
+    /// z, m, and z', m/s, of an axial mode.
+    pub axial: Option<[Number; 2]>,
+    /// The angles of the outermost inertias of the rotor and of the stator since t = 0, rad; `None` of a train that does not end
+    /// freely.
+    pub angles: [Option<Number>; 2],
+    /// The deflection of the bristles, rad; zero where the engaged contact has none. `None` where the contact sticks and slips.
+    pub deflection: Option<Number>,
 }
 
 impl OracleState {
-    pub(super) fn new<const N: usize>(y: &State<N>) -> OracleState {
-        OracleState {
-            z: (&y[Z]).into(),
-            z_dot: (&y[Z_DOT]).into(),
-            rotor_twist: (&y[ROTOR_TWIST]).into(),
-            stator_twist: (&y[STATOR_TWIST]).into(),
-            theta: (&y[ROTOR_ANGLE]).into(),
-            theta_dot: (&y[ROTOR_SPEED]).into(),
-            phi2_dot: (&(&y[ROTOR_SPEED] - &y[ROTOR_TWIST_RATE])).into(),
-            phi1_dot: (&y[STATOR_TWIST_RATE]).into(),
-        }
+    /// Names and values of the components that are columns of a result file: the axial motion, the shafts at the contact, the
+    /// rotor's outermost inertia and the surfaces, as far as there are any.
+    pub fn components(&self) -> Vec<(&'static str, &Number)> {
+        let [z, z_dot] = self
+            .axial
+            .as_ref()
+            .map_or([None; 2], |axial| axial.each_ref().map(Some));
+        let all = [
+            ("z", z),
+            ("z_dot", z_dot),
+            ("rotor_twist", self.rotor_twist.first()),
+            ("stator_twist", self.stator_twist.first()),
+            ("theta", self.angles[0].as_ref()),
+            ("theta_dot", self.rotor_speed.last()),
+            ("phi2_dot", self.rotor_speed.first()),
+            ("phi1_dot", self.stator_speed.first()),
+        ];
+        all.into_iter()
+            .filter_map(|(name, value)| Some((name, value?)))
+            .collect()
     }
 
-    /// Name and value of each component.
-    pub fn components(&self) -> [(&'static str, &Number); 8] {
-        [
-            ("z", &self.z),
-            ("z_dot", &self.z_dot),
-            ("rotor_twist", &self.rotor_twist),
-            ("stator_twist", &self.stator_twist),
-            ("theta", &self.theta),
-            ("theta_dot", &self.theta_dot),
-            ("phi2_dot", &self.phi2_dot),
-            ("phi1_dot", &self.phi1_dot),
-        ]
+    /// With the speeds of the inertias, and of the surface, of both trains.
+    pub(super) fn new<const N: usize>(
+        state: &State<N>,
+        [rotor, stator]: &[(Vec<Float<N>>, Float<N>); 2],
+        engaged: bool,
+    ) -> OracleState {
+        let numbers = |values: &[Float<N>]| values.iter().map(Number::from).collect();
+        let [of_rotor, of_stator] = [ROTOR, STATOR].map(|c| &state.chains[c]);
+        OracleState {
+            rotor_twist: numbers(&of_rotor.twist),
+            rotor_twist_rate: numbers(&of_rotor.rate),
+            rotor_speed: numbers(&rotor.0),
+            stator_twist: numbers(&of_stator.twist),
+            stator_twist_rate: numbers(&of_stator.rate),
+            stator_speed: numbers(&stator.0),
+            relative_velocity: (&(&rotor.1 - &stator.1)).into(),
+            axial: state.axial.as_ref().map(|axial| axial.each_ref().map(Number::from)),
+            angles: [of_rotor, of_stator].map(|chain| chain.free.is_some().then(|| (&chain.angle).into())),
+            deflection: engaged.then(|| (&state.deflection).into()),
+        }
     }
 }
 
 /// An event, with the state after it.
 #[derive(Debug, Clone)]
-pub struct OracleEvent<S = OracleState> {
+pub struct OracleEvent {
     /// s.
     pub time: Number,
     /// What happened.
@@ -65,16 +88,16 @@ pub struct OracleEvent<S = OracleState> {
     /// Mode after the event.
     pub mode_after: Mode,
     /// The state after the event.
-    pub state: S,
+    pub state: OracleState,
 }
 
 /// What an oracle run found.
 #[derive(Debug, Clone)]
-pub struct OracleReport<S = OracleState> {
+pub struct OracleReport {
     /// All events, in order.
-    pub events: Vec<OracleEvent<S>>,
+    pub events: Vec<OracleEvent>,
     /// The state at each of the times that were asked for, as far as the run reaches.
-    pub samples: Vec<(Number, S)>,
+    pub samples: Vec<(Number, OracleState)>,
     /// How many steps it took.
     pub steps: u64,
     /// Bits of the mantissa of all numbers.

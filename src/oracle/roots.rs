@@ -6,7 +6,6 @@
 //! with the polynomial's own precision.
 
 use super::float::Float;
-use super::series::evaluate;
 
 /// What a guard does on a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,6 +213,15 @@ impl<const N: usize> Search<N> {
         }
         x
     }
+}
+
+/// A polynomial at `x`, by Horner's rule.
+pub(super) fn evaluate<const N: usize>(coefficients: &[Float<N>], x: &Float<N>) -> Float<N> {
+    let mut rest = coefficients.iter().rev();
+    let Some(last) = rest.next() else {
+        return Float::zero();
+    };
+    rest.fold(*last, |sum, coefficient| &(&sum * x) + coefficient)
 }
 
 /// The coefficients around `centre`, by repeated division.

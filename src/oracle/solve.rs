@@ -3,19 +3,22 @@
 //! How far a deviation grows is not known before the events are: without a perturbation it is all of the growth up to the
 //! stop, with one it ends at the first stick, wherever that is. So the case is solved twice, with a short and a longer
 //! mantissa. Both err by the same mechanism, at the level of their last bits: if they find the same events, each within a
-//! small part of a natural period, their distance is the error of the shorter one, and the error of the longer one is
+//! small part of the shortest period, their distance is the error of the shorter one, and the error of the longer one is
 //! smaller by the bits between them. If they do not, or if what remains is too little, a third, longer one is held against
 //! the second, and so on. Where rounding decides about the events, two runs that differ by a machine word or more have
 //! them at different places: what has grown from 2^-64 of the other comes e-folds, and with them milliseconds, later.
 
-use super::report::{OracleReport, OracleState};
-use super::{DIGITS, OracleError, OracleOptions, automaton, digits_of, words, words_beyond};
-use crate::model::{ExactParameters, nearest_double};
+use super::automaton::run;
+use super::courses;
+use super::report::OracleReport;
+use super::{DIGITS, GUARD_BITS, OracleError, OracleOptions, digits_of, words, words_beyond};
+use crate::model::nearest_double;
+use crate::model::trains::ExactTrains;
 use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// Two runs differ by small numbers if all their events are as near to each other as this share of the natural period: an
+/// Two runs differ by small numbers if all their events are as near to each other as this share of the shortest period: an
 /// event's place in the oscillation is then the same, and its shift linear in the deviation.
 const SMALL: f64 = 1e-3;
 
@@ -55,6 +58,25 @@ pub struct OracleRequest {
     pub max_events: usize,
     /// All runs together take no longer; one that is estimated to is given up before.
     pub longest: Duration,
+    /// As [`OracleOptions::threshold`], rad/s.
+    pub threshold: Option<BigRational>,
+    /// As [`OracleOptions::stability`].
+    pub stability: bool,
+}
+
+impl Default for OracleRequest {
+    /// 25 digits without a guess of the growth, to t = 0 and within a day, with stability and without a threshold.
+    fn default() -> Self {
+        OracleRequest {
+            digits: 25,
+            growth: 0.0,
+            end_time: BigRational::default(),
+            max_events: 10_000,
+            longest: Duration::from_secs(24 * 3600),
+            threshold: None,
+            stability: true,
+        }
+    }
 }
 
 /// How far [`solve`] is.
@@ -62,17 +84,17 @@ pub struct OracleRequest {
 pub struct OracleProgress {
     /// Decimal digits that the present run computes with.
     pub digits: u32,
-    /// s, of the brake.
+    /// s, of the motion.
     pub time: f64,
-    /// Until when it runs, s of the brake.
+    /// Until when it runs, s of the motion.
     pub end_time: f64,
 }
 
 /// The events of a case, and how well they are known.
 #[derive(Debug, Clone)]
-pub struct OracleSolution<S = OracleState> {
+pub struct OracleSolution {
     /// The run.
-    pub report: OracleReport<S>,
+    pub report: OracleReport,
     /// Of each event, how far its time can be from the exact one, s.
     pub errors: Vec<f64>,
     /// Digits that all event times have; at least those asked for.
@@ -83,7 +105,7 @@ pub struct OracleSolution<S = OracleState> {
     pub seconds: f64,
 }
 
-impl<S> OracleSolution<S> {
+impl OracleSolution {
     /// Significant decimal digits of the time of an event that are true.
     pub fn digits_of_event(&self, index: usize) -> u32 {
         let time = self.report.events[index].time.to_f64().abs();
@@ -104,28 +126,11 @@ fn digits_left(time: f64, error: f64) -> u32 {
 /// # Errors
 /// Those of [`super::run`]; that a run takes too long, or that no precision settles the events.
 pub fn solve(
-    parameters: &ExactParameters,
+    parameters: &ExactTrains,
     request: &OracleRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<OracleSolution, OracleError> {
-    let period =
-        std::f64::consts::TAU * nearest_double(&(&parameters.surface_inertia / &parameters.torsional_stiffness)).sqrt();
-    settle(request, period, control, &mut |options, control| {
-        automaton::run(parameters, options, control)
-    })
-}
-
-/// A run with the given options, which asks the control with its time.
-pub(super) type Runner<'a, S> =
-    dyn FnMut(&OracleOptions, &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<OracleReport<S>, OracleError> + 'a;
-
-/// The same of any model, with the period (s) in terms of which two runs are near to each other.
-pub(super) fn settle<S>(
-    request: &OracleRequest,
-    period: f64,
-    control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
-    run: &mut Runner<'_, S>,
-) -> Result<OracleSolution<S>, OracleError> {
+    let period = shortest_period(parameters).min(nearest_double(&request.end_time));
     let clock = Instant::now();
     let lost = request.growth.max(0.0) / std::f64::consts::LN_10;
     let too_many = |digits: f64| OracleError::Digits {
@@ -137,7 +142,7 @@ pub(super) fn settle<S>(
     if fine_words <= coarse_words {
         fine_words = words_beyond(coarse_words).ok_or(too_many(lost + f64::from(request.digits)))?;
     }
-    let mut attempt = |words: usize| attempt(request, words, clock.elapsed(), control, run);
+    let mut attempt = |words: usize| attempt(parameters, request, words, clock.elapsed(), control);
     let mut coarse = attempt(coarse_words);
     loop {
         if let Err(error) = &coarse
@@ -184,13 +189,13 @@ pub(super) fn settle<S>(
 }
 
 /// A run with mantissas of that many words, which says beforehand how long it will take. Runs before it have taken `spent`.
-fn attempt<S>(
+fn attempt(
+    parameters: &ExactTrains,
     request: &OracleRequest,
     words: usize,
     spent: Duration,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
-    run: &mut Runner<'_, S>,
-) -> Result<OracleReport<S>, OracleError> {
+) -> Result<OracleReport, OracleError> {
     let digits = digits_of(words);
     let end_time = nearest_double(&request.end_time);
     let options = OracleOptions {
@@ -198,13 +203,15 @@ fn attempt<S>(
         end_time: request.end_time.clone(),
         sample_times: Vec::new(),
         max_events: request.max_events,
+        threshold: request.threshold.clone(),
+        stability: request.stability,
     };
     let clock = Instant::now();
     let left = request.longest.saturating_sub(spent).as_secs_f64();
     // The pace changes: slips are slow, the last stick is fast. So it is measured anew, each time over as long as all before.
     let (mut asked, mut next, mut told) = ((0.0, 0.0), TRIAL.as_secs_f64(), false);
     let mut too_long: Option<f64> = None;
-    let outcome = run(&options, &mut |time| {
+    let outcome = run(parameters, &options, &mut |time| {
         let elapsed = clock.elapsed().as_secs_f64();
         if elapsed >= left {
             let whole = if time > 0.0 { elapsed * end_time / time } else { elapsed };
@@ -244,14 +251,31 @@ fn attempt<S>(
     }
 }
 
+/// The shortest period of an inertia on its shaft, or of a signal, s; infinite without either.
+fn shortest_period(parameters: &ExactTrains) -> f64 {
+    let of_shafts = [&parameters.rotor, &parameters.stator].into_iter().flat_map(|train| {
+        let pairs = train.stiffness.iter().zip(&train.inertia);
+        pairs.map(|(stiffness, inertia)| {
+            let squared = nearest_double(inertia) / nearest_double(stiffness);
+            std::f64::consts::TAU * squared.sqrt()
+        })
+    });
+    let drives = parameters.drives();
+    let of_signals = drives.iter().map(|drive| courses::shortest_period(drive));
+    of_shafts
+        .chain(of_signals)
+        .filter(|period| *period > 0.0)
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// The errors of `fine`, s, by its distance from `coarse`; `None` where they have not the same events.
-fn errors<S>(period: f64, coarse: &OracleReport<S>, fine: &OracleReport<S>) -> Option<Vec<f64>> {
+fn errors(period: f64, coarse: &OracleReport, fine: &OracleReport) -> Option<Vec<f64>> {
     if coarse.events.len() != fine.events.len() {
         return None;
     }
     let (short, long) = (coarse.bits as f64, fine.bits as f64);
     let smaller = (BITS_APART - (1.0 - BITS_FOR_A_BIT) * (long - short)).exp2();
-    let resolved = (automaton::GUARD_BITS - (1.0 - BITS_FOR_A_BIT) * long).exp2();
+    let resolved = (GUARD_BITS - (1.0 - BITS_FOR_A_BIT) * long).exp2();
     let mut largest: f64 = 0.0;
     let pairs = coarse.events.iter().zip(&fine.events);
     let errors = pairs.map(|(a, b)| {

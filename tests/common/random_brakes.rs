@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::model::nearest_double;
+use stickslip::model::trains::ExactTrains;
 use stickslip::oracle::{self, Number, OracleOptions, rational};
 
 /// Numbers in [0, 1) that are the same in every run (splitmix64).
@@ -109,10 +110,9 @@ pub fn exact_events(
     let options = OracleOptions {
         digits,
         end_time: rational(&format!("{end_time}")).unwrap(),
-        sample_times: Vec::new(),
-        max_events: 10_000,
+        ..OracleOptions::default()
     };
-    oracle::run(&exact, &options, &mut |_| ControlFlow::Continue(()))
+    oracle::run(&ExactTrains::from(&exact), &options, &mut |_| ControlFlow::Continue(()))
         .unwrap()
         .events
 }

@@ -11,8 +11,8 @@ use crate::analysis::exact::{drop_events_at_the_end, request as oracle_request};
 use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
 use crate::case::{CaseSource, Override, TrainCase};
-use crate::oracle::trains::{ExactTrains, TrainOracleSolution, solve};
-use crate::oracle::{OracleError, OracleProgress};
+use crate::model::trains::ExactTrains;
+use crate::oracle::{OracleError, OracleProgress, OracleRequest, OracleSolution, solve};
 use crate::record::{Event, EventKind};
 use crate::results::CertificateTables;
 use crate::results::schema::all_mode_flags;
@@ -92,7 +92,7 @@ pub struct TrainCertificate {
     /// The methods that were asked.
     pub ladder: Vec<TrainRung>,
     /// The exact events, if the oracle has them.
-    pub exact: Option<TrainOracleSolution>,
+    pub exact: Option<OracleSolution>,
     /// Why it has not.
     pub without_oracle: Option<String>,
     /// How far the rows of the trajectory can be off, up to the first event that is not converged; empty where no rows were
@@ -132,8 +132,13 @@ pub fn certify(
     request: &TrainCertifyRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<TrainCertificate, OracleError> {
-    let request = oracle_request(&case.solver, &case.output, request.digits, request.longest);
-    let (solution, without_oracle) = match solve(exact, &request, threshold, control) {
+    let request = OracleRequest {
+        threshold: threshold.cloned(),
+        // The run has no events of stability.
+        stability: false,
+        ..oracle_request(&case.solver, &case.output, request.digits, request.longest)
+    };
+    let (solution, without_oracle) = match solve(exact, &request, control) {
         Ok(mut solution) => {
             drop_events_at_the_end(&mut solution, &own.events, case.output.end_time);
             (Some(solution), None)
@@ -287,7 +292,7 @@ impl TrainCertificate {
     }
 
     /// The exact event times as lines of CSV.
-    fn csv(exact: &TrainOracleSolution) -> String {
+    fn csv(exact: &OracleSolution) -> String {
         let mut lines = vec!["time,kind,mode_after".to_owned()];
         for (index, event) in exact.report.events.iter().enumerate() {
             let digits = exact.digits_of_event(index).max(1) as usize;

@@ -14,8 +14,8 @@ use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
 use super::truth::{Truth, TruthError};
-use crate::oracle::OracleError;
-use crate::oracle::trains::{ExactTrains, solve};
+use crate::model::trains::ExactTrains;
+use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::simulation::{Method, RunReport};
 use num_rational::BigRational;
@@ -314,8 +314,11 @@ fn by_oracle(
     let Some((by, _, StudyCase::Trains(case))) = study.runs.first() else {
         return Ok(Asked::Without("the case is none of trains".to_owned()));
     };
-    let request = oracle_request(&case.solver, &case.output, DIGITS, LONGEST);
-    let solution = match solve(exact, &request, threshold, &mut |_| control(*by, false)) {
+    let request = OracleRequest {
+        threshold: threshold.cloned(),
+        ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
+    };
+    let solution = match solve(exact, &request, &mut |_| control(*by, false)) {
         Ok(solution) => solution,
         Err(OracleError::Interrupted(_)) => return Ok(Asked::Interrupted),
         Err(error) => return Ok(Asked::Without(error.to_string())),

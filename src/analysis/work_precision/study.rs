@@ -4,7 +4,7 @@ use super::StudyCase;
 use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
 use crate::case::{CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
-use crate::oracle::trains::ExactTrains;
+use crate::model::trains::ExactTrains;
 use crate::quote::shown;
 use crate::simulation::{Following, Method};
 use num_rational::BigRational;

@@ -8,9 +8,11 @@ use crate::case::exact::{self, decimal};
 use crate::case::quantity::Dimension;
 use crate::case::schema;
 use crate::case::{CaseError, Motion};
-use crate::model::ExactLaw;
+use crate::model::KickTime;
 use crate::model::trains::parameters::AxialOf;
-use crate::model::trains::{Bristles, ContactLaw, End, Initial, Kick, Pressing, Regularisation, Torque, Train, Trains};
+use crate::model::trains::{
+    Bristles, ContactLaw, End, ExactTrains, Initial, Kick, Pressing, Regularisation, Torque, Train,
+};
 use crate::signal::{Drive, Ramp, Shape, Signal, Table, Wave};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -41,7 +43,7 @@ pub(super) fn threshold(case: &TrainCase, root: &Node, whole: &Node) -> Result<O
 }
 
 /// The numbers of `case` as they are written in `root`.
-pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<Trains<BigRational, ExactLaw>, CaseError> {
+pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<ExactTrains, CaseError> {
     let motion = case.motion;
     let exact = Exact::new(case, root, whole);
     let trains = &case.parameters;
@@ -51,7 +53,10 @@ pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<Trains
     let kicks = trains.kicks.iter().enumerate().map(|(index, kick)| {
         let path = |name: &str| format!("perturbation.{index}.{name}");
         Ok(Kick {
-            time: exact.number(&path("time"), Dimension::Time, kick.time)?,
+            time: match kick.time {
+                KickTime::At(time) => KickTime::At(exact.number(&path("time"), Dimension::Time, time)?),
+                KickTime::Instability => KickTime::Instability,
+            },
             relative_velocity: exact.number(
                 &path("relative_velocity"),
                 Dimension::AngularVelocity,
@@ -60,7 +65,7 @@ pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<Trains
             on: kick.on,
         })
     });
-    Ok(Trains {
+    Ok(ExactTrains {
         radius: match motion {
             Motion::Rotation => exact.of_law.radius()?,
             Motion::Translation => exact::decimal("contact.radius", 1.0)?,
@@ -97,6 +102,7 @@ pub(super) fn read(case: &TrainCase, root: &Node, whole: &Node) -> Result<Trains
             }),
         },
         breakaway: exact.breakaway(case)?,
+        breakaway_test: trains.breakaway_test,
         initial: Initial {
             rotor_twist: exact.list("initial.rotor_twist", &initial.rotor_twist)?,
             rotor_speed: exact.speeds("rotor", &rotor, &initial.rotor_speed)?,

@@ -12,13 +12,10 @@ mod reader;
 mod resolved;
 mod signals;
 
-use num_rational::BigRational;
-
 use super::document::{self, Value};
 use super::form::table_of;
 use super::{CaseError, CaseSource, Motion, Override};
-use crate::model::ExactLaw;
-use crate::model::trains::Trains;
+use crate::model::trains::{ExactTrains, Trains};
 use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
@@ -81,10 +78,7 @@ impl TrainCase {
     ///
     /// # Errors
     /// As those of [`TrainCase::parse`].
-    pub fn exact_parameters(
-        source: &CaseSource,
-        overrides: &[Override],
-    ) -> Result<Trains<BigRational, ExactLaw>, CaseError> {
+    pub fn exact_parameters(source: &CaseSource, overrides: &[Override]) -> Result<ExactTrains, CaseError> {
         let reader::Read { case, of_law, written } = reader::read(source, overrides)?;
         exact::read(&case, &of_law, &written)
     }

@@ -165,6 +165,7 @@ impl TrainReader<'_> {
                 radius: scratch.parameters.contact.radius,
                 pressing: pressing?,
                 breakaway: scratch.parameters.friction.breakaway,
+                breakaway_test: scratch.parameters.contact.breakaway_test,
                 law: scratch.parameters.friction.law,
                 contact,
                 initial,
@@ -673,15 +674,10 @@ impl TrainReader<'_> {
     fn kicks(&mut self, scratch: &Case) -> Vec<Kick> {
         let mut kicks = Vec::new();
         for (index, kick) in scratch.parameters.perturbations.iter().enumerate() {
-            let time = match kick.time {
-                KickTime::At(time) => time,
-                KickTime::Instability => {
-                    let message =
-                        "a case of trains has no loss of stability that a kick could wait for: give a time, in s";
-                    self.report(&format!("perturbation.{index}.time"), message);
-                    f64::NAN
-                }
-            };
+            if kick.time == KickTime::Instability {
+                let message = "a case of trains has no loss of stability that a kick could wait for: give a time, in s";
+                self.report(&format!("perturbation.{index}.time"), message);
+            }
             let path = format!("perturbation.{index}.on");
             let on = match self.reader.root.at(&path).map(|node| choice(&node.value, SIDES)) {
                 None | Some(Ok("both")) => KickSide::Both,
@@ -693,7 +689,7 @@ impl TrainReader<'_> {
                 }
             };
             kicks.push(Kick {
-                time,
+                time: kick.time,
                 relative_velocity: kick.relative_velocity,
                 on,
             });

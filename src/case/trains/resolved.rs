@@ -47,7 +47,7 @@ pub(super) fn write(case: &TrainCase) -> String {
     text.initial(case);
     for kick in &trains.kicks {
         text.text.push_str("\n[[perturbation]]\n");
-        text.plain("time", &format!("{:?}", kick.time), "when the kick comes [s]");
+        text.plain("time", &resolved::moment(kick.time), "when the kick comes [s]");
         let unit = motion.dimension(Dimension::AngularVelocity).unit();
         text.plain(
             "relative_velocity",

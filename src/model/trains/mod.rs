@@ -14,5 +14,6 @@ pub mod parameters;
 pub mod system;
 
 pub use parameters::{
-    Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
+    Bristles, ContactLaw, End, ExactTrains, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque,
+    Train, Trains,
 };

@@ -2,11 +2,12 @@
 //! radians, newton metres and kilogram square metres, and the radius is 1.
 
 use crate::friction::FrictionLaw;
-use crate::model::Axial;
+use crate::model::{Axial, BreakawayTest, ExactLaw, KickTime};
 use crate::signal::{Drive, Signal};
+use num_rational::BigRational;
 
 /// Everything that defines the physical problem. `T` is the type of its numbers and `L` that of the friction law: doubles and
-/// [`FrictionLaw`], or exact ones and [`ExactLaw`](crate::model::ExactLaw).
+/// [`FrictionLaw`], or exact ones and [`ExactLaw`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trains<T = f64, L = FrictionLaw> {
     /// The train of the rotor, index 2 in the equations.
@@ -19,6 +20,8 @@ pub struct Trains<T = f64, L = FrictionLaw> {
     pub pressing: Pressing<T>,
     /// mu_0, the coefficient of friction at rest.
     pub breakaway: T,
+    /// Which torque is held against mu_0 r F_n in stick. A case of trains has the transmitted one.
+    pub breakaway_test: BreakawayTest,
     /// mu(x) of the sliding speed x = |omega_r|. For bristles it is g(x).
     pub law: L,
     /// What the contact does about the jump of friction at rest.
@@ -28,6 +31,9 @@ pub struct Trains<T = f64, L = FrictionLaw> {
     /// In the order given; times need not be sorted.
     pub kicks: Vec<Kick<T>>,
 }
+
+/// Everything that defines the physical problem, without rounding.
+pub type ExactTrains = Trains<BigRational, ExactLaw>;
 
 /// An open chain of inertias, from the contact outwards.
 #[derive(Debug, Clone, PartialEq)]
@@ -163,8 +169,8 @@ pub struct Initial<T = f64> {
 /// A jump of the relative velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kick<T = f64> {
-    /// s.
-    pub time: T,
+    /// When. A kick of a case of trains has a time.
+    pub time: KickTime<T>,
     /// delta, rad/s.
     pub relative_velocity: T,
     /// Which surface takes it.

@@ -1,107 +1,178 @@
-//! Guards: which of them ends a step first, and what one says that stands beyond its boundary.
+//! Guards: what they are in each mode, which of them ends a step first, and what one says that moves the wrong way.
 
-use super::{Run, Watch};
+use super::{Run, Watch, resolved};
 use crate::model::Mode;
 use crate::oracle::OracleError;
+use crate::oracle::axial::INSTANT;
+use crate::oracle::equations::Expansion;
 use crate::oracle::float::Float;
 use crate::oracle::roots::{Crossing, first_zero};
-use crate::oracle::series::{Expansion, component::*, evaluate};
 
 /// What can end a step before its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Guard {
+    /// The end of a slip.
     Stop,
+    /// The margin of steady sliding passes zero.
     Stability,
+    /// omega_r passes zero in an engaged contact.
+    Sense,
     Separation,
     Contact,
     Breakaway(i8),
     /// An end of the piece of the friction law, the upper one with +1.
     Knot(i8),
+    /// |omega_r| passes the speed that counts as stick in an engaged contact.
+    Threshold,
+}
+
+/// A guard that ends a step.
+pub(super) struct Fired<const N: usize> {
+    /// So long after its start, s.
+    pub after: Float<N>,
+    pub guard: Guard,
+    /// It stood beyond its boundary at the start.
+    pub beyond: bool,
+    /// So many of its coefficients are zero by what happened before.
+    pub known: usize,
 }
 
 impl<const N: usize> Run<N> {
-    /// The guard that ends the step first, with its time from the start of the step.
+    /// The guard that ends the step first, which may go on up to `until`.
     pub(super) fn first_guard(
         &mut self,
         expansion: &Expansion<N>,
         step: &Float<N>,
-    ) -> Result<Option<(Float<N>, Guard)>, OracleError> {
-        let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
-        let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(3);
-        match self.mode {
-            Mode::Separated | Mode::Engaged => {
-                if !self.stays_open {
-                    guards.push((Guard::Contact, negated(expansion.normal())));
-                }
-            }
-            Mode::Stick => {
-                guards.push((Guard::Separation, expansion.normal().to_vec()));
-                for sense in [1, -1] {
-                    guards.push((Guard::Breakaway(sense), expansion.reserve(&self.model, sense)));
-                }
-            }
-            Mode::SlipForward | Mode::SlipBackward => {
-                guards.push((Guard::Separation, expansion.normal().to_vec()));
-                guards.push((Guard::Stop, expansion.speed().to_vec()));
-                if let Some(knot) = self.knots.get(self.piece) {
-                    let mut below = negated(expansion.speed());
-                    below[0] += knot;
-                    guards.push((Guard::Knot(1), below));
-                }
-                if let Some(knot) = self.piece.checked_sub(1).and_then(|last| self.knots.get(last)) {
-                    let mut above = expansion.speed().to_vec();
-                    above[0] -= knot;
-                    guards.push((Guard::Knot(-1), above));
-                }
-                match self.watch {
-                    Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
-                    Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
-                    Watch::Off => {}
-                }
-            }
-        }
-        let mut first: Option<(Float<N>, Guard)> = None;
-        for (guard, polynomial) in guards {
-            let known = self
-                .zeros
-                .iter()
-                .find(|(zero, _)| *zero == guard)
-                .map_or(0, |(_, count)| *count);
-            let crossing = first_zero(&polynomial, known, step);
-            let time = match crossing {
+        until: &Float<N>,
+    ) -> Result<Option<Fired<N>>, OracleError> {
+        let mut first: Option<Fired<N>> = None;
+        for (guard, polynomial) in self.guards(expansion) {
+            let known = self.zeros.iter().find(|(zero, _)| *zero == guard);
+            let known = known.map_or(0, |(_, count)| *count);
+            let (after, at_once) = match first_zero(&polynomial, known, step) {
                 Crossing::None => continue,
-                Crossing::At(time) => time,
-                Crossing::Beyond => self.beyond(guard, known)?,
+                Crossing::At(time) => (time, false),
+                // What only touches zero turns back.
+                Crossing::Beyond if known == 0 || guard == Guard::Sense => (Float::zero(), true),
+                Crossing::Beyond => return Err(self.degenerate(guard)),
             };
-            if guard == Guard::Contact {
-                let [z, z_dot] = [Z, Z_DOT].map(|c| evaluate(expansion.component(c), &time));
-                let at = &self.time + &time;
-                if self.actuation.rests(&self.model.axial, [&z, &z_dot], &at) {
-                    self.stays_open = true;
-                    continue;
-                }
+            if at_once && guard == Guard::Stop {
+                return Err(self.degenerate(guard));
             }
-            if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
-                first = Some((time, guard));
+            if matches!(guard, Guard::Separation | Guard::Contact) && self.belongs_to_corner(&after, until) {
+                continue;
+            }
+            if guard == Guard::Contact
+                && let (Some(actuation), Some(motion)) = (&self.actuation, &self.model.axial)
+                && let Some([z, z_dot]) = expansion.at(&after).axial
+                && actuation.rests(motion, [&z, &z_dot], &(&self.time + &after))
+            {
+                self.stays_open = true;
+                continue;
+            }
+            let earlier = |first: &Fired<N>| {
+                if let (Guard::Separation, Guard::Breakaway(_)) = (first.guard, guard) {
+                    // A torque that is zero but for rounding breaks nothing before the force is gone.
+                    !self.within_instant(&first.after, &after)
+                } else {
+                    after < first.after
+                }
+            };
+            if first.as_ref().is_none_or(earlier) {
+                first = Some(Fired {
+                    after,
+                    guard,
+                    beyond: at_once && !polynomial.first().is_some_and(Float::is_zero),
+                    known,
+                });
             }
         }
         Ok(first)
     }
 
-    /// A guard that stands beyond its boundary fires at once, if it may: after a kick, or at the start of a run. One that
-    /// has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
-    fn beyond(&self, guard: Guard, known: usize) -> Result<Float<N>, OracleError> {
-        let what = match guard {
-            Guard::Contact | Guard::Stability | Guard::Knot(_) if known == 0 => return Ok(Float::zero()),
-            Guard::Contact | Guard::Separation => "the contact force turns at zero",
-            Guard::Stability => "the stability of sliding turns at its limit",
-            Guard::Knot(_) => "the sliding speed turns at a knot of the friction law",
-            Guard::Stop => "a slip starts against its own sense",
-            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
+    /// All guards of the mode, positive before they fire.
+    fn guards(&self, expansion: &Expansion<N>) -> Vec<(Guard, Vec<Float<N>>)> {
+        let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
+        let less = |p: &[Float<N>], value: &Float<N>| {
+            let mut p = p.to_vec();
+            p[0] -= value;
+            p
         };
-        Err(OracleError::Degenerate {
+        let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(4);
+        if self.mode == Mode::Separated {
+            if !self.stays_open {
+                guards.push((Guard::Contact, negated(&expansion.normal)));
+            }
+            return guards;
+        }
+        guards.push((Guard::Separation, expansion.normal.clone()));
+        if self.mode == Mode::Stick {
+            let [_, limit] = expansion.stick_test(&self.model);
+            for sense in [1, -1] {
+                let mut reserve = expansion.reserve(&self.model, sense);
+                // At the limit but for rounding: what follows decides.
+                if reserve[0].log2() < limit.log2().max(self.scales.torque) - resolved::<N>() {
+                    reserve[0] = Float::zero();
+                }
+                guards.push((Guard::Breakaway(sense), reserve));
+            }
+            return guards;
+        }
+        let speed = expansion.contact.speed();
+        if let Some(knot) = self.knots.get(self.piece) {
+            guards.push((Guard::Knot(1), negated(&less(speed, knot))));
+        }
+        if let Some(knot) = self.piece.checked_sub(1).and_then(|last| self.knots.get(last)) {
+            guards.push((Guard::Knot(-1), less(speed, knot)));
+        }
+        if self.mode != Mode::Engaged {
+            guards.push((Guard::Stop, speed.to_vec()));
+            match self.watch {
+                Watch::Stable => guards.push((Guard::Stability, expansion.margin(&self.model))),
+                Watch::Unstable => guards.push((Guard::Stability, negated(&expansion.margin(&self.model)))),
+                Watch::Off => {}
+            }
+            return guards;
+        }
+        guards.push((Guard::Sense, speed.to_vec()));
+        if let Some((threshold, above)) = &self.threshold {
+            let excess = less(speed, threshold);
+            guards.push((Guard::Threshold, if *above { excess } else { negated(&excess) }));
+        }
+        guards
+    }
+
+    /// Whether a force given directly reaches zero at a corner but for an instant or rounding: the corner decides then.
+    fn belongs_to_corner(&self, after: &Float<N>, until: &Float<N>) -> bool {
+        let Some(corner) = self.corners.front().map(Float::<N>::from_rational) else {
+            return false;
+        };
+        if self.model.force.is_none() || corner != *until {
+            return false;
+        }
+        self.within_instant(&(until - &self.time), after)
+    }
+
+    /// Whether the second of two times of a step comes no earlier than an instant, or rounding, before the first.
+    fn within_instant(&self, first: &Float<N>, second: &Float<N>) -> bool {
+        let rounding = (&self.time + first).log2() - resolved::<N>();
+        let rest = first - second;
+        rest.signum() <= 0 || rest.log2() < rounding.max(INSTANT.log2())
+    }
+
+    /// A guard that has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
+    fn degenerate(&self, guard: Guard) -> OracleError {
+        let what = match guard {
+            Guard::Contact | Guard::Separation => "the contact force turns at zero",
+            Guard::Knot(_) => "the sliding speed turns at a knot of the friction law",
+            Guard::Stability => "the stability of sliding turns at its limit",
+            Guard::Stop | Guard::Sense => "a slip starts against its own sense",
+            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
+            Guard::Threshold => "the sliding speed turns at the one that counts as stick",
+        };
+        OracleError::Degenerate {
             time: self.time.to_f64(),
             what,
-        })
+        }
     }
 }

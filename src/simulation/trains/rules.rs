@@ -18,7 +18,7 @@ pub(super) struct TrainRules {
     plan: TrainPlan,
     end_time: f64,
     /// In order of time, and which is next.
-    kicks: Vec<Kick>,
+    kicks: Vec<(f64, Kick)>,
     next_kick: usize,
     /// The next corner of a signal.
     next_corner: usize,
@@ -33,11 +33,12 @@ type TrainTransition = Transition<EventKind, TrainLocation>;
 impl TrainRules {
     /// Of a run that starts at `start` (s).
     pub fn new(dynamics: Arc<TrainDynamics>, trains: &Trains, plan: TrainPlan, start: f64, end_time: f64) -> Self {
-        let mut kicks = trains.kicks.clone();
-        kicks.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let timed = |kick: &Kick| Some((*kick.time.at()?, kick.clone()));
+        let mut kicks: Vec<_> = trains.kicks.iter().filter_map(timed).collect();
+        kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
         let corners = dynamics.excitation.corners();
         TrainRules {
-            next_kick: kicks.iter().filter(|kick| kick.time < start).count(),
+            next_kick: kicks.iter().filter(|kick| kick.0 < start).count(),
             next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
             dynamics,
             plan,
@@ -310,7 +311,7 @@ impl Rules<TrainDynamics> for TrainRules {
             excitation.next_contact_change(t, closed, departing, self.end_time)
         });
         let corner = excitation.corners().get(self.next_corner).copied();
-        let kick = self.kicks.get(self.next_kick).map(|kick| kick.time);
+        let kick = self.kicks.get(self.next_kick).map(|kick| kick.0);
         let times = [contact_change.map(|change| change.time), corner, kick];
         times.into_iter().flatten().min_by(f64::total_cmp)
     }
@@ -320,7 +321,7 @@ impl Rules<TrainDynamics> for TrainRules {
         if corner.is_some_and(|corner| corner <= t) {
             return self.corner(location, t, y);
         }
-        let kick_due = self.kicks.get(self.next_kick).filter(|kick| kick.time <= t).cloned();
+        let kick_due = self.kicks.get(self.next_kick).filter(|kick| kick.0 <= t).cloned();
         let change = self.contact_change.flatten().filter(|change| change.time <= t);
         if let Some(change) = change.filter(|change| change.at_corner() || kick_due.is_none()) {
             self.contact_change = None;
@@ -330,7 +331,7 @@ impl Rules<TrainDynamics> for TrainRules {
             }
             return vec![self.contact_changes(location, t, y)];
         }
-        if let Some(kick) = kick_due {
+        if let Some((_, kick)) = kick_due {
             self.next_kick += 1;
             return self.kick(location, t, y, &kick);
         }

@@ -1,9 +1,9 @@
-//! Signals of trains: stretches between corners, on each of which they are linear but for harmonics.
+//! Signals: stretches between corners, on each of which they are linear but for harmonics.
 
+use super::elementary::Elementary;
+use super::float::Float;
+use super::pieces::{Piece, pieces};
 use crate::model::nearest_double;
-use crate::oracle::elementary::Elementary;
-use crate::oracle::float::Float;
-use crate::oracle::pieces::{Piece, pieces};
 use crate::signal::{Drive, Frequency, Shape, Wave};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -70,7 +70,7 @@ fn acts(wave: &Wave<BigRational>, time: &BigRational) -> bool {
 }
 
 /// The shortest period of its waves, s; infinite without one.
-pub fn shortest_period(drive: &Drive<BigRational>) -> f64 {
+pub(super) fn shortest_period(drive: &Drive<BigRational>) -> f64 {
     let mut parts = Parts::default();
     parts.gather(drive);
     let period = |wave: &&Wave<BigRational>| match &wave.frequency {

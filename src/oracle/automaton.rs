@@ -1,20 +1,20 @@
-//! Modes, events, kicks and corners of two trains.
+//! Modes, events, kicks and corners.
 
+mod guards;
+
+use super::axial::{Actuation, INSTANT};
 use super::courses::Course;
-use super::report::TrainOracleState;
-use super::series::{ChainScales, ChainState, Expansion, Far, Model, ROTOR, Regime, STATOR, Scales, State, speeds};
-use super::{ExactTrains, TrainOracleReport};
-use crate::model::trains::{ContactLaw, KickSide, Pressing, Train};
-use crate::model::{Mode, nearest_double};
-use crate::oracle::automaton::GUARD_BITS;
-use crate::oracle::axial::{Actuation, INSTANT};
-use crate::oracle::float::Float;
-use crate::oracle::friction::{self, at_vanishing_speed};
-use crate::oracle::number::Number;
-use crate::oracle::report::{OracleEvent, OracleReport};
-use crate::oracle::roots::{Crossing, first_zero};
-use crate::oracle::{OracleError, OracleOptions, steps};
+use super::equations::{ChainState, Expansion, Far, Model, ROTOR, Regime, STATOR, State, speeds};
+use super::float::Float;
+use super::friction::{self, at_vanishing_speed};
+use super::number::Number;
+use super::report::{OracleEvent, OracleReport, OracleState};
+use super::scales::{Scales, scales};
+use super::{GUARD_BITS, OracleError, OracleOptions, steps};
+use crate::model::trains::{ExactTrains, KickSide, Pressing};
+use crate::model::{BreakawayTest, KickTime, Mode};
 use crate::record::EventKind;
+use guards::{Fired, Guard};
 use num_rational::BigRational;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -22,29 +22,41 @@ use std::ops::ControlFlow;
 /// Orders up to which the first coefficient that is not zero is looked for.
 const LEADING: usize = 8;
 
-/// What can end a step before its time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Guard {
-    /// The end of a slip.
-    Stop,
-    /// omega_r passes zero in an engaged contact.
-    Sense,
-    Separation,
-    Contact,
-    Breakaway(i8),
-    /// An end of the piece of the friction law, the upper one with +1.
-    Knot(i8),
-    /// |omega_r| passes the speed that counts as stick in an engaged contact.
-    Threshold,
+/// Solves the model from t = 0 to the end time of `options`. `control` is asked at every few steps, with the time (s); `Break`
+/// ends the run with an error.
+///
+/// # Errors
+/// A precision or a breakaway test that it does not have, an exhausted event budget, a degenerate motion, two surfaces without
+/// inertia.
+pub fn run(
+    parameters: &ExactTrains,
+    options: &OracleOptions,
+    control: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<OracleReport, OracleError> {
+    if parameters.breakaway_test != BreakawayTest::Transmitted {
+        return Err(OracleError::BreakawayTest);
+    }
+    // A number of words that the compiler knows makes the arithmetic several times faster.
+    let asked = || OracleError::Digits { asked: options.digits };
+    match super::words(options.digits).ok_or_else(asked)? {
+        1 => run_with::<1>(parameters, options, control),
+        2 => run_with::<2>(parameters, options, control),
+        3 => run_with::<3>(parameters, options, control),
+        4 => run_with::<4>(parameters, options, control),
+        6 => run_with::<6>(parameters, options, control),
+        10 => run_with::<10>(parameters, options, control),
+        16 => run_with::<16>(parameters, options, control),
+        32 => run_with::<32>(parameters, options, control),
+        _ => Err(asked()),
+    }
 }
 
-pub(super) fn run_with<const N: usize>(
+fn run_with<const N: usize>(
     exact: &ExactTrains,
     options: &OracleOptions,
-    threshold: Option<&BigRational>,
     control: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<TrainOracleReport, OracleError> {
-    let mut run = Run::<N>::new(exact, options, threshold)?;
+) -> Result<OracleReport, OracleError> {
+    let mut run = Run::<N>::new(exact, options)?;
     while run.time < run.end {
         // Steps with many words take long each.
         if run.steps.is_multiple_of(if N > 4 { 1 } else { 64 }) && control(run.time.to_f64()).is_break() {
@@ -62,8 +74,17 @@ pub(super) fn run_with<const N: usize>(
     })
 }
 
+/// Whether the margin of steady sliding is looked at, and what it was last: up to the first stick, and only where sliding slows
+/// down by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Watch {
+    Stable,
+    Unstable,
+    Off,
+}
+
+#[derive(Clone, Copy)]
 struct Kick<const N: usize> {
-    time: Float<N>,
     delta: Float<N>,
     on: KickSide,
 }
@@ -78,6 +99,7 @@ struct Run<const N: usize> {
     end: Float<N>,
     state: State<N>,
     mode: Mode,
+    watch: Watch,
     /// Of omega_r in an engaged contact.
     sense: i8,
     /// The speed that counts as stick in an engaged contact, and whether |omega_r| is above it.
@@ -94,17 +116,19 @@ struct Run<const N: usize> {
     stays_open: bool,
     /// Of all signals, in order.
     corners: VecDeque<BigRational>,
-    kicks: VecDeque<Kick<N>>,
+    /// Timed kicks to come, in order, and those that wait for the instability.
+    kicks: VecDeque<(Float<N>, Kick<N>)>,
+    waiting: Vec<Kick<N>>,
     samples_due: VecDeque<Float<N>>,
-    events: Vec<OracleEvent<TrainOracleState>>,
-    samples: Vec<(Number, TrainOracleState)>,
+    events: Vec<OracleEvent>,
+    samples: Vec<(Number, OracleState)>,
     max_events: usize,
     counted: usize,
     steps: u64,
 }
 
 impl<const N: usize> Run<N> {
-    fn new(exact: &ExactTrains, options: &OracleOptions, threshold: Option<&BigRational>) -> Result<Self, OracleError> {
+    fn new(exact: &ExactTrains, options: &OracleOptions) -> Result<Self, OracleError> {
         let number = Float::from_rational;
         if exact.rotor.is_rigid() && exact.stator.is_rigid() {
             return Err(OracleError::Degenerate {
@@ -131,8 +155,18 @@ impl<const N: usize> Run<N> {
         }
         corners.sort();
         corners.dedup();
-        let mut kicks: Vec<_> = exact.kicks.iter().collect();
-        kicks.sort_by(|a, b| a.time.cmp(&b.time));
+        let (mut kicks, mut waiting) = (Vec::new(), Vec::new());
+        for kick in &exact.kicks {
+            let given = Kick {
+                delta: number(&kick.relative_velocity),
+                on: kick.on,
+            };
+            match &kick.time {
+                KickTime::At(time) => kicks.push((time, given)),
+                KickTime::Instability => waiting.push(given),
+            }
+        }
+        kicks.sort_by(|a, b| a.0.cmp(b.0));
         let (knots, ends) = friction::knots(&exact.law);
         let scales = scales(exact, &courses);
         let mut run = Run {
@@ -142,11 +176,13 @@ impl<const N: usize> Run<N> {
                         twist: Vec::new(),
                         rate: Vec::new(),
                         free: None,
+                        angle: Float::zero(),
                     },
                     ChainState {
                         twist: Vec::new(),
                         rate: Vec::new(),
                         free: None,
+                        angle: Float::zero(),
                     },
                 ],
                 axial: actuation.is_some().then(|| [Float::zero(); 2]),
@@ -158,6 +194,11 @@ impl<const N: usize> Run<N> {
             time: Float::zero(),
             end: number(&options.end_time),
             mode: Mode::Separated,
+            watch: if options.stability && model.twice_resistance.is_some() {
+                Watch::Stable
+            } else {
+                Watch::Off
+            },
             sense: 1,
             threshold: None,
             knots: knots.iter().map(number).collect(),
@@ -171,14 +212,8 @@ impl<const N: usize> Run<N> {
             },
             stays_open: false,
             corners: corners.into(),
-            kicks: kicks
-                .into_iter()
-                .map(|kick| Kick {
-                    time: number(&kick.time),
-                    delta: number(&kick.relative_velocity),
-                    on: kick.on,
-                })
-                .collect(),
+            kicks: kicks.into_iter().map(|(time, kick)| (number(time), kick)).collect(),
+            waiting,
             samples_due: options.sample_times.iter().map(number).collect(),
             events: Vec::new(),
             samples: Vec::new(),
@@ -196,11 +231,11 @@ impl<const N: usize> Run<N> {
             Pressing::Force(_) => run.leaving().0 > 0,
         };
         if pressed {
-            run.mode = run.mode_in_contact();
+            run.enter_contact();
         }
         run.find_piece();
         if !run.model.contact.sticks()
-            && let Some(threshold) = threshold
+            && let Some(threshold) = &options.threshold
         {
             let threshold = number(threshold);
             run.threshold = Some((threshold, run.speed() > threshold));
@@ -226,6 +261,7 @@ impl<const N: usize> Run<N> {
             } else {
                 None
             },
+            angle: Float::zero(),
         }
     }
 
@@ -266,12 +302,12 @@ impl<const N: usize> Run<N> {
     }
 
     /// The state with what follows from it.
-    fn reading(&self, state: &State<N>, expansion: Option<(&Expansion<N>, &Float<N>)>) -> TrainOracleState {
+    fn reading(&self, state: &State<N>, expansion: Option<(&Expansion<N>, &Float<N>)>) -> OracleState {
         let ends = match expansion {
             Some((expansion, after)) => expansion.ends(&self.model, after),
             None => self.ends(),
         };
-        TrainOracleState::new(state, &speeds(&self.model, state, &ends), !self.model.contact.sticks())
+        OracleState::new(state, &speeds(&self.model, state, &ends), !self.model.contact.sticks())
     }
 
     /// The piece of the friction law for the present speed; at a knot the one below.
@@ -361,6 +397,19 @@ impl<const N: usize> Run<N> {
         }
     }
 
+    fn enter_contact(&mut self) {
+        let mode = self.mode_in_contact();
+        self.enter(mode);
+    }
+
+    /// Goes to another mode; the first stick ends the watch.
+    fn enter(&mut self, mode: Mode) {
+        self.mode = mode;
+        if mode == Mode::Stick {
+            self.watch = Watch::Off;
+        }
+    }
+
     /// The sense of omega_r in an engaged contact; at zero that in which it leaves zero.
     fn find_sense(&mut self) {
         self.sense = match self.relative_velocity().signum() {
@@ -400,8 +449,8 @@ impl<const N: usize> Run<N> {
                 self.corner(&corner)?;
             }
         }
-        while self.kicks.front().is_some_and(|kick| kick.time <= self.time) {
-            if let Some(kick) = self.kicks.pop_front() {
+        while self.kicks.front().is_some_and(|(time, _)| *time <= self.time) {
+            if let Some((_, kick)) = self.kicks.pop_front() {
                 self.kick(&kick)?;
             }
         }
@@ -526,8 +575,8 @@ impl<const N: usize> Run<N> {
 
     /// What was known of guards that omega_r decides.
     fn forget_speed(&mut self) {
-        let kept = |guard: &Guard| !matches!(guard, Guard::Stop | Guard::Sense | Guard::Threshold | Guard::Knot(_));
-        self.zeros.retain(|(guard, _)| kept(guard));
+        self.zeros
+            .retain(|(guard, _)| matches!(guard, Guard::Separation | Guard::Contact | Guard::Breakaway(_)));
     }
 
     /// After a jump of omega_r in slip or in an engaged contact: whether its sense is another.
@@ -563,7 +612,7 @@ impl<const N: usize> Run<N> {
     }
 
     fn close(&mut self) -> Result<(), OracleError> {
-        self.mode = self.mode_in_contact();
+        self.enter_contact();
         self.find_piece();
         let speed = self.speed();
         if let Some((threshold, above)) = &mut self.threshold {
@@ -610,6 +659,20 @@ impl<const N: usize> Run<N> {
         self.turned()
     }
 
+    /// The margin of steady sliding has passed zero. The kicks that wait for it come at its first loss.
+    fn change_stability(&mut self) -> Result<(), OracleError> {
+        if self.watch == Watch::Unstable {
+            self.watch = Watch::Stable;
+            return self.record(EventKind::Restabilised);
+        }
+        self.watch = Watch::Unstable;
+        self.record(EventKind::Destabilised)?;
+        for kick in std::mem::take(&mut self.waiting) {
+            self.kick(&kick)?;
+        }
+        Ok(())
+    }
+
     /// The relative velocity has reached zero in slip.
     fn stop(&mut self) -> Result<(), OracleError> {
         self.join();
@@ -622,7 +685,7 @@ impl<const N: usize> Run<N> {
         if mode == self.mode {
             return Ok(());
         }
-        self.mode = mode;
+        self.enter(mode);
         self.record(if mode == Mode::Stick {
             EventKind::Stick
         } else {
@@ -640,8 +703,8 @@ impl<const N: usize> Run<N> {
         if let Some(corner) = self.corners.front() {
             until = least(until, Float::from_rational(corner));
         }
-        if let Some(kick) = self.kicks.front() {
-            until = least(until, kick.time);
+        if let Some((time, _)) = self.kicks.front() {
+            until = least(until, *time);
         }
         let limit = &until - &self.time;
         if limit.signum() <= 0 {
@@ -686,138 +749,6 @@ impl<const N: usize> Run<N> {
         }
     }
 
-    /// The guard that ends the step first, which may go on up to `until`.
-    fn first_guard(
-        &mut self,
-        expansion: &Expansion<N>,
-        step: &Float<N>,
-        until: &Float<N>,
-    ) -> Result<Option<Fired<N>>, OracleError> {
-        let mut first: Option<Fired<N>> = None;
-        for (guard, polynomial) in self.guards(expansion) {
-            let known = self.zeros.iter().find(|(zero, _)| *zero == guard);
-            let known = known.map_or(0, |(_, count)| *count);
-            let (after, at_once) = match first_zero(&polynomial, known, step) {
-                Crossing::None => continue,
-                Crossing::At(time) => (time, false),
-                // What only touches zero turns back.
-                Crossing::Beyond if known == 0 || guard == Guard::Sense => (Float::zero(), true),
-                Crossing::Beyond => return Err(self.degenerate(guard)),
-            };
-            if at_once && guard == Guard::Stop {
-                return Err(self.degenerate(guard));
-            }
-            if matches!(guard, Guard::Separation | Guard::Contact) && self.belongs_to_corner(&after, until) {
-                continue;
-            }
-            if guard == Guard::Contact
-                && let (Some(actuation), Some(motion)) = (&self.actuation, &self.model.axial)
-                && let Some([z, z_dot]) = expansion.at(&after).axial
-                && actuation.rests(motion, [&z, &z_dot], &(&self.time + &after))
-            {
-                self.stays_open = true;
-                continue;
-            }
-            let earlier = |first: &Fired<N>| {
-                if let (Guard::Separation, Guard::Breakaway(_)) = (first.guard, guard) {
-                    // A torque that is zero but for rounding breaks nothing before the force is gone.
-                    !self.within_instant(&first.after, &after)
-                } else {
-                    after < first.after
-                }
-            };
-            if first.as_ref().is_none_or(earlier) {
-                first = Some(Fired {
-                    after,
-                    guard,
-                    beyond: at_once && !polynomial.first().is_some_and(Float::is_zero),
-                    known,
-                });
-            }
-        }
-        Ok(first)
-    }
-
-    /// All guards of the mode, positive before they fire.
-    fn guards(&self, expansion: &Expansion<N>) -> Vec<(Guard, Vec<Float<N>>)> {
-        let negated = |p: &[Float<N>]| p.iter().map(|c| -c).collect::<Vec<_>>();
-        let less = |p: &[Float<N>], value: &Float<N>| {
-            let mut p = p.to_vec();
-            p[0] -= value;
-            p
-        };
-        let mut guards: Vec<(Guard, Vec<Float<N>>)> = Vec::with_capacity(4);
-        if self.mode == Mode::Separated {
-            if !self.stays_open {
-                guards.push((Guard::Contact, negated(&expansion.normal)));
-            }
-            return guards;
-        }
-        guards.push((Guard::Separation, expansion.normal.clone()));
-        if self.mode == Mode::Stick {
-            let [_, limit] = expansion.stick_test(&self.model);
-            for sense in [1, -1] {
-                let mut reserve = expansion.reserve(&self.model, sense);
-                // At the limit but for rounding: what follows decides.
-                if reserve[0].log2() < limit.log2().max(self.scales.torque) - resolved::<N>() {
-                    reserve[0] = Float::zero();
-                }
-                guards.push((Guard::Breakaway(sense), reserve));
-            }
-            return guards;
-        }
-        let speed = expansion.contact.speed();
-        if let Some(knot) = self.knots.get(self.piece) {
-            guards.push((Guard::Knot(1), negated(&less(speed, knot))));
-        }
-        if let Some(knot) = self.piece.checked_sub(1).and_then(|last| self.knots.get(last)) {
-            guards.push((Guard::Knot(-1), less(speed, knot)));
-        }
-        if self.mode != Mode::Engaged {
-            guards.push((Guard::Stop, speed.to_vec()));
-            return guards;
-        }
-        guards.push((Guard::Sense, speed.to_vec()));
-        if let Some((threshold, above)) = &self.threshold {
-            let excess = less(speed, threshold);
-            guards.push((Guard::Threshold, if *above { excess } else { negated(&excess) }));
-        }
-        guards
-    }
-
-    /// Whether a force given directly reaches zero at a corner but for an instant or rounding: the corner decides then.
-    fn belongs_to_corner(&self, after: &Float<N>, until: &Float<N>) -> bool {
-        let Some(corner) = self.corners.front().map(Float::<N>::from_rational) else {
-            return false;
-        };
-        if self.model.force.is_none() || corner != *until {
-            return false;
-        }
-        self.within_instant(&(until - &self.time), after)
-    }
-
-    /// Whether the second of two times of a step comes no earlier than an instant, or rounding, before the first.
-    fn within_instant(&self, first: &Float<N>, second: &Float<N>) -> bool {
-        let rounding = (&self.time + first).log2() - resolved::<N>();
-        let rest = first - second;
-        rest.signum() <= 0 || rest.log2() < rounding.max(INSTANT.log2())
-    }
-
-    /// A guard that has just been at its boundary and moves the wrong way belongs to a motion against its own mode.
-    fn degenerate(&self, guard: Guard) -> OracleError {
-        let what = match guard {
-            Guard::Contact | Guard::Separation => "the contact force turns at zero",
-            Guard::Knot(_) => "the sliding speed turns at a knot of the friction law",
-            Guard::Stop | Guard::Sense => "a slip starts against its own sense",
-            Guard::Breakaway(_) => "a stick starts beyond its breakaway torque",
-            Guard::Threshold => "the sliding speed turns at the one that counts as stick",
-        };
-        OracleError::Degenerate {
-            time: self.time.to_f64(),
-            what,
-        }
-    }
-
     /// What a guard does that has fired.
     fn transition(&mut self, fired: &Fired<N>) -> Result<(), OracleError> {
         let at_once = fired.after.is_zero();
@@ -837,6 +768,12 @@ impl<const N: usize> Run<N> {
                     self.zeros.push((Guard::Knot(-side), 1));
                 }
                 Ok(())
+            }
+            Guard::Stability => {
+                if !at_once {
+                    self.zeros.push((Guard::Stability, 1));
+                }
+                self.change_stability()
             }
             Guard::Threshold => {
                 if !at_once {
@@ -871,96 +808,6 @@ impl<const N: usize> Run<N> {
             }
         }
     }
-}
-
-/// A guard that ends a step.
-struct Fired<const N: usize> {
-    /// So long after its start, s.
-    after: Float<N>,
-    guard: Guard,
-    /// It stood beyond its boundary at the start.
-    beyond: bool,
-    /// So many of its coefficients are zero by what happened before.
-    known: usize,
-}
-
-/// What twists, speeds and signals are worth at least: of a shaft under all torques that there are, and of an oscillation of
-/// that size.
-fn scales<const N: usize>(exact: &ExactTrains, courses: &[Course<N>]) -> Scales {
-    let double = |value: &BigRational| nearest_double(value).abs();
-    let sizes: Vec<f64> = courses.iter().map(Course::size).collect();
-    let mut place = 0;
-    let mut next = || {
-        place += 1;
-        sizes.get(place - 1).copied().unwrap_or(0.0)
-    };
-    let (mut torque, mut speed) = (0.0_f64, 0.0_f64);
-    let initial = &exact.initial;
-    let trains = [
-        (&exact.rotor, &initial.rotor_twist, &initial.rotor_speed),
-        (&exact.stator, &initial.stator_twist, &initial.stator_speed),
-    ];
-    for (train, twists, speeds) in trains {
-        if let crate::model::trains::End::Driven(_) = train.end {
-            speed = speed.max(next());
-        }
-        if train.torque.is_some() {
-            torque += next();
-        }
-        for (stiffness, twist) in train.stiffness.iter().zip(twists) {
-            torque += double(stiffness) * double(twist);
-        }
-        speed = speeds.iter().map(double).fold(speed, f64::max);
-    }
-    let mut axial_scales = [0.0; 2];
-    let force = match &exact.pressing {
-        Pressing::Force(_) => next(),
-        Pressing::Axial { axial, actuation } => {
-            let pieces = crate::oracle::pieces::pieces(actuation);
-            let force = pieces.iter().map(|piece| double(&piece.force)).fold(0.0, f64::max);
-            let force = or_one(force);
-            let depth = force / double(&axial.stiffness);
-            axial_scales = [depth, depth * (double(&axial.stiffness) / double(&axial.mass)).sqrt()].map(f64::log2);
-            force
-        }
-    };
-    let contact = friction::size(&exact.law).max(1e-3) * double(&exact.radius);
-    torque += contact * force;
-    let speed = or_one(speed);
-    let chain = |train: &Train<BigRational>| {
-        let shafts = || train.stiffness.iter().zip(&train.inertia);
-        let twist = |k: f64| {
-            if k > 0.0 && torque > 0.0 { torque / k } else { speed }
-        };
-        let rate = |(k, j): (f64, f64)| {
-            if k > 0.0 && torque > 0.0 {
-                torque / (k * j).sqrt()
-            } else {
-                speed
-            }
-        };
-        let rates: Vec<f64> = shafts().map(|(k, j)| rate((double(k), double(j))).log2()).collect();
-        ChainScales {
-            twist: shafts().map(|(k, _)| twist(double(k)).log2()).collect(),
-            speed: rates.iter().copied().fold(speed.log2(), f64::min),
-            rate: rates,
-        }
-    };
-    let deflection = match &exact.contact {
-        ContactLaw::Bristles(bristles) => friction::size(&exact.law).max(1e-3) / or_one(double(&bristles.stiffness)),
-        _ => 1.0,
-    };
-    Scales {
-        torque: or_one(torque).log2(),
-        chains: [chain(&exact.rotor), chain(&exact.stator)],
-        axial: axial_scales,
-        courses: sizes.iter().map(|size| or_one(*size).log2()).collect(),
-        deflection: deflection.log2(),
-    }
-}
-
-fn or_one(value: f64) -> f64 {
-    if value > 0.0 { value } else { 1.0 }
 }
 
 /// Bits of a number that rounding leaves as they are.

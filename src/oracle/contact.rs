@@ -1,9 +1,9 @@
 //! The torque of the contact, rotor on stator: of slip by the friction law, and of contacts without a jump at rest.
 
-use crate::model::trains::{ContactLaw, Smoothing};
-use crate::oracle::elementary::Elementary;
-use crate::oracle::float::Float;
-use crate::oracle::friction::{self, Friction, Shapes};
+use super::elementary::Elementary;
+use super::float::Float;
+use super::friction::{self, Friction, Shapes};
+use crate::model::trains::{ContactLaw, ExactTrains, Smoothing};
 
 /// The constants of the contact.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ enum Engaged<const N: usize> {
 }
 
 impl<const N: usize> Contact<N> {
-    pub fn new(exact: &super::ExactTrains) -> Self {
+    pub fn new(exact: &ExactTrains) -> Self {
         let number = Float::from_rational;
         Contact {
             friction: friction::pieces(&exact.radius, &exact.law),
@@ -59,7 +59,9 @@ impl<const N: usize> Contact<N> {
 pub(super) struct ContactSeries<const N: usize> {
     /// x = s omega_r and the friction law's shape.
     shapes: Shapes<N>,
-    /// r mu.
+    /// The shape times F_n, in slip; empty where it is nothing.
+    pressed: Vec<Float<N>>,
+    /// r mu, in an engaged contact.
     coefficient: Vec<Float<N>>,
     /// y = x/eps, and k y_k.
     ratio: Vec<Float<N>>,
@@ -98,6 +100,7 @@ impl<const N: usize> ContactSeries<N> {
     pub fn new(deflection: &Float<N>) -> Self {
         ContactSeries {
             shapes: Shapes::default(),
+            pressed: Vec::new(),
             coefficient: Vec::new(),
             ratio: Vec::new(),
             rate: Vec::new(),
@@ -125,8 +128,7 @@ impl<const N: usize> ContactSeries<N> {
     /// Takes coefficient k of x, and makes that of r mu.
     fn law(&mut self, friction: &Friction<N>, table: &Elementary<N>, speed: Float<N>) -> Float<N> {
         let k = self.shapes.speed.len();
-        let tables = (&table.reciprocals[..], &table.integers[..], &table.ln_2);
-        self.shapes.extend(friction, speed, tables);
+        self.shapes.extend(friction, speed, table);
         let mut value = match self.shapes.shape.get(k) {
             Some(shape) => &friction.falling * shape,
             None => Float::zero(),
@@ -147,10 +149,42 @@ impl<const N: usize> ContactSeries<N> {
         (relative, normal): (&Float<N>, &[Float<N>]),
     ) -> Float<N> {
         let speed = if sense < 0 { -relative } else { *relative };
-        self.law(&contact.friction[piece], table, speed);
+        let friction = &contact.friction[piece];
+        self.shapes.extend(friction, speed, table);
         self.deflection.push(Float::zero());
-        let torque = Float::convolution(&self.coefficient, normal);
+        let mut torque = match normal.last() {
+            Some(normal) => &friction.constant * normal,
+            None => Float::zero(),
+        };
+        if !self.shapes.shape.is_empty() {
+            let pressed = Float::convolution(&self.shapes.shape, normal);
+            torque += &(&friction.falling * &pressed);
+            self.pressed.push(pressed);
+        }
         if sense < 0 { -&torque } else { torque }
+    }
+
+    /// 2 R + 2 r F_n mu'(s omega_r) of a slip, N m s/rad.
+    pub fn margin(
+        &self,
+        contact: &Contact<N>,
+        piece: usize,
+        twice_resistance: &Float<N>,
+        normal: &[Float<N>],
+    ) -> Vec<Float<N>> {
+        let friction = &contact.friction[piece];
+        let taken = |w: &Float<N>| -&(&friction.negative_damping * w);
+        let mut margin: Vec<Float<N>> = match self.shapes.slope(friction) {
+            None => self.pressed.iter().map(taken).collect(),
+            Some(slope) => {
+                let pressed = |k: usize| Float::convolution(&slope[..=k], &normal[..=k]);
+                (0..slope.len()).map(|k| taken(&pressed(k))).collect()
+            }
+        };
+        if let Some(first) = margin.first_mut() {
+            *first += twice_resistance;
+        }
+        margin
     }
 
     /// The next coefficient of the torque of an engaged contact.

@@ -1,17 +1,20 @@
-//! The equations of two trains as recurrences of Taylor coefficients.
+//! The equations of two chains of inertias as recurrences of Taylor coefficients.
 //!
-//! Both trains are written once, with a sign: +1 for the rotor, whose twists are outer less inner angle, and -1 for the
+//! Both chains are written once, with a sign: +1 for the rotor, whose twists are outer less inner angle, and -1 for the
 //! stator. With speeds w from the contact outwards, w_i = w_(i+1) - sign times the rate of shaft i, a shaft's torque S_i acts
 //! with that sign on its inner inertia and against it on its outer one, and the torque T of the contact acts against it on the
 //! surface.
 
+use super::axial::AxialMotion;
 use super::contact::{Contact, ContactSeries};
 use super::courses::{Course, CourseSeries};
-use crate::model::trains::{End, Pressing, Train};
-use crate::oracle::axial::AxialMotion;
-use crate::oracle::elementary::Elementary;
-use crate::oracle::float::Float;
-use crate::oracle::series::{evaluate, largest_order};
+use super::elementary::Elementary;
+use super::float::Float;
+use super::margin::twice_resistance;
+use super::roots::evaluate;
+use super::scales::Scales;
+use super::steps::largest_order;
+use crate::model::trains::{End, ExactTrains, Pressing, Train};
 use num_rational::BigRational;
 
 /// Places of the trains.
@@ -56,6 +59,8 @@ pub(super) struct ChainState<const N: usize> {
     pub rate: Vec<Float<N>>,
     /// The speed of the outermost inertia where nothing holds it, rad/s.
     pub free: Option<Float<N>>,
+    /// The angle of the same inertia, rad: a quadrature, on which nothing else depends.
+    pub angle: Float<N>,
 }
 
 /// The speed of what a train ends in.
@@ -144,12 +149,14 @@ pub(super) struct Model<const N: usize> {
     pub force: Option<usize>,
     /// r mu_0.
     breakaway: Float<N>,
+    /// 2 R of the margin of steady sliding, N m s/rad; `None` where sliding does not slow down by itself, or nothing can swing.
+    pub twice_resistance: Option<Float<N>>,
     pub contact: Contact<N>,
     pub table: Elementary<N>,
 }
 
 impl<const N: usize> Model<N> {
-    pub fn new(exact: &super::ExactTrains) -> Self {
+    pub fn new(exact: &ExactTrains) -> Self {
         let mut courses = 0;
         let chains = [
             Chain::new(&exact.rotor, true, &mut courses),
@@ -178,6 +185,7 @@ impl<const N: usize> Model<N> {
             axial,
             force,
             breakaway: Float::from_rational(&(&exact.radius * &exact.breakaway)),
+            twice_resistance: twice_resistance(exact),
             contact: Contact::new(exact),
             table: Elementary::new(largest_order(Float::<N>::BITS) + 2),
         }
@@ -190,8 +198,11 @@ struct ChainSeries<const N: usize> {
     twist: Vec<Vec<Float<N>>>,
     rate: Vec<Vec<Float<N>>>,
     free: Vec<Float<N>>,
+    angle: Vec<Float<N>>,
     /// Of each inertia.
     speed: Vec<Vec<Float<N>>>,
+    /// The coefficient that is being made of the torque on each inertia, and then of its acceleration.
+    next: Vec<Float<N>>,
 }
 
 /// Taylor coefficients of the motion around the present time.
@@ -223,16 +234,20 @@ impl<const N: usize> Expansion<N> {
         actuation: [Float<N>; 2],
     ) -> Self {
         let each = |values: &[Float<N>]| values.iter().map(|value| vec![*value]).collect::<Vec<_>>();
-        let chain = |chain: &ChainState<N>| ChainSeries {
-            twist: each(&chain.twist),
-            rate: each(&chain.rate),
-            free: chain.free.into_iter().collect(),
-            speed: Vec::new(),
+        let chain = |c: usize| {
+            let (state, inertias) = (&state.chains[c], model.chains[c].per_inertia.len());
+            ChainSeries {
+                twist: each(&state.twist),
+                rate: each(&state.rate),
+                free: state.free.into_iter().collect(),
+                angle: vec![state.angle],
+                speed: vec![Vec::new(); inertias],
+                next: vec![Float::zero(); inertias],
+            }
         };
-        let [rotor, stator] = &state.chains;
         Expansion {
             regime,
-            chains: [chain(rotor), chain(stator)],
+            chains: [chain(ROTOR), chain(STATOR)],
             axial: match &state.axial {
                 Some([z, z_dot]) => [vec![*z], vec![*z_dot]],
                 None => [Vec::new(), Vec::new()],
@@ -274,17 +289,12 @@ impl<const N: usize> Expansion<N> {
             }
         }
         // Speeds, and the sums of all torques but that of the contact.
-        let [rotor, stator] = [ROTOR, STATOR].map(|c| self.speeds(&model.chains[c], c, k));
-        let (rotor_surface, stator_surface) = (rotor.1, stator.1);
-        for (series, (speeds, _)) in self.chains.iter_mut().zip([rotor, stator]) {
-            series.speed.resize(speeds.len(), Vec::new());
-            for (speed, value) in series.speed.iter_mut().zip(speeds) {
-                speed.push(value);
-            }
-        }
-        let relative = &rotor_surface - &stator_surface;
+        let [rotor, stator] = [ROTOR, STATOR].map(|c| self.push_speeds(&model.chains[c], c, k));
+        let relative = &rotor - &stator;
         self.relative.push(relative);
-        let mut sums = [ROTOR, STATOR].map(|c| self.sums(&model.chains[c], c, k));
+        for (c, chain) in model.chains.iter().enumerate() {
+            self.sum_torques(chain, c, k);
+        }
         let far = [ROTOR, STATOR].map(|c| self.far_acceleration(&model.chains[c], k));
         // T, and from it the surfaces.
         let torque = match self.regime {
@@ -293,7 +303,7 @@ impl<const N: usize> Expansion<N> {
                 Float::zero()
             }
             Regime::Stick => {
-                let torque = transmitted(model, &sums, &far);
+                let torque = transmitted(model, self.chains.each_ref().map(|chain| chain.next.first()), &far);
                 self.transmitted.push(torque);
                 torque
             }
@@ -309,25 +319,23 @@ impl<const N: usize> Expansion<N> {
             }
         };
         let joint = (self.regime == Regime::Stick && !model.per_sum.is_zero()).then(|| {
-            let sum = &sums[ROTOR][0] + &sums[STATOR][0];
+            let sum = &self.chains[ROTOR].next[0] + &self.chains[STATOR].next[0];
             &sum * &model.per_sum
         });
         for (c, chain) in model.chains.iter().enumerate() {
-            if let Some(surface) = sums[c].first_mut() {
-                let acting = chain.signed(&torque);
-                *surface -= &acting;
+            let series = &mut self.chains[c];
+            if let Some(surface) = series.next.first_mut() {
+                *surface -= &chain.signed(&torque);
             }
-            let mut accelerations: Vec<Float<N>> = sums[c]
-                .iter()
-                .zip(&chain.per_inertia)
-                .map(|(sum, per)| sum * per)
-                .collect();
+            for (sum, per_inertia) in series.next.iter_mut().zip(&chain.per_inertia) {
+                *sum = &*sum * per_inertia;
+            }
+            let accelerations = &mut series.next;
             if self.regime == Regime::Stick
                 && let Some(surface) = accelerations.first_mut()
             {
                 *surface = joint.unwrap_or(far[1 - c]);
             }
-            let series = &mut self.chains[c];
             for i in 0..series.twist.len() {
                 let next = &series.rate[i][k] * per_next;
                 series.twist[i].push(next);
@@ -338,21 +346,29 @@ impl<const N: usize> Expansion<N> {
             if chain.far == Far::Free
                 && let Some(last) = accelerations.last()
             {
+                let turned = &series.free[k] * per_next;
+                series.angle.push(turned);
                 series.free.push(last * per_next);
             }
         }
     }
 
-    /// Coefficient k of the speeds of all inertias of a train, and of that of its surface.
-    fn speeds(&self, chain: &Chain<N>, c: usize, k: usize) -> (Vec<Float<N>>, Float<N>) {
-        let end = match chain.far {
-            Far::Free => self.chains[c].free[k],
+    /// Takes coefficient k of the speeds of all inertias of a chain; returns that of its surface.
+    fn push_speeds(&mut self, chain: &Chain<N>, c: usize, k: usize) -> Float<N> {
+        let ChainSeries { rate, speed, free, .. } = &mut self.chains[c];
+        let mut outer = match chain.far {
+            Far::Free => free[k],
             Far::Fixed => Float::zero(),
             Far::Driven(course) => self.courses[course].coefficients[k],
         };
-        let speeds = chain.speeds(|i| self.chains[c].rate[i][k], end);
-        let surface = speeds.first().copied().unwrap_or(end);
-        (speeds, surface)
+        let inertias = speed.len();
+        for (i, speed) in speed.iter_mut().enumerate().rev() {
+            if chain.far != Far::Free || i + 1 < inertias {
+                outer = &outer - &chain.signed(&rate[i][k]);
+            }
+            speed.push(outer);
+        }
+        outer
     }
 
     /// Coefficient k of V'; zero of an end that is not driven.
@@ -366,14 +382,20 @@ impl<const N: usize> Expansion<N> {
         }
     }
 
-    /// Coefficient k of the torque on each inertia of a train, without that of the contact.
-    fn sums(&self, chain: &Chain<N>, c: usize, k: usize) -> Vec<Float<N>> {
-        let series = &self.chains[c];
-        let mut sums: Vec<Float<N>> = (0..chain.per_inertia.len())
-            .map(|i| -&(&chain.viscous[i] * &series.speed[i][k]))
-            .collect();
-        for i in 0..series.twist.len() {
-            let torque = &(&chain.stiffness[i] * &series.twist[i][k]) + &(&chain.damping[i] * &series.rate[i][k]);
+    /// Takes coefficient k of the torque on each inertia of a chain, without that of the contact.
+    fn sum_torques(&mut self, chain: &Chain<N>, c: usize, k: usize) {
+        let ChainSeries {
+            twist,
+            rate,
+            speed,
+            next: sums,
+            ..
+        } = &mut self.chains[c];
+        for ((sum, viscous), speed) in sums.iter_mut().zip(&chain.viscous).zip(&*speed) {
+            *sum = -&(viscous * &speed[k]);
+        }
+        for i in 0..twist.len() {
+            let torque = &(&chain.stiffness[i] * &twist[i][k]) + &(&chain.damping[i] * &rate[i][k]);
             let inner = chain.signed(&torque);
             sums[i] += &inner;
             if let Some(outer) = sums.get_mut(i + 1) {
@@ -385,7 +407,6 @@ impl<const N: usize> Expansion<N> {
         {
             *sum += &self.courses[course].coefficients[k];
         }
-        sums
     }
 
     /// mu_0 r F_n - s T_f: what is left before the contact breaks away in the sense s, N m.
@@ -401,6 +422,16 @@ impl<const N: usize> Expansion<N> {
                 }
             })
             .collect()
+    }
+
+    /// The margin of steady sliding, 2 (R + r F_n mu'), N m s/rad; empty outside slip.
+    pub fn margin(&self, model: &Model<N>) -> Vec<Float<N>> {
+        match (self.regime, &model.twice_resistance) {
+            (Regime::Slip(_, piece), Some(resistance)) => {
+                self.contact.margin(&model.contact, piece, resistance, &self.normal)
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// T_f and mu_0 r F_n around the present time, of an expansion in stick.
@@ -423,6 +454,7 @@ impl<const N: usize> Expansion<N> {
             twist: each(&series.twist),
             rate: each(&series.rate),
             free: (!series.free.is_empty()).then(|| evaluate(&series.free, step)),
+            angle: evaluate(&series.angle, step),
         };
         let [rotor, stator] = &self.chains;
         let [z, z_dot] = &self.axial;
@@ -462,42 +494,15 @@ impl<const N: usize> Expansion<N> {
 }
 
 /// T_f = (J_1 T_r + J_2 T_s)/(J_1 + J_2), where a rigid surface of acceleration A adds its share of inertia.
-fn transmitted<const N: usize>(model: &Model<N>, sums: &[Vec<Float<N>>; 2], far: &[Float<N>; 2]) -> Float<N> {
+fn transmitted<const N: usize>(model: &Model<N>, sums: [Option<&Float<N>>; 2], far: &[Float<N>; 2]) -> Float<N> {
     let inertia = |c: usize| model.chains[c].surface_inertia.unwrap_or(Float::zero());
-    match [sums[ROTOR].first(), sums[STATOR].first()] {
+    match sums {
         [Some(rotor), Some(stator)] => &(&model.shares[0] * rotor) - &(&model.shares[1] * stator),
         // T_s is minus the sum on the stator's surface.
         [None, Some(stator)] => &(&inertia(STATOR) * &far[ROTOR]) - stator,
         [Some(rotor), None] => rotor - &(&inertia(ROTOR) * &far[STATOR]),
         [None, None] => Float::zero(),
     }
-}
-
-/// What the components are worth at least, log2: below that an error counts in terms of this size.
-#[derive(Debug)]
-pub(super) struct Scales {
-    /// Of all torques.
-    pub torque: f64,
-    pub chains: [ChainScales; 2],
-    pub axial: [f64; 2],
-    pub courses: Vec<f64>,
-    pub deflection: f64,
-}
-
-impl Scales {
-    /// A speed below which, by the precision, there is rounding alone.
-    pub fn least_speed(&self) -> f64 {
-        let speeds = self.chains.iter().map(|chain| chain.speed);
-        speeds.fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// Of one train.
-#[derive(Debug)]
-pub(super) struct ChainScales {
-    pub twist: Vec<f64>,
-    pub rate: Vec<f64>,
-    pub speed: f64,
 }
 
 /// The speeds of all inertias of a state, where the driven ends have those of `ends`.
