@@ -27,7 +27,7 @@ use crate::case::quantity::Dimension;
 use crate::model::trains::Pressing;
 use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile};
-use crate::simulation::trains::{self as simulation, further};
+use crate::simulation::trains::{further, is_short};
 use binout::BinoutTable;
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
@@ -141,14 +141,15 @@ impl Candidate {
         let events = file.events()?;
         let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
         let trains = general(&case);
-        let is_short = matches!(case, AnyCase::Brake(_));
-        let of_one_form = is_short == physics.short_form().is_some();
+        let in_short_form = matches!(case, AnyCase::Brake(_));
+        let of_one_form = in_short_form == physics.short_form().is_some();
+        let both_short = is_short(&trains) && physics.is_short();
         if motion(&case) != physics.vocabulary().motion() && of_one_form {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
             return refuse(what, "compare runs of one motion");
         }
-        if !of_one_form && !(simulation::is_short(&trains) && physics.is_short()) {
-            let what = if is_short {
+        if !of_one_form && !both_short {
+            let what = if in_short_form {
                 "is a result of a brake, [torsion], the reference one of trains"
             } else {
                 "is a result of trains, [rotor] and [stator], the reference one of a brake"
@@ -164,12 +165,11 @@ impl Candidate {
             _ => Channel::ALL.contains(channel) || further.iter().any(|name| *name == channel.name()),
         };
         let channels: Vec<Channel> = physics.vocabulary().channels().filter(is_there).collect();
-        let both = simulation::is_short(&trains) && physics.is_short();
         let torques: Vec<_> = events
             .iter()
             .map(|event| {
                 let torque = event.internal_force * trains.radius;
-                Some(if both {
+                Some(if both_short {
                     physics.torques(event.time, &physics.course.state(&event.before, &[]))
                 } else {
                     (torque, torque)
