@@ -2,12 +2,17 @@
 
 use nalgebra::DMatrix;
 use proptest::prelude::*;
+use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
 use stickslip::model::closed_form::{Breakaway, ClosedForm};
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use stickslip::model::state::{DIMENSION, TorsionState, index::*};
+use stickslip::model::state::{Components, DIMENSION, TorsionState, index::*};
 use stickslip::model::torsion::TorsionModel;
+use stickslip::model::trains::Trains;
+use stickslip::model::trains::system::{
+    DAMPING_LOSS as LOST_IN_DAMPERS, FRICTION_LOSS as LOST_IN_FRICTION, Outside, TrainSystem,
+};
 use stickslip::model::{Axial, BreakawayTest, Contact, Mode, Torsion};
 use stickslip::signal::{Ramp, Signal, Table};
 
@@ -87,6 +92,70 @@ fn property_a_search_for_contact_changes_has_an_end() {
     }
     // sqrt(2 omega t) steps, by t'(n) = sqrt(2 t/omega)
     assert!((1..10).contains(&searches), "{searches}");
+}
+
+/// A motion of the short form as a state of the general one.
+fn general(system: &TrainSystem, y: &Components) -> Vec<f64> {
+    let mut general = vec![0.0; system.dimension];
+    let (rotor, stator) = (system.rotor.twists, system.stator.twists);
+    (general[rotor], general[rotor + 1]) = (y.rotor_twist, y.rotor_twist_rate);
+    (general[stator], general[stator + 1]) = (y.stator_twist, y.stator_twist_rate);
+    general[system.rotor.speed.unwrap()] = y.rotor_speed;
+    general[system.slip] = y.slip;
+    general[system.slip + LOST_IN_FRICTION] = y.friction_loss;
+    general[system.slip + LOST_IN_DAMPERS] = y.damping_loss;
+    general
+}
+
+proptest! {
+    /// In slip and separated both forms do the same operations on twists and speeds, and agree to the bit. T_f is halved in the
+    /// one and weighted by inertias in the other, a stick gives both surfaces one acceleration in the one, and sums of energies
+    /// have another order: there they agree to some roundings of their parts.
+    #[test]
+    fn property_the_short_form_has_the_equations_of_the_general_one(
+        twists in prop::array::uniform2(-1e-4..1e-4f64),
+        rates in prop::array::uniform2(-5.0..5.0f64),
+        speed in -60.0..60.0f64,
+        force in 0.0..3000.0f64,
+    ) {
+        let parameters = Case::parse(&CaseSource::built_in("paper").unwrap(), &[]).unwrap().parameters;
+        let (short, system) = (TorsionModel::new(&parameters), TrainSystem::new(&Trains::from(&parameters)));
+        let outside = Outside { normal_force: force, ..Outside::default() };
+        let motion = Components {
+            rotor_twist: twists[0],
+            rotor_twist_rate: rates[0],
+            stator_twist: twists[1],
+            stator_twist_rate: rates[1],
+            rotor_speed: speed,
+            ..Components::default()
+        };
+        let (y, z) = (motion.state(), general(&system, &motion));
+        let close = |a: f64, b: f64, parts: f64| (a - b).abs() <= 8.0 * f64::EPSILON * parts.abs();
+        let w = short.relative_velocity(&y);
+        prop_assert_eq!(system.relative_velocity(&outside, &z), w);
+        prop_assert_eq!(system.breakaway_torque(force), short.breakaway_torque(force));
+        let torques = short.torsion.rotor_torque(&y).abs() + short.torsion.stator_torque(&y).abs();
+        prop_assert!(close(system.transmitted_torque(&outside, &z), short.transmitted_torque(&y), torques));
+        let energy = short.torsion.kinetic_energy(&y);
+        prop_assert!(close(system.kinetic_energy(&outside, &z), energy, energy));
+        let energy = short.torsion.elastic_energy(&y);
+        prop_assert!(close(system.elastic_energy(&z), energy, energy));
+        for mode in [Mode::sliding(w), Mode::Separated, Mode::Stick] {
+            let (mut found, mut rates) = (vec![0.0; system.dimension], [0.0; DIMENSION]);
+            system.rates(mode, f64::from(mode.sense()), 0, &outside, &z, &mut found);
+            short.rates(mode, || force, &y, &mut rates);
+            let expected = general(&system, &Components::of(&rates));
+            let parts = torques / parameters.torsion.surface_inertia;
+            for (k, (&found, &expected)) in found.iter().zip(&expected).enumerate() {
+                let same = if k > system.slip || mode == Mode::Stick {
+                    close(found, expected, expected.abs().max(parts))
+                } else {
+                    found == expected
+                };
+                prop_assert!(same, "{mode:?}, component {k}: {found:e} for {expected:e}");
+            }
+        }
+    }
 }
 
 proptest! {

@@ -158,6 +158,13 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
         let c = &json(&stdout)["comparisons"][0];
         assert_eq!(c["causes"].as_array().unwrap().len(), 0, "{c}");
         assert!(c["samples"].as_u64().unwrap() > 100, "{c}");
+        // The axial motion is a closed form in both runs, and the Taylor series of its equation between samples.
+        let channels = c["channels"].as_array().unwrap();
+        for axial in ["z", "z_dot"] {
+            let rows: Vec<_> = channels.iter().filter(|row| row["channel"] == axial).collect();
+            assert!(!rows.is_empty(), "{axial} in {c}");
+            assert!(rows.iter().all(|row| row["mescd"].as_f64().unwrap() > 12.0), "{rows:?}");
+        }
     }
     output(&mut folder.stickslip(&["run", "belt-leine", "-q", "--no-witness"]), 0);
     let stderr = refusal(&mut folder.stickslip(&["compare", "belt-leine.h5", "brake.h5"]));

@@ -37,13 +37,13 @@ pub enum Channel {
     FrictionTorque,
     /// T_f = (T_r + T_s)/2, N m.
     TransmittedTorque,
-    /// Of a shaft of two trains, rad.
+    /// Of a shaft, rad.
     Twist(Part),
-    /// Of a shaft of two trains, rad/s.
+    /// Of a shaft, rad/s.
     TwistRate(Part),
-    /// Of an inertia of two trains, rad/s.
+    /// Of an inertia, rad/s.
     Speed(Part),
-    /// Of an inertia of two trains, rad: no column of a result, but what a plain solver integrates.
+    /// Of an inertia, rad: no column of a result, but what a plain solver integrates.
     Angle(Part),
     /// z of the bristles.
     Deflection,
@@ -53,11 +53,8 @@ pub enum Channel {
     FrictionImpulse,
 }
 
-/// Channels with their factors, which add up to another channel.
-pub(crate) type Sum = &'static [(f64, Channel)];
-
 impl Channel {
-    /// Every channel of a brake, in the order of reports.
+    /// Every channel that a file of this program always has, in the order of reports.
     pub const ALL: [Channel; 15] = [
         Channel::RelativeVelocity,
         Channel::RotorTwist,
@@ -107,24 +104,6 @@ impl Channel {
     /// Names by which it is known elsewhere, in lower case.
     pub(crate) fn aliases(self) -> &'static [&'static str] {
         self.facts().2
-    }
-
-    /// How the channel of a brake follows from others, the best way first.
-    pub fn sums(self) -> &'static [Sum] {
-        use Channel::*;
-        match self {
-            RelativeVelocity => &[
-                &[(1.0, Phi2Dot), (-1.0, Phi1Dot)],
-                &[(1.0, ThetaDot), (-1.0, RotorTwistRate), (-1.0, Phi1Dot)],
-            ],
-            RotorTwist => &[&[(1.0, Theta), (-1.0, Phi2)]],
-            RotorTwistRate => &[&[(1.0, ThetaDot), (-1.0, Phi2Dot)]],
-            ThetaDot => &[&[(1.0, Phi2Dot), (1.0, RotorTwistRate)]],
-            Phi2Dot => &[&[(1.0, ThetaDot), (-1.0, RotorTwistRate)]],
-            Phi2 => &[&[(1.0, Theta), (-1.0, RotorTwist)]],
-            SlipDisplacement => &[&[(1.0, Phi2), (-1.0, Phi1)]],
-            _ => &[],
-        }
     }
 
     fn facts(self) -> (&'static str, Dimension, &'static [&'static str]) {

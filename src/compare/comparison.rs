@@ -9,7 +9,7 @@ use super::diagnosis::Diagnosis;
 use super::energy::EnergyDrift;
 use super::event_errors::EventErrors;
 use super::impulse::ImpulseErrors;
-use super::reference::{Subject, TimeScale};
+use super::reference::{Physics, TimeScale};
 use super::resolution::Resolution;
 use super::statistics::{Statistic, of_attractors, statistics};
 use super::windows::Phase;
@@ -89,9 +89,12 @@ pub struct Comparison {
     pub samples_outside: u64,
     /// Samples in gaps of the reference that are too wide to interpolate.
     pub samples_too_sparse: u64,
-    /// Whether the reference's run was repeated to have its states where its samples are too sparse; of trains, whether their
-    /// equations were integrated again between samples in more than one step.
+    /// Whether the reference's equations were integrated again between samples in more than one step, or its run was repeated to have
+    /// its states where its samples are too sparse.
     pub reference_repeated: bool,
+    /// Whether its run was repeated.
+    #[serde(skip)]
+    pub was_rerun: bool,
     /// The energy balance of the candidate's own channels, if it has the twists, their rates and the rotor speed.
     pub energy_drift: Option<EnergyDrift>,
     /// By which times are measured in a case of trains; a brake has its natural period.
@@ -171,7 +174,7 @@ pub(super) struct Parts<'a> {
     pub states: Option<&'a States>,
     pub interval: Option<f64>,
     pub rerun: bool,
-    pub subject: &'a Subject,
+    pub physics: &'a Physics,
     pub attractors: Option<[Option<Attractor>; 2]>,
     pub other: Others,
 }
@@ -180,25 +183,21 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
     let (reference, candidate) = parts.words;
     let channels = parts
         .states
-        .map_or_else(Vec::new, |states| channel_errors(states, parts.subject));
+        .map_or_else(Vec::new, |states| channel_errors(states, parts.physics));
     let verdict = verdict(&parts, &channels);
     let Span { from_start, to_end, .. } = parts.span;
-    let is_trains = parts.subject.trains().is_some();
+    let is_general = parts.physics.short_form().is_none();
     let mut statistics = statistics(reference, candidate, from_start, to_end, parts.uncovered);
     if let Some(attractors) = &parts.attractors {
         // In a cycle there is no last stick.
         if attractors[0].is_some() {
             statistics.retain(|statistic| statistic.name != "final_stick");
         }
-        let unit = parts.subject.vocabulary().motion().dimension(Dimension::Angle).unit();
+        let unit = parts.physics.vocabulary().motion().dimension(Dimension::Angle).unit();
         statistics.extend(of_attractors(attractors, unit));
     }
-    let absent = if is_trains { absent(&parts) } else { Vec::new() };
-    let cycles = if is_trains {
-        CycleErrors::of(&parts.errors)
-    } else {
-        None
-    };
+    let absent = if is_general { absent(&parts) } else { Vec::new() };
+    let cycles = is_general.then(|| CycleErrors::of(&parts.errors)).flatten();
     Comparison {
         reference: parts.reference.display().to_string(),
         candidate: parts.candidate.path().display().to_string(),
@@ -213,7 +212,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         kick: parts.other.kick,
         clock: parts.other.clock,
         detection: parts.detection,
-        velocity_unit: parts.subject.vocabulary().unit(Channel::RelativeVelocity),
+        velocity_unit: parts.physics.vocabulary().unit(Channel::RelativeVelocity),
         span: parts.candidate.has_rows().then_some(parts.span),
         interval: parts.interval,
         reference_events: reference.len(),
@@ -235,9 +234,10 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         }),
         samples_outside: parts.states.map_or(0, |s| s.outside),
         samples_too_sparse: parts.states.map_or(0, |s| s.too_sparse),
-        reference_repeated: parts.rerun,
+        reference_repeated: parts.states.is_some_and(|states| states.integrated) || parts.rerun,
+        was_rerun: parts.rerun,
         energy_drift: parts.states.and_then(|s| s.energy),
-        time_scale: parts.subject.time_scale().cloned(),
+        time_scale: is_general.then(|| parts.physics.scale.clone()),
         cycles,
         attractors: parts.attractors,
         absent,
@@ -278,7 +278,7 @@ fn absent(parts: &Parts<'_>) -> Vec<Absent> {
     match parts.states {
         None => add("states", "the candidate is a table of events".to_owned()),
         Some(states) if states.energy.is_none() => {
-            let lacking = parts.subject.energy_channels().iter();
+            let lacking = parts.physics.state.iter();
             let lacking: Vec<_> = lacking
                 .filter(|channel| !states.channels.contains(channel))
                 .map(|channel| channel.name())
@@ -295,7 +295,7 @@ fn absent(parts: &Parts<'_>) -> Vec<Absent> {
     found
 }
 
-fn channel_errors(states: &States, subject: &Subject) -> Vec<ChannelErrors> {
+fn channel_errors(states: &States, physics: &Physics) -> Vec<ChannelErrors> {
     let mut rows = Vec::new();
     for phase in Phase::ALL {
         for (channel, tally) in states.channels.iter().copied().zip(&states.tallies[phase as usize]) {
@@ -304,7 +304,7 @@ fn channel_errors(states: &States, subject: &Subject) -> Vec<ChannelErrors> {
                 rows.push(ChannelErrors {
                     phase,
                     channel: channel.name(),
-                    unit: subject.vocabulary().unit(channel),
+                    unit: physics.vocabulary().unit(channel),
                     samples: tally.samples,
                     max: tally.max,
                     max_at: tally.max_at,

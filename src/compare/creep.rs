@@ -1,7 +1,7 @@
 //! Whether a candidate creeps where it should stick, as regularised friction does.
 
 use super::candidate::Block;
-use super::reference::{Physics, TrainPhysics};
+use super::reference::Physics;
 use crate::friction::Law;
 
 /// How a candidate creeps.
@@ -18,7 +18,8 @@ pub(super) struct Creep {
 /// Collects omega_r and T_f where omega_r is small and hardly changes: there friction balances T_f.
 #[derive(Debug)]
 pub(super) struct CreepPass<'a> {
-    of: Of<'a>,
+    physics: &'a Physics,
+    y: Vec<f64>,
     /// The speed of an oscillation that friction causes, rad/s.
     speed: f64,
     /// 1/J_1 + 1/J_2, what a torque of the contact accelerates omega_r by, 1/(kg m^2).
@@ -29,13 +30,6 @@ pub(super) struct CreepPass<'a> {
     sums: [[f64; 2]; FUNCTIONS.len()],
     largest: f64,
     count: u64,
-}
-
-/// Whose candidate it is.
-#[derive(Debug, Clone, Copy)]
-enum Of<'a> {
-    Brake(&'a Physics),
-    Trains(&'a TrainPhysics),
 }
 
 /// A name, and the inverse.
@@ -65,24 +59,15 @@ const LEFT: f64 = 1e-2;
 const AT_REST: f64 = 1e-9;
 
 impl<'a> CreepPass<'a> {
-    /// Of two trains, before the first sample.
-    pub fn new(physics: &'a TrainPhysics) -> CreepPass<'a> {
+    /// Before the first sample.
+    pub fn new(physics: &'a Physics) -> CreepPass<'a> {
         let system = physics.system();
         let (rotor, stator) = (system.rotor.surface_inertia(), system.stator.surface_inertia());
-        CreepPass::of(Of::Trains(physics), physics.speed(), 1.0 / rotor + 1.0 / stator)
-    }
-
-    /// Of a brake, before the first sample.
-    pub fn of_brake(physics: &'a Physics) -> CreepPass<'a> {
-        let surface = physics.torsion.torsion.surface_inertia;
-        CreepPass::of(Of::Brake(physics), physics.speed(), 2.0 / surface)
-    }
-
-    fn of(of: Of<'a>, speed: f64, per_torque: f64) -> CreepPass<'a> {
         CreepPass {
-            of,
-            speed,
-            per_torque,
+            physics,
+            y: vec![0.0; system.dimension],
+            speed: physics.speed(),
+            per_torque: 1.0 / rotor + 1.0 / stator,
             last: None,
             squares: 0.0,
             sums: [[0.0; 2]; FUNCTIONS.len()],
@@ -94,39 +79,20 @@ impl<'a> CreepPass<'a> {
     /// Takes the next samples; `columns` are the positions of the channels of the state in the block.
     pub fn add(&mut self, block: &Block, columns: &[usize]) {
         let slow = SLOW * self.speed;
-        let per_torque = self.per_torque;
+        let (physics, system, per_torque) = (self.physics, self.physics.system(), self.per_torque);
         for (row, &time) in block.time.iter().enumerate() {
-            let value = |k: usize| block.columns[columns[k]][row];
-            let (w, limit) = match self.of {
-                Of::Trains(physics) => {
-                    let (system, outside) = (physics.system(), physics.course.outside(time));
-                    let w = system.relative_velocity(&outside, &physics.y(value));
-                    (w, system.law.coefficient(0.0) * system.radius * outside.normal_force)
-                }
-                Of::Brake(physics) => {
-                    let model = &physics.torsion;
-                    let w = value(4) - value(1) - value(3);
-                    if w.abs() >= slow {
-                        self.last = Some((time, w));
-                        continue;
-                    }
-                    let force = physics.axial.pressing_force(time).max(0.0);
-                    (w, model.friction.law.coefficient(0.0) * model.contact.radius * force)
-                }
-            };
+            physics.set(&mut self.y, |k| block.columns[columns[k]][row]);
+            let driving = physics.course.driving(time);
+            let w = system.relative_velocity(&driving, &self.y);
             let before = self.last.replace((time, w));
-            let (Some((earlier, was)), true) = (before, limit > 0.0 && w.abs() < slow) else {
+            let (Some((earlier, was)), true) = (before, w.abs() < slow) else {
                 continue;
             };
-            let torque = match self.of {
-                Of::Trains(physics) => physics
-                    .system()
-                    .transmitted_torque(&physics.course.outside(time), &physics.y(value)),
-                Of::Brake(physics) => {
-                    let torques = [(0, 1), (2, 3)].map(|(k, l)| physics.twist_torque(value(k), value(l)));
-                    (torques[0] + torques[1]) / 2.0
-                }
-            };
+            let limit = system.law.coefficient(0.0) * system.radius * physics.course.outside(time).normal_force;
+            if limit <= 0.0 {
+                continue;
+            }
+            let torque = system.transmitted_torque(&driving, &self.y);
             let share = torque / limit;
             let steady = (w - was).abs() <= STEADY * limit * per_torque * (time - earlier);
             if !steady || !(SHARES.0..SHARES.1).contains(&share.abs()) {

@@ -8,7 +8,7 @@ use super::creep::Creep;
 use super::detect::Found;
 use super::event_errors::EventErrors;
 use super::parameters::{FoundBy, OtherKick, OtherParameters, Rerun};
-use super::reference::Subject;
+use super::reference::Physics;
 use super::states::{Grid, Probe};
 use super::terms::OtherTerm;
 use super::torques::breakaway_ratios;
@@ -96,7 +96,7 @@ pub(super) struct Kick {
 
 /// Everything that the rules look at.
 pub(super) struct Evidence<'a> {
-    pub subject: &'a Subject,
+    pub physics: &'a Physics,
     /// Up to this an error of an event is one of the file, s.
     pub floor: f64,
     /// What would have to be added to the candidate's times, if that is much.
@@ -136,13 +136,13 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     if agrees {
         return causes;
     }
-    if let Some(physics) = e.subject.trains() {
+    if e.physics.short_form().is_none() {
         // By another clock nothing else can be said.
         if e.units.iter().any(|fault| fault.name == "time") {
             return causes;
         }
         // What torques say, a state in other units makes wrong.
-        if e.units.is_empty() && physics.sticks() {
+        if e.units.is_empty() && e.physics.sticks() {
             let of_torques = [another_term, regularised, stick_test, events_late];
             causes.extend(of_torques.iter().filter_map(|rule| rule(e)));
         }
@@ -204,7 +204,7 @@ fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
         speed,
         largest,
     } = e.creep?;
-    let unit = e.subject.vocabulary().unit(super::Channel::RelativeVelocity);
+    let unit = e.physics.vocabulary().unit(super::Channel::RelativeVelocity);
     diagnosis(
         Cause::RegularisedLaw,
         format!(
@@ -219,8 +219,8 @@ fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
 fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
     /// In steps: what a breakaway that is found in samples may be early, what it is late at least on average, and at most.
     const STEPS: (f64, f64, f64) = (0.05, 0.1, 1.5);
-    let (interval, physics) = (e.interval?, e.subject.trains()?);
-    let system = physics.system();
+    let interval = e.interval?;
+    let system = e.physics.system();
     // Where the friction jumps at the breakaway, the samples after it do not tell its time so well.
     if e.detected && system.breakaway > (1.0 + 1e-9) * system.law.coefficient(0.0) {
         return None;
@@ -228,8 +228,9 @@ fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
     let slips = e.found.iter().filter(|f| f.kind == EventKind::Slip);
     let late: Vec<f64> = slips
         .filter_map(|f| {
-            let (torque, rate) = (f.torques?.0, f.torque_rate?);
-            (rate != 0.0).then(|| (torque.abs() - e.subject.limit(f.time)) / rate.abs() / interval)
+            let ((rotor, stator), rate) = (f.torques?, f.torque_rate?);
+            let torque = (rotor + stator) / 2.0;
+            (rate != 0.0).then(|| (torque.abs() - e.physics.limit(f.time)) / rate.abs() / interval)
         })
         .collect();
     let typical = median(late.clone())?;
@@ -242,7 +243,7 @@ fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
         format!(
             "at its breakaways T_f has passed {}, typically since {:.1e} s of the {interval:.1e} s between its samples: \
              events are taken at the end of a step",
-            limit_of(e.subject),
+            limit_of(e.physics),
             typical * interval
         ),
     )
@@ -265,8 +266,8 @@ fn time_offset(e: &Evidence<'_>) -> Option<Diagnosis> {
 }
 
 /// What stick can carry.
-fn limit_of(subject: &Subject) -> &'static str {
-    match subject.vocabulary().motion() {
+fn limit_of(physics: &Physics) -> &'static str {
+    match physics.vocabulary().motion() {
         Motion::Rotation => "mu_0 r F_n",
         Motion::Translation => "mu_0 F_n",
     }
@@ -303,7 +304,7 @@ fn kick_shown(e: &Evidence<'_>) -> Option<f64> {
     let [before, after, _] = e.probes else {
         return None;
     };
-    let quarter = kick.time + 0.25 * e.subject.natural_period();
+    let quarter = kick.time + 0.25 * e.physics.natural_period();
     let errors: Vec<f64> = after
         .points
         .iter()
@@ -338,11 +339,11 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
         format!(
             "the reference is kicked by {:.1e} {} at {:.6} s, the candidate is not{}",
             kick.delta,
-            e.subject.vocabulary().unit(super::Channel::RelativeVelocity),
+            e.physics.vocabulary().unit(super::Channel::RelativeVelocity),
             kick.time,
-            match e.subject {
-                Subject::Brake(..) => ": its onset is amplified rounding",
-                Subject::Trains(_) => "",
+            match e.physics.short_form() {
+                Some(_) => ": its onset is amplified rounding",
+                None => "",
             }
         ),
     )
@@ -352,8 +353,9 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// have before the first event is less than half as large although the candidate was kicked.
 fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     const PER_PERIOD: f64 = 8.0;
-    let period = e.subject.natural_period();
-    if let Some(scale) = e.subject.time_scale() {
+    let period = e.physics.natural_period();
+    if e.physics.short_form().is_none() {
+        let scale = &e.physics.scale;
         let interval = e
             .interval
             .filter(|interval| interval * PER_PERIOD > period && scale.is_mode)?;
@@ -406,7 +408,7 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
         .filter(|d| *d < STEPS * interval)
         .collect();
     let shortest = short.iter().copied().min_by(f64::total_cmp)?;
-    if e.subject.trains().is_some() {
+    if e.physics.short_form().is_none() {
         let count = short.len();
         return diagnosis(
             Cause::StepTooLarge,
@@ -431,17 +433,12 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// can err; or omega_r stands still at a value outside the tolerance.
 fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
     // What creeps does not stand still.
-    if e.creep.is_some() || e.subject.trains().is_some_and(|physics| !physics.sticks()) {
+    if e.creep.is_some() || !e.physics.sticks() {
         return None;
     }
-    let speed = e.subject.speed();
-    let (unit, bodies) = match e.subject {
-        Subject::Brake(..) => ("rad/s", "disks"),
-        Subject::Trains(_) => (
-            e.subject.vocabulary().unit(super::Channel::RelativeVelocity),
-            "surfaces",
-        ),
-    };
+    let speed = e.physics.speed();
+    let unit = e.physics.vocabulary().unit(super::Channel::RelativeVelocity);
+    let bodies = e.physics.short_form().map_or("surfaces", |_| "disks");
     if e.plateau > 0.0 && e.plateau < speed {
         return diagnosis(
             Cause::VelocityTolerance,
@@ -459,7 +456,7 @@ fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
         .filter_map(|f| f.dropped.filter(|_| f.kind == EventKind::Stick))
         .collect();
     let typical = median(dropped)?;
-    let omega = e.subject.natural_angular_frequency();
+    let omega = e.physics.natural_angular_frequency();
     let unseen = if e.detected { (omega * e.interval?).powi(3) } else { 0.0 };
     if typical <= speed * (unseen + 1e-6) {
         return None;
@@ -482,12 +479,9 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
         BreakawayTest::Stator => "the stator torque T_s",
         BreakawayTest::Rotor => "the rotor torque T_r",
     };
-    let ratios = |test| breakaway_ratios(e.subject, e.found, test);
+    let ratios = |test| breakaway_ratios(e.physics, e.found, test);
     let deviation_of = |test| median(ratios(test).into_iter().map(|ratio| (ratio - 1.0).abs()).collect());
-    let ours = match e.subject {
-        Subject::Brake(physics, _) => physics.torsion.contact.breakaway_test,
-        Subject::Trains(_) => BreakawayTest::Transmitted,
-    };
+    let ours = e.physics.breakaway_test();
     let expected = deviation_of(ours)?;
     let (best, least) = tests
         .into_iter()
@@ -513,9 +507,9 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
     if tested.len() < 3 || (middle - 1.0).abs() < 0.01 || !same {
         return None;
     }
-    let mut evidence = format!("it breaks away at {middle:.3} {}", limit_of(e.subject));
-    if let Some(physics) = e.subject.trains() {
-        let system = physics.system();
+    let mut evidence = format!("it breaks away at {middle:.3} {}", limit_of(e.physics));
+    if e.physics.short_form().is_none() {
+        let system = e.physics.system();
         let (at_rest, sliding) = (system.breakaway, system.law.coefficient(0.0));
         if (middle * at_rest / sliding - 1.0).abs() < 0.01 {
             evidence += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {at_rest}");
@@ -529,10 +523,8 @@ fn absolute_angles(e: &Evidence<'_>) -> Option<Diagnosis> {
     if e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
         return None;
     }
-    let Subject::Brake(physics, _) = e.subject else {
-        return None;
-    };
-    let floor = physics.torsion.torsion.stiffness * f64::EPSILON * 256.0;
+    let stiffness = e.physics.system().rotor.stiffness.first()?;
+    let floor = stiffness * f64::EPSILON * 256.0;
     diagnosis(
         Cause::AbsoluteAngles,
         format!(

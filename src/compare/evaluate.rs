@@ -1,6 +1,6 @@
 //! A run as a function of time: its channels at any time, by the equations of motion between its samples.
 
-use super::reference::{AnyWalk, Curve, Subject, TrainWalk, Walk};
+use super::reference::{Curve, Walk};
 use super::{Channel, CompareError, Reference};
 use crate::model::Mode;
 use crate::results::ResultError;
@@ -8,15 +8,14 @@ use std::path::PathBuf;
 
 /// Evaluates channels of a run at increasing times; never across an event.
 ///
-/// Between two samples the channels of a brake are the polynomials of degree 5 that the equations of motion give, and the case is
-/// run again where the samples are too sparse for them; those of two trains are Taylor series of the equations. At the time of
-/// an event they are those just before it.
+/// Between two samples they are Taylor series of the equations of motion, and the case is run again where the samples are so far
+/// apart that an instability makes rounding of them. At the time of an event they are those just before it.
 #[derive(Debug)]
 pub struct Evaluator<'a> {
     path: PathBuf,
-    walk: AnyWalk<'a>,
+    walk: Walk<'a>,
     channels: Vec<Channel>,
-    curves: Vec<Curve<'a>>,
+    curves: Vec<Curve>,
     /// What the curves are for: start and end, s.
     gap: Option<(f64, f64)>,
     mode: Mode,
@@ -26,20 +25,17 @@ pub struct Evaluator<'a> {
 impl Reference {
     /// The channel of a variable of /trajectory; `None` of those that are known at the samples alone.
     pub fn channel_of_column(&self, name: &str) -> Option<Channel> {
-        let vocabulary = self.subject.vocabulary();
-        // Of trains z is an alias of the bristles' deflection, and in the file the axial displacement.
-        if self.subject.trains().is_some() && matches!(name, "z" | "z_dot") {
+        let vocabulary = self.physics.vocabulary();
+        // Without an axial mode z is an alias of the bristles' deflection, and in the file a displacement that is none.
+        if self.physics.course.axial().is_none() && matches!(name, "z" | "z_dot") {
             return None;
         }
         vocabulary.find(name)
     }
 
-    /// The actuating force F of a brake at a time (s), N; `None` of trains.
+    /// The actuating force F of the axial mode at a time (s), N; `None` without one.
     pub fn applied_force(&self, time: f64) -> Option<f64> {
-        match &self.subject {
-            Subject::Brake(physics, _) => Some(physics.axial.at(time).force),
-            Subject::Trains(_) => None,
-        }
+        self.physics.course.axial().map(|axial| axial.at(time).force)
     }
 
     /// Times of the first and the last sample, s.
@@ -47,9 +43,9 @@ impl Reference {
         (self.start, self.end)
     }
 
-    /// Whether the run was repeated, or its equations integrated again, where its samples are too sparse.
+    /// Whether the run was repeated where its samples are too sparse.
     pub fn was_repeated(&self) -> bool {
-        self.rerun.as_ref().is_some_and(super::reference::Rerun::was_made)
+        self.rerun.was_made()
     }
 
     /// The file.
@@ -74,16 +70,8 @@ impl Reference {
     }
 
     /// A walk through it from its start on.
-    pub(super) fn walk(&self) -> Result<AnyWalk<'_>, ResultError> {
-        Ok(match (&self.subject, &self.rerun) {
-            (Subject::Brake(physics, _), Some(rerun)) => {
-                AnyWalk::Brake(Box::new(Walk::new(&self.file, physics, rerun, &self.events)?))
-            }
-            (Subject::Trains(physics), _) => {
-                AnyWalk::Trains(Box::new(TrainWalk::new(&self.file, physics, &self.events)?))
-            }
-            (Subject::Brake(..), None) => unreachable!("a brake's run can be repeated"),
-        })
+    pub(super) fn walk(&self) -> Result<Walk<'_>, ResultError> {
+        Walk::new(&self.file, &self.physics, &self.rerun, &self.events)
     }
 }
 

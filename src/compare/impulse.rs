@@ -6,7 +6,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{AnyWalk, Curve, Subject};
+use super::reference::{Curve, Physics, Walk};
 use crate::results::ResultError;
 use serde::Serialize;
 use std::borrow::Cow;
@@ -75,9 +75,9 @@ struct Impulse {
 /// The pass over a candidate's impulses.
 #[derive(Debug)]
 pub(super) struct ImpulsePass<'a> {
-    walk: AnyWalk<'a>,
+    walk: Walk<'a>,
     forces: Vec<Channel>,
-    curves: Vec<Curve<'a>>,
+    curves: Vec<Curve>,
     impulses: Vec<Impulse>,
     /// First and last sample, s.
     span: Option<(f64, f64)>,
@@ -90,7 +90,7 @@ impl<'a> ImpulsePass<'a> {
     /// Of those of `channels`, which are those of the blocks to come; `None` without an impulse among them.
     pub fn new(
         channels: &[Channel],
-        walk: impl FnOnce() -> Result<AnyWalk<'a>, ResultError>,
+        walk: impl FnOnce() -> Result<Walk<'a>, ResultError>,
     ) -> Result<Option<Self>, ResultError> {
         let of = |channel: Channel| Channel::IMPULSES.iter().find(|(impulse, _)| *impulse == channel);
         let found: Vec<(usize, Channel, Channel)> = channels
@@ -183,7 +183,7 @@ impl<'a> ImpulsePass<'a> {
     }
 
     /// What came of it.
-    pub fn finish(self, subject: &Subject) -> Vec<ImpulseErrors> {
+    pub fn finish(self, physics: &Physics) -> Vec<ImpulseErrors> {
         let Some((from, to)) = self.span.filter(|_| self.samples > 1) else {
             return Vec::new();
         };
@@ -195,7 +195,7 @@ impl<'a> ImpulsePass<'a> {
             let quantum = super::resolution::Rounding::Single.quantum(impulse.largest);
             ImpulseErrors {
                 channel: impulse.channel.name(),
-                unit: subject.vocabulary().unit(impulse.channel),
+                unit: physics.vocabulary().unit(impulse.channel),
                 samples: self.samples,
                 from,
                 to,

@@ -60,7 +60,6 @@ pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
-use crate::case::AnyCase;
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::ResultFile;
@@ -75,7 +74,7 @@ use event_errors::EventErrors;
 use impulse::ImpulsePass;
 use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
-use reference::{Physics, Rerun, Subject, TrainPhysics, states_at_events};
+use reference::{Physics, Rerun, states_at_events};
 use saved_case::saved_case;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
@@ -93,14 +92,13 @@ const MOST_EVENTS: usize = 1_000_000;
 #[derive(Debug)]
 pub struct Reference {
     file: ResultFile,
-    subject: Subject,
-    /// Of a brake.
-    rerun: Option<Rerun>,
+    physics: Physics,
+    rerun: Rerun,
     /// Its case, every value in SI.
     resolved: String,
-    /// The periodic motion of two trains.
+    /// Its periodic motion.
     attractor: Option<Attractor>,
-    /// Two trains that slip from the first sample on.
+    /// It slips from the first sample on.
     starts_in_slip: bool,
     events: Vec<Event>,
     word: Vec<SequenceEvent>,
@@ -162,26 +160,17 @@ impl Reference {
             })
             .collect();
         let resolved = case.resolved();
-        let mut starts_in_slip = false;
-        let (subject, rerun, attractor) = match case {
-            AnyCase::Brake(case) => {
-                let physics = Physics::new(&case.parameters);
-                let rerun = Rerun::new(&case, &physics, &events);
-                let subject = Subject::Brake(Box::new(physics), Vocabulary::default());
-                (subject, Some(rerun), None)
-            }
-            AnyCase::Trains(case) => {
-                let physics = TrainPhysics::new(*case, &word, end);
-                let attractor = Attractor::of_file(&file)?;
-                let first = file.states(0..rows.min(1))?;
-                starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
-                (Subject::Trains(Box::new(physics)), None, attractor)
-            }
+        let physics = Physics::new(case, &word, end);
+        let attractor = match physics.short_form() {
+            Some(_) => None,
+            None => Attractor::of_file(&file)?,
         };
+        let first = file.states(0..rows.min(1))?;
+        let starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
         Ok(Reference {
             word,
-            rerun,
-            subject,
+            physics,
+            rerun: Rerun::default(),
             resolved,
             attractor,
             starts_in_slip,
@@ -193,14 +182,14 @@ impl Reference {
     }
 
     /// What it is a run of.
-    pub fn subject(&self) -> &Subject {
-        &self.subject
+    pub fn physics(&self) -> &Physics {
+        &self.physics
     }
 
     /// A mapping in which nothing is said yet, by the names and units of this reference.
     pub fn mapping(&self) -> Mapping {
         Mapping {
-            vocabulary: self.subject.vocabulary().clone(),
+            vocabulary: self.physics.vocabulary().clone(),
             ..Mapping::default()
         }
     }
@@ -223,14 +212,14 @@ impl Reference {
         mapping: &Mapping,
         watch: &mut dyn FnMut(CompareProgress),
     ) -> Result<Comparison, CompareError> {
-        let mut candidate = Candidate::open(path, mapping, &self.subject)?;
+        let mut candidate = Candidate::open(path, mapping, &self.physics)?;
         let mut watch = |pass: u8, time: f64| {
             let share = ((time - self.start) / (self.end - self.start)).clamp(0.0, 1.0);
             let done = (f64::from(pass - 1) + if share.is_nan() { 1.0 } else { share }) / f64::from(PASSES);
             watch(CompareProgress { done, time, pass });
         };
         // A contact without stick counts one below a threshold, and for as long.
-        let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
+        let threshold = self.physics.threshold();
         if threshold.is_some() && mapping.hysteresis.is_some() {
             return Err(CompareError::content(
                 path,
@@ -269,7 +258,7 @@ impl Reference {
             let (from, _) = survey.span.unwrap_or_default();
             event.kind == EventKind::Slip && event.time - from <= survey.interval.unwrap_or(0.0)
         };
-        if self.subject.trains().is_some() && self.starts_in_slip && candidate.events().is_none() {
+        if self.starts_in_slip && candidate.events().is_none() {
             let begins = found.first().is_some_and(at_once);
             found.drain(..usize::from(begins));
         }
@@ -291,10 +280,10 @@ impl Reference {
         let within = |e: &&SequenceEvent| e.time >= span.from && e.time <= span.to;
         let reference_word: Vec<SequenceEvent> = self.word.iter().filter(within).copied().collect();
         let word: Vec<SequenceEvent> = all.iter().filter(within).copied().collect();
-        let period = self.subject.natural_period();
+        let period = self.physics.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
         // In a run of many cycles a drift of the times is no exchange of events.
-        if self.subject.trains().is_some() && !alignment.differences.is_empty() {
+        if self.physics.short_form().is_none() && !alignment.differences.is_empty() {
             alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
@@ -327,7 +316,7 @@ impl Reference {
         } else {
             None
         };
-        let attractors = self.subject.trains().map(|_| {
+        let attractors = self.physics.short_form().is_none().then(|| {
             let found = candidate.attractor().or_else(|| {
                 let own = candidate.resolved().is_some();
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !own)?;
@@ -341,12 +330,12 @@ impl Reference {
         if let Some(states) = &states {
             let of_channel = |(k, &channel): (usize, &Channel)| {
                 let tallies = states.tallies.each_ref().map(|phase| phase[k]);
-                units::of_channel(channel, self.subject.vocabulary(), &tallies)
+                units::of_channel(channel, self.physics.vocabulary(), &tallies)
             };
             unit_faults.extend(states.channels.iter().enumerate().filter_map(of_channel));
         }
         let evidence = Evidence {
-            subject: &self.subject,
+            physics: &self.physics,
             floor: resolution.as_ref().map_or(0.0, |resolution| resolution.event_error),
             offset: proposed,
             reference: &reference_word,
@@ -393,23 +382,20 @@ impl Reference {
             errors,
             states: states.as_ref(),
             interval: survey.interval,
-            rerun: match &self.rerun {
-                Some(rerun) => rerun.was_made(),
-                None => states.as_ref().is_some_and(|states| states.filled),
-            },
-            subject: &self.subject,
+            rerun: self.rerun.was_made(),
+            physics: &self.physics,
             attractors,
             other,
         }))
     }
 
-    /// What is collected of a brake's candidate by another program to find another number of the case in.
+    /// What is collected of a candidate by another program to find another number of the case in, which is of the short form.
     fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes> {
-        let (Subject::Brake(physics, _), None) = (&self.subject, candidate.resolved()) else {
+        let (physics, Some(_), None) = (&self.physics, self.physics.short_form(), candidate.resolved()) else {
             return None;
         };
-        let channels = candidate.channels(&self.subject);
-        let period = physics.natural_period;
+        let channels = candidate.channels(&self.physics);
+        let period = physics.natural_period();
         let breaks = found.iter().map(|f| f.time);
         let breaks = breaks.chain(
             self.events
@@ -442,8 +428,8 @@ impl Reference {
             .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
     }
 
-    /// Another clock, another kick, another number of the case: what explains a candidate of a brake by another program. The causes
-    /// that it makes needless are taken out, and it is put among them.
+    /// Another clock, another kick, another number of the case: what explains a candidate by another program, where the case is in the
+    /// short form. The causes that it makes needless are taken out, and it is put among them.
     fn other_inputs(
         &self,
         candidate: &Candidate,
@@ -453,13 +439,13 @@ impl Reference {
         differs: bool,
         causes: &mut Vec<Diagnosis>,
     ) -> Others {
-        let (Subject::Brake(physics, _), Some(rerun)) = (&self.subject, &self.rerun) else {
+        let (physics, Some(case)) = (&self.physics, self.physics.short_form()) else {
             return Others::default();
         };
         if causes.iter().any(|known| known.cause == Cause::WrongUnits) {
             return Others::default();
         }
-        let period = physics.natural_period;
+        let period = physics.natural_period();
         let kick = self.kick_event();
         let mut others = Others::default();
         if differs {
@@ -503,13 +489,13 @@ impl Reference {
         let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
         let to = span.to.max(last).min(self.end.max(last));
         let material = Material {
-            case: rerun.case(),
+            case,
             stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
             starts,
             word: all,
             covered: (from, to),
             period,
-            breakaway: self.breakaway(physics, found),
+            breakaway: self.breakaway(found),
             events_differ: differs,
             by_events: !causes
                 .iter()
@@ -549,11 +535,10 @@ impl Reference {
     }
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
-    fn breakaway(&self, physics: &reference::Physics, found: &[Found]) -> Option<(f64, f64)> {
-        let test = physics.torsion.contact.breakaway_test;
-        let ratios = torques::breakaway_ratios(&self.subject, found, test);
+    fn breakaway(&self, found: &[Found]) -> Option<(f64, f64)> {
+        let ratios = torques::breakaway_ratios(&self.physics, found, self.physics.breakaway_test());
         let at = |share: usize| ratios.get(share * ratios.len() / 4).copied();
-        let breakaway = physics.torsion.friction.breakaway;
+        let breakaway = self.physics.system().breakaway;
         Some((at(2)? * breakaway, (at(3)? - at(1)?) * breakaway))
     }
 
@@ -570,7 +555,7 @@ impl Reference {
             return Ok((survey, candidate.events().unwrap_or_default().to_vec()));
         }
         let detects = candidate.events().is_none();
-        let twists = self.subject.torque_channels();
+        let twists = self.physics.torque_channels();
         let mut channels = Vec::new();
         if detects {
             channels.push(Channel::RelativeVelocity);
@@ -581,13 +566,13 @@ impl Reference {
         let twist = channels.len();
         let with_twists = candidate.resolved().is_none() && twists.iter().all(|&channel| candidate.has(channel));
         if with_twists {
-            channels.extend_from_slice(twists);
+            channels.extend_from_slice(&twists);
         }
         let mut detector = Detector::new(detection);
-        let threshold = self.subject.trains().and_then(TrainPhysics::threshold);
+        let threshold = self.physics.threshold();
         let mut crossings = threshold.map(|_| Crossings::new(detection.velocity_tolerance));
         let mut watch = TorqueWatch::new(candidate.events().unwrap_or_default().to_vec());
-        let mut rows = candidate.rows(&channels, &self.subject)?;
+        let mut rows = candidate.rows(&channels, &self.physics)?;
         let mut block = Block::default();
         let (mut from, mut to) = (f64::NAN, f64::NAN);
         let stretch = self.stretch();
@@ -632,7 +617,7 @@ impl Reference {
             } else if with_twists {
                 let c = &block.columns;
                 for (row, &time) in block.time.iter().enumerate() {
-                    let (rotor, stator) = self.subject.torques(time, |k| c[twist + k][row]);
+                    let (rotor, stator) = self.physics.torques_by(time, |k| c[twist + k][row]);
                     watch.add(time, rotor, stator);
                 }
             }
@@ -667,7 +652,7 @@ impl Reference {
                 kind: f.kind,
             })
             .collect();
-        clock::find(&self.word, &word, self.subject.natural_period() / 8.0)
+        clock::find(&self.word, &word, self.physics.natural_period() / 8.0)
     }
 
     fn detect(&self, detector: &mut Detector, block: &Block, twist: usize, with_twists: bool) {
@@ -677,7 +662,7 @@ impl Reference {
         let mut row = 0;
         while row < block.time.len() {
             row += detector.skip(&c[0][row..], forces.get(row..).unwrap_or_default());
-            let torques = || self.subject.torques(block.time[row], |k| c[twist + k][row]);
+            let torques = || self.physics.torques_by(block.time[row], |k| c[twist + k][row]);
             detector.add(Point {
                 time: block.time[row],
                 velocity: c[0][row],
@@ -693,7 +678,7 @@ impl Reference {
         let first = self
             .word
             .first()
-            .map_or(0.0, |e| e.time - 10.0 * self.subject.natural_period());
+            .map_or(0.0, |e| e.time - 10.0 * self.physics.natural_period());
         (first, self.word.last().map_or(self.end, |e| e.time))
     }
 
@@ -702,7 +687,7 @@ impl Reference {
         let (first, last) = (self.word.first(), self.word.last());
         let (mut from, mut to) = survey.span.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         // Located events may lie a little outside the samples that show them.
-        let margin = 0.25 * self.subject.natural_period();
+        let margin = 0.25 * self.physics.natural_period();
         let from_start = first.is_none_or(|e| from <= e.time + margin) || !candidate.has_rows();
         let to_end = last.is_none_or(|e| to >= e.time - margin) || !candidate.has_rows();
         if from_start {
@@ -757,12 +742,12 @@ impl Reference {
         mut passes: Option<Passes>,
         watch_progress: &mut dyn FnMut(u8, f64),
     ) -> Result<States, CompareError> {
-        let mut channels = candidate.channels(&self.subject);
+        let mut channels = candidate.channels(&self.physics);
         // Impulses stand last: they are compared by themselves.
         channels.sort_by_key(|channel| channel.is_impulse());
         let compared = channels.iter().filter(|channel| !channel.is_impulse()).count();
         let mut impulses = ImpulsePass::new(&channels, || self.walk())?;
-        let period = self.subject.natural_period();
+        let period = self.physics.natural_period();
         let probe = |from: f64, to: f64| Probe {
             from,
             to,
@@ -774,31 +759,24 @@ impl Reference {
             probe(kick, kick + 2.0 * period),
             probe(onset - 4.0 * period, onset),
         ];
-        let mut pass = StatePass::new(self.walk()?, &self.subject, &channels[..compared], windows, probes);
+        let mut pass = StatePass::new(self.walk()?, &self.physics, &channels[..compared], windows, probes);
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
-        let energy_channels = self.subject.energy_channels();
-        let energy_columns: Option<Vec<usize>> = energy_channels.iter().map(place).collect();
+        let energy_columns: Option<Vec<usize>> = self.physics.state.iter().map(place).collect();
         let energy_columns = energy_columns.filter(|columns| !columns.is_empty());
         let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
-        let mut energy = EnergyPass::new(&self.subject, detection.velocity_tolerance, self.kick_works()?);
+        let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
-        let foreign = self.subject.trains().filter(|_| candidate.resolved().is_none());
-        let foreign = foreign.zip(energy_columns.as_ref());
-        let mut own = foreign.map(|(physics, columns)| {
-            let terms = TermPass::new(physics, detection.velocity_tolerance);
-            (terms, CreepPass::new(physics), columns)
+        let foreign = energy_columns.as_ref().filter(|_| candidate.resolved().is_none());
+        let mut own = foreign.map(|columns| {
+            // In the short form its numbers are looked for instead.
+            let terms = self.physics.short_form().is_none();
+            let terms = terms.then(|| TermPass::new(&self.physics, detection.velocity_tolerance));
+            (terms, CreepPass::new(&self.physics), columns)
         });
-        let mut brake_creep = match (&self.subject, &energy_columns, candidate.resolved()) {
-            (Subject::Brake(physics, _), Some(columns), None) => Some((CreepPass::of_brake(physics), columns)),
-            _ => None,
-        };
-        let mut rows = candidate.rows(&channels, &self.subject)?;
+        let mut rows = candidate.rows(&channels, &self.physics)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
             pass.add(&block)?;
-            if let Some((creep, columns)) = &mut brake_creep {
-                creep.add(&block, columns);
-            }
             if let Some(passes) = &mut passes {
                 passes.stretches.add(&block);
                 passes.jump.add(&block);
@@ -807,7 +785,9 @@ impl Reference {
                 impulses.add(&block)?;
             }
             if let Some((terms, creep, columns)) = &mut own {
-                terms.add(&block, columns);
+                if let Some(terms) = terms {
+                    terms.add(&block, columns);
+                }
                 creep.add(&block, columns);
             }
             watch_progress(PASSES, block.time[block.time.len() - 1]);
@@ -818,17 +798,14 @@ impl Reference {
                 range.add(&block, *column);
             }
         }
-        let of_brake = brake_creep.and_then(|(creep, _)| creep.finish());
-        let (terms, creep) = own.map_or((Vec::new(), of_brake), |(terms, creep, _)| {
-            (terms.finish(), creep.finish())
-        });
+        let (terms, creep) = own.map_or((None, None), |(terms, creep, _)| (terms, creep.finish()));
         channels.truncate(compared);
         Ok(States {
             passes,
-            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.subject)),
-            terms,
-            creep: creep.filter(|_| self.subject.trains().is_none_or(TrainPhysics::sticks)),
-            filled: pass.was_filled(),
+            impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.physics)),
+            terms: terms.map_or_else(Vec::new, TermPass::finish),
+            creep: creep.filter(|_| self.physics.sticks()),
+            integrated: pass.was_integrated(),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             channels,
             tallies: pass.tallies,
@@ -848,11 +825,10 @@ impl Reference {
 
     /// Of what a candidate's attractor has its amplitude, and over which time (s).
     fn position(&self, candidate: &Candidate, events: &[SequenceEvent], slack: f64) -> Option<(Channel, (f64, f64))> {
-        let position = self
-            .subject
-            .trains()?
-            .position()
-            .filter(|&channel| candidate.has(channel))?;
+        if self.physics.short_form().is_some() {
+            return None;
+        }
+        let position = self.physics.position().filter(|&channel| candidate.has(channel))?;
         let (attractor, from) = self.attractor_of(events, slack)?;
         Some((position, (from, from + attractor.period)))
     }
@@ -863,24 +839,13 @@ impl Reference {
     /// Of the file.
     fn kick_works(&self) -> Result<Vec<(f64, f64)>, CompareError> {
         let is_kick = |event: &&Event| event.kind == EventKind::Kick;
-        Ok(match &self.subject {
-            Subject::Brake(physics, _) => {
-                let j = physics.torsion.torsion.surface_inertia;
-                let kinetic = |s: &crate::record::State| 0.5 * j * (s.phi1_dot * s.phi1_dot + s.phi2_dot * s.phi2_dot);
-                let kicks = self.events.iter().filter(is_kick);
-                kicks
-                    .map(|e| (e.time, kinetic(&e.after) - kinetic(&e.before)))
-                    .collect()
-            }
-            Subject::Trains(physics) => {
-                let states = states_at_events(&self.file, physics, &self.events)?;
-                let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.outside(t), y);
-                let kicks = self.events.iter().zip(&states).filter(|(e, _)| is_kick(e));
-                kicks
-                    .map(|(e, (before, after))| (e.time, kinetic(e.time, after) - kinetic(e.time, before)))
-                    .collect()
-            }
-        })
+        let physics = &self.physics;
+        let states = states_at_events(&self.file, physics, &self.events)?;
+        let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.driving(t), y);
+        let kicks = self.events.iter().zip(&states).filter(|(e, _)| is_kick(e));
+        Ok(kicks
+            .map(|(e, (before, after))| (e.time, kinetic(e.time, after) - kinetic(e.time, before)))
+            .collect())
     }
 }
 
@@ -939,11 +904,11 @@ struct States {
     probes: Vec<Probe>,
     grid: Grid,
     energy: Option<EnergyDrift>,
-    /// Of a candidate of trains by another program: terms of its equations with other factors, and how it creeps.
+    /// Of a candidate by another program: terms of its equations with other factors, and how it creeps.
     terms: Vec<OtherTerm>,
     creep: Option<Creep>,
-    /// The equations of trains were integrated again between samples.
-    filled: bool,
+    /// The equations were integrated again between samples.
+    integrated: bool,
     /// Half of the range of a candidate's position over its last period, rad.
     amplitude: Option<f64>,
 }

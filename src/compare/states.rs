@@ -2,7 +2,7 @@
 
 use super::Channel;
 use super::candidate::Block;
-use super::reference::{AnyWalk, Curve, Subject, horner};
+use super::reference::{Curve, Physics, Walk};
 use super::windows::{Phase, Window};
 use crate::results::ResultError;
 
@@ -99,11 +99,11 @@ pub(crate) struct Grid {
 /// The pass: fed with blocks of the candidate, it walks through the reference beside them.
 #[derive(Debug)]
 pub(crate) struct StatePass<'a> {
-    walk: AnyWalk<'a>,
+    walk: Walk<'a>,
     channels: Vec<Channel>,
     windows: Vec<Window>,
     window: usize,
-    curves: Vec<Curve<'a>>,
+    curves: Vec<Curve>,
     /// By phase, then by channel.
     pub tallies: [Vec<Tally>; 3],
     scales: [Vec<f64>; 3],
@@ -120,15 +120,15 @@ pub(crate) struct StatePass<'a> {
 impl<'a> StatePass<'a> {
     /// Before the first sample. `channels` are those of the blocks to come.
     pub fn new(
-        walk: AnyWalk<'a>,
-        subject: &Subject,
+        walk: Walk<'a>,
+        physics: &Physics,
         channels: &[Channel],
         windows: Vec<Window>,
         probes: Vec<Probe>,
     ) -> Self {
         let scales = Phase::ALL.map(|phase| {
             // Until the stick-slip, speeds are of the size of the initial one.
-            let scale = |&channel: &Channel| subject.size(channel, phase == Phase::Sliding);
+            let scale = |&channel: &Channel| physics.size(channel, phase == Phase::Sliding);
             channels.iter().map(scale).collect()
         });
         StatePass {
@@ -216,10 +216,7 @@ impl<'a> StatePass<'a> {
                 // In a product, as a division takes longer than the rest.
                 let (from, per_width) = (left + window.shift, 1.0 / width);
                 let part = |t: f64| (t - from) * per_width;
-                match curve {
-                    Curve::Polynomial(c) => samples.for_each(|(&t, &v)| sum.add(t, v, horner(c, part(t)), scale)),
-                    _ => samples.for_each(|(&t, &v)| sum.add(t, v, curve.at(part(t)), scale)),
-                }
+                samples.for_each(|(&t, &v)| sum.add(t, v, curve.at(part(t)), scale));
             } else {
                 for (&t, &value) in samples.filter(|&(&t, _)| usable(part(t))) {
                     sum.add(t, value, curve.at(part(t)), scale);
@@ -249,9 +246,9 @@ impl<'a> StatePass<'a> {
         }
     }
 
-    /// Whether the equations of trains were integrated again between samples.
-    pub fn was_filled(&self) -> bool {
-        self.walk.was_filled()
+    /// Whether the equations were integrated again between samples.
+    pub fn was_integrated(&self) -> bool {
+        self.walk.was_integrated()
     }
 
     /// A difference of two angles is a multiple of their last digit; a twist that was integrated is none.

@@ -1,10 +1,10 @@
-//! Which term of the equations a candidate of two trains has otherwise, from its own samples.
+//! Which term of the equations a candidate has otherwise, from its own samples.
 //!
 //! In slip the momentum of every inertia changes over two samples by the impulses of the torques on it, which Simpson's rule gives
 //! from three. Where they miss the change by a multiple of one of them, that term has another factor.
 
 use super::candidate::Block;
-use super::reference::TrainPhysics;
+use super::reference::Physics;
 use crate::case::Motion;
 use crate::model::Mode;
 use crate::model::trains::system::Side;
@@ -42,7 +42,7 @@ struct Inertia {
 /// Adds up what the samples miss.
 #[derive(Debug)]
 pub(super) struct TermPass<'a> {
-    physics: &'a TrainPhysics,
+    physics: &'a Physics,
     /// A relative velocity below this shows no slip, rad/s.
     slowest: f64,
     /// Samples that are further apart say nothing, s.
@@ -72,7 +72,7 @@ const LEFT: f64 = 1e-3;
 
 impl<'a> TermPass<'a> {
     /// Before the first sample; a relative velocity up to `tolerance` (rad/s) is a stick.
-    pub fn new(physics: &'a TrainPhysics, tolerance: f64) -> TermPass<'a> {
+    pub fn new(physics: &'a Physics, tolerance: f64) -> TermPass<'a> {
         TermPass {
             physics,
             slowest: (10.0 * tolerance).max(1e-3 * physics.speed()),
@@ -117,7 +117,7 @@ impl<'a> TermPass<'a> {
         let mode = Mode::sliding(w);
         let interface = system.interface_torque(mode, w.signum(), system.piece_of(w), &outside, y);
         let naming = self.inertias.is_empty();
-        let (body, torque) = match physics.case.motion {
+        let (body, torque) = match physics.vocabulary().motion() {
             Motion::Rotation => ("inertia", "torque"),
             Motion::Translation => ("mass", "force"),
         };
@@ -179,7 +179,7 @@ impl<'a> TermPass<'a> {
         Some(Torques { time, mode, inertias })
     }
 
-    fn triple(inertias: &mut [Inertia], physics: &TrainPhysics, [a, b, c]: [&Torques; 3], h: f64) {
+    fn triple(inertias: &mut [Inertia], physics: &Physics, [a, b, c]: [&Torques; 3], h: f64) {
         let system = physics.system();
         let all = |side: &Side| side.inertia.clone();
         let masses = all(&system.rotor).into_iter().chain(all(&system.stator));

@@ -1,13 +1,13 @@
 //! Torques at the breakaways that a candidate states, from the samples before them.
 
 use super::detect::Found;
-use super::reference::Subject;
+use super::reference::Physics;
 use crate::model::BreakawayTest;
 use crate::record::EventKind;
 
 /// The torque that `test` looks at, in parts of what stick can carry, at each of the candidate's breakaways with torques; in
 /// increasing order.
-pub(super) fn breakaway_ratios(subject: &Subject, found: &[Found], test: BreakawayTest) -> Vec<f64> {
+pub(super) fn breakaway_ratios(physics: &Physics, found: &[Found], test: BreakawayTest) -> Vec<f64> {
     let slips = found.iter().filter(|f| f.kind == EventKind::Slip);
     let mut ratios: Vec<f64> = slips
         .filter_map(|f| {
@@ -17,7 +17,7 @@ pub(super) fn breakaway_ratios(subject: &Subject, found: &[Found], test: Breakaw
                 BreakawayTest::Stator => stator,
                 BreakawayTest::Rotor => rotor,
             };
-            let limit = subject.limit(f.time);
+            let limit = physics.limit(f.time);
             (limit > 0.0).then(|| torque.abs() / limit)
         })
         .collect();

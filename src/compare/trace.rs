@@ -16,9 +16,9 @@ pub struct Pair<'a> {
 }
 
 impl Reference {
-    /// Of the fast mode, s; of trains, of what their times are measured by.
+    /// By which times are measured, s.
     pub fn natural_period(&self) -> f64 {
-        self.subject.natural_period()
+        self.physics.natural_period()
     }
 
     /// The channels of a candidate that [`Self::trace`] gives; none of a table of events.
@@ -26,9 +26,9 @@ impl Reference {
     /// # Errors
     /// If the candidate cannot be read.
     pub fn traced(&self, path: &Path, mapping: &Mapping) -> Result<Vec<Channel>, CompareError> {
-        let candidate = Candidate::open(path, mapping, &self.subject)?;
+        let candidate = Candidate::open(path, mapping, &self.physics)?;
         Ok(match candidate.has_rows() {
-            true => of_rows(candidate.channels(&self.subject)),
+            true => of_rows(candidate.channels(&self.physics)),
             false => Vec::new(),
         })
     }
@@ -39,13 +39,13 @@ impl Reference {
     /// # Errors
     /// If the candidate or the reference cannot be read.
     pub fn trace(&self, path: &Path, mapping: &Mapping, take: &mut dyn FnMut(Pair)) -> Result<(), CompareError> {
-        let candidate = Candidate::open(path, mapping, &self.subject)?;
+        let candidate = Candidate::open(path, mapping, &self.physics)?;
         if !candidate.has_rows() {
             return Ok(());
         }
-        let channels = of_rows(candidate.channels(&self.subject));
+        let channels = of_rows(candidate.channels(&self.physics));
         let mut walk = self.walk()?;
-        let mut rows = candidate.rows(&channels, &self.subject)?;
+        let mut rows = candidate.rows(&channels, &self.physics)?;
         let mut block = Block::default();
         let (mut own, mut other) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
         while rows.next(&mut block)? {

@@ -1,9 +1,10 @@
 //! The channels of a reference: their names, their units, and how one follows from others.
 
 use super::Channel;
-use crate::case::Motion;
+use super::saved_case::motion;
 use crate::case::quantity::Dimension;
-use crate::model::trains::{ContactLaw, End, Trains};
+use crate::case::{AnyCase, Motion};
+use crate::model::trains::{ContactLaw, End, Pressing, Trains};
 use crate::simulation::trains::{Part, Which};
 
 /// What a reference has to be compared with.
@@ -49,7 +50,7 @@ pub(crate) struct Sum {
 }
 
 impl Default for Vocabulary {
-    /// That of a brake.
+    /// The names that the short form has, of no reference in particular: nothing follows from anything.
     fn default() -> Self {
         let entry = |channel: Channel| Entry {
             channel,
@@ -69,7 +70,7 @@ fn impulses() -> impl Iterator<Item = Channel> {
     Channel::IMPULSES.into_iter().map(|(impulse, _)| impulse)
 }
 
-/// The names of the quantities that a case of trains has, in the order of reports, as sums of what its inertias do.
+/// The names of the quantities that a case has, in the order of reports, as sums of what its inertias do.
 struct Forms<'a> {
     trains: &'a Trains,
 }
@@ -133,7 +134,7 @@ impl Forms<'_> {
         self.inertia(Which::Rotor, self.count(Which::Rotor).saturating_sub(1), is_rate)
     }
 
-    /// Every channel of motion: those of a brake first.
+    /// Every channel of motion: those that every file has first.
     fn all(&self) -> Vec<(Channel, Form)> {
         use Channel::*;
         let (rotor, stator) = (Which::Rotor, Which::Stator);
@@ -188,9 +189,10 @@ impl Form {
 }
 
 impl Vocabulary {
-    /// Of two trains.
-    pub(crate) fn of_trains(trains: &Trains, motion: Motion) -> Vocabulary {
+    /// Of a case with its general form.
+    pub(crate) fn of(case: &AnyCase, trains: &Trains) -> Vocabulary {
         let forms = Forms { trains };
+        let names = |channel: Channel| names(channel, matches!(case, AnyCase::Brake(_)));
         let mut entries: Vec<Entry> = Vec::new();
         let mut same = Vec::new();
         for (channel, form) in forms.all() {
@@ -223,20 +225,35 @@ impl Vocabulary {
                 }
             }
         }
-        let mut direct = vec![
-            Channel::NormalForce,
-            Channel::FrictionTorque,
-            Channel::TransmittedTorque,
+        let axial = matches!(trains.pressing, Pressing::Axial { .. });
+        let bristles = matches!(trains.contact, ContactLaw::Bristles(_));
+        let direct = [
+            (bristles, Channel::Deflection),
+            (axial, Channel::Z),
+            (axial, Channel::ZDot),
+            (true, Channel::NormalForce),
+            (true, Channel::FrictionTorque),
+            (true, Channel::TransmittedTorque),
         ];
-        if matches!(trains.contact, ContactLaw::Bristles(_)) {
-            direct.insert(0, Channel::Deflection);
-        }
-        entries.extend(direct.into_iter().chain(impulses()).map(|channel| Entry {
+        let direct = direct
+            .into_iter()
+            .filter_map(|(is_there, channel)| is_there.then_some(channel));
+        entries.extend(direct.chain(impulses()).map(|channel| Entry {
             channel,
             aliases: names(channel).into_iter().skip(1).collect(),
             form: None,
         }));
-        Vocabulary { motion, entries, same }
+        if axial {
+            // A name is one channel's, and what is called z in a file of this program is the axial displacement.
+            for entry in entries.iter_mut().filter(|entry| entry.channel == Channel::Deflection) {
+                entry.aliases.retain(|alias| *alias != Channel::Z.name());
+            }
+        }
+        Vocabulary {
+            motion: motion(case),
+            entries,
+            same,
+        }
     }
 
     /// What the coordinates are.
@@ -290,17 +307,7 @@ impl Vocabulary {
         let place = |channel: Channel| direct.iter().position(|&known| known == channel);
         let mut found = Vec::new();
         for entry in self.entries.iter().filter(|entry| place(entry.channel).is_none()) {
-            let sum = match &entry.form {
-                Some(form) => self.solved(form, direct),
-                None => entry.channel.sums().iter().find_map(|sum| {
-                    let term = |&(sign, part): &(f64, Channel)| Some((sign, place(part)?));
-                    let terms = sum.iter().map(term).collect::<Option<Vec<_>>>()?;
-                    Some(Sum {
-                        terms,
-                        known: Vec::new(),
-                    })
-                }),
-            };
+            let sum = entry.form.as_ref().and_then(|form| self.solved(form, direct));
             found.extend(sum.map(|sum| (entry.channel, sum)));
         }
         found
@@ -378,17 +385,20 @@ impl Vocabulary {
     }
 }
 
-/// The names of a channel of trains, its own first.
-fn names(channel: Channel) -> Vec<String> {
+/// The names of a channel, its own first; `short` with the letters that the short form has for its own.
+fn names(channel: Channel, short: bool) -> Vec<String> {
     let own = channel.name().into_owned();
     let linear = match channel {
         Channel::Angle(_) => Some(own.replace("angle", "position")),
         Channel::Speed(_) => Some(own.replace("speed", "velocity")),
         _ => None,
     };
-    // In a case of trains these letters are nobody's in particular.
-    let brakes = ["u", "u_dot", "v", "v_dot", "twist", "twist_rate", "omega"];
-    let aliases = channel.aliases().iter().filter(|alias| !brakes.contains(alias));
+    // Where there may be any inertias and shafts, these letters are nobody's in particular.
+    let letters = ["u", "u_dot", "v", "v_dot", "twist", "twist_rate", "omega"];
+    let aliases = channel
+        .aliases()
+        .iter()
+        .filter(|alias| short || !letters.contains(alias));
     std::iter::once(own)
         .chain(aliases.map(|&alias| alias.to_owned()))
         .chain(linear)
@@ -398,11 +408,25 @@ fn names(channel: Channel) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{CaseSource, TrainCase};
+    use crate::case::CaseSource;
+    use crate::compare::saved_case::general;
 
     fn of(case: &str) -> Vocabulary {
-        let case = TrainCase::parse(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
-        Vocabulary::of_trains(&case.parameters, case.motion)
+        let case = AnyCase::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
+        Vocabulary::of(&case, &general(&case))
+    }
+
+    /// What the short form names by itself are the inertias and shafts of its general form.
+    #[test]
+    fn analytic_the_short_form_has_the_channels_of_every_file() {
+        let paper = of("paper");
+        let channels: Vec<Channel> = paper.channels().collect();
+        assert_eq!(channels[..Channel::ALL.len()], Channel::ALL);
+        assert_eq!(paper.find("v"), Some(Channel::Phi1));
+        assert_eq!(paper.find("stator_twist_0"), Some(Channel::Phi1));
+        let derived = paper.derived(&[Channel::ThetaDot, Channel::RotorTwistRate, Channel::Phi1Dot]);
+        let derived: Vec<Channel> = derived.into_iter().map(|(channel, _)| channel).collect();
+        assert_eq!(derived, [Channel::RelativeVelocity, Channel::Phi2Dot]);
     }
 
     #[test]

@@ -215,6 +215,11 @@ impl AxialMotion {
         }
     }
 
+    /// m, kg.
+    pub(crate) fn mass(&self) -> f64 {
+        self.axial.mass
+    }
+
     /// The state at time `t >= 0` (s).
     pub fn at(&self, t: f64) -> AxialState {
         self.evaluate(self.piece_at(t), t)

@@ -11,6 +11,7 @@ pub mod contact;
 pub mod exact;
 pub mod linear_flow;
 pub mod linear_part;
+pub mod lowering;
 pub mod oscillator;
 pub mod parameters;
 pub mod slip_series;

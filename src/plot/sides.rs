@@ -1,8 +1,8 @@
 //! What a run has on both sides of its events, where the file does not say it: by the equations, from the states there.
 
 use super::error::PlotError;
-use crate::case::TrainCase;
-use crate::compare::reference::{TrainPhysics, states_at_events};
+use crate::case::{AnyCase, TrainCase};
+use crate::compare::reference::{Physics, states_at_events};
 use crate::friction::Law;
 use crate::model::torsion::TorsionModel;
 use crate::model::trains::ContactLaw;
@@ -86,7 +86,7 @@ pub(super) fn of_trains(
         return Ok(of_modes(events, first, channel));
     }
     let end = events.last().map_or(0.0, |event| event.time);
-    let physics = TrainPhysics::new(case.clone(), &[], end);
+    let physics = Physics::new(AnyCase::Trains(Box::new(case.clone())), &[], end);
     let states = states_at_events(file, &physics, events)?;
     let trains = &case.parameters;
     let value = |t: f64, mode: Mode, state: &State, y: &[f64]| {

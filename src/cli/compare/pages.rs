@@ -350,7 +350,7 @@ fn samples(c: &Comparison) -> Option<String> {
     if c.samples_too_sparse > 0 {
         text += &format!("; {} where the reference is too sparse", c.samples_too_sparse);
     }
-    if c.reference_repeated && c.time_scale.is_some() {
+    if c.reference_repeated && !c.was_rerun {
         text += "; the reference's equations were integrated again between its samples";
     } else if c.reference_repeated {
         text += "; the reference's run was repeated for its states between samples";

@@ -18,16 +18,16 @@ pub use rows::{Block, Rows};
 pub use table::{Pass, Table};
 
 use super::attractor::Attractor;
-use super::reference::{Subject, is_brake};
+use super::reference::Physics;
 use super::resolution::{Clock, Rounding};
-use super::saved_case::saved_case;
+use super::saved_case::{general, motion, saved_case};
 use super::{Channel, CompareError, Found};
 use crate::case::AnyCase;
 use crate::case::quantity::Dimension;
 use crate::model::trains::Pressing;
 use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile};
-use crate::simulation::trains::further;
+use crate::simulation::trains::{further, is_short};
 use binout::BinoutTable;
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
@@ -70,23 +70,23 @@ impl Candidate {
     /// # Errors
     /// If it is of no known format, damaged, lacks a time column, has neither events nor a relative velocity, or if
     /// the mapping names what it does not have.
-    pub fn open(path: &Path, mapping: &Mapping, subject: &Subject) -> Result<Candidate, CompareError> {
+    pub fn open(path: &Path, mapping: &Mapping, physics: &Physics) -> Result<Candidate, CompareError> {
         let source = Source::open(path)?;
         let head = source.head(HEAD)?;
         let start = &head[..head.len().min(8)];
         if start.starts_with(b"\x89HDF") {
             refuse_pipe(&source)?;
             return match ResultFile::open(path) {
-                Ok(file) => Candidate::own(path, file, subject),
+                Ok(file) => Candidate::own(path, file, physics),
                 Err(ResultError::NotAResult { .. }) => {
                     let file = ForeignFile::open(path)?;
-                    Candidate::foreign(path, "HDF5", Box::new(ForeignTable { file }), mapping, subject)
+                    Candidate::foreign(path, "HDF5", Box::new(ForeignTable { file }), mapping, physics)
                 }
                 Err(error) => Err(error.into()),
             };
         }
         if start.starts_with(b"PK") {
-            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping, subject);
+            return Candidate::foreign(path, "NPZ", Box::new(NpzTable::open(&source)?), mapping, physics);
         }
         if t01::is_t01(&head) {
             return Candidate::foreign(
@@ -94,7 +94,7 @@ impl Candidate {
                 "OpenRadioss T01",
                 Box::new(T01Table::open(source)?),
                 mapping,
-                subject,
+                physics,
             );
         }
         if binout::is_binout(&head) {
@@ -103,7 +103,7 @@ impl Candidate {
                 "LS-DYNA binout",
                 Box::new(BinoutTable::open(&source)?),
                 mapping,
-                subject,
+                physics,
             );
         }
         if xy_report::is_xy_report(&head) {
@@ -112,7 +112,7 @@ impl Candidate {
                 "Abaqus XY report",
                 Box::new(XyReport::open(source)?),
                 mapping,
-                subject,
+                physics,
             );
         }
         if let Some(what) = other_report(&head) {
@@ -132,76 +132,50 @@ impl Candidate {
                 remedy,
             ));
         }
-        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(source)?), mapping, subject)
+        Candidate::foreign(path, "CSV", Box::new(CsvTable::open(source)?), mapping, physics)
     }
 
     /// One of this program's results.
-    fn own(path: &Path, file: ResultFile, subject: &Subject) -> Result<Candidate, CompareError> {
+    fn own(path: &Path, file: ResultFile, physics: &Physics) -> Result<Candidate, CompareError> {
         let case = saved_case(path, &file)?;
         let events = file.events()?;
         let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
-        let same = "the same motion can be compared in both forms where it is the brake of the short form: a rotor of two \
-                    inertias on one shaft, free, and a stator of one on a fixed shaft";
-        let mut channels: Vec<Channel> = match (&case, subject) {
-            (AnyCase::Brake(_), Subject::Brake(..)) => Channel::ALL.to_vec(),
-            (AnyCase::Trains(case), Subject::Trains(physics)) => {
-                if case.motion != physics.case.motion {
-                    let what = "is a run of another motion than the reference: one is of rotation, one of translation";
-                    return refuse(what, "compare runs of one motion");
-                }
-                let further: Vec<String> = further(&case.parameters).into_iter().map(|one| one.name).collect();
-                let is_there = |channel: &Channel| {
-                    Channel::ALL.contains(channel) || further.iter().any(|name| *name == channel.name())
-                };
-                subject.vocabulary().channels().filter(is_there).collect()
-            }
-            (AnyCase::Brake(_), Subject::Trains(physics)) if is_brake(&physics.case.parameters) => {
-                let of_brake = |channel: &Channel| Channel::ALL.contains(channel);
-                subject.vocabulary().channels().filter(of_brake).collect()
-            }
-            (AnyCase::Trains(case), Subject::Brake(..)) if is_brake(&case.parameters) => Channel::ALL.to_vec(),
-            (AnyCase::Brake(_), Subject::Trains(_)) => {
-                return refuse("is a result of a brake, [torsion], the reference one of trains", same);
-            }
-            (AnyCase::Trains(_), Subject::Brake(..)) => {
-                return refuse(
-                    "is a result of trains, [rotor] and [stator], the reference one of a brake",
-                    same,
-                );
-            }
-        };
-        if let (AnyCase::Trains(case), Subject::Brake(..)) = (&case, subject)
-            && matches!(case.parameters.pressing, Pressing::Force(_))
-        {
-            channels.retain(|channel| !matches!(channel, Channel::Z | Channel::ZDot));
+        let trains = general(&case);
+        let in_short_form = matches!(case, AnyCase::Brake(_));
+        let of_one_form = in_short_form == physics.short_form().is_some();
+        let both_short = is_short(&trains) && physics.is_short();
+        if motion(&case) != physics.vocabulary().motion() && of_one_form {
+            let what = "is a run of another motion than the reference: one is of rotation, one of translation";
+            return refuse(what, "compare runs of one motion");
         }
-        let torques: Vec<_> = match subject {
-            Subject::Brake(physics, _) => events
-                .iter()
-                .map(|event| {
-                    let s = &event.before;
-                    Some((
-                        physics.twist_torque(s.rotor_twist, s.rotor_twist_rate),
-                        physics.twist_torque(s.phi1, s.phi1_dot),
-                    ))
-                })
-                .collect(),
-            Subject::Trains(_) => {
-                let radius = match &case {
-                    AnyCase::Brake(case) => case.parameters.contact.radius,
-                    AnyCase::Trains(case) => case.parameters.radius,
-                };
-                let torque = |event: &crate::record::Event| event.internal_force * radius;
-                events
-                    .iter()
-                    .map(|event| Some((torque(event), torque(event))))
-                    .collect()
-            }
+        if !of_one_form && !both_short {
+            let what = if in_short_form {
+                "is a result of a brake, [torsion], the reference one of trains"
+            } else {
+                "is a result of trains, [rotor] and [stator], the reference one of a brake"
+            };
+            let same = "the same motion can be compared in both forms where it is the brake of the short form: a rotor of two \
+                        inertias on one shaft, free, and a stator of one on a fixed shaft";
+            return refuse(what, same);
+        }
+        let further: Vec<String> = further(&trains).into_iter().map(|one| one.name).collect();
+        let axial = matches!(trains.pressing, Pressing::Axial { .. });
+        let is_there = |channel: &Channel| match channel {
+            Channel::Z | Channel::ZDot => axial,
+            _ => Channel::ALL.contains(channel) || further.iter().any(|name| *name == channel.name()),
         };
-        let of_one_form = matches!(
-            (&case, subject),
-            (AnyCase::Brake(_), Subject::Brake(..)) | (AnyCase::Trains(_), Subject::Trains(_))
-        );
+        let channels: Vec<Channel> = physics.vocabulary().channels().filter(is_there).collect();
+        let torques: Vec<_> = events
+            .iter()
+            .map(|event| {
+                let torque = event.internal_force * trains.radius;
+                Some(if both_short {
+                    physics.torques(event.time, &physics.course.state(&event.before, &[]))
+                } else {
+                    (torque, torque)
+                })
+            })
+            .collect();
         Ok(Candidate {
             path: path.to_owned(),
             format: "result file",
@@ -218,9 +192,9 @@ impl Candidate {
             direct: channels,
             events: Some(events::own(path, &events, &torques)?),
             resolved: Some(if of_one_form { case.resolved() } else { String::new() }),
-            attractor: match subject {
-                Subject::Trains(_) => Attractor::of_file(&file)?,
-                Subject::Brake(..) => None,
+            attractor: match physics.short_form() {
+                Some(_) => None,
+                None => Attractor::of_file(&file)?,
             },
             table: Some(Box::new(OwnTable { file })),
         })
@@ -231,7 +205,7 @@ impl Candidate {
         format: &'static str,
         table: Box<dyn Table>,
         mapping: &Mapping,
-        subject: &Subject,
+        physics: &Physics,
     ) -> Result<Candidate, CompareError> {
         let mut candidate = Candidate {
             path: path.to_owned(),
@@ -246,8 +220,8 @@ impl Candidate {
             attractor: None,
             table: None,
         };
-        for channel in subject.vocabulary().channels() {
-            if let Some((name, factor)) = candidate.find(&*table, channel, mapping, subject)? {
+        for channel in physics.vocabulary().channels() {
+            if let Some((name, factor)) = candidate.find(&*table, channel, mapping, physics)? {
                 if candidate.columns.is_empty() {
                     candidate.find_time(&*table, mapping, &name)?;
                 }
@@ -258,7 +232,7 @@ impl Candidate {
                 candidate.direct.push(channel);
             }
         }
-        rows::derive(&mut candidate.supplies, subject);
+        rows::derive(&mut candidate.supplies, physics);
         if let Some((events, rounding)) = events::find(&*table, mapping, candidate.direct.is_empty())? {
             candidate.events = Some(events);
             candidate.events_rounding = rounding;
@@ -280,9 +254,9 @@ impl Candidate {
                 "has neither events nor a relative velocity to find them by, but {}",
                 given.join(", ")
             );
-            let remedy = match subject {
-                Subject::Brake(..) => "add relative_velocity, or phi1_dot and phi2_dot, or a table of events",
-                Subject::Trains(_) => "add relative_velocity, or the speeds of both surfaces, or a table of events",
+            let remedy = match physics.short_form() {
+                Some(_) => "add relative_velocity, or phi1_dot and phi2_dot, or a table of events",
+                None => "add relative_velocity, or the speeds of both surfaces, or a table of events",
             };
             return Err(CompareError::content(path, "", what, remedy));
         }
@@ -333,9 +307,9 @@ impl Candidate {
         table: &dyn Table,
         channel: Channel,
         mapping: &Mapping,
-        subject: &Subject,
+        physics: &Physics,
     ) -> Result<Option<(String, f64)>, CompareError> {
-        let vocabulary = subject.vocabulary();
+        let vocabulary = physics.vocabulary();
         let mapped = mapping
             .channels
             .iter()
@@ -409,8 +383,8 @@ impl Candidate {
     }
 
     /// The channels that it has or that follow from them, in the order of the reference's.
-    pub fn channels(&self, subject: &Subject) -> Vec<Channel> {
-        let all = subject.vocabulary().channels();
+    pub fn channels(&self, physics: &Physics) -> Vec<Channel> {
+        let all = physics.vocabulary().channels();
         all.filter(|&channel| self.has(channel)).collect()
     }
 
@@ -423,7 +397,7 @@ impl Candidate {
     ///
     /// # Errors
     /// Of the file.
-    pub fn rows<'a>(&'a self, channels: &[Channel], subject: &'a Subject) -> Result<Rows<'a>, CompareError> {
+    pub fn rows<'a>(&'a self, channels: &[Channel], physics: &'a Physics) -> Result<Rows<'a>, CompareError> {
         let table = self.table.as_deref().ok_or_else(|| {
             CompareError::content(
                 &self.path,
@@ -434,7 +408,7 @@ impl Candidate {
         })?;
         let supply = |channel: &Channel| self.supplies.iter().find(|supply| supply.channel == *channel).cloned();
         let supplies: Vec<Supply> = channels.iter().filter_map(supply).collect();
-        Rows::new(table, &self.columns, &self.clock, supplies, subject)
+        Rows::new(table, &self.columns, &self.clock, supplies, physics)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Rows of a candidate in SI units, checked as they are read.
 
-use super::super::reference::Subject;
+use super::super::reference::Physics;
 use super::super::resolution::{Clock, ClockWatch, Rounding};
 use super::super::vocabulary::{Known, Sum};
 use super::super::{Channel, CompareError};
@@ -37,10 +37,10 @@ impl Supply {
 }
 
 /// Adds the channels that follow from those of the file.
-pub(super) fn derive(supplies: &mut Vec<Supply>, subject: &Subject) {
+pub(super) fn derive(supplies: &mut Vec<Supply>, physics: &Physics) {
     let direct = supplies.clone();
     let channels: Vec<Channel> = direct.iter().map(|supply| supply.channel).collect();
-    for (channel, Sum { terms, known }) in subject.vocabulary().derived(&channels) {
+    for (channel, Sum { terms, known }) in physics.vocabulary().derived(&channels) {
         let column = |(sign, place): (f64, usize)| {
             let (factor, column) = direct[place].terms[0];
             (sign * factor, column)
@@ -63,7 +63,7 @@ pub struct Rows<'a> {
     clock: &'a Clock,
     watch: ClockWatch,
     supplies: Vec<Supply>,
-    subject: &'a Subject,
+    physics: &'a Physics,
     row: u64,
     last: f64,
 }
@@ -74,7 +74,7 @@ impl<'a> Rows<'a> {
         columns: &[String],
         clock: &'a Clock,
         mut supplies: Vec<Supply>,
-        subject: &'a Subject,
+        physics: &'a Physics,
     ) -> Result<Rows<'a>, CompareError> {
         let mut names = vec![columns[0].clone()];
         for (_, column) in supplies.iter_mut().flat_map(|supply| &mut supply.terms) {
@@ -92,7 +92,7 @@ impl<'a> Rows<'a> {
             clock,
             watch: ClockWatch::default(),
             supplies,
-            subject,
+            physics,
             row: 0,
             last: f64::NEG_INFINITY,
         })
@@ -131,7 +131,7 @@ impl<'a> Rows<'a> {
             }
             for (factor, known) in &supply.known {
                 for (value, &time) in column.iter_mut().zip(&block.time) {
-                    *value += factor * self.subject.driven(*known, time);
+                    *value += factor * self.physics.driven(*known, time);
                 }
             }
         }

@@ -6,13 +6,11 @@ use super::super::reference::Physics;
 use super::mistake::Rerun;
 use super::stretches::MOTION;
 use crate::model::Mode;
-use crate::model::state::{Components, TorsionState};
-use crate::record::Event;
+use crate::model::state::Components;
+use crate::record::{Event, State};
 use serde::Serialize;
 
-/// Steps of the classical Runge-Kutta method from a sample to the kick, and how far that may be in natural periods: together they err
-/// by (2 pi/4/32)^4/120 of an oscillation, 5e-8, and an oscillation of the kick is all that matters.
-const STEPS: u32 = 32;
+/// How far a sample may be from the kick in natural periods: one step of the Taylor series.
 const FARTHEST: f64 = 0.25;
 /// What a kick leaves as it is may differ by this part of the kick, and the kick by this part of itself.
 const SAME: f64 = 0.03;
@@ -143,7 +141,7 @@ impl JumpPass {
 
     /// The states at the kick, by the reference's equations.
     pub fn finish(&self, physics: &Physics) -> Option<Jumped> {
-        let near = |(t, _): &(f64, Components)| (t - self.kick).abs() <= FARTHEST * physics.natural_period;
+        let near = |(t, _): &(f64, Components)| (t - self.kick).abs() <= FARTHEST * physics.natural_period();
         let at_kick = |(t, motion): (f64, Components)| moved(physics, t, &motion, self.kick);
         let after = self.after.filter(near)?;
         let before = self.before.filter(near);
@@ -160,22 +158,28 @@ impl JumpPass {
 
 /// A motion in slip from one time to another, s, both near.
 fn moved(physics: &Physics, from: f64, motion: &Components, to: f64) -> Components {
-    let h = (to - from) / f64::from(STEPS);
-    let model = &physics.torsion;
-    let mut y: TorsionState = motion.state();
-    let mode = Mode::sliding(model.relative_velocity(&y));
-    let rates = |t: f64, y: &TorsionState| model.rates_at(mode, || physics.axial.at(t).pressing_force.max(0.0), y);
-    let plus =
-        |y: &TorsionState, h: f64, rate: &TorsionState| -> TorsionState { std::array::from_fn(|k| y[k] + h * rate[k]) };
-    for step in 0..STEPS {
-        let t = from + h * f64::from(step);
-        let k1 = rates(t, &y);
-        let k2 = rates(t + h / 2.0, &plus(&y, h / 2.0, &k1));
-        let k3 = rates(t + h / 2.0, &plus(&y, h / 2.0, &k2));
-        let k4 = rates(t + h, &plus(&y, h, &k3));
-        y = std::array::from_fn(|k| y[k] + h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]));
+    let mut course = physics.course();
+    let start = State {
+        rotor_twist: motion.rotor_twist,
+        rotor_twist_rate: motion.rotor_twist_rate,
+        phi1: motion.stator_twist,
+        phi1_dot: motion.stator_twist_rate,
+        theta_dot: motion.rotor_speed,
+        ..State::default()
+    };
+    let mut y = course.state(&start, &[]);
+    let (system, driving) = (physics.system(), course.driving(from));
+    let mode = Mode::sliding(system.relative_velocity(&driving, &y));
+    course.expand(mode, from, &y, (to - from).abs());
+    course.after(to - from, &mut y);
+    Components {
+        rotor_twist: system.rotor.twist(0, &y),
+        rotor_twist_rate: system.rotor.twist_rate(0, &y),
+        stator_twist: system.stator.twist(0, &y),
+        stator_twist_rate: system.stator.twist_rate(0, &y),
+        rotor_speed: system.rotor.speed.map_or(0.0, |place| y[place]),
+        ..*motion
     }
-    Components::of(&y)
 }
 
 /// phi_2' and phi_1'.
@@ -191,7 +195,7 @@ pub(in super::super) fn other_kick(physics: &Physics, event: &Event, jumped: &Ju
     let reference = difference(surfaces(&event.after.torsional()), surfaces(&event.before.torsional()));
     let jumps = difference(surfaces(&after), surfaces(&before));
     let size = (reference[0] - reference[1]).abs();
-    let omega = physics.torsion.natural_angular_frequency();
+    let omega = physics.natural_angular_frequency();
     let held = [
         omega * (after.rotor_twist - before.rotor_twist),
         omega * (after.stator_twist - before.stator_twist),

@@ -15,7 +15,13 @@ const PER_PERIOD: f64 = 20.0;
 const KEPT: [usize; 2] = [3072, 1024];
 
 /// The channels of a state of the torsion, in the order of [`Stretch::motion`].
-pub(super) const MOTION: [Channel; 5] = super::super::reference::MOTION;
+pub(super) const MOTION: [Channel; 5] = [
+    Channel::RotorTwist,
+    Channel::RotorTwistRate,
+    Channel::Phi1,
+    Channel::Phi1Dot,
+    Channel::ThetaDot,
+];
 
 /// Five samples in a row of one mode.
 #[derive(Debug, Clone)]

@@ -1,79 +1,432 @@
-//! What the channels of the reference are measured by.
+//! The physics of a reference: its equations, its channels and what they are measured by.
 
 use super::super::Channel;
+use super::super::saved_case::general;
+use super::super::vocabulary::{Known, Vocabulary};
+use crate::case::{AnyCase, Case};
 use crate::friction::Law;
-use crate::model::Parameters;
-use crate::model::axial::AxialMotion;
-use crate::model::torsion::TorsionModel;
+use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
+use crate::model::trains::{End, Pressing, Trains};
+use crate::model::{BreakawayTest, Mode};
+use crate::record::sequence::SequenceEvent;
+use crate::simulation::trains::{Course, Part, Quantity, Which, is_short};
+use serde::Serialize;
+use std::f64::consts::TAU;
 
-/// The physics of the reference, and what its channels are measured by.
-#[derive(Debug, Clone)]
+/// By which times are measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TimeScale {
+    /// s.
+    pub period: f64,
+    /// What has this period, in words.
+    pub of: String,
+    /// It is a mode of the system.
+    #[serde(skip)]
+    pub is_mode: bool,
+    /// What is named has a period.
+    #[serde(skip)]
+    pub has_period: bool,
+}
+
+fn course(case: &AnyCase, trains: &Trains) -> Course {
+    Course::new(trains, threshold_of(case).unwrap_or(0.0), case.solver())
+}
+
+fn threshold_of(case: &AnyCase) -> Option<f64> {
+    match case {
+        AnyCase::Brake(_) => None,
+        AnyCase::Trains(case) => case.threshold,
+    }
+}
+
+/// The physics of a reference.
+#[derive(Debug)]
 pub struct Physics {
-    /// The torsional equations.
-    pub torsion: TorsionModel,
-    /// The axial motion in closed form.
-    pub axial: AxialMotion,
-    /// mu r F / k_t with the largest mu and force: the twist that friction causes, rad.
-    pub twist: f64,
-    /// T_n, s.
-    pub natural_period: f64,
-    /// m, kg.
-    pub(super) mass: f64,
-    /// k_e, N/m.
-    pub(super) stiffness: f64,
-    /// c_a, N s/m.
-    pub(super) damping: f64,
-    initial_speed: f64,
+    /// Its case.
+    pub(crate) case: AnyCase,
+    /// The same in its general form.
+    pub(crate) trains: Trains,
+    pub(crate) course: Course,
+    pub(crate) vocabulary: Vocabulary,
+    /// By which times are measured.
+    pub(crate) scale: TimeScale,
+    /// The channels that make up the state, in its order.
+    pub(crate) state: Vec<Channel>,
+    /// Where they are in the state of the equations.
+    places: Vec<usize>,
+    /// Which of them the torques on the surfaces follow from.
+    of_torques: Vec<usize>,
+    /// The speed (rad/s) that a system begins with which nothing drives, and which slows down by itself: after the first event it
+    /// is over.
+    coasting: Option<f64>,
+}
+
+/// Whether an end is driven, or a torque acts from outside.
+fn is_driven(trains: &Trains) -> bool {
+    let sides = [&trains.rotor, &trains.stator];
+    sides
+        .iter()
+        .any(|train| matches!(train.end, End::Driven(_)) || train.torque.is_some())
+}
+
+/// Of two trains of which one is free, and which nothing drives.
+fn coasting(trains: &Trains) -> Option<f64> {
+    if is_driven(trains) {
+        return None;
+    }
+    let sides = [
+        (&trains.rotor, &trains.initial.rotor_speed),
+        (&trains.stator, &trains.initial.stator_speed),
+    ];
+    let mut free = sides.iter().filter(|(train, _)| matches!(train.end, End::Free));
+    let (_, speeds) = free.next()?;
+    free.next()
+        .is_none()
+        .then(|| speeds.last().map_or(0.0, |speed| speed.abs()))
 }
 
 impl Physics {
-    /// Of one case.
-    pub fn new(parameters: &Parameters) -> Physics {
-        let torsion = TorsionModel::new(parameters);
-        let axial = parameters.axial_motion();
-        let friction = parameters
-            .friction
-            .law
-            .typical_coefficient(parameters.initial.speed.abs());
+    /// Of a case whose run has these events and this end (s).
+    pub fn new(case: AnyCase, word: &[SequenceEvent], end: f64) -> Physics {
+        let trains = general(&case).into_owned();
+        let course = course(&case, &trains);
+        let vocabulary = Vocabulary::of(&case, &trains);
+        let (mut state, mut places) = (Vec::new(), Vec::new());
+        let system = course.system();
+        for (of, side) in [(Which::Rotor, &system.rotor), (Which::Stator, &system.stator)] {
+            for index in 0..side.shafts() {
+                let part = Part { of, index };
+                state.extend([Channel::Twist(part), Channel::TwistRate(part)]);
+                places.extend([side.twists + 2 * index, side.twists + 2 * index + 1]);
+            }
+            if let Some(place) = side.speed {
+                let index = side.inertia.len() - 1;
+                state.push(Channel::Speed(Part { of, index }));
+                places.push(place);
+            }
+        }
+        if let Engagement::Bristles(.., place) = system.engagement {
+            state.push(Channel::Deflection);
+            places.push(place);
+        }
+        let state = state
+            .into_iter()
+            .map(|channel| vocabulary.canonical(channel).unwrap_or(channel))
+            .collect();
+        let acts = |place: &usize| {
+            let mut y = vec![0.0; system.dimension];
+            y[*place] = 1.0;
+            system.surface_torques(&Outside::default(), &y) != (0.0, 0.0)
+        };
+        let of_torques = (0..places.len()).filter(|&k| acts(&places[k])).collect();
         Physics {
-            twist: friction * parameters.contact.radius * axial.force.largest() / parameters.torsion.stiffness,
-            natural_period: torsion.natural_period(),
-            torsion,
-            mass: parameters.axial.mass,
-            stiffness: parameters.axial.stiffness,
-            damping: parameters.axial.damping,
-            initial_speed: parameters.initial.speed.abs(),
-            axial,
+            of_torques,
+            scale: time_scale(&course, word, end),
+            coasting: coasting(&trains),
+            course,
+            vocabulary,
+            state,
+            places,
+            trains,
+            case,
         }
     }
 
-    /// The size that a channel has in stick-slip, in its SI unit: what friction and the actuating force make of it.
-    pub fn scale(&self, channel: Channel) -> f64 {
-        let omega = self.torsion.natural_angular_frequency();
-        let force = self.axial.force.largest();
+    /// What can be compared.
+    pub fn vocabulary(&self) -> &Vocabulary {
+        &self.vocabulary
+    }
+
+    /// Its case, if it is written in the short form.
+    pub(crate) fn short_form(&self) -> Option<&Case> {
+        match &self.case {
+            AnyCase::Brake(case) => Some(case),
+            AnyCase::Trains(_) => None,
+        }
+    }
+
+    /// Whether it could be written in the short form, as far as its inertias and shafts are concerned.
+    pub(crate) fn is_short(&self) -> bool {
+        is_short(&self.trains)
+    }
+
+    /// Which torque decides between stick and slip.
+    pub(crate) fn breakaway_test(&self) -> BreakawayTest {
+        self.short_form()
+            .map_or_else(BreakawayTest::default, |case| case.parameters.contact.breakaway_test)
+    }
+
+    /// Whether something else than the normal force acts from outside.
+    pub(crate) fn is_driven(&self) -> bool {
+        is_driven(&self.trains)
+    }
+
+    /// By which times are measured, s.
+    pub fn natural_period(&self) -> f64 {
+        self.scale.period
+    }
+
+    /// The angular frequency of [`Self::natural_period`], rad/s.
+    pub(crate) fn natural_angular_frequency(&self) -> f64 {
+        TAU / self.scale.period
+    }
+
+    /// The motion from known states on.
+    pub(crate) fn course(&self) -> Course {
+        course(&self.case, &self.trains)
+    }
+
+    pub(crate) fn system(&self) -> &TrainSystem {
+        self.course.system()
+    }
+
+    /// The state of which `value` gives the channels of [`Self::state`], by their places; losses and work are zero.
+    pub(crate) fn y(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut y = vec![0.0; self.system().dimension];
+        self.set(&mut y, value);
+        y
+    }
+
+    /// Writes it into one that is there.
+    #[inline]
+    pub(crate) fn set(&self, y: &mut [f64], value: impl Fn(usize) -> f64) {
+        for (k, &place) in self.places.iter().enumerate() {
+            y[place] = value(k);
+        }
+    }
+
+    /// T_f of a state, N m.
+    pub(crate) fn transmitted(&self, t: f64, y: &[f64]) -> f64 {
+        self.system().transmitted_torque(&self.course.driving(t), y)
+    }
+
+    /// What [`Self::torques_by`] takes, in its order.
+    pub(crate) fn torque_channels(&self) -> Vec<Channel> {
+        self.of_torques.iter().map(|&k| self.state[k]).collect()
+    }
+
+    /// [`Self::torques`] by the channels that they follow from.
+    pub(crate) fn torques_by(&self, t: f64, value: impl Fn(usize) -> f64) -> (f64, f64) {
+        let mut y = vec![0.0; self.system().dimension];
+        for (k, &of) in self.of_torques.iter().enumerate() {
+            y[self.places[of]] = value(k);
+        }
+        self.torques(t, &y)
+    }
+
+    /// T_r and T_s where their mean is T_f, which is where both surfaces have the same inertia; else twice T_f. N m.
+    pub(crate) fn torques(&self, t: f64, y: &[f64]) -> (f64, f64) {
+        let (system, driving) = (self.system(), self.course.driving(t));
+        let (rotor, stator) = system.surface_torques(&driving, y);
+        if system.shares() == (0.5, 0.5) {
+            (rotor, stator)
+        } else {
+            let torque = system.transmitted_torque(&driving, y);
+            (torque, torque)
+        }
+    }
+
+    /// mu_0 r F_n, N m.
+    pub(crate) fn limit(&self, t: f64) -> f64 {
+        self.system().breakaway_torque(self.course.outside(t).normal_force)
+    }
+
+    /// Whether the contact has a stick.
+    pub(crate) fn sticks(&self) -> bool {
+        self.system().engagement == Engagement::StickSlip
+    }
+
+    /// The speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
+    pub(crate) fn threshold(&self) -> Option<f64> {
+        threshold_of(&self.case).filter(|_| !self.sticks())
+    }
+
+    /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.
+    pub(crate) fn mode(&self, w: f64, tolerance: f64) -> Mode {
+        match self.system().engagement {
+            Engagement::StickSlip if w.abs() <= tolerance => Mode::Stick,
+            Engagement::StickSlip => Mode::sliding(w),
+            _ => Mode::Engaged,
+        }
+    }
+
+    /// Kinetic and elastic energy of a state, J.
+    pub(crate) fn energy(&self, t: f64, y: &[f64]) -> f64 {
+        let system = self.system();
+        system.kinetic_energy(&self.course.driving(t), y) + system.elastic_energy(y)
+    }
+
+    /// Angle or speed of a driven end, rad or rad/s.
+    pub(crate) fn driven(&self, known: Known, t: f64) -> f64 {
+        let (angle, speed) = self.course.ends(t)[known.of as usize];
+        if known.is_rate { speed } else { angle }
+    }
+
+    fn side(&self, of: Which) -> &Side {
+        match of {
+            Which::Rotor => &self.system().rotor,
+            Which::Stator => &self.system().stator,
+        }
+    }
+
+    /// The size of the speeds of a train.
+    fn speed_of(&self, of: Which) -> f64 {
+        let (side, sizes) = (self.side(of), self.course.sizes());
+        let rates = (0..side.shafts()).map(|i| sizes[side.twists + 2 * i + 1]);
+        let free = side.speed.filter(|_| self.coasting.is_none()).map(|place| sizes[place]);
+        rates.chain(free).fold(0.0, f64::max)
+    }
+
+    /// The size of the angles of a train that is tied.
+    fn angle_of(&self, of: Which) -> f64 {
+        let (side, sizes) = (self.side(of), self.course.sizes());
+        match side.speed {
+            None => (0..side.shafts()).map(|i| sizes[side.twists + 2 * i]).sum(),
+            Some(_) => 1.0,
+        }
+    }
+
+    /// The size of the relative velocity, rad/s.
+    pub(crate) fn speed(&self) -> f64 {
+        Which::BOTH.map(|of| self.speed_of(of)).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The size of a channel in its SI unit, in stick-slip, or before it (`sliding`).
+    pub(crate) fn size(&self, channel: Channel, sliding: bool) -> f64 {
+        let size = self.size_in_stick_slip(channel);
+        let part = match self.quantity(channel) {
+            Quantity::Speed(part) => Some(part.of),
+            _ => None,
+        };
+        let free = part.is_some_and(|of| self.side(of).speed.is_some());
+        match self.coasting {
+            Some(speed) if sliding && (free || channel == Channel::RelativeVelocity) => size.max(speed),
+            _ => size,
+        }
+    }
+
+    fn size_in_stick_slip(&self, channel: Channel) -> f64 {
+        use Which::{Rotor, Stator};
+        let (system, sizes) = (self.system(), self.course.sizes());
+        let size = match channel {
+            Channel::RelativeVelocity => self.speed(),
+            Channel::RotorTwist => sizes[system.rotor.twists],
+            Channel::RotorTwistRate => sizes[system.rotor.twists + 1],
+            Channel::Twist(Part { of, index }) => sizes[self.side(of).twists + 2 * index],
+            Channel::TwistRate(Part { of, index }) => sizes[self.side(of).twists + 2 * index + 1],
+            Channel::Speed(Part { of, .. }) => self.speed_of(of),
+            Channel::Phi2Dot | Channel::ThetaDot => self.speed_of(Rotor),
+            Channel::Phi1Dot => self.speed_of(Stator),
+            Channel::Angle(Part { of, .. }) => self.angle_of(of),
+            Channel::Phi2 | Channel::Theta => self.angle_of(Rotor),
+            Channel::Phi1 => self.angle_of(Stator),
+            Channel::SlipDisplacement => 1.0,
+            Channel::Deflection => match system.engagement {
+                Engagement::Bristles(.., place) => sizes[place],
+                _ => 1.0,
+            },
+            Channel::NormalForce => self.largest_force(),
+            Channel::FrictionTorque | Channel::TransmittedTorque => {
+                let mu = system.breakaway.max(system.law.typical_coefficient(self.speed()));
+                mu * system.radius * self.largest_force()
+            }
+            Channel::Z | Channel::ZDot => match &self.trains.pressing {
+                Pressing::Axial { axial, .. } if channel == Channel::Z => self.largest_force() / axial.stiffness,
+                Pressing::Axial { axial, .. } => {
+                    self.largest_force() / axial.stiffness * self.natural_angular_frequency()
+                }
+                Pressing::Force(_) => 1.0,
+            },
+            Channel::NormalImpulse | Channel::FrictionImpulse => 1.0,
+        };
+        if size > 0.0 { size } else { 1.0 }
+    }
+
+    fn largest_force(&self) -> f64 {
+        self.course.largest_force()
+    }
+
+    /// What a channel is as a function of time.
+    pub(crate) fn quantity(&self, channel: Channel) -> Quantity {
+        use Which::{Rotor, Stator};
+        let part = |of, index| Part { of, index };
+        let outermost = self.system().rotor.inertia.len().saturating_sub(1);
         match channel {
-            Channel::Z => force / self.stiffness,
-            Channel::ZDot => force / self.stiffness * omega,
-            Channel::Phi1 | Channel::RotorTwist => self.twist,
-            Channel::Theta | Channel::Phi2 | Channel::SlipDisplacement => 1.0,
-            Channel::NormalForce => force,
-            Channel::FrictionTorque | Channel::TransmittedTorque => self.twist * self.torsion.torsion.stiffness,
-            _ => self.twist * omega,
+            Channel::RelativeVelocity => Quantity::RelativeVelocity,
+            Channel::RotorTwist => Quantity::Twist(part(Rotor, 0)),
+            Channel::RotorTwistRate => Quantity::TwistRate(part(Rotor, 0)),
+            Channel::Twist(part) => Quantity::Twist(part),
+            Channel::TwistRate(part) => Quantity::TwistRate(part),
+            Channel::Speed(part) => Quantity::Speed(part),
+            Channel::Angle(part) => Quantity::Angle(part),
+            Channel::Phi1 => Quantity::Angle(part(Stator, 0)),
+            Channel::Phi1Dot => Quantity::Speed(part(Stator, 0)),
+            Channel::Phi2 => Quantity::Angle(part(Rotor, 0)),
+            Channel::Phi2Dot => Quantity::Speed(part(Rotor, 0)),
+            Channel::Theta => Quantity::Angle(part(Rotor, outermost)),
+            Channel::ThetaDot => Quantity::Speed(part(Rotor, outermost)),
+            Channel::SlipDisplacement => Quantity::Slip,
+            Channel::Deflection => Quantity::Deflection,
+            Channel::NormalForce => Quantity::NormalForce,
+            Channel::FrictionTorque => Quantity::Interface,
+            Channel::Z => Quantity::AxialDisplacement,
+            Channel::ZDot => Quantity::AxialVelocity,
+            // Impulses are integrated from forces and torques.
+            Channel::TransmittedTorque | Channel::NormalImpulse | Channel::FrictionImpulse => Quantity::Transmitted,
         }
     }
 
-    /// T_r or T_s from twist (rad) and twist rate (rad/s), N m.
-    pub(crate) fn twist_torque(&self, twist: f64, rate: f64) -> f64 {
-        self.torsion.torsion.stiffness * twist + self.torsion.torsion.damping * rate
+    /// The channel of which an attractor states the range; `None` of a slip displacement.
+    pub(crate) fn position(&self) -> Option<Channel> {
+        let channel = match self.course.position()? {
+            Quantity::Angle(part) => Channel::Angle(part),
+            Quantity::Twist(part) => Channel::Twist(part),
+            _ => return None,
+        };
+        self.vocabulary.canonical(channel)
     }
+}
 
-    /// The speed of an oscillation that friction causes, rad/s.
-    pub fn speed(&self) -> f64 {
-        self.twist * self.torsion.natural_angular_frequency()
+/// The period of a surface on its own shaft, its neighbours held, the shorter of two: for the paper's brake 2 pi sqrt(J/k_t).
+/// Else that of the fastest harmonic that drives the case, else the middle time between two events.
+fn time_scale(course: &Course, word: &[SequenceEvent], end: f64) -> TimeScale {
+    let system = course.system();
+    let of_surfaces = [(&system.rotor, "rotor"), (&system.stator, "stator")];
+    let of_surfaces = of_surfaces.into_iter().filter_map(|(side, name)| {
+        let (inertia, stiffness) = (side.inertia.first()?, side.stiffness.first().filter(|k| **k > 0.0)?);
+        Some((TAU * (inertia / stiffness).sqrt(), name))
+    });
+    if let Some((period, name)) = of_surfaces.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        return TimeScale {
+            period,
+            of: format!("the surface of the {name} on its shaft"),
+            is_mode: true,
+            has_period: true,
+        };
     }
-
-    /// The initial speed, rad/s.
-    pub(crate) fn initial_speed(&self) -> f64 {
-        self.initial_speed
+    if let Some(period) = course.period_of_signals() {
+        return TimeScale {
+            period,
+            of: "the fastest harmonic that drives the case".to_owned(),
+            is_mode: false,
+            has_period: true,
+        };
+    }
+    let mut intervals: Vec<f64> = word.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+    intervals.retain(|interval| *interval > 0.0);
+    intervals.sort_by(f64::total_cmp);
+    match intervals.get(intervals.len() / 2) {
+        Some(&period) => TimeScale {
+            period,
+            of: "the middle time between two events: nothing in the case has a period".to_owned(),
+            is_mode: false,
+            has_period: false,
+        },
+        None => TimeScale {
+            period: if end > 0.0 { 0.1 * end } else { 1.0 },
+            of: "a tenth of the run: nothing in the case has a period".to_owned(),
+            is_mode: false,
+            has_period: false,
+        },
     }
 }

@@ -385,6 +385,12 @@ impl TrainSystem {
         self.transmitted(&rotor, &stator, outside)
     }
 
+    /// T_r and T_s, N m: all else than the interface's torque on each surface.
+    pub fn surface_torques(&self, outside: &Outside, y: &[f64]) -> (f64, f64) {
+        let (rotor, stator) = self.surfaces(outside, y);
+        (rotor.torque, stator.torque)
+    }
+
     fn surfaces(&self, outside: &Outside, y: &[f64]) -> (Surface, Surface) {
         (
             self.rotor.surface(&outside.rotor, y),

@@ -3,10 +3,12 @@
 use super::expansion::{Expansion, Series};
 use super::plan::TrainPlan;
 use super::portrait::{shown, state_of};
+use super::readings::{Further, further_names};
 use super::{TrainDynamics, TrainLocation};
 use crate::model::Mode;
-use crate::model::trains::Trains;
-use crate::model::trains::system::{ANGLE, Engagement, Outside, Side, TrainSystem};
+use crate::model::axial::AxialMotion;
+use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Outside, Side, TrainSystem, WORK};
+use crate::model::trains::{End, Trains};
 use crate::numerics::taylor;
 use crate::record::State;
 use crate::simulation::options::SolverOptions;
@@ -66,6 +68,10 @@ pub(crate) enum Quantity {
     RelativeVelocity,
     /// Of bristles.
     Deflection,
+    /// z, m; 0 of a force that is given directly.
+    AxialDisplacement,
+    /// z', m/s.
+    AxialVelocity,
     /// F_n, N.
     NormalForce,
     /// Of the interface, N m.
@@ -84,6 +90,15 @@ pub(crate) struct Course {
     time: f64,
     y: Vec<f64>,
     sizes: Vec<f64>,
+    /// The columns that every file has hold the whole state.
+    in_columns: bool,
+}
+
+/// Whether trains are those of the short form: a rotor of surface and inertia on one shaft, free, and a surface on a fixed shaft.
+pub(crate) fn is_short(trains: &Trains) -> bool {
+    let (rotor, stator) = (&trains.rotor, &trains.stator);
+    let ends = matches!((&rotor.end, &stator.end), (End::Free, End::Fixed));
+    ends && rotor.inertia.len() == 2 && stator.inertia.len() == 1
 }
 
 impl Course {
@@ -104,6 +119,7 @@ impl Course {
             time: 0.0,
             y: vec![0.0; dynamics.system.dimension],
             sizes: plan.sizes().to_vec(),
+            in_columns: is_short(trains) && !matches!(dynamics.system.engagement, Engagement::Bristles(..)),
             dynamics,
         }
     }
@@ -137,6 +153,17 @@ impl Course {
         (fastest > 0.0).then(|| TAU / fastest)
     }
 
+    /// The axial motion, if the normal force comes from one.
+    pub fn axial(&self) -> Option<&AxialMotion> {
+        self.dynamics.excitation.axial()
+    }
+
+    /// What acts from outside at a time (s) but the normal force, which is 0.
+    pub fn driving(&self, t: f64) -> Outside {
+        let excitation = &self.dynamics.excitation;
+        excitation.driving_alone(excitation.stretch(t), t)
+    }
+
     /// What acts from outside at a time (s).
     pub fn outside(&self, t: f64) -> Outside {
         let excitation = &self.dynamics.excitation;
@@ -162,10 +189,34 @@ impl Course {
         })
     }
 
-    /// The state that a file holds as its columns and further ones; losses and work are zero.
+    /// The columns of a file by which, with those that every file has, [`Self::state`] knows the state.
+    pub fn further(&self) -> Vec<Further> {
+        if self.in_columns {
+            Vec::new()
+        } else {
+            further_names(self.system())
+        }
+    }
+
+    /// The state that a file holds as its columns and [`Self::further`] ones; losses and work are zero.
     pub fn state(&self, state: &State, further: &[f64]) -> Vec<f64> {
-        let mut y = state_of(&self.dynamics, further);
         let system = self.system();
+        let mut y = if self.in_columns {
+            let (rotor, stator) = (&system.rotor, &system.stator);
+            let columns = [
+                (rotor.twists, state.rotor_twist),
+                (rotor.twists + 1, state.rotor_twist_rate),
+                (stator.twists, state.phi1),
+                (stator.twists + 1, state.phi1_dot),
+            ];
+            let mut y = vec![0.0; system.dimension];
+            for (place, value) in columns.into_iter().chain(rotor.speed.zip(Some(state.theta_dot))) {
+                y[place] = value;
+            }
+            y
+        } else {
+            state_of(&self.dynamics, further)
+        };
         y[system.slip] = state.slip_displacement;
         if system.dimension > system.slip + ANGLE {
             let twists: f64 = (0..system.stator.shafts()).map(|i| system.stator.twist(i, &y)).sum();
@@ -194,31 +245,63 @@ impl Course {
         location
     }
 
-    /// Rates of all components in a mode.
-    pub fn rates(&self, mode: Mode, t: f64, y: &[f64], rates: &mut [f64]) {
-        let location = self.place(mode, t, y, true);
-        let outside = self.dynamics.outside(&location, t);
-        let system = self.system();
-        system.rates(mode, location.sign(), location.piece, &outside, y, rates);
+    /// The power of friction (W), and that of the dampers less that of the drives, each with its rate (W/s).
+    pub fn powers(&mut self, mode: Mode, t: f64, y: &[f64]) -> [(f64, f64); 2] {
+        self.fill(mode, t, y, 3, true);
+        let unit = self.expansion.unit;
+        let of = |quadrature: usize| {
+            let series = &self.expansion.state[self.system().slip + quadrature];
+            (series[1] / unit, 2.0 * series[2] / (unit * unit))
+        };
+        let (lost, work) = (of(DAMPING_LOSS), of(WORK));
+        [of(FRICTION_LOSS), (lost.0 - work.0, lost.1 - work.1)]
+    }
+
+    /// Stands at a state, just before its time (s): [`Self::series`] has values there, and nothing more.
+    pub fn stand_before(&mut self, mode: Mode, t: f64, y: &[f64]) {
+        self.fill(mode, t, y, 1, false);
+    }
+
+    /// Expands the motion from a state to so many terms; at a corner of a signal with what begins there (`forward`) or ends.
+    fn fill(&mut self, mode: Mode, t: f64, y: &[f64], terms: usize, forward: bool) {
+        self.location = self.place(mode, t, y, forward);
+        let unit = self.dynamics.unit(self.location.stretch);
+        self.time = t;
+        self.y.copy_from_slice(y);
+        self.expansion.terms = terms;
+        let dynamics = self.dynamics.clone();
+        self.expansion.expand(&dynamics, &self.location, t, y, unit);
     }
 
     /// Goes on from a state, and returns how long (s) that is good; no longer than `longest` (s).
     pub fn expand(&mut self, mode: Mode, t: f64, y: &[f64], longest: f64) -> f64 {
-        self.location = self.place(mode, t, y, true);
-        let unit = self.dynamics.unit(self.location.stretch);
-        self.time = t;
-        self.y.copy_from_slice(y);
-        let dynamics = self.dynamics.clone();
-        self.expansion.expand(&dynamics, &self.location, t, y, unit);
-        let system = &dynamics.system;
+        let unit = self.dynamics.unit(self.dynamics.excitation.stretch(t));
+        let terms = terms_for(longest / unit);
+        let step = self.expand_to(mode, t, y, longest, terms);
+        // A friction law that changes over less than the unit needs more of them.
+        if step < longest && terms < TERMS {
+            self.expand_to(mode, t, y, longest, TERMS)
+        } else {
+            step
+        }
+    }
+
+    fn expand_to(&mut self, mode: Mode, t: f64, y: &[f64], longest: f64, terms: usize) -> f64 {
+        self.fill(mode, t, y, terms, true);
+        let (system, unit) = (&self.dynamics.system, self.expansion.unit);
         let mut shares = [0.0f64; 2];
         let sizes = self.sizes.iter().zip(y).map(|(size, y)| size + y.abs());
-        for (series, size) in self.expansion.state[..system.mechanical()].iter().zip(sizes) {
-            for (share, n) in shares.iter_mut().zip([TERMS - 1, TERMS - 2]) {
-                *share = share.max(series[n].abs() / (TOLERANCE * size));
+        let states = self.expansion.state[..system.mechanical()].iter().zip(sizes);
+        // The states need not know of the force, which is to be known as well.
+        let force = self.expansion.normal_force();
+        for (series, size) in states.chain([(force, self.largest_force())]) {
+            for (share, n) in shares.iter_mut().zip([terms - 1, terms - 2]) {
+                if series[n] != 0.0 {
+                    *share = share.max(series[n].abs() / (TOLERANCE * size));
+                }
             }
         }
-        let mut step = taylor::step(TERMS - 1, |n| shares[TERMS - 1 - n]) * unit;
+        let mut step = taylor::step(terms - 1, |n| shares[terms - 1 - n]) * unit;
         step = step.min(longest);
         if !matches!(mode, Mode::Stick | Mode::Separated) {
             step = self.expansion.within_law(system, &self.location, step);
@@ -233,7 +316,8 @@ impl Course {
         if !system.has_pieces() && self.location.mode != Mode::Engaged {
             return step;
         }
-        let w = |x: f64| taylor::value(&self.expansion.relative_velocity, &(x / self.expansion.unit));
+        let known = &self.expansion.relative_velocity[..self.expansion.terms];
+        let w = |x: f64| taylor::value(known, &(x / self.expansion.unit));
         let inside = |x: f64| {
             let w = w(x);
             let side = self.location.mode != Mode::Engaged || w * self.location.sign() >= 0.0;
@@ -263,6 +347,7 @@ impl Course {
     /// A quantity by powers of the share of `step` (s) that has passed, and how many of them count.
     pub fn series(&self, quantity: Quantity, step: f64) -> ([f64; TERMS], usize) {
         let mut series = self.quantity(quantity);
+        series[self.expansion.terms..].fill(0.0);
         let x = step / self.expansion.unit;
         let mut power = 1.0;
         let mut largest = 0.0f64;
@@ -296,11 +381,31 @@ impl Course {
                 Engagement::Bristles(.., index) => expansion.state[index],
                 _ => [0.0; TERMS],
             },
+            Quantity::AxialDisplacement => self.axial_motion().0,
+            Quantity::AxialVelocity => self.axial_motion().1,
             Quantity::NormalForce if self.location.mode == Mode::Separated => [0.0; TERMS],
             Quantity::NormalForce => *expansion.normal_force(),
             Quantity::Interface => expansion.interface,
             Quantity::Transmitted => expansion.transmitted(system),
         }
+    }
+
+    /// z and z', by m z'' = F_n - F, F_n without its clamp.
+    fn axial_motion(&self) -> (Series, Series) {
+        let (mut z, mut rate) = ([0.0; TERMS], [0.0; TERMS]);
+        if let Some(motion) = self.axial() {
+            let (start, unit) = (motion.at(self.time), self.expansion.unit);
+            let mut force = *self.expansion.normal_force();
+            force[0] -= start.force;
+            force[1] -= motion.force.slope(self.time) * unit;
+            (z[0], rate[0]) = (start.displacement, start.velocity);
+            for n in 0..TERMS - 1 {
+                let step = unit / (n + 1) as f64;
+                rate[n + 1] = step * force[n] / motion.mass();
+                z[n + 1] = step * rate[n];
+            }
+        }
+        (z, rate)
     }
 
     /// Outwards from a surface whose angle is known, or inwards from a tied end.
@@ -343,6 +448,16 @@ impl Course {
         }
         angle
     }
+}
+
+/// How many terms a step of `x` units needs: as many as the exponential, and the two that tell its error.
+fn terms_for(x: f64) -> usize {
+    let (mut terms, mut last) = (3, 1.0);
+    while terms < TERMS && last > TOLERANCE {
+        last *= x / (terms - 2) as f64;
+        terms += 1;
+    }
+    terms
 }
 
 fn add(sum: &mut Series, factor: f64, other: &Series) {

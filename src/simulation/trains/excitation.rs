@@ -184,12 +184,20 @@ impl Excitation {
         }
     }
 
-    /// All of it at a time, as the stretch has it.
-    pub fn at(&self, stretch: usize, t: f64) -> Outside {
+    /// All of it at a time, as the stretch has it, but a normal force of 0.
+    pub fn driving_alone(&self, stretch: usize, t: f64) -> Outside {
         Outside {
             rotor: self.driving(&self.rotor, stretch, t),
             stator: self.driving(&self.stator, stretch, t),
+            normal_force: 0.0,
+        }
+    }
+
+    /// All of it at a time, as the stretch has it.
+    pub fn at(&self, stretch: usize, t: f64) -> Outside {
+        Outside {
             normal_force: self.normal_force(stretch, t),
+            ..self.driving_alone(stretch, t)
         }
     }
 

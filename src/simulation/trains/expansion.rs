@@ -49,6 +49,8 @@ impl SideSeries {
 pub(super) struct Expansion {
     /// s.
     pub unit: f64,
+    /// How many coefficients are filled; what is behind them is of another expansion.
+    pub terms: usize,
     /// Of every component of the state.
     pub state: Vec<Series>,
     /// omega_r, rad/s.
@@ -79,6 +81,7 @@ impl Expansion {
         let system = &dynamics.system;
         Expansion {
             unit: 1.0,
+            terms: TERMS,
             state: vec![NONE; system.dimension],
             relative_velocity: NONE,
             interface: NONE,
@@ -105,7 +108,7 @@ impl Expansion {
         let mut friction = Interface::new(location);
         let stuck = location.mode == Mode::Stick;
         self.relative_velocity = NONE;
-        for n in 0..TERMS {
+        for n in 0..self.terms {
             for (side, (series, driving)) in [&system.rotor, &system.stator]
                 .into_iter()
                 .zip(self.sides.iter_mut().zip(&self.outside.sides))
@@ -119,7 +122,7 @@ impl Expansion {
             let torque = friction.torque(n, self, system);
             self.interface[n] = torque;
             self.limit[n] = system.breakaway_torque(self.outside.normal_force[n]);
-            if n + 1 == TERMS {
+            if n + 1 == self.terms {
                 break;
             }
             let step = unit / (n + 1) as f64;
@@ -146,9 +149,15 @@ impl Expansion {
     fn quadratures(&mut self, system: &TrainSystem, location: &TrainLocation) {
         let mut loss = NONE;
         let mut work = NONE;
+        let last = self.terms - 1;
         let add = |sum: &mut Series, factor: f64, a: &Series, b: &Series| {
-            let product = taylor::product(a, b);
-            for (sum, c) in sum.iter_mut().zip(product) {
+            if last + 1 < TERMS {
+                for (n, sum) in sum[..last].iter_mut().enumerate() {
+                    *sum += factor * convolved(a, b, n);
+                }
+                return;
+            }
+            for (sum, c) in sum.iter_mut().zip(taylor::product(a, b)) {
                 *sum += factor * c;
             }
         };
@@ -172,12 +181,11 @@ impl Expansion {
             }
         }
         let stuck = location.mode == Mode::Stick;
-        let friction = if stuck {
-            NONE
-        } else {
-            taylor::product(&self.interface, &self.relative_velocity)
-        };
-        for n in 0..TERMS - 1 {
+        let mut friction = NONE;
+        if !stuck {
+            add(&mut friction, 1.0, &self.interface, &self.relative_velocity);
+        }
+        for n in 0..last {
             let step = self.unit / (n + 1) as f64;
             let at = system.slip;
             self.state[at][n + 1] = if stuck { 0.0 } else { step * self.relative_velocity[n] };
@@ -206,7 +214,7 @@ impl Expansion {
         }
         let w = &self.relative_velocity;
         let x = longest / self.unit;
-        let change = w[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
+        let change = w[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
         longest * system.expandable_share(location.piece, w[0], change)
     }
 
@@ -233,7 +241,7 @@ impl Expansion {
     /// The state at the time `x` units after the start.
     pub fn at(&self, x: f64, out: &mut [f64]) {
         for (value, series) in out.iter_mut().zip(&self.state) {
-            *value = taylor::value(series, &x);
+            *value = taylor::value(&series[..self.terms], &x);
         }
     }
 }

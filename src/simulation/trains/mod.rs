@@ -21,7 +21,7 @@ mod readings;
 mod rules;
 mod series;
 
-pub(crate) use course::{Course, Quantity, TERMS};
+pub(crate) use course::{Course, Quantity, TERMS, is_short};
 pub use course::{Part, Which};
 pub use dynamics::{TrainDynamics, TrainLocation};
 pub(crate) use excitation::Excitation;
