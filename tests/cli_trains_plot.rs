@@ -178,7 +178,7 @@ fn cli_plot_of_trains_says_what_the_samples_miss() {
     sparse("2");
     let speed = svg(&folder, &["belt-leine.h5", "--only", "relative-velocity"]);
     assert!(
-        speed.contains("8 of 8") && speed.contains("too few samples</text>"),
+        speed.contains("8 of 8") && speed.contains("\ntoo few samples\n"),
         "{speed}"
     );
     sparse("11.9");
