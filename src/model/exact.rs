@@ -1,6 +1,5 @@
 //! The parameters as exact rationals: decimals as written, units by their exact factors.
 
-use super::trains::{self, ContactLaw, End, ExactTrains, KickSide, Pressing, Train, parameters::AxialOf};
 use super::{Axial, BreakawayTest, Contact, Initial, Kick, Parameters, Torsion};
 use crate::friction::{Friction, FrictionLaw};
 use crate::signal::Signal;
@@ -138,54 +137,6 @@ impl ExactParameters {
                 .map(|kick| Kick {
                     time: kick.time.map(nearest_double),
                     relative_velocity: round(&kick.relative_velocity),
-                })
-                .collect(),
-        }
-    }
-}
-
-/// A brake is two trains: the rotor and its surface on one shaft with a free end, and the stator's surface on one shaft that
-/// ends in the ground.
-impl From<&ExactParameters> for ExactTrains {
-    fn from(brake: &ExactParameters) -> ExactTrains {
-        let [zero, speed] = [&BigRational::default(), &brake.speed].map(Clone::clone);
-        let train = |inertia: Vec<BigRational>, end: End<BigRational>| Train {
-            viscous: vec![zero.clone(); inertia.len()],
-            inertia,
-            stiffness: vec![brake.torsional_stiffness.clone()],
-            damping: vec![brake.torsional_damping.clone()],
-            end,
-            torque: None,
-        };
-        let surface = || brake.surface_inertia.clone();
-        ExactTrains {
-            rotor: train(vec![surface(), brake.rotor_inertia.clone()], End::Free),
-            stator: train(vec![surface()], End::Fixed),
-            radius: brake.radius.clone(),
-            pressing: Pressing::Axial {
-                axial: AxialOf {
-                    mass: brake.mass.clone(),
-                    stiffness: brake.axial_stiffness.clone(),
-                    damping: brake.axial_damping.clone(),
-                    ringing_floor: brake.ringing_floor.clone(),
-                },
-                actuation: brake.actuation.clone(),
-            },
-            breakaway: brake.breakaway.clone(),
-            breakaway_test: brake.breakaway_test,
-            law: brake.law.clone(),
-            contact: ContactLaw::StickSlip,
-            initial: trains::Initial {
-                rotor_twist: vec![zero.clone()],
-                rotor_speed: vec![speed.clone(), speed],
-                stator_twist: vec![zero.clone()],
-                stator_speed: vec![zero.clone()],
-            },
-            kicks: (brake.kicks.iter().cloned())
-                .map(|kick| trains::Kick {
-                    time: kick.time,
-                    relative_velocity: kick.relative_velocity,
-                    on: KickSide::Both,
                 })
                 .collect(),
         }

@@ -230,7 +230,9 @@ pub(super) fn bands(
     // The normal force is a sum of signals, which may be far larger than it is while the contact is closed.
     let system = TrainSystem::new(&case.parameters);
     let force = Excitation::new(&case.parameters).largest_force();
-    let coefficient = system.breakaway.max(system.law.typical_coefficient(of("relative_velocity")));
+    let coefficient = system
+        .breakaway
+        .max(system.law.typical_coefficient(of("relative_velocity")));
     let terms = [
         ("applied_force", force),
         ("normal_force", force),

@@ -12,6 +12,8 @@ mod reader;
 mod resolved;
 mod signals;
 
+use num_rational::BigRational;
+
 use super::document::{self, Value};
 use super::form::table_of;
 use super::{CaseError, CaseSource, Motion, Override};
