@@ -294,7 +294,7 @@ fn cli_more_axes_are_panels_or_held() {
         "axes.svg",
     ];
     output(&mut folder.stickslip(&axes), 0);
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (
             &["--quantity", "stick_cont"],
             &["no quantity \"stick_cont\"", "stick_count"],
