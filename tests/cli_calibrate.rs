@@ -130,9 +130,9 @@ fn cli_mistakes_in_a_study_are_named_by_line_and_key() {
         ("points = 32", "points = 3", "search.points"),
         ("case = \"paper\"", "case = \"papier\"", "did you mean paper?"),
         (
-            "case = \"paper\"",
-            "case = \"paper\"\nset.output.end_time = {}",
-            "wrong.toml:4: set.output.end_time: an empty table sets nothing",
+            "output.end_time = 0.02",
+            "output.end_time = {}",
+            "wrong.toml:6: set.output.end_time: an empty table sets nothing",
         ),
         ("from = 0.005", "from = 0.005\ncount = 5", "free.0.count: unknown key"),
         ("[[free]]", "[[axis]]", "axis: unknown key"),

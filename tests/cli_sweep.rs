@@ -258,7 +258,7 @@ const BAD: &[(&str, &str, &[&str])] = &[
         &[
             "bad.toml:6: set.output.end_time: an empty table sets nothing",
             "bad.toml:7: set.friction.typo: a case has no key",
-            "bad.toml:8: set.output.window: an empty table",
+            "bad.toml:8: set.output.window: a case has no key",
         ],
     ),
     (

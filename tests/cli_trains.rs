@@ -14,7 +14,7 @@ fn cli_run_of_a_built_in_case_of_trains() {
     for words in [
         "Block on a belt of Leine and others",
         "16 (8 sticks, 8 slips)",
-        "12.00103129483",
+        "12.0010312948",
         "1.133944676442 m (stator)",
         "m/s",
         "series",

@@ -67,7 +67,7 @@ fn is_line(last: &[u8; LENGTH]) -> bool {
             .filter(|(a, b)| **a == *b)
             .count()
     };
-    2 * alike(0) >= START.len() || (1..LENGTH - SHORTEST).any(|lost| alike(lost) == START.len().min(LENGTH - lost))
+    2 * alike(0) >= START.len() || (1..=LENGTH - SHORTEST).any(|lost| alike(lost) == START.len().min(LENGTH - lost))
 }
 
 fn line(sum: u32) -> String {
