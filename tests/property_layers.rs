@@ -126,7 +126,7 @@ impl Crate {
             .skip_while(|name| ["crate", "self", "super"].contains(&name.as_str()));
         let next = next.cloned().collect::<Vec<_>>();
         // The first name behind those of modules.
-        let inside = next.iter().skip_while(|name| at.contains(name)).cloned().next();
+        let inside = next.iter().find(|name| !at.contains(*name)).cloned();
         let further = inside.and_then(|name| self.brought.get(&(at.clone(), name)));
         match further {
             Some(path) if depth > 0 => self.home(&at, path, depth - 1).or(Some(at)),

@@ -219,11 +219,11 @@ impl TimesAround {
             "a file has {MOST_AROUND} samples around events at most, and this run would have {all:.0}: there are none from {from:.6} \
              to {to:.6} s; set output.margin or output.samples_per_period lower to have them there"
         );
-        let outside = |stretches: &VecDeque<(f64, f64)>| -> VecDeque<(f64, f64)> {
-            let parts = stretches.iter().flat_map(|&(a, b)| [(a, b.min(from)), (a.max(to), b)]);
-            parts.filter(|part| part.0 < part.1).collect()
-        };
-        self.wanted = outside(&self.wanted);
+        let outside = self
+            .wanted
+            .iter()
+            .flat_map(|&(a, b)| [(a, b.min(from)), (a.max(to), b)]);
+        self.wanted = outside.filter(|part| part.0 < part.1).collect();
         self.short.retain(|stretch| stretch.1 <= from || stretch.0 >= to);
         self.left_out = Some((from, to));
     }
