@@ -196,6 +196,7 @@ impl Physics {
     }
 
     /// T_f of a state, N m.
+    #[cfg(feature = "plot")]
     pub(crate) fn transmitted(&self, t: f64, y: &[f64]) -> f64 {
         self.system().transmitted_torque(&self.course.driving(t), y)
     }

@@ -50,6 +50,7 @@ pub(crate) fn further(trains: &Trains) -> Vec<Further> {
 }
 
 /// The period (s) by which samples of a case are dense or sparse; `None` where nothing moves by itself.
+#[cfg(feature = "plot")]
 pub(crate) fn natural_period(trains: &Trains) -> Option<f64> {
     TrainDynamics::new(trains, 0.0).natural_period()
 }
