@@ -17,6 +17,8 @@ import numpy as np
 import page as common
 from page import Page, check, close, quantity
 
+# The axes of the pages; a page keeps its functions to itself.
+AXIS = (pathlib.Path(__file__).parent.parent / "src/plot/page/axis.js").read_text()
 # A legend that is no column of the file.
 LIMIT = "limit μ₀"
 
@@ -118,7 +120,7 @@ def check_layout(page, name):
 def check_cycles(page, name):
     """A number of cycles has marks at whole numbers, without a prefix, also where there is one cycle."""
     for count in (1, 2, 5000):
-        ticks = page.browser.execute_script(f"const a = axisOf(-0.5, {count} - 0.5, 200, 75, true); return [a.prefix, ...a.ticks.map(t => t.text)]")
+        ticks = page.browser.execute_script(f"{AXIS}; const a = axisOf(-0.5, {count} - 0.5, 200, 75, true); return [a.prefix, ...a.ticks.map(t => t.text)]")
         check(f"{name}: whole marks of {count} cycles", ticks[0] == "" and all(text.isdigit() for text in ticks[1:]), str(ticks))
 
 

@@ -965,3 +965,35 @@ fn property_a_slip_of_microseconds_is_left_again() {
         assert!(events < 5e-6, "{method}: {events:e} s");
     }
 }
+
+/// Speeds of both ends jump behind the shafts of surfaces that stick: the surfaces do not, but for rounding of their speeds.
+#[test]
+fn property_jumps_of_the_ends_end_no_stick() {
+    let case = written(
+        r#"
+title = "two shaken ends"
+motion = "translation"
+[rotor]
+inertia = [1.3, 0.7]
+stiffness = [31.0, 17.0]
+end = "driven"
+speed = { profile = "cosine", amplitude = 0.137, frequency = 1.3, mean = 0.0311, from = 0.413, to = 3.217 }
+[stator]
+inertia = 0.9
+stiffness = 23.0
+end = "driven"
+speed = { profile = "sine", amplitude = 0.03, frequency = 0.9, phase = 0.7, from = 0.2, to = 2.9 }
+[contact]
+normal_force = 100.0
+[friction]
+law = "coulomb"
+breakaway = 0.5
+kinetic = 0.4
+[output]
+end_time = 5.0
+"#,
+    );
+    let kinds: Vec<EventKind> = run(&case).0.events.iter().map(|event| event.kind).collect();
+    assert!(!kinds.contains(&EventKind::Slip), "{kinds:?}");
+    assert_eq!(kinds.iter().filter(|kind| **kind == EventKind::Corner).count(), 4);
+}

@@ -80,8 +80,8 @@ pub fn settle(
 /// By this share of `end_time` the oracle goes on beyond it: corners of a case can be there, and be later than its double.
 const BEYOND_THE_END: f64 = 4.0 * f64::EPSILON;
 
-/// What the oracle is asked beside a run with these settings: its events, each with so many true digits. It may take as long as the
-/// run itself, and `longest` where that has no limit.
+/// What the oracle is asked beside a run with these settings: its events, each with so many true digits. It takes no longer than
+/// `longest`, nor than the run itself may.
 pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u32, longest: Duration) -> OracleRequest {
     let end_time = output.end_time * (1.0 + BEYOND_THE_END);
     let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
@@ -89,7 +89,9 @@ pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u3
         digits,
         end_time: BigRational::from_float(end_time).unwrap_or_default(),
         max_events: solver.max_events,
-        longest: solver.max_wall_time.map_or(longest, limit),
+        longest: solver
+            .max_wall_time
+            .map_or(longest, |seconds| limit(seconds).min(longest)),
         ..OracleRequest::default()
     }
 }

@@ -193,6 +193,7 @@ impl Dips {
             let share = (a.2 / (a.2 - b.2)).clamp(0.1, 0.9);
             let tau = a.0 + share * length;
             if !(a.0 < tau && tau < b.0) {
+                self.grazed = Some(Dip { guard, time: a.0 });
                 return Ok(None);
             }
             let mut state = std::mem::take(&mut self.state);

@@ -35,7 +35,12 @@ pub(super) fn write(path: &Path) -> io::Result<()> {
     let mut file = OpenOptions::new().read(true).append(true).open(path)?;
     let length = file.metadata()?.len();
     let line = line(sum(&mut file, length)?);
-    file.write_all(line.as_bytes())
+    let written = file.write_all(line.as_bytes());
+    if written.is_err() {
+        // Half a line would condemn a file that is whole without it.
+        let _ = file.set_len(length);
+    }
+    written
 }
 
 /// Reads the whole file, if it has a seal.

@@ -316,6 +316,9 @@ fn by_oracle(
     };
     let request = OracleRequest {
         threshold: threshold.cloned(),
+        // Runs are held against it up to the end, and have no events of stability.
+        end_time: BigRational::from_float(case.output.end_time).unwrap_or_default(),
+        stability: false,
         ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };
     let solution = match solve(exact, &request, &mut |_| control(*by, false)) {

@@ -169,7 +169,7 @@ impl Candidate {
             .iter()
             .map(|event| {
                 let torque = event.internal_force * trains.radius;
-                Some(if both_short {
+                Some(if both_short && further.is_empty() {
                     physics.torques(event.time, &physics.course.state(&event.before, &[]))
                 } else {
                     (torque, torque)

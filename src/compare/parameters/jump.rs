@@ -156,6 +156,9 @@ impl JumpPass {
     }
 }
 
+/// Steps of the series between two times at most.
+const MOST_STEPS: usize = 1000;
+
 /// A motion in slip from one time to another, s, both near.
 fn moved(physics: &Physics, from: f64, motion: &Components, to: f64) -> Components {
     let mut course = physics.course();
@@ -170,8 +173,16 @@ fn moved(physics: &Physics, from: f64, motion: &Components, to: f64) -> Componen
     let mut y = course.state(&start, &[]);
     let (system, driving) = (physics.system(), course.driving(from));
     let mode = Mode::sliding(system.relative_velocity(&driving, &y));
-    course.expand(mode, from, &y, (to - from).abs());
-    course.after(to - from, &mut y);
+    let mut t = from;
+    for _ in 0..MOST_STEPS {
+        let rest = to - t;
+        let step = course.expand(mode, t, &y, rest.abs()).copysign(rest);
+        course.after(step, &mut y);
+        if step == rest {
+            break;
+        }
+        t += step;
+    }
     Components {
         rotor_twist: system.rotor.twist(0, &y),
         rotor_twist_rate: system.rotor.twist_rate(0, &y),

@@ -153,7 +153,10 @@ impl TrainRules {
     /// if the jump has crossed it.
     fn after_jump(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
         let outside = self.dynamics.outside(location, t);
-        let w = self.dynamics.system.relative_velocity(&outside, y);
+        let system = &self.dynamics.system;
+        let w = system.relative_velocity(&outside, y);
+        // What rounding leaves of a jump that both surfaces make is none.
+        let rests = w.abs() <= VELOCITY_NOISE * system.relative_velocity_terms(&outside, y);
         match location.mode {
             Mode::Separated => None,
             Mode::Engaged => {
@@ -164,7 +167,7 @@ impl TrainRules {
                     state: y.to_vec(),
                 })
             }
-            Mode::Stick => (w != 0.0).then(|| Transition {
+            Mode::Stick => (!rests).then(|| Transition {
                 kind: Some(EventKind::Slip),
                 location: self.entered(location, Mode::sliding(w), t, y),
                 state: y.to_vec(),
