@@ -11,6 +11,7 @@ use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOS
 use crate::model::trains::{End, Trains};
 use crate::numerics::taylor;
 use crate::record::State;
+use crate::simulation::brake::Watch;
 use crate::simulation::options::SolverOptions;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -115,6 +116,8 @@ impl Course {
                 piece: 0,
                 stretch: 0,
                 slow: false,
+                watch: Watch::Off,
+                resolved: true,
             },
             time: 0.0,
             y: vec![0.0; dynamics.system.dimension],
@@ -234,6 +237,8 @@ impl Course {
             // At a corner, the stretch that begins or the one that ends.
             stretch: excitation.stretch(if forward { t } else { t.next_down() }),
             slow: false,
+            watch: Watch::Off,
+            resolved: true,
         };
         if !matches!(mode, Mode::Stick | Mode::Separated) {
             if mode == Mode::Engaged {

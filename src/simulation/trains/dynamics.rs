@@ -6,6 +6,7 @@ use crate::hybrid::{Direction, Dynamics, Guard};
 use crate::model::Mode;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Engagement, Outside, TrainSystem};
+use crate::simulation::brake::Watch;
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
 
@@ -22,6 +23,10 @@ pub struct TrainLocation {
     pub stretch: usize,
     /// Of an engaged contact, whether |omega_r| is below the threshold that counts as a stick.
     pub slow: bool,
+    /// Which zeros of the margin of steady sliding are events.
+    pub watch: Watch,
+    /// Whether steps have to resolve the fast modes, because they are excited or unstable.
+    pub resolved: bool,
 }
 
 impl TrainLocation {

@@ -8,6 +8,7 @@ use crate::model::Mode;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Engagement, Side};
 use crate::record::EventKind;
+use crate::simulation::brake::Watch;
 use crate::simulation::options::{Method, SolverOptions};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -207,6 +208,8 @@ pub(crate) fn portrait(trains: &Trains, threshold: f64, section: &Section, perio
         piece: 0,
         stretch,
         slow: false,
+        watch: Watch::Off,
+        resolved: true,
     };
     let outside = dynamics.outside(&location, section.time);
     location.piece = dynamics

@@ -12,7 +12,7 @@ impl Place for TrainLocation {
     }
 
     fn resolved(&self) -> bool {
-        true
+        self.resolved
     }
 
     fn in_mode(self, mode: Mode) -> TrainLocation {

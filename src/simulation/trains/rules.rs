@@ -10,6 +10,7 @@ use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::trains::system::Engagement;
 use crate::model::trains::{Kick, KickSide, Trains};
 use crate::record::EventKind;
+use crate::simulation::brake::Watch;
 use std::sync::Arc;
 
 /// The rules, with their memory.
@@ -72,6 +73,8 @@ impl TrainRules {
             piece: 0,
             stretch: self.dynamics.excitation.stretch(t),
             slow: false,
+            watch: Watch::Off,
+            resolved: true,
         }
     }
 

@@ -10,6 +10,7 @@ use crate::hybrid::{Advance, ChosenSolver, Engine, EngineError, Fired, Segment};
 use crate::model::Mode;
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
+use crate::simulation::brake::Watch;
 use crate::sundials::Counters;
 use std::sync::Arc;
 
@@ -54,6 +55,8 @@ impl TaylorEngine {
                 piece: 0,
                 stretch: 0,
                 slow: false,
+                watch: Watch::Off,
+                resolved: true,
             },
             origin: 0.0,
             span: 0.0,
