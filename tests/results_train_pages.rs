@@ -6,7 +6,8 @@ mod unlocked;
 use std::path::{Path, PathBuf};
 
 use page_common::{Page, assert_decoded, doubles};
-use stickslip::analysis::trains::{SavedTrainRun, headline};
+use stickslip::analysis::SavedRun;
+use stickslip::analysis::trains::headline;
 use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 use stickslip::plot::page::{self, SIZE_LIMIT};
 use stickslip::results::ResultFile;
@@ -57,7 +58,7 @@ fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (TrainCase, Resu
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = TrainCase::parse(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
     let path = folder.path().join(format!("{name}.h5"));
-    SavedTrainRun::new(&case, &path).start().unwrap();
+    SavedRun::new(&case, &path).start().unwrap();
     let (file, page) = read(&path);
     (case, file, page)
 }
@@ -154,7 +155,7 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("belt-leine.h5");
     let case = TrainCase::parse(&source("belt-leine"), &[]).unwrap();
-    let report = SavedTrainRun::new(&case, &path).start().unwrap();
+    let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     let said = headline::rows(case.motion, &report.summary);
     let shown: Vec<(&str, &str)> = page.run["headline"]
@@ -335,7 +336,7 @@ fn regression_page_of_a_brake_has_its_words() {
     )
     .unwrap();
     let path = folder.path().join("paper.h5");
-    stickslip::analysis::SavedRun::new(&case, &path).start().unwrap();
+    SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     for words in [
         "const PANELS = [\n  { title: \"Speed\", curves: [[\"theta_dot\", \"rotor\", BLUE], [\"phi2_dot\", \"rotor surface\", VERMILLION], \

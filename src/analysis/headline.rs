@@ -75,14 +75,14 @@ impl From<&Summary> for Headline {
         Headline {
             stick_slip: summary.stick_slip.clone(),
             cycles: Vec::new(),
-            natural_period: Some(summary.natural_period),
-            axial_displacement: Some(summary.axial_displacement),
+            natural_period: summary.natural_period,
+            axial_displacement: summary.axial_displacement,
             instability_time: summary.instability_time,
             growth_exponent: summary.growth_exponent,
             e_folds_gained: summary.e_folds_gained,
             kick_above_noise: summary.kick_above_noise,
             energy_residual: Some(summary.energy_residual),
-            energy_residual_relative: Some(summary.energy_residual_relative),
+            energy_residual_relative: summary.energy_residual_relative,
         }
     }
 }
@@ -126,7 +126,7 @@ impl Headline {
         headline.energy_residual_relative = headline
             .energy_residual
             .zip(turnover)
-            .map(|(residual, turnover)| share_of(residual, turnover));
+            .and_then(|(residual, turnover)| share_of(residual, turnover));
         Ok(headline)
     }
 

@@ -1,9 +1,9 @@
 //! The headline of a run of two trains as a reader sees it: each quantity in words, with the digits that are known.
 
-use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
-use super::summary::{Outcome, TrainSummary};
+use crate::analysis::Summary;
+use crate::analysis::attractor::{Attractor, Extremes, LONGEST_PERIOD};
 use crate::analysis::headline::{HeadlineRow, events};
-use crate::analysis::summary::{TURNOVER, residual_row};
+use crate::analysis::summary::{Outcome, TURNOVER, residual_row, share_of};
 use crate::case::{Motion, TrainCase};
 use crate::record::{CycleStatistics, Event};
 use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
@@ -35,7 +35,7 @@ fn known(value: f64, uncertainty: f64) -> String {
 }
 
 /// The lines, in the order in which they are read.
-pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
+pub fn rows(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
     let (angle, speed) = units(motion);
     let none = || "none".to_owned();
     let seconds = |t: Option<f64>| t.map_or_else(none, |t| format!("{t:.9} s"));
@@ -48,7 +48,7 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
     row("slip duration, range", range(summary.slip_duration_range));
     row("stick duration, range", range(summary.stick_duration_range));
     match &summary.outcome {
-        Outcome::Periodic(Attractor {
+        Some(Outcome::Periodic(Attractor {
             period,
             sticks,
             agreement,
@@ -56,7 +56,7 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
             since,
             extremes,
             ..
-        }) => {
+        })) => {
             let known = |value: f64, size: f64| known(value, size * distance);
             row("motion", format!("periodic since {since:.6} s"));
             row("period", format!("{} s", known(*period, *period)));
@@ -88,15 +88,16 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
                 format!("{agreement:.1e}, relative; from the periodic motion by {distance:.1e}"),
             );
         }
-        Outcome::Stuck { since } => row(
+        Some(Outcome::Stuck { since }) => row(
             "motion",
             format!("no period found; in stick from {since:.9} s to the end of the run"),
         ),
-        Outcome::NotPeriodic => row(
+        Some(Outcome::NotPeriodic) => row(
             "motion",
             format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
         ),
-        Outcome::Steady { mode } => row("motion", format!("no event: mode {mode} all the time")),
+        Some(Outcome::Steady { mode }) => row("motion", format!("no event: mode {mode} all the time")),
+        None => {}
     }
     if let Some(threshold) = summary.stick_threshold {
         row(
@@ -104,7 +105,7 @@ pub fn rows(motion: Motion, summary: &TrainSummary) -> Vec<HeadlineRow> {
             format!("each fall of |relative velocity| below {threshold:e} {speed}: the contact has no stick"),
         );
     }
-    let relative = summary.energy_residual_relative();
+    let relative = summary.energy_residual_relative;
     row("energy residual", residual_row(summary.energy_residual, relative));
     rows
 }
@@ -130,7 +131,7 @@ fn summary_of(
     case: &TrainCase,
     events: &[Event],
     table: Option<&StickSlipTable>,
-) -> Result<TrainSummary, ResultError> {
+) -> Result<Summary, ResultError> {
     let extra = |name: &str| {
         let extras = table.iter().flat_map(|table| &table.extras);
         let found = extras.into_iter().find(|extra| extra.name == name);
@@ -158,34 +159,21 @@ fn summary_of(
             relative_velocity: (velocity("min"), velocity("max")),
         }),
     });
-    let since = stick_slip.final_stick_time;
-    let outcome = match (attractor, since, last.last()) {
-        (Some(attractor), ..) => Outcome::Periodic(attractor),
-        (None, Some(since), _) if case.threshold.is_none() => Outcome::Stuck { since },
-        (None, _, Some(last)) if events.is_empty() => Outcome::Steady { mode: last.mode.name() },
-        _ => Outcome::NotPeriodic,
-    };
-    Ok(TrainSummary {
+    let residual = table.map_or(f64::NAN, |table| table.energy_residual_max);
+    let energy_turnover = extra(TURNOVER).unwrap_or(f64::NAN);
+    let summary = Summary {
         end: last.last().map_or(f64::NAN, |sample| sample.time),
         events: events.len(),
-        sticks: stick_slip.stick_count,
-        slips: stick_slip.slip_count,
-        onset_time: stick_slip.onset_time,
-        final_stick_time: since,
         last_event_time: events
             .iter()
             .rfind(|event| event.kind.in_event_sequence())
             .map(|event| event.time),
-        stick_duration_range: stick_slip.stick_range,
-        slip_duration_range: stick_slip.slip_range,
         stick_threshold: case.threshold,
-        outcome,
-        energy_residual: table.map_or(f64::NAN, |table| table.energy_residual_max),
-        energy_turnover: extra(TURNOVER).unwrap_or(f64::NAN),
-        grazing: None,
-        kicks_never_given: 0,
+        energy_residual: residual,
+        energy_turnover,
+        energy_residual_relative: share_of(residual, energy_turnover),
         interrupted: *file.status() == Status::Interrupted,
-        work: Vec::new(),
-        stick_slip,
-    })
+        ..Summary::of_cycles(stick_slip)
+    };
+    Ok(summary.coming_to(attractor, last.last().map_or("", |last| last.mode.name())))
 }
