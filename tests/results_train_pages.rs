@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use page_common::{Page, assert_decoded, doubles};
 use stickslip::analysis::SavedRun;
-use stickslip::analysis::trains::headline;
+use stickslip::analysis::headline::{headline, of_file};
 use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 use stickslip::plot::page::{self, SIZE_LIMIT};
 use stickslip::results::ResultFile;
@@ -157,7 +157,7 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let case = TrainCase::parse(&source("belt-leine"), &[]).unwrap();
     let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
-    let said = headline::rows(case.motion, &report.summary);
+    let said = headline(&case, &report.summary);
     let shown: Vec<(&str, &str)> = page.run["headline"]
         .as_array()
         .unwrap()
@@ -304,7 +304,7 @@ fn results_page_of_a_long_driven_run_is_bounded() {
 fn results_page_of_a_file_without_later_attributes() {
     let folder = tempfile::tempdir().unwrap();
     let (case, file, _) = page_of(&folder, "belt-leine", &["output.end_time=60"]);
-    let rows = headline::of_file(&file, &case, &file.events().unwrap()).unwrap();
+    let rows = of_file(&file, Some((&case).into()), &file.events().unwrap()).unwrap();
     assert!(rows.iter().any(|row| row.name == "relative velocity over a period"));
     let path = file.path().to_owned();
     drop(file);

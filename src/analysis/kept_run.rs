@@ -1,7 +1,8 @@
 //! A run of a case of either form that is kept in memory, and what it comes to.
 
-use super::recorded::{KeptWitness, Recorded, headline, recorded};
-use super::{HeadlineRow, Summary};
+use super::Summary;
+use super::headline::{HeadlineRow, headline};
+use super::recorded::{KeptWitness, Recorded, recorded};
 use crate::case::{AnyCase, CaseRef};
 use crate::provenance;
 use crate::results::{

@@ -2,7 +2,6 @@
 
 use super::Summary;
 use super::attractor::Recurrence;
-use super::headline::{Headline, HeadlineRow, is_paper_case};
 use super::trains::{self, TrainWitness};
 use super::warning::{self, Warning};
 use super::witness::{Remembering, Sequence, Testimony, Witness, witness};
@@ -155,19 +154,5 @@ impl Recorded<'_> {
     /// What a file says of the run beside its rows.
     pub fn table(&self) -> StickSlipTable {
         self.summary.table(self.case.form())
-    }
-}
-
-/// The run of `case` that comes to `summary`, as a reader sees it. The numbers of the paper stand beside those of its own case.
-pub fn headline<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<HeadlineRow> {
-    match case.into() {
-        CaseRef::Brake(case) => {
-            let mut rows = Headline::from(summary).rows();
-            if !is_paper_case(&case.parameters) {
-                rows.iter_mut().for_each(|row| row.paper = "");
-            }
-            rows
-        }
-        CaseRef::Trains(case) => trains::headline::rows(case.motion, summary),
     }
 }

@@ -6,11 +6,12 @@ use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of
 use super::progress::OracleBar;
 use super::{CommandError, End, complain, print, print_json, strictly, terminal, wants_json, wants_text};
 use crate::analysis::SavedRun;
+use crate::analysis::headline::decimals;
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::sensitivity::Sensitivities;
 use crate::analysis::trains::{
     self, CertifiedTrainEvent, Slope, TrainBand, TrainCertificate, TrainCertifyRequest, TrainRecord, TrainRung,
-    TrainStretch, headline::decimals,
+    TrainStretch,
 };
 use crate::case::{CaseSource, Origin, Override, TrainCase};
 use crate::oracle::OracleError;

@@ -5,7 +5,6 @@
 //! | `certification` | how far its events can be from the exact ones |
 //! | `bands` | how far its rows can be |
 //! | `sensitivity` | what the numbers of the case do to its events |
-//! | `headline` | what a run comes to, in words |
 //! | `witness` | whether another method finds the same events |
 //! | `modes` | natural frequencies and damping of a case, its steady sliding, and where that loses its stability |
 //! | `modes_report` | what is said of them |
@@ -15,7 +14,6 @@
 
 mod bands;
 mod certification;
-pub mod headline;
 mod impedance;
 mod linear;
 pub mod modes;
