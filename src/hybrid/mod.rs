@@ -23,6 +23,7 @@ mod last_step;
 mod run;
 mod solver;
 mod sundials;
+mod variation;
 
 pub use budget::Limits;
 pub use closed_form::{ClosedEnd, ClosedForm, ClosedFormEngine};
@@ -31,6 +32,7 @@ pub(crate) use error::Overflow;
 pub use error::RunError;
 pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
+pub(crate) use variation::{Carried, CarryingRules, MovedCopy};
 
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;

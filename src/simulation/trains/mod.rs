@@ -9,6 +9,7 @@
 //! | `series`, `expansion` | the trains' own solver, by Taylor series |
 //! | `readings` | what is recorded of a state |
 //! | `portrait` | one period of a motion, densely |
+//! | `variation` | what numbers of a case do to its events |
 //! | `course` | the motion from a known state on, within one mode |
 
 mod course;
@@ -20,6 +21,7 @@ mod portrait;
 mod readings;
 mod rules;
 mod series;
+mod variation;
 
 pub(crate) use course::{Course, Quantity, TERMS, is_short};
 pub use course::{Part, Which};
@@ -28,6 +30,7 @@ pub(crate) use excitation::Excitation;
 pub(crate) use plan::method_without_series;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use readings::Further;
+pub(crate) use variation::{MovedTrains, variation};
 
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::Readings as _;

@@ -14,6 +14,7 @@ use crate::simulation::brake::Watch;
 use std::sync::Arc;
 
 /// The rules, with their memory.
+#[derive(Clone)]
 pub(super) struct TrainRules {
     dynamics: Arc<TrainDynamics>,
     plan: TrainPlan,

@@ -1,0 +1,501 @@
+//! What numbers do to a hybrid run: derivatives of its state and of the times of its events, carried along.
+//!
+//! With F the right-hand side of a segment, the derivative d of the state by a number p obeys d' = F_y d + F_p. It is integrated beside
+//! the run by Gauss' collocation, which is linear. An event with the guard h, or at a time T(p), and the map M moves by dt, and
+//!
+//! ```text
+//! dt = -(h_y d + h_p) / (h_t + h_y F-)   or   T',
+//! d+ = M_y (d + F- dt) + M_t dt + M_p - F+ dt
+//! ```
+//!
+//! (saltation). F_p, h_p, M_p and T' are differences between copies of the whole system with the number moved, on the path of the
+//! run: of equations, signals and transitions nothing is differentiated by hand. h and M are linear in the state.
+
+use super::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, Transition};
+use crate::sundials::Counters;
+use nalgebra::{DMatrix, DVector};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Stages of the collocation: order 10.
+const STAGES: usize = 5;
+
+/// A step of the collocation is no longer than this share of the inverse of the fastest eigenvalue: its local error is then
+/// below 1e-12.
+const REACH: f64 = 1.0;
+
+/// No step of the engine is taken in fewer than this.
+const LEAST_STEPS: usize = 2;
+
+/// Of the inverse of the fastest eigenvalue, how far the difference of a guard along the motion reaches.
+const AHEAD: f64 = 1e-5;
+
+/// How far a state is moved for the difference of a map, as a share of its size.
+const NEAR: f64 = 1e-4;
+
+/// A copy of the system in which a number is moved. With weights that add up to zero, the sum of weight times value over the
+/// copies is the derivative of a value.
+pub(crate) struct MovedCopy<D, R> {
+    /// Its equations.
+    pub dynamics: Arc<D>,
+    /// Its rules, which come to the same events in the same order.
+    pub rules: R,
+    /// Per unit of the number.
+    pub weight: f64,
+    /// Where the run starts.
+    pub start: Vec<f64>,
+}
+
+struct Moved<D, R> {
+    of: MovedCopy<D, R>,
+    /// Its next time event.
+    next: Option<f64>,
+}
+
+/// A number, with the derivative of the state by it.
+struct Column<D, R> {
+    copies: Vec<Moved<D, R>>,
+    slope: DVector<f64>,
+}
+
+impl<D, R> Column<D, R> {
+    /// The sum of weight times value over the copies; NaN where one has none.
+    fn sum(&mut self, mut value: impl FnMut(&mut Moved<D, R>) -> Option<f64>) -> f64 {
+        let of = |moved: &mut Moved<D, R>| moved.of.weight * value(moved).unwrap_or(f64::NAN);
+        self.copies.iter_mut().map(of).sum()
+    }
+}
+
+/// The derivatives, and what carries them.
+pub(crate) struct Carried<D, R> {
+    dynamics: Arc<D>,
+    /// Components of the state that the motion depends on: the first.
+    moving: usize,
+    columns: Vec<Column<D, R>>,
+    /// d(time)/d(number) of every event so far.
+    times: Vec<Vec<f64>>,
+    /// Magnitude of the fastest eigenvalue of the segment under way, 1/s.
+    fastest: f64,
+    nodes: Gauss,
+}
+
+/// Gauss' nodes on 0 to 1, with the weights of the stages and of the step.
+struct Gauss {
+    c: [f64; STAGES],
+    a: [[f64; STAGES]; STAGES],
+    b: [f64; STAGES],
+}
+
+impl Gauss {
+    fn new() -> Gauss {
+        // Zeros of the Legendre polynomial of degree 5.
+        let root = |sign: f64| (5.0 + sign * 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0;
+        let (inner, outer) = (root(-1.0), root(1.0));
+        let c = [-outer, -inner, 0.0, inner, outer].map(|x| 0.5 * (1.0 + x));
+        // The polynomial that is 1 at one node and 0 at the others, integrated.
+        let basis = |j: usize| {
+            let mut polynomial = vec![1.0];
+            for (k, &node) in c.iter().enumerate().filter(|&(k, _)| k != j) {
+                let scale = c[j] - c[k];
+                let mut next = vec![0.0; polynomial.len() + 1];
+                for (n, value) in polynomial.iter().enumerate() {
+                    next[n] -= value * node / scale;
+                    next[n + 1] += value / scale;
+                }
+                polynomial = next;
+            }
+            polynomial
+        };
+        let integral = |polynomial: &[f64], x: f64| -> f64 {
+            let terms = polynomial.iter().enumerate().rev();
+            terms.fold(0.0, |sum, (n, value)| (sum + value / (n + 1) as f64) * x)
+        };
+        let bases: [Vec<f64>; STAGES] = std::array::from_fn(basis);
+        Gauss {
+            a: c.map(|x| std::array::from_fn(|j| integral(&bases[j], x))),
+            b: std::array::from_fn(|j| integral(&bases[j], 1.0)),
+            c,
+        }
+    }
+}
+
+/// The largest magnitude of an eigenvalue.
+fn fastest(jacobian: &DMatrix<f64>) -> f64 {
+    let eigenvalues = jacobian.clone().complex_eigenvalues();
+    eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max)
+}
+
+impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
+    /// Of a run of `dynamics` by the numbers that are moved in each of `numbers`; the motion depends on the first `moving`
+    /// components of its state.
+    pub(crate) fn new(dynamics: Arc<D>, moving: usize, numbers: Vec<Vec<MovedCopy<D, R>>>) -> Self {
+        let column = |copies: Vec<MovedCopy<D, R>>| {
+            let slope = DVector::from_fn(moving, |k, _| copies.iter().map(|of| of.weight * of.start[k]).sum());
+            let copies = copies.into_iter().map(|of| Moved { of, next: None }).collect();
+            Column { copies, slope }
+        };
+        Carried {
+            columns: numbers.into_iter().map(column).collect(),
+            dynamics,
+            moving,
+            times: Vec::new(),
+            fastest: 0.0,
+            nodes: Gauss::new(),
+        }
+    }
+
+    /// d(time)/d(number) of every event, in the order of the run.
+    pub(crate) fn into_times(self) -> Vec<Vec<f64>> {
+        self.times
+    }
+
+    fn rates(&self, dynamics: &D, location: &D::Location, t: f64, y: &[f64]) -> Vec<f64> {
+        let mut rates = vec![0.0; y.len()];
+        dynamics.rhs(location, t, y, &mut rates);
+        rates
+    }
+
+    fn jacobian(&self, location: &D::Location, t: f64, y: &[f64]) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(y.len(), y.len());
+        self.dynamics.jacobian(location, t, y, jacobian.as_view_mut());
+        jacobian.view((0, 0), (self.moving, self.moving)).into_owned()
+    }
+
+    fn begin(&mut self, segment: &Segment<'_, D::Location>) {
+        self.fastest = fastest(&self.jacobian(&segment.location, segment.start, segment.state));
+    }
+
+    /// Carries the derivatives over a step of the run from `from` to `to` (s on the segment's clock, which starts at `origin`).
+    fn carry(
+        &mut self,
+        location: &D::Location,
+        origin: f64,
+        (from, to): (f64, f64),
+        at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
+    ) -> Result<(), EngineError> {
+        let (n, dimension) = (self.moving, self.dynamics.dimension());
+        let steps = ((to - from) * self.fastest / REACH).ceil().max(LEAST_STEPS as f64);
+        let h = (to - from) / steps;
+        let mut y = vec![0.0; dimension];
+        for step in 0..steps as usize {
+            let start = from + step as f64 * h;
+            let mut matrix = DMatrix::identity(STAGES * n, STAGES * n);
+            let mut jacobians = Vec::with_capacity(STAGES);
+            let mut forced = vec![DVector::zeros(STAGES * n); self.columns.len()];
+            for i in 0..STAGES {
+                let tau = start + self.nodes.c[i] * h;
+                at(tau, &mut y)?;
+                let jacobian = self.jacobian(location, origin + tau, &y);
+                for j in 0..STAGES {
+                    let mut block = matrix.view_mut((i * n, j * n), (n, n));
+                    block -= &jacobian * (h * self.nodes.a[i][j]);
+                }
+                jacobians.push(jacobian);
+                for (column, forced) in self.columns.iter().zip(&mut forced) {
+                    for moved in &column.copies {
+                        let rates = self.rates(&moved.of.dynamics, location, origin + tau, &y);
+                        for k in 0..n {
+                            forced[i * n + k] += moved.of.weight * rates[k];
+                        }
+                    }
+                }
+            }
+            let factors = matrix.lu();
+            for (column, mut forced) in self.columns.iter_mut().zip(forced) {
+                for (i, jacobian) in jacobians.iter().enumerate() {
+                    let mut rows = forced.rows_mut(i * n, n);
+                    rows += jacobian * &column.slope;
+                }
+                let Some(slopes) = factors.solve(&forced) else {
+                    column.slope.fill(f64::NAN);
+                    continue;
+                };
+                for i in 0..STAGES {
+                    column.slope.axpy(h * self.nodes.b[i], &slopes.rows(i * n, n), 1.0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The size of each component where the run stands: what it is, and what it comes to within the fastest time.
+    fn sizes(&self, y: &[f64], rates: &[f64]) -> Vec<f64> {
+        let unit = if self.fastest > 0.0 { 1.0 / self.fastest } else { 1.0 };
+        let pairs = y.iter().zip(rates).take(self.moving);
+        pairs.map(|(y, rate)| y.abs().max(rate.abs() * unit)).collect()
+    }
+
+    /// d(guard)/d(time) along the motion.
+    fn guard_rate(&self, location: &D::Location, t: f64, y: &[f64], rates: &[f64], guard: usize) -> f64 {
+        let ahead = if self.fastest > 0.0 {
+            AHEAD / self.fastest
+        } else {
+            AHEAD
+        };
+        let at = |sign: f64| {
+            let moved: Vec<f64> = y.iter().zip(rates).map(|(y, rate)| y + sign * ahead * rate).collect();
+            self.guard(&self.dynamics, location, t + sign * ahead, &moved, guard)
+        };
+        (at(1.0) - at(-1.0)) / (2.0 * ahead)
+    }
+
+    fn guard(&self, dynamics: &D, location: &D::Location, t: f64, y: &[f64], guard: usize) -> f64 {
+        let mut values = vec![0.0; dynamics.guards(location).len()];
+        dynamics.guard_values(location, t, y, &mut values);
+        values[guard]
+    }
+}
+
+/// y + e d, where d is given for the first components.
+fn along(y: &[f64], d: &DVector<f64>, e: f64) -> Vec<f64> {
+    let mut moved = y.to_vec();
+    for (y, d) in moved.iter_mut().zip(d.iter()) {
+        *y += e * d;
+    }
+    moved
+}
+
+/// By how much a direction may be followed for the state to change by its own size.
+fn extent(d: &DVector<f64>, sizes: &[f64]) -> f64 {
+    let share = |(d, size): (&f64, &f64)| if *size > 0.0 { d.abs() / size } else { 0.0 };
+    let most = d.iter().zip(sizes).map(share).fold(0.0, f64::max);
+    if most > 0.0 { 1.0 / most } else { 1.0 }
+}
+
+/// The state that transitions lead to, if they are of these kinds.
+fn state_after<K: PartialEq, L>(transitions: &[Transition<K, L>], kinds: &[Option<K>]) -> Option<Vec<f64>> {
+    let same = transitions.len() == kinds.len() && transitions.iter().zip(kinds).all(|(one, kind)| one.kind == *kind);
+    transitions.last().filter(|_| same).map(|last| last.state.clone())
+}
+
+/// The rules of a run, which carry the derivatives over each event.
+pub(crate) struct CarryingRules<D: Dynamics, R> {
+    own: R,
+    carried: Arc<Mutex<Carried<D, R>>>,
+}
+
+impl<D: Dynamics, R: Rules<D>> CarryingRules<D, R> {
+    /// `own` decides; `carried` is for whoever wants the derivatives afterwards.
+    pub(crate) fn new(own: R, carried: Arc<Mutex<Carried<D, R>>>) -> Self {
+        CarryingRules { own, carried }
+    }
+}
+
+/// What an event is made of.
+struct Instant<'a, L, K> {
+    location: &'a L,
+    t: f64,
+    y: &'a [f64],
+    transitions: &'a [Transition<K, L>],
+}
+
+impl<D, R> Carried<D, R>
+where
+    D: Dynamics,
+    R: Rules<D>,
+    R::Kind: PartialEq,
+{
+    /// Takes the derivatives over an event. `shift` gives d(time) of a column with the slope before; `image` gives the state that
+    /// the run's own map makes of a state at a time, and `of_copy` that of a copy's.
+    fn pass(
+        &mut self,
+        event: &Instant<'_, D::Location, R::Kind>,
+        mut shift: impl FnMut(&Self, &mut Column<D, R>, &[f64]) -> f64,
+        image: impl Fn(f64, &[f64]) -> Option<Vec<f64>>,
+        mut of_copy: impl FnMut(&mut Moved<D, R>) -> Vec<Transition<R::Kind, D::Location>>,
+    ) {
+        let Some(last) = event.transitions.last() else { return };
+        let kinds: Vec<Option<R::Kind>> = event.transitions.iter().map(|one| one.kind).collect();
+        let (t, y) = (event.t, event.y);
+        let before = self.rates(&self.dynamics, event.location, t, y);
+        let after = self.rates(&self.dynamics, &last.location, t, &last.state);
+        let sizes = self.sizes(y, &before);
+        let mut columns = std::mem::take(&mut self.columns);
+        let mut shifts = Vec::with_capacity(columns.len());
+        for column in &mut columns {
+            let dt = shift(self, column, &before);
+            let mut moved = column.slope.clone();
+            for (moved, rate) in moved.iter_mut().zip(&before) {
+                *moved += rate * dt;
+            }
+            // So near that what is decided there is decided alike.
+            let mut e = NEAR * extent(&moved, &sizes);
+            if dt != 0.0 && self.fastest > 0.0 {
+                e = e.min(AHEAD / (self.fastest * dt.abs()));
+            }
+            let ends = [e, -e].map(|e| image(t + e * dt, &along(y, &moved, e)));
+            let own = match &ends {
+                [Some(forth), Some(back)] => {
+                    DVector::from_fn(self.moving, |k, _| (forth[k] - back[k]) / (2.0 * e) - after[k] * dt)
+                }
+                _ => DVector::from_element(self.moving, f64::NAN),
+            };
+            column.slope = own;
+            for copy in &mut column.copies {
+                let state = state_after(&of_copy(copy), &kinds);
+                for (k, slope) in column.slope.iter_mut().enumerate() {
+                    *slope += copy.of.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
+                }
+            }
+            shifts.push(dt);
+        }
+        self.columns = columns;
+        let recorded = kinds.iter().flatten().count();
+        self.times.extend(std::iter::repeat_n(shifts, recorded));
+    }
+}
+
+impl<D, R> Rules<D> for CarryingRules<D, R>
+where
+    D: Dynamics,
+    R: Rules<D> + Clone + Send + 'static,
+    R::Kind: PartialEq,
+{
+    type Kind = R::Kind;
+
+    fn next_time_event(&mut self, location: &D::Location, t: f64) -> Option<f64> {
+        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        for column in &mut carried.columns {
+            for moved in &mut column.copies {
+                moved.next = moved.of.rules.next_time_event(location, t);
+            }
+        }
+        self.own.next_time_event(location, t)
+    }
+
+    fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
+        let own = self.own.clone();
+        let transitions = self.own.at_time_event(location, t, y);
+        let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
+        let event = Instant {
+            location,
+            t,
+            y,
+            transitions: &transitions,
+        };
+        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        carried.pass(
+            &event,
+            |_, column, _| column.sum(|moved| moved.next),
+            // The time is a number's, and moves with the copies.
+            |_, y| state_after(&own.clone().at_time_event(location, t, y), &kinds),
+            |moved| match moved.next {
+                Some(next) => moved.of.rules.at_time_event(location, next, y),
+                None => Vec::new(),
+            },
+        );
+        transitions
+    }
+
+    fn at_guards(
+        &mut self,
+        location: &D::Location,
+        t: f64,
+        y: &[f64],
+        fired: Fired,
+    ) -> Vec<Transition<R::Kind, D::Location>> {
+        let own = self.own.clone();
+        let transitions = self.own.at_guards(location, t, y, fired);
+        let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
+        let event = Instant {
+            location,
+            t,
+            y,
+            transitions: &transitions,
+        };
+        let guard = fired.first();
+        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        carried.pass(
+            &event,
+            |carried, column, before| {
+                let e = extent(&column.slope, &carried.sizes(y, before));
+                let at = |e: f64| carried.guard(&carried.dynamics, location, t, &along(y, &column.slope, e), guard);
+                let by_state = (at(e) - at(-e)) / (2.0 * e);
+                let by_number = column.sum(|moved| Some(carried.guard(&moved.of.dynamics, location, t, y, guard)));
+                -(by_state + by_number) / carried.guard_rate(location, t, y, before, guard)
+            },
+            |t, y| state_after(&own.clone().at_guards(location, t, y, fired), &kinds),
+            |moved| moved.of.rules.at_guards(location, t, y, fired),
+        );
+        transitions
+    }
+
+    fn outside(&self, location: &D::Location, y: &[f64]) -> Option<String> {
+        self.own.outside(location, y)
+    }
+
+    fn solver(&self, location: &D::Location, t: f64, y: &[f64]) -> ChosenSolver {
+        self.own.solver(location, t, y)
+    }
+
+    fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<D::Location>>> {
+        let own = self.own.engine(kind)?;
+        Some(Box::new(CarryingEngine {
+            own,
+            carried: self.carried.clone(),
+            place: None,
+        }))
+    }
+
+    fn counts(&self, kind: &R::Kind) -> bool {
+        self.own.counts(kind)
+    }
+
+    fn chatter_window(&self) -> f64 {
+        self.own.chatter_window()
+    }
+}
+
+/// An engine of the model, which carries the derivatives over each step.
+struct CarryingEngine<D: Dynamics, R> {
+    own: Box<dyn Engine<D::Location>>,
+    carried: Arc<Mutex<Carried<D, R>>>,
+    /// Where the segment is, and when it began, s.
+    place: Option<(D::Location, f64)>,
+}
+
+impl<D, R> Engine<D::Location> for CarryingEngine<D, R>
+where
+    D: Dynamics,
+    R: Rules<D> + Send,
+{
+    fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+        self.place = Some((segment.location, segment.start));
+        let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+        carried.begin(segment);
+        self.own.begin(segment, chosen)
+    }
+
+    fn advance(&mut self) -> Result<Advance, EngineError> {
+        let from = self.own.time();
+        let advance = self.own.advance()?;
+        let to = self.own.time();
+        if let Some((location, origin)) = self.place
+            && to > from
+        {
+            let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut at = |tau: f64, out: &mut [f64]| self.own.state_at(tau, out);
+            carried.carry(&location, origin, (from, to), &mut at)?;
+        }
+        Ok(advance)
+    }
+
+    fn time(&self) -> f64 {
+        self.own.time()
+    }
+
+    fn state(&self) -> &[f64] {
+        self.own.state()
+    }
+
+    fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
+        self.own.state_at(tau, out)
+    }
+
+    fn grazed(&mut self) -> Option<(f64, usize)> {
+        self.own.grazed()
+    }
+
+    fn counters(&mut self) -> Result<Counters, EngineError> {
+        self.own.counters()
+    }
+}
