@@ -13,7 +13,7 @@ use crate::analysis::trains::{
     headline::{self, decimals},
 };
 use crate::analysis::witness::Testimony;
-use crate::analysis::{SavedTrainReport, SavedTrainRun, TrainSummary};
+use crate::analysis::{Deadline, SavedTrainReport, SavedTrainRun, TrainSummary};
 use crate::case::{CaseSource, Origin, Override, TrainCase};
 use crate::hybrid::RunError;
 use crate::oracle::OracleError;
@@ -248,8 +248,10 @@ pub(super) fn certify(
     }
     let record = TrainRecord::read(&file, &case).map_err(bad_file)?;
     let defaults = TrainCertifyRequest::default();
+    let deadline = Deadline::after(clock, case.solver.max_wall_time);
     let request = TrainCertifyRequest {
         digits: options.digits.unwrap_or(0).max(defaults.digits),
+        deadline,
         ..defaults
     };
     let bar = OracleBar::new(common);
@@ -277,6 +279,7 @@ pub(super) fn certify(
         (&written.source, written.changes),
         written.given.as_ref(),
         &record,
+        &deadline,
         &stopped,
     );
     write_certified(&path, &target, overwrite, &certificate.tables()).map_err(bad_file)?;

@@ -7,6 +7,7 @@
 use super::bands::{TrainBands, TrainRecord, bands, output};
 use super::sensitivity::{Slope, TrainSensitivities, sensitivities};
 use super::witness::by_another_method;
+use crate::analysis::deadline::Deadline;
 use crate::analysis::exact::{drop_events_at_the_end, request as oracle_request};
 use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
@@ -17,8 +18,8 @@ use crate::record::{Event, EventKind};
 use crate::results::CertificateTables;
 use crate::results::schema::all_mode_flags;
 use crate::run::Run;
-use crate::simulation::Method;
 use crate::simulation::trains::Excitation;
+use crate::simulation::{Method, SolverOptions};
 use num_rational::BigRational;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -109,6 +110,8 @@ pub struct TrainCertifyRequest {
     pub digits: u32,
     /// The oracle is given up where it would take longer; or than the case allows a run.
     pub longest: Duration,
+    /// All has to be done by then: runs of the ladder and the oracle have what is left.
+    pub deadline: Deadline,
 }
 
 impl Default for TrainCertifyRequest {
@@ -116,6 +119,7 @@ impl Default for TrainCertifyRequest {
         TrainCertifyRequest {
             digits: 18,
             longest: Duration::from_secs(600),
+            deadline: Deadline::default(),
         }
     }
 }
@@ -132,11 +136,26 @@ pub fn certify(
     request: &TrainCertifyRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<TrainCertificate, OracleError> {
+    let mut ladder_distance = vec![Some(0.0f64); own.events.len()];
+    let (mut ladder, mut witnesses) = (Vec::new(), Vec::new());
+    for (method, rtol) in LADDER {
+        let (rung, record) = climb(case, own, (method, rtol), &request.deadline, &mut ladder_distance);
+        // A method makes the same errors twice.
+        if method != case.solver.method && rung.failure.is_none() {
+            witnesses.push((rung.agreeing, record));
+        }
+        ladder.push(rung);
+    }
+    // After the ladder, which is what a certificate without it rests on.
+    let solver = SolverOptions {
+        max_wall_time: request.deadline.limit(case.solver.max_wall_time),
+        ..case.solver.clone()
+    };
     let request = OracleRequest {
         threshold: threshold.cloned(),
         // The run has no events of stability.
         stability: false,
-        ..oracle_request(&case.solver, &case.output, request.digits, request.longest)
+        ..oracle_request(&solver, &case.output, request.digits, request.longest)
     };
     let (solution, without_oracle) = match solve(exact, &request, control) {
         Ok(mut solution) => {
@@ -146,16 +165,6 @@ pub fn certify(
         Err(error @ OracleError::Interrupted(_)) => return Err(error),
         Err(error) => (None, Some(error.to_string())),
     };
-    let mut ladder_distance = vec![Some(0.0f64); own.events.len()];
-    let (mut ladder, mut witnesses) = (Vec::new(), Vec::new());
-    for (method, rtol) in LADDER {
-        let (rung, record) = climb(case, own, method, rtol, &mut ladder_distance);
-        // A method makes the same errors twice.
-        if method != case.solver.method && rung.failure.is_none() {
-            witnesses.push((rung.agreeing, record));
-        }
-        ladder.push(rung);
-    }
     let mut same = true;
     let excitation = Excitation::new(&case.parameters);
     // All methods share the zeros of the normal force: their distances do not show how these are rounded.
@@ -220,11 +229,12 @@ pub fn certify(
 fn climb(
     case: &TrainCase,
     own: &TrainRecord,
-    method: Method,
-    rtol: f64,
+    (method, rtol): (Method, f64),
+    deadline: &Deadline,
     distances: &mut [Option<f64>],
 ) -> (TrainRung, TrainRecord) {
-    let (solver, at_the_ends) = by_another_method(case, method, rtol);
+    let (mut solver, at_the_ends) = by_another_method(case, method, rtol);
+    solver.max_wall_time = deadline.limit(solver.max_wall_time);
     let output = if own.rows.is_empty() { at_the_ends } else { output(case) };
     let mut recorder = TrainRecord::default();
     let result = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
@@ -256,12 +266,13 @@ fn climb(
 impl TrainCertificate {
     /// Finds out, too, what the numbers of the case, as they are written in `source` with `overrides`, do to the events that are
     /// converged, and what half a unit of the last digit of each does to what the run comes to; `given` as for
-    /// [`sensitivities`]. `stop` is asked now and then.
+    /// [`sensitivities`]. `stop` is asked now and then; once the deadline is over, it is said in their place.
     pub fn add_sensitivities(
         &mut self,
         (source, overrides): (&CaseSource, &[Override]),
         given: Option<&CaseSource>,
         own: &TrainRecord,
+        deadline: &Deadline,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
         let converged = self
@@ -269,7 +280,9 @@ impl TrainCertificate {
             .iter()
             .take_while(|event| event.uncertainty.is_some())
             .count();
-        self.sensitivities = Some(sensitivities(source, overrides, given, &own.events[..converged], stop));
+        let given_up = || stop() || deadline.is_over();
+        let found = sensitivities(source, overrides, given, &own.events[..converged], &given_up);
+        self.sensitivities = Some(found.map_err(|why| deadline.explain(why, stop())));
     }
 
     /// What the numbers of the case do, where it is known.

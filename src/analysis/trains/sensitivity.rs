@@ -6,6 +6,7 @@
 //! differentiated that a case can have, table, harmonic or bristle, by what the case file says of it.
 
 use super::attractor::{Attractor, Recurrence};
+use crate::analysis::deadline::INTERRUPTED;
 use crate::analysis::influence::ParameterName;
 use crate::analysis::sensitivity::{
     Affected, Outcome, Rerun, Sensitivities, Sensitivity, difference, in_event_sequence, invalid,
@@ -289,7 +290,7 @@ pub fn sensitivities(
         NoRun::Invalid(error) => error.to_string(),
         NoRun::Failed(text) => format!("series does not run this case: {text}"),
         NoRun::TooLong => format!("a run by series takes more than {MOST_STEPS} steps, and some 150 runs are needed"),
-        NoRun::Interrupted => "interrupted".to_owned(),
+        NoRun::Interrupted => INTERRUPTED.to_owned(),
     })?;
     let own: Vec<_> = certain.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
     let same = agreeing(&own, &base.events);
@@ -322,7 +323,7 @@ pub fn sensitivities(
         .collect();
     let rows = rows.filter(|rows| rows.len() == numbers.len());
     let Some(rows) = rows else {
-        return Err("interrupted".to_owned());
+        return Err(INTERRUPTED.to_owned());
     };
     Ok(TrainSensitivities {
         parameters: numbers.iter().map(name).collect(),
