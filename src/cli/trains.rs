@@ -334,12 +334,19 @@ pub(super) fn certify(
         .map(|exact| exact.digits)
         .or(certificate.least_digits())
         .unwrap_or(16);
-    match options.digits {
+    let unfinished = certificate.ladder.iter().find_map(|rung| rung.failure.as_ref());
+    match (options.digits, unfinished) {
+        (_, Some(failure)) if !certificate.converged() && certificate.exact.is_none() => {
+            Err(CommandError::Computation(format!(
+                "the events from the one marked sequence-differs on are not certified, as not every run of the ladder came to its end: \
+                 {failure}"
+            )))
+        }
         _ if !certificate.converged() => Err(CommandError::Computation(format!(
             "the events of the run are not those of the exact solution from the one marked sequence-differs on; {}",
             remedy(&case)
         ))),
-        Some(digits) if has < digits => Err(CommandError::Computation(format!(
+        (Some(digits), _) if has < digits => Err(CommandError::Computation(format!(
             "{digits} digits were asked for, and an event has {has}; {}. The file has the exact times in /certificate/oracle",
             remedy(&case)
         ))),

@@ -8,10 +8,11 @@ use super::bands::{TrainBands, TrainRecord, bands, output};
 use super::sensitivity::{Slope, TrainSensitivities, sensitivities};
 use super::witness::by_another_method;
 use crate::analysis::deadline::Deadline;
-use crate::analysis::exact::{drop_events_at_the_end, request as oracle_request};
+use crate::analysis::exact::{beyond_the_end, drop_events_at_the_end, request as oracle_request};
 use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
 use crate::case::{CaseSource, Override, TrainCase};
+use crate::hybrid::RunError;
 use crate::model::trains::ExactTrains;
 use crate::oracle::{OracleError, OracleProgress, OracleRequest, OracleSolution, solve};
 use crate::record::{Event, EventKind};
@@ -136,10 +137,16 @@ pub fn certify(
     request: &TrainCertifyRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<TrainCertificate, OracleError> {
-    let mut ladder_distance = vec![Some(0.0f64); own.events.len()];
+    let mut reach = vec![
+        Reach {
+            distance: Some(0.0),
+            witnesses: 0
+        };
+        own.events.len()
+    ];
     let (mut ladder, mut witnesses) = (Vec::new(), Vec::new());
     for (method, rtol) in LADDER {
-        let (rung, record) = climb(case, own, (method, rtol), &request.deadline, &mut ladder_distance);
+        let (rung, record) = climb(case, own, (method, rtol), &request.deadline, &mut reach);
         // A method makes the same errors twice.
         if method != case.solver.method && rung.failure.is_none() {
             witnesses.push((rung.agreeing, record));
@@ -153,6 +160,7 @@ pub fn certify(
     };
     let request = OracleRequest {
         threshold: threshold.cloned(),
+        end_time: beyond_the_end(case.output.end_time),
         // The run has no events of stability.
         stability: false,
         ..oracle_request(&solver, &case.output, request.digits, request.longest)
@@ -174,7 +182,7 @@ pub fn certify(
             shared = shared.max(excitation.rounding_of_zero(event.time));
         }
         let rounding = ROUNDING * f64::EPSILON * event.time + shared;
-        let ladder_uncertainty = ladder_distance[index].map(|distance| SAFETY * distance + rounding);
+        let ladder_uncertainty = reach[index].distance().map(|distance| SAFETY * distance + rounding);
         let found = solution
             .as_ref()
             .map(|solution| (solution, solution.report.events.get(index)));
@@ -225,13 +233,29 @@ pub fn certify(
     })
 }
 
-/// A run by another method, held against the run's own events; takes its distances into those of the ladder.
+/// What the ladder says of an event.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    /// The largest distance of the runs that came to it, s; `None` where one has another event.
+    distance: Option<f64>,
+    /// How many of them are by another method than the certified run.
+    witnesses: usize,
+}
+
+impl Reach {
+    fn distance(&self) -> Option<f64> {
+        self.distance.filter(|_| self.witnesses > 0)
+    }
+}
+
+/// A run by another method, held against the run's own events; takes its distances into those of the ladder. A run without time has
+/// nothing to say of what it did not come to.
 fn climb(
     case: &TrainCase,
     own: &TrainRecord,
     (method, rtol): (Method, f64),
     deadline: &Deadline,
-    distances: &mut [Option<f64>],
+    reach: &mut [Reach],
 ) -> (TrainRung, TrainRecord) {
     let (mut solver, at_the_ends) = by_another_method(case, method, rtol);
     solver.max_wall_time = deadline.limit(solver.max_wall_time);
@@ -246,11 +270,18 @@ fn climb(
         .take_while(agrees)
         .map(|(own, other)| (own.time - other.time).abs())
         .collect();
-    for (index, distance) in distances.iter_mut().enumerate() {
-        *distance = match (*distance, agreeing.get(index)) {
+    let out_of_time = matches!(&result, Err(failure) if matches!(failure.error, RunError::OutOfTime { .. }));
+    let came_to = if out_of_time {
+        recorder.events.len()
+    } else {
+        own.events.len()
+    };
+    for (index, reach) in reach.iter_mut().enumerate().take(came_to) {
+        reach.distance = match (reach.distance, agreeing.get(index)) {
             (Some(largest), Some(here)) => Some(largest.max(*here)),
             _ => None,
         };
+        reach.witnesses += usize::from(method != case.solver.method);
     }
     let rung = TrainRung {
         method: method.name(),
