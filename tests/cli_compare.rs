@@ -290,10 +290,12 @@ fn regression_a_report_waits_for_no_pipe() {
         .arg(folder.path("report.md"))
         .status();
     assert!(made.unwrap().success());
-    let arguments = ["compare", "none.h5", "none.csv", "--report", "report.md"];
-    let refused = refusal(&mut folder.stickslip(&arguments));
-    assert!(refused.contains("not a report that this program made"), "{refused}");
-    assert!(refused.contains("another name with --report"), "{refused}");
+    for force in [None, Some("--force")] {
+        let arguments = ["compare", "none.h5", "none.csv", "--report", "report.md"];
+        let refused = refusal(folder.stickslip(&arguments).args(force));
+        assert!(refused.contains("a pipe or a device"), "{refused}");
+        assert!(refused.contains("another name with --report"), "{refused}");
+    }
 }
 
 #[test]

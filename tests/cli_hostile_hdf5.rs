@@ -97,6 +97,7 @@ fn regression_a_title_that_is_not_unicode_is_no_reason_to_fail() {
 #[test]
 fn regression_names_of_another_encoding_are_listed() {
     let folder = with_run();
+    folder.write("sound.h5", std::fs::read(folder.path("run.h5")).unwrap());
     {
         let file = open_rw(folder.path("run.h5")).unwrap();
         let added = file.new_dataset_builder().with_data(&[1.0, 2.0]);
@@ -118,7 +119,8 @@ fn regression_names_of_another_encoding_are_listed() {
     }
     let (code, stdout, _) = survive(&folder.path(""), &["check", "run.h5"]);
     assert!(code == 1 && stdout.contains("is not UTF-8"), "{stdout}");
-    let (code, _, stderr) = survive(&folder.path(""), &["compare", "run.h5", "other.h5"]);
+    refused(&folder, &["compare", "run.h5", "other.h5"], &["run.h5", "is not UTF-8"]);
+    let (code, _, stderr) = survive(&folder.path(""), &["compare", "sound.h5", "other.h5"]);
     assert_eq!(code, 0, "{stderr}");
 }
 
@@ -172,7 +174,11 @@ fn regression_groups_within_groups_have_an_end() {
         &["inspect", "run.h5"],
         &["32 groups within each other", "docs/limits.md"],
     );
-    refused(&folder, &["compare", "run.h5", "missing.h5"], &["missing.h5"]);
+    refused(
+        &folder,
+        &["compare", "run.h5", "run.h5"],
+        &["32 groups within each other"],
+    );
 }
 
 #[test]
@@ -294,6 +300,7 @@ fn regression_nothing_is_made_from_a_damaged_file() {
         &mut folder.stickslip(&["sweep", "study.toml", "-o", "sweep.h5", "-q"]),
         0,
     );
+    folder.write("other.csv", "time,relative_velocity\n0,1\n0.01,1\n0.02,1\n");
     folder.write("base.toml", STUDY.replace("\"paper\"", "\"bad.h5\""));
     let free = "[[free]]\nkey = \"torsion.damping\"\nfrom = 10\nto = 30\n[[target]]\nquantity = \"onset_time\"\nvalue = \"1 s\"\n";
     folder.write("calibration.toml", format!("case = \"bad.h5\"\n{free}"));
@@ -318,7 +325,15 @@ fn regression_nothing_is_made_from_a_damaged_file() {
                 &shard,
             ][..],
         ),
-        ("sweep.h5", "energy_residual", &[&shard[..6]][..]),
+        (
+            "sweep.h5",
+            "energy_residual",
+            &[
+                &shard[..6],
+                &["plot", "bad.h5", "-o", "new"],
+                &["plot", "bad.h5", "--html", "new.html"],
+            ][..],
+        ),
         (
             "run.h5",
             "trajectory/theta",
@@ -330,6 +345,13 @@ fn regression_nothing_is_made_from_a_damaged_file() {
                 &["export", "bad.h5", "-o", "new.csv", "--rate", "1000"],
                 &["sweep", "base.toml", "-o", "new.h5"],
                 &["calibrate", "calibration.toml", "-o", "new.h5"],
+                &["compare", "bad.h5", "run.h5"],
+                &["compare", "run.h5", "bad.h5", "--report", "new.md"],
+                &["compare", "run.h5", "other.csv", "--events", "bad.h5"],
+                &["plot", "bad.h5", "-o", "new"],
+                &["plot", "run.h5", "bad.h5", "-o", "new"],
+                &["plot", "bad.h5", "--html", "new.html"],
+                &["plot", "run.h5", "--candidate", "bad.h5", "-o", "new"],
             ][..],
         ),
     ] {
@@ -347,10 +369,29 @@ fn regression_nothing_is_made_from_a_damaged_file() {
                     &["bad.h5", &format!("/{variable}: is not what was written")],
                 );
             }
+            // It is shown, with a warning.
+            let (code, _, stderr) = survive(&folder.path(""), &["inspect", "bad.h5"]);
+            assert!(code == 0 && stderr.contains("bad.h5: damaged"), "{stderr}");
+            let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "bad.h5"]);
+            let damage = cli_common::json(&stdout)["damage"].to_string();
+            assert!(damage.contains(&format!("/{variable}: is not")), "{damage}");
             // What hostile_common writes, and the damaged file itself.
             assert_eq!(folder.names().len(), before + 3, "{:?}", folder.names());
         }
     }
+}
+
+/// A result that is not recognised any more is no file of another program.
+#[test]
+fn regression_a_damaged_result_is_no_foreign_candidate() {
+    let folder = with_run();
+    folder.write("bad.h5", std::fs::read(folder.path("run.h5")).unwrap());
+    patch(&folder.path("bad.h5"), b"stickslip-result", b"stickslip-resulu");
+    for arguments in [["compare", "run.h5", "bad.h5"], ["compare", "bad.h5", "run.h5"]] {
+        refused(&folder, &arguments, &["bad.h5"]);
+    }
+    let (_, stdout, _) = survive(&folder.path(""), &["inspect", "--json", "run.h5"]);
+    assert!(cli_common::json(&stdout)["damage"].is_null());
 }
 
 /// Any bit of a file, wherever HDF5 keeps it: `check` refuses the file, whatever HDF5 makes of it. The sum of the bytes
@@ -394,8 +435,11 @@ fn regression_a_file_without_the_sum_of_its_bytes_is_sound() {
     let (code, stdout, _) = survive(&folder.path(""), &["check", "earlier.h5"]);
     assert!(code == 0 && stdout.contains("there is none of all bytes"), "{stdout}");
     for arguments in [
-        &["run", "earlier.h5", "-o", "again.h5", "-q"],
+        &["run", "earlier.h5", "-o", "again.h5", "-q"][..],
         &["certify", "earlier.h5", "-o", "certified.h5", "-q"],
+        &["compare", "earlier.h5", "earlier.h5", "-q", "--json"],
+        &["plot", "earlier.h5", "-o", "figures", "-q"],
+        &["inspect", "earlier.h5", "-q", "--json"],
     ] {
         assert_eq!(survive(&folder.path(""), arguments).0, 0, "{arguments:?}");
     }

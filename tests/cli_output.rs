@@ -108,6 +108,45 @@ fn wait_for(folder: &Folder, name: &str) {
     }
 }
 
+/// A pipe belongs to whoever reads it: no command puts a file in its place.
+#[cfg(unix)]
+#[test]
+fn cli_output_replaces_no_pipe() {
+    let folder = Folder::new();
+    output(&mut folder.short_run(&["-q", "-o", "run.h5"]), 0);
+    for (name, arguments) in [
+        ("p.h5", &["run", "paper", "-o", "p.h5"][..]),
+        ("p.csv", &["export", "run.h5", "-o", "p.csv"]),
+        ("p.svg", &["plot", "run.h5", "-o", "p.svg", "--only", "rotor-speed"]),
+        ("p.html", &["plot", "run.h5", "--html", "p.html"]),
+    ] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
+        assert!(made.unwrap().success());
+        for force in [None, Some("--force")] {
+            let said = refusal(folder.stickslip(arguments).args(force));
+            assert!(said.contains(name) && said.contains("a pipe or a device"), "{said}");
+        }
+        let kind = std::fs::metadata(folder.path(name)).unwrap().file_type();
+        assert!(std::os::unix::fs::FileTypeExt::is_fifo(&kind), "{name}");
+    }
+}
+
+/// A folder that is there and takes no file.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_output_that_cannot_be_created_names_a_remedy() {
+    let folder = Folder::new();
+    for arguments in [
+        &["run", "paper", "-o", "/proc/x.h5"][..],
+        &["certify", "paper", "-o", "/proc/x.h5"],
+        &["sweep", "critical-curve", "-o", "/proc/x.h5"],
+    ] {
+        let (_, stderr) = output(&mut folder.stickslip(arguments), 1);
+        assert!(stderr.contains("no file can be created there"), "{stderr}");
+        assert!(stderr.trim_end().ends_with("choose another folder with -o"), "{stderr}");
+    }
+}
+
 /// Under a limit on the size of files, which stands for a full disk: an error, and what was saved is readable.
 #[cfg(target_os = "linux")]
 #[test]

@@ -93,6 +93,11 @@ fn cli_a_map_has_the_values_of_the_file() {
     let [figure] = &studies::figures(&file, &choice).unwrap()[..] else {
         panic!("one figure");
     };
+    let title = &figure.title;
+    assert!(
+        title.ends_with(": number of sticks, the first quantity that varies"),
+        "{title}"
+    );
     let [panel] = &figure.panels[..] else {
         panic!("one panel")
     };

@@ -351,3 +351,19 @@ fn cli_a_witness_of_trains_is_another_method() {
         assert_eq!(said["testimony"], "same-sequence", "{case} by {method}: {said}");
     }
 }
+
+#[test]
+fn cli_a_witness_of_trains_counts_one_event_as_one() {
+    let folder = Folder::new();
+    for (end, words) in [
+        ("0.1", "finds no event either"),
+        ("0.21", "finds the same event, "),
+        ("1", "finds the same 3 events, the farthest "),
+    ] {
+        let end = format!("output.end_time={end}");
+        let arguments = ["run", "belt-coulomb", "--set", &end, "--json", "--force"];
+        let (stdout, _) = output(&mut folder.stickslip(&arguments), 0);
+        let said = json(&stdout)["witness"]["statement"].to_string();
+        assert!(said.contains(words), "{said}");
+    }
+}

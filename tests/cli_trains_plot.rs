@@ -33,6 +33,7 @@ fn cli_plot_of_trains_draws_its_figures() {
             "phase-portrait"
         ]
     );
+    assert_eq!(listed[4]["title"], "First sticks: relative velocity and forces");
     let (document, stderr) = output(
         &mut folder.stickslip(&["plot", "belt-leine.h5", "--format", "svg", "--json"]),
         0,
@@ -45,6 +46,7 @@ fn cli_plot_of_trains_draws_its_figures() {
     for file in files {
         let text = std::fs::read_to_string(folder.path(file["file"].as_str().unwrap())).unwrap();
         assert!(!text.contains("rad"), "{}", file["figure"]);
+        assert!(!text.contains("torque"), "{}", file["figure"]);
         assert!(text.contains("m/s"), "{}", file["figure"]);
     }
     let law = svg(&folder, &["belt-leine.h5", "--only", "friction-law"]);

@@ -1,15 +1,15 @@
 //! The built-in cases of trains by every kind of method, and certificates of others, against the oracle.
 
+mod common;
+
+use common::trains::{self, overrides, run, source, truth};
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-use stickslip::Run;
-use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRecord, certify};
+use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRecord};
 use stickslip::case::builtin::TRAINS;
-use stickslip::case::{CaseSource, Origin, Override, TrainCase};
+use stickslip::case::{CaseSource, Override, TrainCase};
 use stickslip::model::Mode;
-use stickslip::oracle::{self, OracleRequest};
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
 
@@ -44,16 +44,7 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
             _ => &[],
         };
         let case = TrainCase::parse(&source, changes).unwrap();
-        let exact = TrainCase::exact_parameters(&source, changes).unwrap();
-        let request = OracleRequest {
-            digits: 20,
-            end_time: rational(case.output.end_time),
-            longest: Duration::from_secs(120),
-            threshold: case.threshold.map(rational),
-            stability: false,
-            ..OracleRequest::default()
-        };
-        let truth = match oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())) {
+        let truth = match truth((&source, changes), &case, 20) {
             Ok(truth) => truth,
             Err(error) => {
                 failures.push(format!("{name}: {error}"));
@@ -68,10 +59,7 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
                 ..case.solver.clone()
             };
             let mut recorder = MemoryRecorder::default();
-            let run = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &case.output)
-                .record(&mut recorder)
-                .start();
-            if let Err(error) = run {
+            if let Err(error) = run(&case, &solver, &mut recorder) {
                 failures.push(format!("{name} by {} at {rtol:e}: {error}", method.name()));
                 continue;
             }
@@ -111,31 +99,12 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
 
 /// A run of a case, and its certificate with so many digits.
 fn certified(text: &str, changes: &[&str], digits: u32) -> (TrainRecord, TrainCertificate) {
-    let source = CaseSource {
-        text: text.to_owned(),
-        origin: Origin::File("case.toml".into()),
-    };
-    let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
-    let case = TrainCase::parse(&source, &changes).unwrap();
-    let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
-    let threshold = TrainCase::exact_threshold(&source, &changes).unwrap();
-    let mut record = TrainRecord::default();
-    Run::of_trains(
-        &case.parameters,
-        case.threshold.unwrap_or(0.0),
-        &case.solver,
-        &case.output,
-    )
-    .record(&mut record)
-    .start()
-    .unwrap();
     let request = TrainCertifyRequest {
         digits,
         ..TrainCertifyRequest::default()
     };
-    let exact = (&exact, threshold.as_ref());
-    let certificate = certify(&case, exact, &record, &request, &mut |_| ControlFlow::Continue(()));
-    (record, certificate.unwrap())
+    let (_, record, certificate) = trains::certified(&source(text), &overrides(changes), &request);
+    (record, certificate)
 }
 
 /// The double of 2.3 is below 2.3, where the force has its last corner: the oracle has the corner all the same.
@@ -425,30 +394,15 @@ interval = 0.005
 #[test]
 fn multiprecision_a_saturated_tanh() {
     for text in SATURATED {
-        let source = CaseSource {
-            text: text.to_owned(),
-            origin: Origin::File("test.toml".into()),
-        };
+        let source = source(text);
         let case = TrainCase::parse(&source, &[]).unwrap();
-        let exact = TrainCase::exact_parameters(&source, &[]).unwrap();
-        let request = OracleRequest {
-            digits: 20,
-            end_time: rational(case.output.end_time),
-            longest: Duration::from_secs(60),
-            threshold: case.threshold.map(rational),
-            stability: false,
-            ..OracleRequest::default()
-        };
-        let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();
+        let truth = truth((&source, &[]), &case, 20).unwrap();
         let solver = SolverOptions {
             method: Method::Series,
             ..case.solver.clone()
         };
         let mut recorder = MemoryRecorder::default();
-        Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &case.output)
-            .record(&mut recorder)
-            .start()
-            .unwrap();
+        run(&case, &solver, &mut recorder).unwrap();
         let kinds: Vec<_> = recorder.events.iter().map(|event| event.kind).collect();
         let expected: Vec<_> = truth.report.events.iter().map(|event| event.kind).collect();
         assert_eq!(kinds, expected);

@@ -1,41 +1,24 @@
 //! What the numbers of a case of trains do to its events, against closed forms, the oracle and the brake's own linearisation;
 //! and the bands of a trajectory against a closed form.
 
+mod common;
+
+use common::trains::{certified, overrides, recorded, source, truth};
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
-use std::time::Duration;
-use stickslip::Run;
+use std::time::Instant;
+use stickslip::analysis::Deadline;
 use stickslip::analysis::linearised::linearise;
 use stickslip::analysis::sensitivity::{Affected, Outcome};
-use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRecord, TrainSensitivities};
-use stickslip::analysis::trains::{certify, sensitivities};
+use stickslip::analysis::trains::{TrainCertifyRequest, TrainSensitivities, sensitivities};
 use stickslip::case::{Case, CaseSource, Override, TrainCase};
 use stickslip::model::Mode;
-use stickslip::oracle::{self, Number, OracleRequest, rational};
+use stickslip::oracle::Number;
 use stickslip::record::Event;
 use stickslip::simulation::SolverOptions;
 
-fn overrides(settings: &[&str]) -> Vec<Override> {
-    settings
-        .iter()
-        .map(|setting| Override::parse(setting).unwrap())
-        .collect()
-}
-
 /// The events of a case by its own method.
 fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
-    let case = TrainCase::parse(source, changes).unwrap();
-    let mut record = TrainRecord::default();
-    Run::of_trains(
-        &case.parameters,
-        case.threshold.unwrap_or(0.0),
-        &case.solver,
-        &case.output,
-    )
-    .record(&mut record)
-    .start()
-    .unwrap();
-    record.events
+    recorded(&TrainCase::parse(source, changes).unwrap()).events
 }
 
 fn of_case(source: &CaseSource, changes: &[Override]) -> TrainSensitivities {
@@ -141,25 +124,8 @@ fn multiprecision_slopes_of_built_in_cases() {
             let mut changes = changes.clone();
             changes.push(Override::number(path, value));
             let case = TrainCase::parse(&source, &changes).ok()?;
-            let exact = TrainCase::exact_parameters(&source, &changes).unwrap();
-            let request = OracleRequest {
-                digits: 28,
-                end_time: rational(&format!("{:?}", case.output.end_time)).unwrap(),
-                longest: Duration::from_secs(60),
-                threshold: case.threshold.map(|t| rational(&format!("{t:e}")).unwrap()),
-                stability: false,
-                ..OracleRequest::default()
-            };
-            let solved = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(()));
-            Some(
-                solved
-                    .unwrap()
-                    .report
-                    .events
-                    .into_iter()
-                    .map(|event| event.time)
-                    .collect(),
-            )
+            let solved = truth((&source, &changes), &case, 28).unwrap();
+            Some(solved.report.events.into_iter().map(|event| event.time).collect())
         };
         let (mut compared, mut widest) = (0, 0.0f64);
         // Every third number, each case beginning with another.
@@ -260,23 +226,16 @@ damping = [22.6]
 end = "fixed"
 "#;
 
-fn text(text: String) -> CaseSource {
-    CaseSource {
-        text,
-        origin: stickslip::case::Origin::BuiltIn("quick".to_owned()),
-    }
-}
-
 /// The variational equations of the brake share nothing with differences of runs.
 #[test]
 fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
-    let brake = Case::parse(&text(format!("{SHORT}{QUICK}")), &[]).unwrap();
+    let brake = Case::parse(&source(&format!("{SHORT}{QUICK}")), &[]).unwrap();
     let solver = SolverOptions {
         rtol: 1e-13,
         ..SolverOptions::default()
     };
     let linear = linearise(&brake, &solver, None, &|| false).unwrap();
-    let source = text(format!("{TRAINS}{QUICK}"));
+    let source = source(&format!("{TRAINS}{QUICK}"));
     let found = of_case(&source, &[]);
     let own = events(&source, &[]);
     assert!(own.len() > 10, "{}", own.len());
@@ -337,7 +296,7 @@ fn property_events_that_series_does_not_have_are_refused() {
 /// know nothing of the slope. What is given is right, or nothing is.
 #[test]
 fn property_slopes_of_a_motion_that_small_changes_upset() {
-    let source = text(
+    let source = source(
         r#"
 motion = "translation"
 [rotor]
@@ -362,8 +321,7 @@ stator_speed = ["0.1 m/s", 0]
 [output]
 end_time = "30 s"
 interval = "10 ms"
-"#
-        .to_owned(),
+"#,
     );
     let found = of_case(&source, &[]);
     let (mut given, mut missing) = (0, 0);
@@ -411,7 +369,7 @@ interval = "10 ms"
 /// same in a rerun.
 #[test]
 fn property_corners_at_one_time_have_no_slope() {
-    let source = text(
+    let source = source(
         r#"
 [rotor]
 inertia = 0.2
@@ -432,8 +390,7 @@ speed = 200
 [output]
 end_time = 2
 interval = 0.002
-"#
-        .to_owned(),
+"#,
     );
     let found = of_case(&source, &[]);
     let rise = column(&found, "contact.normal_force.rise_time");
@@ -444,22 +401,31 @@ interval = 0.002
     assert_eq!(result.of, Affected::FinalStick);
 }
 
-fn certified(source: &CaseSource, changes: &[Override]) -> (TrainCase, TrainRecord, TrainCertificate) {
-    let case = TrainCase::parse(source, changes).unwrap();
-    let exact = TrainCase::exact_parameters(source, changes).unwrap();
-    let mut record = TrainRecord::default();
-    Run::of_trains(&case.parameters, 0.0, &case.solver, &case.output)
-        .record(&mut record)
-        .start()
-        .unwrap();
-    let certificate = certify(
-        &case,
-        (&exact, None),
-        &record,
-        &TrainCertifyRequest::default(),
-        &mut |_| ControlFlow::Continue(()),
-    );
-    (case, record, certificate.unwrap())
+/// What has no time left fails, or is left out, and says why.
+#[test]
+fn property_after_the_deadline_a_certificate_says_what_it_lacks() {
+    let source = CaseSource::built_in("belt-coulomb").unwrap();
+    let (_, record, mut certificate) = certified(&source, &[], &TrainCertifyRequest::default());
+    let nothing = Deadline::after(Instant::now(), Some(0.0));
+    certificate.add_sensitivities((&source, &[]), None, &record, &nothing, &|| false);
+    assert!(certificate.known_sensitivities().is_none());
+    let tables = certificate.tables();
+    assert!(tables.sensitivity.iter().all(Vec::is_empty));
+    let texts = tables.sensitivities.texts;
+    let why = texts.iter().find(|text| text.0 == "without_sensitivities").unwrap();
+    assert!(why.1.contains("wall time of 0 s was over"), "{}", why.1);
+    certificate.add_sensitivities((&source, &[]), None, &record, &nothing, &|| true);
+    assert_eq!(certificate.sensitivities.unwrap().unwrap_err(), "interrupted");
+    let request = TrainCertifyRequest {
+        deadline: nothing,
+        ..TrainCertifyRequest::default()
+    };
+    let (_, _, late) = certified(&source, &[], &request);
+    let failures: Vec<&str> = late.ladder.iter().filter_map(|rung| rung.failure.as_deref()).collect();
+    assert_eq!(failures.len(), late.ladder.len());
+    assert!(failures.iter().all(|why| why.contains("wall time")), "{failures:?}");
+    let why = late.without_oracle.unwrap();
+    assert!(why.contains("is allowed 0.0 s"), "{why}");
 }
 
 /// Rows of coarse runs by methods of SUNDIALS against the closed form of the belt: the bands cover every error, and are not much
@@ -473,7 +439,7 @@ fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
         ["solver.method=cvode-adams", "solver.rtol=1e-11"],
     ] {
         let changes = overrides(&settings);
-        let (_, record, certificate) = certified(&source, &changes);
+        let (_, record, certificate) = certified(&source, &changes, &TrainCertifyRequest::default());
         assert!(certificate.converged(), "{settings:?}");
         let position = |name: &str| {
             let named = certificate

@@ -17,6 +17,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::run, module)?)?;
     module.add_function(wrap_pyfunction!(run::open_result, module)?)?;
     module.add_function(wrap_pyfunction!(run::resolve, module)?)?;
+    module.add_function(wrap_pyfunction!(study::is_study, module)?)?;
     module.add_function(wrap_pyfunction!(study::read_study, module)?)?;
     module.add_function(wrap_pyfunction!(commands::command, module)?)?;
     module.add_function(wrap_pyfunction!(commands::cases, module)?)?;

@@ -15,7 +15,7 @@ use stickslip::case::{AnyCase, CaseError, CaseRef, CaseSource, Override, TrainCa
 use stickslip::results::schema::Kind;
 use stickslip::results::{
     AttributeValue, Extra, KeptTable, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values,
-    ValuesView,
+    ValuesView, open_sound,
 };
 
 /// Name, unit, description, codes with their words, and type of a column.
@@ -355,7 +355,7 @@ pub fn open_result(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
 }
 
 fn read(path: PathBuf) -> Result<Run, ResultError> {
-    let file = ResultFile::open(&path)?;
+    let file = open_sound(&path)?;
     let resolved = file.resolved()?;
     let source = CaseSource::result(&path, resolved.clone());
     // A file of an earlier version may have a case that this one does not read.

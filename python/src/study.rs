@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use stickslip::results::{ResultError, SweepFile};
+use stickslip::results::{ResultError, SweepFile, check_sound};
 
 /// A variable of the points.
 struct Variable {
@@ -23,6 +23,7 @@ type Study = (bool, Vec<Variable>, [String; 2], Vec<(u64, String)>);
 
 fn read(path: &Path) -> Result<Study, ResultError> {
     let file = SweepFile::open(path)?;
+    check_sound(path)?;
     let variables = file
         .variables("/")
         .into_iter()
@@ -41,6 +42,12 @@ fn read(path: &Path) -> Result<Study, ResultError> {
     let variables = variables.collect::<Result<Vec<_>, ResultError>>()?;
     let texts = ["title", "status"].map(|name| file.text(name).unwrap_or_default());
     Ok((file.is_grid(), variables, texts, file.failures()?))
+}
+
+/// Whether a file is one of a sweep, sound or not.
+#[pyfunction]
+pub fn is_study(py: Python<'_>, path: PathBuf) -> bool {
+    py.detach(|| SweepFile::open(&path).is_ok())
 }
 
 /// The points of a sweep file: whether they lie in a grid, its variables, and its failures.

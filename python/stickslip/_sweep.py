@@ -16,7 +16,7 @@ import numpy as np
 from . import _native
 from ._case import CaseLike, Overrides, PathLike, is_hdf5, settings, source, toml
 from ._command import Progress, command
-from ._errors import FileError, InputError
+from ._errors import InputError
 
 if TYPE_CHECKING:
     import xarray
@@ -26,13 +26,7 @@ SWEEP_SETTINGS = ("sample", "boundary", "keep")
 
 def is_sweep(path: str) -> bool:
     """Whether a file is one of a sweep."""
-    if not is_hdf5(Path(path)):
-        return False
-    try:
-        _native.read_study(path)
-    except FileError:
-        return False
-    return True
+    return is_hdf5(Path(path)) and _native.is_study(path)
 
 
 def read_sweep(path: PathLike) -> xarray.Dataset:

@@ -4,7 +4,7 @@ use super::bands::compared_output;
 use super::certificate::{Certificate, Verdict, certify};
 use super::exact::distances;
 use super::ladder::run;
-use super::verdict::significant;
+use super::verdict::{LEAST_WITNESSES, significant};
 use super::warning::{KICK_OPTION, finer};
 use crate::case::Case;
 use crate::oracle::OracleSolution;
@@ -34,6 +34,9 @@ pub fn remedy(certificate: &Certificate) -> String {
              method or tolerance, or move a parameter off the border"
                 .to_owned()
         }
+        Verdict::SequenceDiffers if too_few_runs(certificate) => {
+            "too many runs of the ladder failed to tell: where they were out of time, allow more (--max-wall-time)".to_owned()
+        }
         Verdict::SequenceDiffers if certificate.others_agree => format!(
             "independent methods agree with each other, and not with this result: its own method or tolerance is too \
              coarse. {}",
@@ -47,6 +50,18 @@ pub fn remedy(certificate: &Certificate) -> String {
                 .to_owned()
         }
     }
+}
+
+/// Whether fewer runs of independent methods came to their end than a verdict takes.
+fn too_few_runs(certificate: &Certificate) -> bool {
+    let own = [Method::Auto.name(), certificate.solver.method.name()];
+    let finished = certificate.ladder.iter().filter(|rung| rung.failure.is_none());
+    let mut methods: Vec<&str> = finished
+        .map(|rung| rung.method)
+        .filter(|method| !own.contains(method))
+        .collect();
+    methods.dedup();
+    methods.len() < LEAST_WITNESSES
 }
 
 /// What is missing of the digits that are asked for, and which setting has them; `None` if they are there. Of a result that
@@ -96,7 +111,7 @@ pub fn shortfall(
         let setting = setting(&candidate.solver, &case.solver);
         let reached = digits_of(&candidate, solution, stop);
         if stop() {
-            return Some(asked);
+            return Some(format!("{asked}; other settings were not tried to the end"));
         }
         log::debug!("{setting}: {reached} digits");
         if reached >= digits {

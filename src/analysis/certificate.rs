@@ -8,6 +8,7 @@
 //! word ([`super::exact`]).
 
 use super::bands::{Bands, bands, compared_output};
+use super::deadline::Deadline;
 use super::ladder::{
     Finished, Ladder, Rung, agree, climb, finest_auto, many_periods, matched, run, shares_errors, witnesses,
 };
@@ -124,8 +125,22 @@ pub fn certify(
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
+    certify_until(case, result, &Deadline::default(), stop)
+}
+
+/// [`certify`], whose runs have to be done by a deadline.
+pub(super) fn certify_until(
+    case: &Case,
+    result: &MemoryRecorder,
+    deadline: &Deadline,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Certificate, CertifyError> {
     let output = compared_output(&case.output);
-    let own = run(case, &case.solver, &output, stop);
+    let limited = |solver: &SolverOptions| SolverOptions {
+        max_wall_time: deadline.limit(solver.max_wall_time),
+        ..solver.clone()
+    };
+    let own = run(case, &limited(&case.solver), &output, stop);
     if stop() {
         return Err(CertifyError::Interrupted);
     }
@@ -135,12 +150,12 @@ pub fn certify(
     let summary = Summary::of_run(&case.parameters, &own.report);
     let warnings = warnings(case, &summary);
     let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
-    let many_periods = many_periods(case, &own, stop);
+    let many_periods = many_periods(case, &own, deadline, stop);
     let fine = |method: Method| SolverOptions {
         method,
         rtol: 1e-12,
         fixed_step: None,
-        ..case.solver.clone()
+        ..limited(&case.solver)
     };
     let linearised_by = |method: Method| linearise(case, &fine(method), growth.map(|g| g.instability), stop);
     let (ladder, linearised) = std::thread::scope(|scope| {
@@ -149,7 +164,7 @@ pub fn certify(
             Some(_) => linearised_by(Method::Series).or_else(|_| linearised_by(Method::Auto)),
             None => linearised_by(Method::Auto),
         });
-        let ladder = climb(case, &result.events, &output, own, many_periods, stop);
+        let ladder = climb(case, &result.events, &output, own, many_periods, deadline, stop);
         (ladder, linearised.join())
     });
     let Ladder { runs: ladder, left_out } = ladder;

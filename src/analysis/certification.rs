@@ -1,6 +1,7 @@
 //! All that is found out about one result: the ladder, what moves its final stick, and the oracle's last word.
 
-use super::certificate::{Certificate, CertifyError, certify};
+use super::certificate::{Certificate, CertifyError, certify_until};
+use super::deadline::Deadline;
 use super::exact::settle;
 use super::sensitivity::{Sensitivities, of_certificate};
 use crate::case::Case;
@@ -29,6 +30,7 @@ pub struct Certify<'a> {
     case: &'a Case,
     half_last_digits: Option<&'a [(String, f64)]>,
     oracle: Option<(&'a ExactParameters, u32)>,
+    deadline: Deadline,
     stop: Option<&'a AtomicBool>,
     progress: Option<Box<dyn FnMut(OracleProgress) + 'a>>,
 }
@@ -62,6 +64,7 @@ impl<'a> Certify<'a> {
             case,
             half_last_digits: None,
             oracle: None,
+            deadline: Deadline::default(),
             stop: None,
             progress: None,
         }
@@ -78,6 +81,12 @@ impl<'a> Certify<'a> {
     /// parameters without rounding, as by [`Case::exact_parameters`].
     pub fn oracle(mut self, exact: &'a ExactParameters, digits: u32) -> Self {
         self.oracle = Some((exact, digits));
+        self
+    }
+
+    /// Be done by then. The ladder and the oracle fail for lack of time, the sensitivities are left out.
+    pub fn until(mut self, deadline: Deadline) -> Self {
+        self.deadline = deadline;
         self
     }
 
@@ -99,12 +108,14 @@ impl<'a> Certify<'a> {
     /// If the case with its own settings fails, the oracle does not solve it, or it was interrupted before there was a
     /// certificate.
     pub fn start(self, result: &MemoryRecorder) -> Result<Certified, CertifyError> {
-        let Certify { case, stop, .. } = self;
+        let Certify {
+            case, deadline, stop, ..
+        } = self;
         let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-        let certificate = certify(case, result, &stopped)?;
+        let certificate = certify_until(case, result, &deadline, &stopped)?;
         let final_stick = self
             .half_last_digits
-            .and_then(|digits| of_certificate(case, digits, &certificate, &stopped));
+            .and_then(|digits| of_final_stick(case, digits, &certificate, &deadline, &stopped));
         let mut certified = Certified {
             certificate,
             final_stick,
@@ -125,11 +136,80 @@ impl<'a> Certify<'a> {
                 progress(now);
             }
         };
+        let mut limited = case.clone();
+        limited.solver.max_wall_time = deadline.limit(case.solver.max_wall_time);
         let certificate = &mut certified.certificate;
-        match settle(certificate, case, exact, &result.events, digits, &stopped, &mut show) {
+        match settle(
+            certificate,
+            &limited,
+            exact,
+            &result.events,
+            digits,
+            &stopped,
+            &mut show,
+        ) {
             Err(CertifyError::Interrupted) => certified.interrupted = Some(Stage::Oracle),
             solution => certified.exact = Some(solution?),
         }
         Ok(certified)
+    }
+}
+
+/// What moves the final stick, with slopes alone once the deadline is over.
+fn of_final_stick(
+    case: &Case,
+    half_last_digits: &[(String, f64)],
+    certificate: &Certificate,
+    deadline: &Deadline,
+    stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Sensitivities> {
+    let given_up = || stopped() || deadline.is_over();
+    let mut found = of_certificate(case, half_last_digits, certificate, &given_up)?;
+    let why = found.without_reruns.take();
+    found.without_reruns = why.map(|why| deadline.explain(why, stopped()));
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::certify;
+    use crate::case::{CaseSource, Override};
+    use crate::run::Run;
+    use std::time::Instant;
+
+    #[test]
+    fn property_after_the_deadline_there_are_no_reruns() {
+        let settings = [
+            "initial.speed=3",
+            "actuation={profile=\"ramp\", force=2225, rise_time=0.02}",
+            "perturbation=[{time=\"instability\", relative_velocity=1e-4}]",
+            "output={end_time=0.4, interval=0.01}",
+        ];
+        let short = settings.map(|setting| Override::parse(setting).unwrap());
+        let source = CaseSource::built_in("paper").unwrap();
+        let case = Case::parse(&source, &short).unwrap();
+        let halves = Case::half_last_digits(&source, &short).unwrap();
+        let mut result = MemoryRecorder::default();
+        Run::new(&case).record(&mut result).start().unwrap();
+        let certificate = certify(&case, &result, &|| false).unwrap();
+        let found = |deadline: &Deadline, stop: bool| of_final_stick(&case, &halves, &certificate, deadline, &|| stop);
+        let nothing = Deadline::after(Instant::now(), Some(0.0));
+        let late = found(&nothing, false).unwrap();
+        let why = late.without_reruns.unwrap();
+        assert!(why.contains("wall time of 0 s was over"), "{why}");
+        assert!(late.rows.iter().all(|row| row.reruns.is_none()));
+        assert!(late.rows.iter().any(|row| row.slope.is_some()));
+        let stopped = found(&nothing, true).unwrap();
+        assert_eq!(stopped.without_reruns.as_deref(), Some("interrupted"));
+        let whole = found(&Deadline::default(), false).unwrap();
+        assert_eq!(whole.without_reruns, None);
+        assert!(whole.rows.iter().any(|row| row.reruns.is_some()));
+        // The ladder has what is left, too.
+        let late = Certify::new(&case).until(nothing).start(&result);
+        assert!(
+            matches!(&late, Err(CertifyError::Run(why)) if why.contains("wall time")),
+            "{late:?}"
+        );
     }
 }

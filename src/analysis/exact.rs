@@ -80,14 +80,19 @@ pub fn settle(
 /// By this share of `end_time` the oracle goes on beyond it: corners of a case can be there, and be later than its double.
 const BEYOND_THE_END: f64 = 4.0 * f64::EPSILON;
 
-/// What the oracle is asked beside a run with these settings: its events, each with so many true digits. It takes no longer than
-/// `longest`, nor than the run itself may.
+/// Up to when the oracle is asked whose events are held against those of a run up to `end_time` (s) one by one, by
+/// [`drop_events_at_the_end`] afterwards.
+pub(super) fn beyond_the_end(end_time: f64) -> BigRational {
+    BigRational::from_float(end_time * (1.0 + BEYOND_THE_END)).unwrap_or_default()
+}
+
+/// What the oracle is asked beside a run with these settings: its events up to the same end, each with so many true digits. It takes no
+/// longer than `longest`, nor than the run itself may.
 pub(super) fn request(solver: &SolverOptions, output: &OutputOptions, digits: u32, longest: Duration) -> OracleRequest {
-    let end_time = output.end_time * (1.0 + BEYOND_THE_END);
     let limit = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
     OracleRequest {
         digits,
-        end_time: BigRational::from_float(end_time).unwrap_or_default(),
+        end_time: BigRational::from_float(output.end_time).unwrap_or_default(),
         max_events: solver.max_events,
         longest: solver
             .max_wall_time
@@ -127,6 +132,7 @@ fn solve(
     };
     let request = OracleRequest {
         growth,
+        end_time: beyond_the_end(case.output.end_time),
         ..request(&case.solver, &case.output, digits.max(ORACLE_DIGITS), LONGEST)
     };
     let solution = oracle::solve(&ExactTrains::from(exact), &request, &mut |now| {

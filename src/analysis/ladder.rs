@@ -1,5 +1,6 @@
 //! The ladder: one case by independent methods, at several tolerances, and its events matched with those of a result.
 
+use super::deadline::Deadline;
 use super::verdict::LEAST_WITNESSES;
 use crate::case::Case;
 use crate::model::torsion::TorsionModel;
@@ -57,12 +58,18 @@ fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
 /// The natural periods over which the runs of a ladder have to resolve the fast mode, if they are so many that the ladder is a
 /// long one; `own` is the case by its own settings. The paper's procedure does not know what it resolves: `series` tells in
 /// its place.
-pub(super) fn many_periods(case: &Case, own: &Finished, stop: &(dyn Fn() -> bool + Sync)) -> Option<f64> {
+pub(super) fn many_periods(
+    case: &Case,
+    own: &Finished,
+    deadline: &Deadline,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<f64> {
     let periods = if own.method.locates_events() {
         resolved_periods(case, &own.recorder)
     } else {
         let solver = SolverOptions {
             method: Method::Series,
+            max_wall_time: deadline.limit(None),
             ..SolverOptions::default()
         };
         let output = OutputOptions::at_the_ends(case.output.end_time);
@@ -166,6 +173,7 @@ pub(super) fn climb(
     output: &OutputOptions,
     own: Finished,
     many_periods: Option<f64>,
+    deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Ladder {
     let settings = |(method, rtol): (Method, f64)| SolverOptions {
@@ -173,6 +181,14 @@ pub(super) fn climb(
         rtol,
         fixed_step: None,
         ..case.solver.clone()
+    };
+    // A run that begins late has what is left.
+    let run = |rung: (Method, f64)| {
+        let solver = SolverOptions {
+            max_wall_time: deadline.limit(case.solver.max_wall_time),
+            ..settings(rung)
+        };
+        run(case, &solver, output, stop)
     };
     let left_out = many_periods.map(|periods| {
         format!(
@@ -187,7 +203,7 @@ pub(super) fn climb(
     let mut first = if settings(rungs[0]) == case.solver {
         own
     } else {
-        run(case, &settings(rungs[0]), output, stop)
+        run(rungs[0])
     };
     compare(&mut first, result);
     let rungs = &rungs[1..];
@@ -195,7 +211,7 @@ pub(super) fn climb(
         first.recorder.samples = Vec::new();
     }
     let others = over_processors(rungs.len(), stop, |index| {
-        let mut run = run(case, &settings(rungs[index]), output, stop);
+        let mut run = run(rungs[index]);
         compare(&mut run, result);
         // Rows are compared with those of the finest run of each method.
         if rungs[index + 1..].iter().any(|other| other.0 == rungs[index].0) {
@@ -214,7 +230,7 @@ pub(super) fn climb(
         .count();
     let missing = !runs.iter().any(|run| run.method == stand_in.0);
     if missing && alike < LEAST_WITNESSES && !stop() {
-        let mut run = run(case, &settings(stand_in), output, stop);
+        let mut run = run(stand_in);
         compare(&mut run, result);
         runs.push(run);
     }

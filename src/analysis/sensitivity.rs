@@ -7,6 +7,7 @@
 
 use super::Summary;
 use super::certificate::Certificate;
+use super::deadline::INTERRUPTED;
 use super::linearised::{Linearised, ParameterName};
 use crate::case::{Case, CaseError};
 use crate::model::KickTime;
@@ -379,7 +380,7 @@ impl Baseline {
         let report = run(&case, 1, stop).map_err(|error| match error {
             NoReport::Failed(text) => format!("series does not run this case: {text}"),
             NoReport::TooLong => "a run by series takes more steps than reruns may".to_owned(),
-            NoReport::Interrupted => "interrupted".to_owned(),
+            NoReport::Interrupted => INTERRUPTED.to_owned(),
         })?;
         let own = in_event_sequence(report.events.iter().map(|event| event.kind));
         if own != word {
@@ -420,7 +421,7 @@ impl Baseline {
             .collect::<Option<Vec<Rerun>>>()
             .filter(|done| done.len() == jobs.len())
         else {
-            return Some("interrupted".to_owned());
+            return Some(INTERRUPTED.to_owned());
         };
         let mut done = done.into_iter();
         for pair in jobs.chunks_exact(2) {

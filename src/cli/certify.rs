@@ -11,7 +11,7 @@ use crate::analysis::bands::{Compared, compared_output};
 use crate::analysis::certificate::{CertifyError, Verdict};
 use crate::analysis::exact::as_written as written_numbers;
 use crate::analysis::onset::{Onset, onsets};
-use crate::analysis::{Certified, Certify, SavedRun, Stage, Warning};
+use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning};
 use crate::case::{Case, CaseSource, Origin, Override, TrainCase};
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
@@ -79,7 +79,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let Some(result) = obtain(&input, &target, &stop)? else {
         return interrupted("during the run that was to be certified", nothing);
     };
-    let outcome = examine(&input, &result.record, options, common, &stop);
+    let deadline = Deadline::after(clock, input.case.solver.max_wall_time);
+    let outcome = examine(&input, &result.record, options, common, deadline, &stop);
     let written = outcome.and_then(|examined| {
         let Certified {
             certificate,
@@ -111,16 +112,20 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         };
         return interrupted(when, &format!("{kept} has the certificate, {without}"));
     }
-    let drawn = match drawing {
-        Some(drawing) => match draw(&input.case, drawing, &stop)? {
-            Some(onsets) => onsets,
-            None => {
-                let kept = format!("{kept} has the certificate, and there is no figure");
-                return interrupted("during the runs of the figure", &kept);
-            }
-        },
-        None => Vec::new(),
+    let stopped = || stop.load(Ordering::Relaxed);
+    let given_up = || stopped() || deadline.is_over();
+    let drawn = match drawing
+        .map(|drawing| draw(&input.case, drawing, &given_up))
+        .transpose()?
+    {
+        Some(None) if stopped() => {
+            let kept = format!("{kept} has the certificate, and there is no figure");
+            return interrupted("during the runs of the figure", &kept);
+        }
+        drawn => drawn,
     };
+    let late = matches!(drawn, Some(None));
+    let onsets = drawn.flatten().unwrap_or_default();
     let report = certify_report::Report {
         source: input.source.label(),
         title: &input.case.title,
@@ -128,8 +133,8 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         exact: exact.as_ref(),
         final_stick: final_stick.as_ref(),
         file: target.display().to_string(),
-        figure: drawing.map(|(path, _)| path.display().to_string()),
-        onsets: &drawn,
+        figure: drawing.filter(|_| !late).map(|(path, _)| path.display().to_string()),
+        onsets: &onsets,
         seconds: clock.elapsed().as_secs_f64(),
     };
     if wants_json(common) {
@@ -145,10 +150,15 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             complain(&format!("warning: {warning}"));
         }
     }
-    let stopped = || stop.load(Ordering::Relaxed);
+    if late {
+        return Err(CommandError::Computation(
+            "there is no figure: the wall time was over before its runs were done; allow more (--max-wall-time)"
+                .to_owned(),
+        ));
+    }
     let missing = options
         .digits
-        .and_then(|digits| shortfall(&input.case, &certificate, exact.as_ref(), digits, &stopped));
+        .and_then(|digits| shortfall(&input.case, &certificate, exact.as_ref(), digits, &given_up));
     match missing {
         _ if stopped() => interrupted(
             "while other settings were tried for the digits that are missing",
@@ -168,8 +178,12 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
 }
 
 /// Draws the first stick against the tolerance; `None` if it was interrupted.
-fn draw(case: &Case, (path, format): (&Path, Format), stop: &AtomicBool) -> Result<Option<Vec<Onset>>, CommandError> {
-    let Some(onsets) = onsets(case, &|| stop.load(Ordering::Relaxed)) else {
+fn draw(
+    case: &Case,
+    (path, format): (&Path, Format),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<Vec<Onset>>, CommandError> {
+    let Some(onsets) = onsets(case, stop) else {
         return Ok(None);
     };
     let figure = onset::figure(&case.title, &onsets);
@@ -255,11 +269,15 @@ fn examine(
     record: &MemoryRecorder,
     options: &CertifyOptions,
     common: &Common,
+    deadline: Deadline,
     stop: &AtomicBool,
 ) -> Result<Certified, CommandError> {
     let (source, overrides) = as_written(input, &options.set)?;
     let half_last_digits = Case::half_last_digits(&source, &overrides).map_err(bad_case)?;
-    let certify = Certify::new(&input.case).sensitivities(&half_last_digits).stop(stop);
+    let certify = Certify::new(&input.case)
+        .sensitivities(&half_last_digits)
+        .until(deadline)
+        .stop(stop);
     let bar = OracleBar::new(common);
     let exact = options
         .oracle

@@ -5,7 +5,7 @@ use super::input::bad_file;
 use super::{CommandError, End, complain, print, print_json};
 use crate::compare::{CompareError, Reference};
 use crate::export::{self, Export, ExportError, Format, Request, Times, benchmark};
-use crate::results::{ResultFile, Status, check_sound, open_sound};
+use crate::results::{ResultFile, Status, open_sound};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -53,7 +53,6 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
     let (file, reference);
     let found = if let Some(times) = &times {
         reference = Reference::open(&options.file).map_err(|error| bad(error.into()))?;
-        check_sound(&options.file).map_err(bad_file)?;
         tell_status(reference.file(), common);
         let found = export::evaluated(&reference, &request, times).map_err(bad)?;
         tell_window(reference.file(), options, common)?;

@@ -15,6 +15,12 @@ pub(super) fn inspect(options: &InspectOptions, common: &Common) -> Result<End, 
             options.file.display()
         ));
     }
+    if let Some(problems) = contents.damage.as_ref().filter(|_| !common.quiet) {
+        complain(&format!(
+            "warning: {}: damaged, and what is listed may be wrong: {problems}; copy it again, or repeat the run",
+            options.file.display()
+        ));
+    }
     if common.json {
         print_json(&contents)?;
     } else {

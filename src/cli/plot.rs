@@ -8,7 +8,7 @@ use crate::case::Motion;
 use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::comparison::Beside;
-use crate::plot::entry::{Entry, Subject};
+use crate::plot::entry::{Entry, Subject, in_words_of};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
     Figure, Layout, PlotError, Run, certified, own, page, raster, studies, svg, trains, vector, work_precision,
@@ -396,7 +396,10 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
             let of = if run.trains.is_some() { "run of trains" } else { "run" };
             return Ok(catalogue::of_run(&run)
                 .into_iter()
-                .map(|entry| listed(entry, of))
+                .map(|entry| Listed {
+                    title: in_words_of(&run, entry.title),
+                    ..listed(entry, of)
+                })
                 .collect());
         }
         Kind::Sweep(file) => (plot_studies::of_sweep(&file, &choice, &[]).map_err(bad)?, "sweep"),

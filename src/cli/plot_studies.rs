@@ -5,7 +5,7 @@ use super::terminal;
 use crate::analysis::distribution::{Distribution, PERCENTILES};
 use crate::plot::studies::{self, Choice, ENTRIES, StudyQuantity};
 use crate::plot::{Figure, PlotError, work_precision};
-use crate::results::{ResultError, SweepFile, WorkPrecisionFile};
+use crate::results::{ResultError, ResultFile, SweepFile, WorkPrecisionFile, check_sound};
 use std::path::Path;
 
 /// What a file holds, as far as drawing it is concerned.
@@ -24,17 +24,21 @@ pub(super) struct Drawn {
     pub distributions: Vec<(StudyQuantity, Distribution)>,
 }
 
-/// What `path` holds.
+/// What `path` holds, which is to be drawn.
 ///
 /// # Errors
-/// A shard of a sweep, which is no whole.
+/// A shard of a sweep, which is no whole, and a damaged file.
 pub(super) fn kind(path: &Path) -> Result<Kind, PlotError> {
-    match SweepFile::open(path) {
-        Ok(file) => Ok(Kind::Sweep(file)),
-        Err(error @ ResultError::OnlyAShard { .. }) => Err(error.into()),
-        Err(_) if WorkPrecisionFile::is_one(path) => Ok(Kind::WorkPrecision),
-        Err(_) => Ok(Kind::Run),
-    }
+    let kind = match SweepFile::open(path) {
+        Ok(file) => Kind::Sweep(file),
+        Err(error @ ResultError::OnlyAShard { .. }) => return Err(error.into()),
+        Err(_) if WorkPrecisionFile::is_one(path) => Kind::WorkPrecision,
+        // Whoever draws it says what it is.
+        Err(_) if ResultFile::open(path).is_err() => return Ok(Kind::Run),
+        Err(_) => Kind::Run,
+    };
+    check_sound(path)?;
+    Ok(kind)
 }
 
 /// The choice that the options make; an error of wrong usage for what is not about such files.

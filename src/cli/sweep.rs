@@ -206,7 +206,7 @@ fn command_error(error: &SweepError, path: &Path) -> CommandError {
         | SweepError::Shard(_)
         | SweepError::NoFolder { .. } => CommandError::Input(text),
         SweepError::Journal(JournalError::File(inner)) | SweepError::File(inner) => match inner {
-            ResultError::NoReader { .. } => CommandError::Computation(text),
+            ResultError::NoReader { .. } | ResultError::NotCreated { .. } => CommandError::Computation(text),
             _ if inner.is_of_the_system() => {
                 let journal = journal_path(path);
                 CommandError::Computation(format!(

@@ -5,7 +5,6 @@ use super::certify_report::{influence, sensitivities};
 use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of};
 use super::progress::OracleBar;
 use super::{CommandError, End, complain, print, print_json, strictly, terminal, wants_json, wants_text};
-use crate::analysis::SavedRun;
 use crate::analysis::headline::decimals;
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::sensitivity::Sensitivities;
@@ -13,6 +12,7 @@ use crate::analysis::trains::{
     self, CertifiedTrainEvent, Slope, TrainBand, TrainCertificate, TrainCertifyRequest, TrainRecord, TrainRung,
     TrainStretch,
 };
+use crate::analysis::{Deadline, SavedRun};
 use crate::case::{CaseSource, Origin, Override, TrainCase};
 use crate::oracle::OracleError;
 use crate::results::{Overwrite, ResultFile, Status, check_target, write_certified};
@@ -122,8 +122,10 @@ pub(super) fn certify(
     }
     let record = TrainRecord::read(&file, &case).map_err(bad_file)?;
     let defaults = TrainCertifyRequest::default();
+    let deadline = Deadline::after(clock, case.solver.max_wall_time);
     let request = TrainCertifyRequest {
         digits: options.digits.unwrap_or(0).max(defaults.digits),
+        deadline,
         ..defaults
     };
     let bar = OracleBar::new(common);
@@ -151,6 +153,7 @@ pub(super) fn certify(
         (&written.source, written.changes),
         written.given.as_ref(),
         &record,
+        &deadline,
         &stopped,
     );
     write_certified(&path, &target, overwrite, &certificate.tables()).map_err(bad_file)?;
@@ -205,12 +208,19 @@ pub(super) fn certify(
         .map(|exact| exact.digits)
         .or(certificate.least_digits())
         .unwrap_or(16);
-    match options.digits {
+    let unfinished = certificate.ladder.iter().find_map(|rung| rung.failure.as_ref());
+    match (options.digits, unfinished) {
+        (_, Some(failure)) if !certificate.converged() && certificate.exact.is_none() => {
+            Err(CommandError::Computation(format!(
+                "the events from the one marked sequence-differs on are not certified, as not every run of the ladder came to its end: \
+                 {failure}"
+            )))
+        }
         _ if !certificate.converged() => Err(CommandError::Computation(format!(
             "the events of the run are not those of the exact solution from the one marked sequence-differs on; {}",
             remedy(&case)
         ))),
-        Some(digits) if has < digits => Err(CommandError::Computation(format!(
+        (Some(digits), _) if has < digits => Err(CommandError::Computation(format!(
             "{digits} digits were asked for, and an event has {has}; {}. The file has the exact times in /certificate/oracle",
             remedy(&case)
         ))),

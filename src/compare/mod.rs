@@ -62,7 +62,7 @@ pub use vocabulary::Vocabulary;
 
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
-use crate::results::ResultFile;
+use crate::results::{ResultFile, open_sound};
 use candidate::Block;
 use case_differences::case_differences;
 use creep::{Creep, CreepPass};
@@ -140,7 +140,7 @@ impl Reference {
     /// # Errors
     /// If it is no result file, damaged, or its case or events are unreadable.
     pub fn open(path: &Path) -> Result<Reference, CompareError> {
-        let file = ResultFile::open(path)?;
+        let file = open_sound(path)?;
         let case = saved_case(path, &file)?;
         let events = file.events()?;
         let last = candidate::events::last_in_order(path, &events)?;

@@ -29,6 +29,7 @@ pub use metadata::Origin;
 pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
 pub use table::{Column, Kind, Table};
 
+use crate::results::disk::is_pipe_or_device;
 use crate::results::folder_of;
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -99,13 +100,17 @@ fn check_target(
         Err(error) => return Err(ExportError::io(path, "looking at the file", error)),
         Ok(found) => found,
     };
+    if is_pipe_or_device(path) {
+        return refuse(
+            "a pipe or a device, which no file replaces; choose another name with -o, or - for standard output",
+        );
+    }
     if force {
         return Ok(());
     }
     if found.permissions().readonly() {
         return refuse("write-protected; choose another name with -o, or replace it with --force");
     }
-    // Not opened unless it is a plain file: a pipe, for one, would block.
     match path.is_file() && is_own(path).map_err(|error| ExportError::io(path, "reading the file", error))? {
         true => Ok(()),
         false => refuse(

@@ -23,14 +23,21 @@ const STAGES: usize = 5;
 /// below 1e-12.
 const REACH: f64 = 1.0;
 
+/// A matrix that is larger by this factor has other eigenvalues.
+const LARGER: f64 = 1.1;
+
 /// No step of the engine is taken in fewer than this.
 const LEAST_STEPS: usize = 2;
 
-/// Of the inverse of the fastest eigenvalue, how far the difference of a guard along the motion reaches.
+/// Of the inverse of the fastest eigenvalue, how far a difference in time reaches.
 const AHEAD: f64 = 1e-5;
 
 /// How far a state is moved for the difference of a map, as a share of its size.
 const NEAR: f64 = 1e-4;
+
+/// By how much the slopes of a time may differ on two sides of a number, as a share, and by how many roundings of the time.
+const BENT: f64 = 0.2;
+const TIME_ROUNDING: f64 = 32.0;
 
 /// A copy of the system in which a number is moved. With weights that add up to zero, the sum of weight times value over the
 /// copies is the derivative of a value.
@@ -41,6 +48,8 @@ pub(crate) struct MovedCopy<D, R> {
     pub rules: R,
     /// Per unit of the number.
     pub weight: f64,
+    /// The sum of these weights times value over the copies is zero of whatever has one slope.
+    pub bend: f64,
     /// Where the run starts.
     pub start: Vec<f64>,
 }
@@ -65,6 +74,24 @@ impl<D, R> Column<D, R> {
     }
 }
 
+impl<D, R> Column<D, R> {
+    /// d(time) of the time event at `t` (s); NaN where the slope is another on the two sides, as where the event of another number
+    /// comes first on one of them.
+    fn shift_of_time(&mut self, t: f64) -> f64 {
+        let (mut bent, mut most) = (0.0, 0.0f64);
+        for moved in &self.copies {
+            let change = moved.next.map_or(f64::NAN, |next| next - t);
+            bent += moved.of.bend * change;
+            most = most.max(change.abs());
+        }
+        if bent.abs() <= BENT * most + TIME_ROUNDING * f64::EPSILON * t {
+            self.sum(|moved| moved.next)
+        } else {
+            f64::NAN
+        }
+    }
+}
+
 /// The derivatives, and what carries them.
 pub(crate) struct Carried<D, R> {
     dynamics: Arc<D>,
@@ -73,8 +100,9 @@ pub(crate) struct Carried<D, R> {
     columns: Vec<Column<D, R>>,
     /// d(time)/d(number) of every event so far.
     times: Vec<Vec<f64>>,
-    /// Magnitude of the fastest eigenvalue of the segment under way, 1/s.
+    /// Magnitude of the fastest eigenvalue where the run stands, 1/s, and the largest magnitude in the matrix that it is of.
     fastest: f64,
+    of_size: f64,
     nodes: Gauss,
 }
 
@@ -139,6 +167,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
             moving,
             times: Vec::new(),
             fastest: 0.0,
+            of_size: 0.0,
             nodes: Gauss::new(),
         }
     }
@@ -160,8 +189,15 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         jacobian.view((0, 0), (self.moving, self.moving)).into_owned()
     }
 
-    fn begin(&mut self, segment: &Segment<'_, D::Location>) {
-        self.fastest = fastest(&self.jacobian(&segment.location, segment.start, segment.state));
+    /// Takes note of how fast the equations are at a state, anew where their matrix is larger than it was.
+    fn measure(&mut self, location: &D::Location, t: f64, y: &[f64], anew: bool) {
+        let jacobian = self.jacobian(location, t, y);
+        let size = jacobian.amax();
+        if anew || size > LARGER * self.of_size {
+            let fastest = fastest(&jacobian);
+            self.fastest = if anew { fastest } else { self.fastest.max(fastest) };
+            self.of_size = size;
+        }
     }
 
     /// Carries the derivatives over a step of the run from `from` to `to` (s on the segment's clock, which starts at `origin`).
@@ -173,9 +209,11 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
     ) -> Result<(), EngineError> {
         let (n, dimension) = (self.moving, self.dynamics.dimension());
+        let mut y = vec![0.0; dimension];
+        at(to, &mut y)?;
+        self.measure(location, origin + to, &y, false);
         let steps = ((to - from) * self.fastest / REACH).ceil().max(LEAST_STEPS as f64);
         let h = (to - from) / steps;
-        let mut y = vec![0.0; dimension];
         for step in 0..steps as usize {
             let start = from + step as f64 * h;
             let mut matrix = DMatrix::identity(STAGES * n, STAGES * n);
@@ -224,18 +262,18 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         pairs.map(|(y, rate)| y.abs().max(rate.abs() * unit)).collect()
     }
 
-    /// d(guard)/d(time) along the motion.
+    /// d(guard)/d(time) along the motion: by the state, which moves by `rates`, and by the time itself.
     fn guard_rate(&self, location: &D::Location, t: f64, y: &[f64], rates: &[f64], guard: usize) -> f64 {
+        let at = |t: f64, y: &[f64]| self.guard(&self.dynamics, location, t, y, guard);
+        let direction = DVector::from_column_slice(&rates[..self.moving]);
+        let e = NEAR * extent(&direction, &self.sizes(y, rates));
+        let by_state = (at(t, &along(y, &direction, e)) - at(t, &along(y, &direction, -e))) / (2.0 * e);
         let ahead = if self.fastest > 0.0 {
             AHEAD / self.fastest
         } else {
             AHEAD
         };
-        let at = |sign: f64| {
-            let moved: Vec<f64> = y.iter().zip(rates).map(|(y, rate)| y + sign * ahead * rate).collect();
-            self.guard(&self.dynamics, location, t + sign * ahead, &moved, guard)
-        };
-        (at(1.0) - at(-1.0)) / (2.0 * ahead)
+        by_state + (at(t + ahead, y) - at(t - ahead, y)) / (2.0 * ahead)
     }
 
     fn guard(&self, dynamics: &D, location: &D::Location, t: f64, y: &[f64], guard: usize) -> f64 {
@@ -375,7 +413,7 @@ where
         let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
         carried.pass(
             &event,
-            |_, column, _| column.sum(|moved| moved.next),
+            |_, column, _| column.shift_of_time(t),
             // The time is a number's, and moves with the copies.
             |_, y| state_after(&own.clone().at_time_event(location, t, y), &kinds),
             |moved| match moved.next {
@@ -407,7 +445,7 @@ where
         carried.pass(
             &event,
             |carried, column, before| {
-                let e = extent(&column.slope, &carried.sizes(y, before));
+                let e = NEAR * extent(&column.slope, &carried.sizes(y, before));
                 let at = |e: f64| carried.guard(&carried.dynamics, location, t, &along(y, &column.slope, e), guard);
                 let by_state = (at(e) - at(-e)) / (2.0 * e);
                 let by_number = column.sum(|moved| Some(carried.guard(&moved.of.dynamics, location, t, y, guard)));
@@ -461,7 +499,7 @@ where
     fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
         self.place = Some((segment.location, segment.start));
         let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
-        carried.begin(segment);
+        carried.measure(&segment.location, segment.start, segment.state, true);
         self.own.begin(segment, chosen)
     }
 

@@ -2,8 +2,9 @@
 
 use super::error::PlotError;
 use super::figure::Figure;
+use super::labels::in_translation;
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::case::{Case, CaseSource};
+use crate::case::{Case, CaseSource, Motion};
 use crate::model::Parameters;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
@@ -42,6 +43,14 @@ pub struct Entry {
     pub(super) draw: fn(&Entry, &Subject) -> Result<Outcome, PlotError>,
 }
 
+/// A title in the words of the motion of a run: in translation there are forces, not torques.
+pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
+    match run.trains.as_ref().map(|case| case.motion) {
+        Some(Motion::Translation) => in_translation(title),
+        _ => title.to_owned(),
+    }
+}
+
 impl Entry {
     /// Makes the figure.
     ///
@@ -53,6 +62,7 @@ impl Entry {
         }
         let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {
+            title: in_words_of(subject.run, &figure.title),
             paper_figure: self.paper_figure.filter(|_| is_the_papers(subject.run)),
             ..figure
         }))

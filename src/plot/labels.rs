@@ -41,6 +41,11 @@ pub fn axis(channel: &str) -> Option<Axis> {
     Some(of_variable(variable, None))
 }
 
+/// What words of rotation are called in translation.
+pub(super) fn in_translation(words: &str) -> String {
+    words.replace("angle", "position").replace("torque", "force")
+}
+
 /// The axis of a variable of /trajectory, in a run of trains with that motion.
 pub(super) fn of_variable(variable: &schema::Variable, motion: Option<Motion>) -> Axis {
     let known = LABELS.iter().find(|label| label.0 == variable.name);
@@ -53,9 +58,7 @@ pub(super) fn of_variable(variable: &schema::Variable, motion: Option<Motion>) -
         symbol.clear();
     }
     if motion == Some(Motion::Translation) {
-        for (angular, linear) in [("angle", "position"), ("torque", "force")] {
-            name = name.replace(angular, linear);
-        }
+        name = in_translation(&name);
         for (angular, linear) in [("φ", "x"), ("ω", "v"), ("θ", "x")] {
             symbol = symbol.replace(angular, linear);
         }

@@ -1,7 +1,7 @@
 //! Where a figure or a page goes: its earlier version is replaced, any other file only by force.
 
 use super::signature;
-use crate::results::disk::{folder_of, same_file, try_folder, write_whole};
+use crate::results::disk::{folder_of, is_pipe_or_device, same_file, try_folder, write_whole};
 use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -113,6 +113,8 @@ pub enum TargetError {
         "{path}: {}; choose another name with {}, or replace it with --force", .product.not_own(), .product.option()
     )]
     Foreign { path: PathBuf, product: Product },
+    #[error("{path}: a pipe or a device, which no file replaces; choose another name with {}", .product.option())]
+    PipeOrDevice { path: PathBuf, product: Product },
     #[error("{path}: write-protected; choose another name with {}, or replace it with --force", .product.option())]
     Protected { path: PathBuf, product: Product },
     #[error("{path}: {action} failed: {source}; check the folder and its disk, or choose another with {}", .product.option())]
@@ -160,13 +162,16 @@ fn check_replaceable(path: &Path, product: Product, force: bool) -> Result<(), T
         Err(error) => return Err(failed(path, product, "looking at the file", error)),
         Ok(metadata) => metadata,
     };
+    if is_pipe_or_device(path) {
+        return Err(TargetError::PipeOrDevice { path: owned(), product });
+    }
     if force {
         return Ok(());
     }
     if metadata.permissions().readonly() {
         return Err(TargetError::Protected { path: owned(), product });
     }
-    // Not opened unless it is a plain file: a pipe, for one, would block.
+    // A link that leads nowhere.
     if !path.is_file() {
         return Err(TargetError::Foreign { path: owned(), product });
     }

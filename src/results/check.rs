@@ -82,18 +82,28 @@ pub fn open_sound(path: &Path) -> Result<ResultFile, ResultError> {
     Ok(file)
 }
 
-/// Refuses a damaged file, from which nothing new is to be made, once it could be opened. A file with a sum of its bytes is read once, without
-/// HDF5; one without is compared with its other checksums. The file of a killed run has none, and is taken as it is.
+/// Refuses a damaged file, of which nothing new is to be made and nothing said, once it could be opened. A file with a sum of its bytes is
+/// read once, without HDF5; one without is compared with its other checksums. The file of a killed run, or of another program, has none, and
+/// is taken as it is.
 ///
 /// # Errors
 /// [`ResultError::NotAsWritten`] with the first problems that [`check`] finds; or of the file.
-pub(crate) fn check_sound(path: &Path) -> Result<(), ResultError> {
+pub fn check_sound(path: &Path) -> Result<(), ResultError> {
     match read_seal(path)? {
         Seal::Intact => return Ok(()),
         Seal::Absent if Source::open(path)?.dataset(CHECKSUMS)?.is_none() => return Ok(()),
         Seal::Absent | Seal::Broken => {}
     }
-    let mut check = Check::open(path)?;
+    let mut check = match Check::open(path) {
+        // It has a sum, so that it was one.
+        Err(error @ ResultError::NotAResult { .. }) => {
+            return Err(ResultError::NotAsWritten {
+                path: path.to_owned(),
+                problems: error.to_string(),
+            });
+        }
+        check => check?,
+    };
     check.stored();
     if check.report.problems.is_empty() {
         return Ok(());

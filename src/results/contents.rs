@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::attributes::AttributeValue;
+use super::check::check_sound;
 use super::schema::attribute;
 use super::source::{DatasetInfo, Fault, Kind, Source};
 use super::{ResultError, ResultFile};
@@ -18,6 +19,8 @@ pub struct Contents {
     pub variables: Vec<VariableInfo>,
     /// Whether a run was still writing the file; it is listed as the last flush left it.
     pub growing: bool,
+    /// What its checksums say is not as it was written; `None` where they agree, or there are none.
+    pub damage: Option<String>,
 }
 
 /// About so many values are read at a time.
@@ -29,16 +32,23 @@ impl Contents {
     /// # Errors
     /// A file that is not there, of another program, of a newer version of this one, or damaged.
     pub fn read(path: &Path) -> Result<Contents, ResultError> {
-        match ResultFile::open(path) {
-            Ok(file) => file.contents(),
-            Err(ResultError::AnotherKind { .. }) => of_file(&Source::open_known(path)?),
-            Err(error) => Err(error),
+        let mut contents = match ResultFile::open(path) {
+            Ok(file) => file.contents()?,
+            Err(ResultError::AnotherKind { .. }) => of_file(&Source::open_known(path)?)?,
+            Err(error) => return Err(error),
+        };
+        if !contents.growing {
+            contents.damage = match check_sound(path) {
+                Err(ResultError::NotAsWritten { problems, .. }) => Some(problems),
+                checked => checked.map(|()| None)?,
+            };
         }
+        Ok(contents)
     }
 }
 
 impl ResultFile {
-    /// Everything that the file holds, also what later versions of the program have added to it.
+    /// Everything that the file holds, also what later versions of the program have added to it; its checksums are not looked at.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -53,6 +63,7 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
         attributes: Vec::new(),
         variables: Vec::new(),
         growing: source.is_growing(),
+        damage: None,
     };
     list(source, "", &mut contents)?;
     source.walk(&mut |path, member| match &member.is {

@@ -12,6 +12,12 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
+/// Whether something is at `path`, or where a link there leads, that is neither a file nor a folder, such as a pipe: a file in its place
+/// would take it from whoever uses it.
+pub(crate) fn is_pipe_or_device(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
 /// Writes `parts` one after the other under a temporary name beside `path`, which becomes `path` when all is written: a
 /// file is there in whole or not at all.
 ///

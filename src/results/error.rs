@@ -30,6 +30,10 @@ pub enum ResultError {
         "{path}: exists and is not a result of this program, so it is not replaced; choose another name with -o, or replace it with --force"
     )]
     Foreign { path: PathBuf },
+    #[error("{path}: a pipe or a device, which no file replaces; choose another name with -o")]
+    PipeOrDevice { path: PathBuf },
+    #[error("{path}: no file can be created there ({source}); choose another folder with -o")]
+    NotCreated { path: PathBuf, source: io::Error },
     #[error("{path}: exists and is write-protected; choose another name with -o, or replace it with --force")]
     Protected { path: PathBuf },
     #[error(
@@ -172,6 +176,8 @@ impl ResultError {
             | ResultError::NoPermission { path, .. }
             | ResultError::ReadOnly { path, .. }
             | ResultError::Foreign { path, .. }
+            | ResultError::PipeOrDevice { path, .. }
+            | ResultError::NotCreated { path, .. }
             | ResultError::Protected { path, .. }
             | ResultError::InUse { path, .. }
             | ResultError::AnotherRun { path, .. }
@@ -211,11 +217,20 @@ impl ResultError {
         matches!(
             self,
             ResultError::Io { .. }
+                | ResultError::NotCreated { .. }
                 | ResultError::Write { .. }
                 | ResultError::DiskFull { .. }
                 | ResultError::TooLarge { .. }
                 | ResultError::NoReader { .. }
         )
+    }
+
+    /// An error of the operating system where a file was to be created.
+    pub(crate) fn not_created(path: &Path, source: io::Error) -> Self {
+        match Self::io(path, "creating the file", source) {
+            ResultError::Io { path, source, .. } => ResultError::NotCreated { path, source },
+            known => known,
+        }
     }
 
     /// An error of the HDF5 library while `path` was written.

@@ -73,8 +73,7 @@ impl WriteLock {
         loop {
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
-            let file = open_plain(&path, &mut options)
-                .map_err(|error| ResultError::io(partial, "creating the file", error))?;
+            let file = open_plain(&path, &mut options).map_err(|error| ResultError::not_created(partial, error))?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) if patience > 0 => {
@@ -98,7 +97,7 @@ impl WriteLock {
                 let zero = lock.file.set_len(0).and_then(|()| lock.write_count());
                 return match zero {
                     Ok(()) => Ok(lock),
-                    Err(error) => Err(ResultError::io(partial, "creating the file", error)),
+                    Err(error) => Err(ResultError::not_created(partial, error)),
                 };
             }
         }

@@ -32,8 +32,7 @@ mod writer;
 
 pub use attributes::{AttributeValue, MetaValue};
 pub use certificate::{BandColumns, CertificateTables, SensitivityTables, serve_if_asked, write_certified};
-pub(crate) use check::check_sound;
-pub use check::{CheckReport, Problem, check, open_sound};
+pub use check::{CheckReport, Problem, check, check_sound, open_sound};
 pub use contents::{AttributeInfo, Contents, FlagInfo, VariableInfo};
 pub use dense::{DenseOutput, Side};
 pub(crate) use disk::{folder_of, is_hdf5};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ResultError;
-use super::disk::{folder_of, has_hdf5_signature, same_file};
+use super::disk::{folder_of, has_hdf5_signature, is_pipe_or_device, same_file};
 use super::lock::WriteLock;
 use super::schema;
 use super::source::Source;
@@ -95,6 +95,7 @@ pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(ResultError::io(path, "looking at the file", error)),
         Ok(_) if path.is_dir() => return Err(ResultError::IsFolder { path: path.to_owned() }),
+        Ok(_) if is_pipe_or_device(path) => return Err(ResultError::PipeOrDevice { path: path.to_owned() }),
         // A dangling link: nothing is lost by replacing it, but it was not made by this program.
         Ok(_) if !path.exists() && overwrite == Overwrite::OwnResults => {
             return Err(ResultError::Foreign { path: path.to_owned() });
@@ -108,8 +109,7 @@ pub(super) fn check_replaceable(path: &Path, overwrite: Overwrite) -> Result<(),
     if metadata.permissions().readonly() {
         return Err(ResultError::Protected { path: path.to_owned() });
     }
-    // Not opened unless it is a plain file: a pipe, for one, would block.
-    if metadata.is_file() && is_own_result(path)? {
+    if is_own_result(path)? {
         Ok(())
     } else {
         Err(ResultError::Foreign { path: path.to_owned() })

@@ -91,7 +91,7 @@ impl ResultWriter {
         let created = Open::create(&made, header).map_err(|error| ResultError::write(&partial, false, &error));
         let open = created.and_then(|open| match fs::rename(&made, &partial) {
             Ok(()) => Ok(open),
-            Err(error) => Err(ResultError::io(&partial, "creating the file", error)),
+            Err(error) => Err(ResultError::not_created(&partial, error)),
         });
         if open.is_err() {
             let _ = fs::remove_file(&made);

@@ -109,7 +109,7 @@ impl Journal {
             .create(true)
             .truncate(false)
             .open(path)
-            .map_err(|error| failed("opening the journal", error))?;
+            .map_err(|error| JournalError::File(ResultError::not_created(path, error)))?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(JournalError::InUse { path: path.to_owned() }),

@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod linear_brake;
 pub mod random_brakes;
 pub mod rigid_growth;
+pub mod trains;
 use stickslip::Run;
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::{Axial, BreakawayTest, Contact, Initial, Kick, KickTime, Parameters, Torsion};

@@ -7,18 +7,20 @@
 use super::bands::{TrainBands, TrainRecord, bands, output};
 use super::sensitivity::{Slope, TrainSensitivities, sensitivities};
 use super::witness::by_another_method;
-use crate::analysis::exact::{drop_events_at_the_end, request as oracle_request};
+use crate::analysis::deadline::Deadline;
+use crate::analysis::exact::{beyond_the_end, drop_events_at_the_end, request as oracle_request};
 use crate::analysis::sensitivity::{Affected, columns};
 use crate::analysis::verdict::Verdict;
 use crate::case::{CaseSource, Override, TrainCase};
+use crate::hybrid::RunError;
 use crate::model::trains::ExactTrains;
 use crate::oracle::{OracleError, OracleProgress, OracleRequest, OracleSolution, solve};
 use crate::record::{Event, EventKind};
 use crate::results::CertificateTables;
 use crate::results::schema::all_mode_flags;
 use crate::run::Run;
-use crate::simulation::Method;
 use crate::simulation::trains::Excitation;
+use crate::simulation::{Method, SolverOptions};
 use num_rational::BigRational;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -109,6 +111,8 @@ pub struct TrainCertifyRequest {
     pub digits: u32,
     /// The oracle is given up where it would take longer; or than the case allows a run.
     pub longest: Duration,
+    /// All has to be done by then: runs of the ladder and the oracle have what is left.
+    pub deadline: Deadline,
 }
 
 impl Default for TrainCertifyRequest {
@@ -116,6 +120,7 @@ impl Default for TrainCertifyRequest {
         TrainCertifyRequest {
             digits: 18,
             longest: Duration::from_secs(600),
+            deadline: Deadline::default(),
         }
     }
 }
@@ -132,11 +137,33 @@ pub fn certify(
     request: &TrainCertifyRequest,
     control: &mut dyn FnMut(OracleProgress) -> ControlFlow<()>,
 ) -> Result<TrainCertificate, OracleError> {
+    let mut reach = vec![
+        Reach {
+            distance: Some(0.0),
+            witnesses: 0
+        };
+        own.events.len()
+    ];
+    let (mut ladder, mut witnesses) = (Vec::new(), Vec::new());
+    for (method, rtol) in LADDER {
+        let (rung, record) = climb(case, own, (method, rtol), &request.deadline, &mut reach);
+        // A method makes the same errors twice.
+        if method != case.solver.method && rung.failure.is_none() {
+            witnesses.push((rung.agreeing, record));
+        }
+        ladder.push(rung);
+    }
+    // After the ladder, which is what a certificate without it rests on.
+    let solver = SolverOptions {
+        max_wall_time: request.deadline.limit(case.solver.max_wall_time),
+        ..case.solver.clone()
+    };
     let request = OracleRequest {
         threshold: threshold.cloned(),
+        end_time: beyond_the_end(case.output.end_time),
         // The run has no events of stability.
         stability: false,
-        ..oracle_request(&case.solver, &case.output, request.digits, request.longest)
+        ..oracle_request(&solver, &case.output, request.digits, request.longest)
     };
     let (solution, without_oracle) = match solve(exact, &request, control) {
         Ok(mut solution) => {
@@ -146,16 +173,6 @@ pub fn certify(
         Err(error @ OracleError::Interrupted(_)) => return Err(error),
         Err(error) => (None, Some(error.to_string())),
     };
-    let mut ladder_distance = vec![Some(0.0f64); own.events.len()];
-    let (mut ladder, mut witnesses) = (Vec::new(), Vec::new());
-    for (method, rtol) in LADDER {
-        let (rung, record) = climb(case, own, method, rtol, &mut ladder_distance);
-        // A method makes the same errors twice.
-        if method != case.solver.method && rung.failure.is_none() {
-            witnesses.push((rung.agreeing, record));
-        }
-        ladder.push(rung);
-    }
     let mut same = true;
     let excitation = Excitation::new(&case.parameters);
     // All methods share the zeros of the normal force: their distances do not show how these are rounded.
@@ -165,7 +182,7 @@ pub fn certify(
             shared = shared.max(excitation.rounding_of_zero(event.time));
         }
         let rounding = ROUNDING * f64::EPSILON * event.time + shared;
-        let ladder_uncertainty = ladder_distance[index].map(|distance| SAFETY * distance + rounding);
+        let ladder_uncertainty = reach[index].distance().map(|distance| SAFETY * distance + rounding);
         let found = solution
             .as_ref()
             .map(|solution| (solution, solution.report.events.get(index)));
@@ -216,15 +233,32 @@ pub fn certify(
     })
 }
 
-/// A run by another method, held against the run's own events; takes its distances into those of the ladder.
+/// What the ladder says of an event.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    /// The largest distance of the runs that came to it, s; `None` where one has another event.
+    distance: Option<f64>,
+    /// How many of them are by another method than the certified run.
+    witnesses: usize,
+}
+
+impl Reach {
+    fn distance(&self) -> Option<f64> {
+        self.distance.filter(|_| self.witnesses > 0)
+    }
+}
+
+/// A run by another method, held against the run's own events; takes its distances into those of the ladder. A run without time has
+/// nothing to say of what it did not come to.
 fn climb(
     case: &TrainCase,
     own: &TrainRecord,
-    method: Method,
-    rtol: f64,
-    distances: &mut [Option<f64>],
+    (method, rtol): (Method, f64),
+    deadline: &Deadline,
+    reach: &mut [Reach],
 ) -> (TrainRung, TrainRecord) {
-    let (solver, at_the_ends) = by_another_method(case, method, rtol);
+    let (mut solver, at_the_ends) = by_another_method(case, method, rtol);
+    solver.max_wall_time = deadline.limit(solver.max_wall_time);
     let output = if own.rows.is_empty() { at_the_ends } else { output(case) };
     let mut recorder = TrainRecord::default();
     let result = Run::new(case)
@@ -238,11 +272,18 @@ fn climb(
         .take_while(agrees)
         .map(|(own, other)| (own.time - other.time).abs())
         .collect();
-    for (index, distance) in distances.iter_mut().enumerate() {
-        *distance = match (*distance, agreeing.get(index)) {
+    let out_of_time = matches!(&result, Err(failure) if matches!(failure.error, RunError::OutOfTime { .. }));
+    let came_to = if out_of_time {
+        recorder.events.len()
+    } else {
+        own.events.len()
+    };
+    for (index, reach) in reach.iter_mut().enumerate().take(came_to) {
+        reach.distance = match (reach.distance, agreeing.get(index)) {
             (Some(largest), Some(here)) => Some(largest.max(*here)),
             _ => None,
         };
+        reach.witnesses += usize::from(method != case.solver.method);
     }
     let rung = TrainRung {
         method: method.name(),
@@ -258,12 +299,13 @@ fn climb(
 impl TrainCertificate {
     /// Finds out, too, what the numbers of the case, as they are written in `source` with `overrides`, do to the events that are
     /// converged, and what half a unit of the last digit of each does to what the run comes to; `given` as for
-    /// [`sensitivities`]. `stop` is asked now and then.
+    /// [`sensitivities`]. `stop` is asked now and then; once the deadline is over, it is said in their place.
     pub fn add_sensitivities(
         &mut self,
         (source, overrides): (&CaseSource, &[Override]),
         given: Option<&CaseSource>,
         own: &TrainRecord,
+        deadline: &Deadline,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
         let converged = self
@@ -271,7 +313,9 @@ impl TrainCertificate {
             .iter()
             .take_while(|event| event.uncertainty.is_some())
             .count();
-        self.sensitivities = Some(sensitivities(source, overrides, given, &own.events[..converged], stop));
+        let given_up = || stop() || deadline.is_over();
+        let found = sensitivities(source, overrides, given, &own.events[..converged], &given_up);
+        self.sensitivities = Some(found.map_err(|why| deadline.explain(why, stop())));
     }
 
     /// What the numbers of the case do, where it is known.

@@ -1,11 +1,11 @@
 //! What the numbers of a case of trains do to the events of its run, and to what the run comes to.
 //!
-//! A derivative is a difference between runs by `series`, whose events are exact to rounding: at six steps, each a sixteenth of
-//! the one before, with the leading error extrapolated away. It counts where every narrower step confirms it: where small changes
-//! grow, wide steps know nothing of the slope, and some agree with each other by chance. So everything is
-//! differentiated that a case can have, table, harmonic or bristle, by what the case file says of it.
+//! Derivatives are carried along a run by `series` ([`variation`](crate::simulation::trains::variation)), with the number moved in
+//! copies of the case: so everything is differentiated that a case can have, table, harmonic or bristle, by what the case file says
+//! of it. Two widths of the moves tell how far a derivative can be off. What half a last digit does is told by a run of its own.
 
 use crate::analysis::attractor::{Attractor, Recurrence};
+use crate::analysis::deadline::INTERRUPTED;
 use crate::analysis::influence::ParameterName;
 use crate::analysis::sensitivity::{
     Affected, Outcome, Rerun, Sensitivities, Sensitivity, difference, in_event_sequence, invalid,
@@ -15,6 +15,7 @@ use crate::hybrid::RunError;
 use crate::model::Mode;
 use crate::record::{Event, EventKind, Recorder, RecorderError, Sample, Segment};
 use crate::run::Run;
+use crate::simulation::trains::{MovedTrains, variation};
 use crate::simulation::{Method, OutputOptions, SolverOptions};
 use crate::workers::over_processors;
 use std::ops::ControlFlow;
@@ -22,24 +23,22 @@ use std::ops::ControlFlow;
 /// Relative tolerance of the runs.
 const RTOL: f64 = 1e-13;
 
-/// Steps of Taylor series that the run of the case may take for others to be made, and a rerun: about a second.
+/// Steps of Taylor series that the run of the case may take for others to be made of it: about a second. A rerun may take some
+/// times as many.
 const MOST_STEPS: usize = 40_000;
 const RERUN_FACTOR: usize = 4;
 
-/// The steps of a difference, relative to the number: the widest, and how many times narrower the next is.
-const WIDEST: f64 = 1.0 / 256.0;
-const NARROWING: f64 = 16.0;
-const WIDTHS: usize = 6;
+/// The moves of a number, relative to it: the one whose derivatives count, and a wider one that tells their error.
+const WIDTHS: [f64; 2] = [1.0 / 262_144.0, 1.0 / 131_072.0];
 
-/// The slopes below and above a number, as long as they differ by no more than this share and their noise, are one: else there is
-/// a corner between them, as where two corners of signals fall together, or the step is too wide.
-const ONE_SLOPE: f64 = 0.2;
+/// Numbers whose derivatives one run carries.
+const TOGETHER: usize = 8;
 
-/// What is confirmed lies within this many times the noise.
-const WITHIN_NOISE: f64 = 4.0;
+/// Roundings of a time in a difference of two, over the move.
+const DIFFERENCE_ROUNDING: f64 = 4.0;
 
-/// Noise beyond this many times that of rounding is no noise, but a motion that the narrowest steps do not resolve.
-const MOST_NOISE: f64 = 1e4;
+/// The error of the integration, as a share of the largest derivative so far.
+const CARRIED: f64 = 1e-9;
 
 /// Units of the last place that the time of an event varies by between two runs whose numbers hardly differ: the rounding of
 /// the state at every event before it.
@@ -105,8 +104,7 @@ impl Recorder for Times {
 /// What a run came to.
 struct Outrun {
     events: Vec<(f64, EventKind, Mode)>,
-    /// From the first on, those that are the same as in the run of the case itself.
-    agreeing: usize,
+    steps: usize,
     attractor: Option<Attractor>,
     final_stick: Option<f64>,
     sticks: usize,
@@ -171,18 +169,34 @@ struct Written<'a> {
 }
 
 impl Written<'_> {
-    /// The run of the case with this number changed, in `factor` times the steps that the case itself may take.
-    fn run(&self, change: Option<(&str, f64)>, factor: usize) -> Result<Outrun, NoRun> {
+    /// The case with this number changed.
+    fn case(&self, change: Option<(&str, f64)>) -> Result<TrainCase, CaseError> {
         let mut overrides = self.overrides.to_vec();
         overrides.extend(change.map(|(path, value)| Override::number(path, value)));
-        let case = TrainCase::parse(self.source, &overrides).map_err(NoRun::Invalid)?;
-        let solver = SolverOptions {
+        TrainCase::parse(self.source, &overrides)
+    }
+
+    fn solver(&self, case: &TrainCase, max_steps: Option<usize>) -> SolverOptions {
+        SolverOptions {
             method: Method::Series,
             rtol: RTOL,
             max_events: case.solver.max_events,
-            max_steps: Some(factor * MOST_STEPS),
+            max_steps,
             ..SolverOptions::default()
-        };
+        }
+    }
+
+    fn go_on(&self) -> ControlFlow<()> {
+        match (self.stop)() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    /// The run of the case with this number changed, in so many steps at most.
+    fn run(&self, change: Option<(&str, f64)>, max_steps: Option<usize>) -> Result<Outrun, NoRun> {
+        let case = self.case(change).map_err(NoRun::Invalid)?;
+        let solver = self.solver(&case, max_steps);
         let output = OutputOptions::at_the_ends(case.output.end_time);
         let trains = &case.parameters;
         let threshold = case.threshold.unwrap_or(0.0);
@@ -190,10 +204,7 @@ impl Written<'_> {
         let mut recurrence = Recurrence::new(trains, &mut times);
         let ended = Run::of_trains(trains, threshold, &solver, &output)
             .record(&mut recurrence)
-            .control(|_| match (self.stop)() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            })
+            .control(|_| self.go_on())
             .start();
         let report = match ended {
             Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
@@ -205,7 +216,7 @@ impl Written<'_> {
         let sticks = report.digest.cycles.stick_count;
         let final_stick = report.digest.cycles.final_stick_time;
         Ok(Outrun {
-            agreeing: times.0.len(),
+            steps: report.work.iter().map(|work| work.steps as usize).sum(),
             events: times.0,
             attractor,
             final_stick,
@@ -214,45 +225,21 @@ impl Written<'_> {
     }
 }
 
-/// What is differentiated: `certain` events of the run `base`, and its result.
-struct Differences<'a> {
+/// What is differentiated: events of the run `base`, and its result.
+struct Differentiated<'a> {
     written: Written<'a>,
     base: Outrun,
-    certain: usize,
-    /// The last of them that is an event of the contact.
+    /// The last certain event that is one of the contact.
     last: usize,
     of: Option<Affected>,
 }
 
-/// What became of the case with a number changed.
-enum Side {
-    Run(Outrun),
-    /// The case cannot have the number.
-    Invalid,
-    /// The run failed, or takes too long.
-    Unknown,
-}
-
-impl Side {
-    fn run(&self) -> Option<&Outrun> {
-        match self {
-            Side::Run(run) => Some(run),
-            _ => None,
-        }
-    }
-}
-
-/// A number changed by a step, downwards and upwards.
-struct Pair {
-    /// In the unit of the number.
-    step: f64,
-    sides: [Side; 2],
-}
-
 /// What one number does.
 struct Row {
+    /// To every event of the run.
     events: Vec<Slope>,
-    result: Option<Sensitivity>,
+    /// Whether the run begins alike with the number moved, so that its events are the same.
+    alike: bool,
 }
 
 /// Differentiates the events of a run of a case, as it is written in `source` with `overrides`, of which the first `certain`
@@ -285,11 +272,11 @@ pub fn sensitivities(
         overrides,
         stop,
     };
-    let base = written.run(None, 1).map_err(|why| match why {
+    let base = written.run(None, None).map_err(|why| match why {
         NoRun::Invalid(error) => error.to_string(),
         NoRun::Failed(text) => format!("series does not run this case: {text}"),
-        NoRun::TooLong => format!("a run by series takes more than {MOST_STEPS} steps, and some 150 runs are needed"),
-        NoRun::Interrupted => "interrupted".to_owned(),
+        NoRun::TooLong => "series takes too many steps".to_owned(),
+        NoRun::Interrupted => INTERRUPTED.to_owned(),
     })?;
     let own: Vec<_> = certain.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
     let same = agreeing(&own, &base.events);
@@ -310,30 +297,40 @@ pub fn sensitivities(
         (None, Some(_)) if all && sticks => Some(Affected::FinalStick),
         _ => Some(Affected::LastEvent),
     };
-    let differences = Differences {
+    let differentiated = Differentiated {
         written,
         base,
-        certain: own.len(),
         last: last.unwrap_or_default(),
         of,
     };
-    let rows: Option<Vec<Row>> = over_processors(numbers.len(), stop, |index| differences.row(&numbers[index]))
-        .into_iter()
-        .collect();
-    let rows = rows.filter(|rows| rows.len() == numbers.len());
-    let Some(rows) = rows else {
-        return Err("interrupted".to_owned());
+    let groups: Vec<&[TrainNumber]> = numbers.chunks(TOGETHER).collect();
+    let rows = over_processors(groups.len(), stop, |index| differentiated.rows(groups[index]));
+    let rows: Option<Vec<Vec<Row>>> = rows.into_iter().collect();
+    let rows: Vec<Row> = rows.unwrap_or_default().into_iter().flatten().collect();
+    if rows.len() != numbers.len() {
+        return Err(INTERRUPTED.to_owned());
+    }
+    let reruns = over_processors(numbers.len(), stop, |index| differentiated.reruns(&numbers[index]));
+    let reruns: Option<Vec<_>> = reruns.into_iter().collect();
+    let Some(reruns) = reruns.filter(|reruns| reruns.len() == numbers.len()) else {
+        return Err(INTERRUPTED.to_owned());
+    };
+    let of_result = |(number, (row, reruns)): (&TrainNumber, (&Row, Option<[Rerun; 2]>))| Sensitivity {
+        parameter: name(number),
+        slope: differentiated.slope_of_result(number, row),
+        half_last_digit: number.half_last_digit,
+        reruns,
     };
     Ok(TrainSensitivities {
         parameters: numbers.iter().map(name).collect(),
         events: (0..own.len())
-            .map(|event| rows.iter().map(|row| row.events[event]).collect())
+            .map(|event| rows.iter().map(|row| row.of_event(event)).collect())
             .collect(),
-        result: of.zip(differences.result()).map(|(of, (time, _))| Sensitivities {
+        result: of.zip(differentiated.result()).map(|(of, (time, _))| Sensitivities {
             of,
             time,
-            rows: rows.into_iter().filter_map(|row| row.result).collect(),
-            without_reruns: None,
+            rows: numbers.iter().zip(rows.iter().zip(reruns)).map(of_result).collect(),
+            without_reruns: differentiated.without_reruns(),
             held: String::new(),
         }),
     })
@@ -347,84 +344,165 @@ fn name(number: &TrainNumber) -> ParameterName {
     }
 }
 
-impl Differences<'_> {
+impl Row {
+    /// What the number does to an event; nothing where runs with the number moved have another there.
+    fn of_event(&self, event: usize) -> Slope {
+        if self.alike { self.events[event] } else { Slope::NONE }
+    }
+}
+
+impl Slope {
+    fn minus(self, other: Slope) -> Slope {
+        Slope {
+            value: self.value - other.value,
+            uncertainty: self.uncertainty + other.uncertainty,
+        }
+    }
+}
+
+impl Differentiated<'_> {
     fn result(&self) -> Option<(f64, f64)> {
         self.base.result(self.of?, self.last)
     }
 
-    /// What one number does; `None` if it was interrupted.
-    fn row(&self, number: &TrainNumber) -> Option<Row> {
-        let mut pairs: Vec<Pair> = Vec::with_capacity(WIDTHS);
-        let mut width = WIDEST;
-        for _ in 0..WIDTHS {
-            let step = width * number.value.abs();
-            pairs.push(Pair {
-                step,
-                sides: [self.side(number, -step)?, self.side(number, step)?],
-            });
-            width /= NARROWING;
-        }
-        let events = (0..self.certain)
-            .map(|event| {
-                let own = self.base.events[event].0;
-                let of = |run: &Outrun| (event < run.agreeing).then(|| run.events[event].0);
-                slope(&pairs, own, of, ROUNDING * f64::EPSILON * own)
+    /// The case with a number moved by so much, to both sides, or twice to the one to which it can be moved. None where it
+    /// cannot be moved.
+    fn moved(&self, number: &TrainNumber, width: f64) -> Vec<MovedTrains> {
+        let h = width * number.value.abs();
+        let copy = |steps: f64, weight: f64, bend: f64| {
+            let case = self.written.case(Some((&number.path, number.value + steps * h))).ok()?;
+            Some(MovedTrains {
+                threshold: case.threshold.unwrap_or(0.0),
+                trains: case.parameters,
+                weight: weight / h,
+                bend,
             })
-            .collect();
-        let result = match self.of {
-            None => None,
-            Some(of) => Some(self.of_result(of, number, &pairs)?),
         };
-        Some(Row { events, result })
+        let all = |copies: &[(f64, f64, f64)]| -> Option<Vec<MovedTrains>> {
+            copies
+                .iter()
+                .map(|&(steps, weight, bend)| copy(steps, weight, bend))
+                .collect()
+        };
+        let one_sided = |side: f64| {
+            all(&[
+                (0.0, -1.5 * side, 1.0),
+                (side, 2.0 * side, -2.0),
+                (2.0 * side, -0.5 * side, 1.0),
+            ])
+        };
+        let central = all(&[(1.0, 0.5, 1.0), (-1.0, -0.5, 1.0)]);
+        let found = central.or_else(|| one_sided(1.0)).or_else(|| one_sided(-1.0));
+        found.unwrap_or_default()
     }
 
-    /// The run with a number changed; `None` if it was interrupted.
-    fn side(&self, number: &TrainNumber, change: f64) -> Option<Side> {
-        match self
-            .written
-            .run(Some((&number.path, number.value + change)), RERUN_FACTOR)
-        {
-            Ok(mut run) => {
-                run.agreeing = agreeing(&run.events, &self.base.events);
-                Some(Side::Run(run))
+    /// What each of these numbers does to the events; `None` if it was interrupted.
+    fn rows(&self, numbers: &[TrainNumber]) -> Option<Vec<Row>> {
+        let columns: Vec<Vec<MovedTrains>> = numbers
+            .iter()
+            .flat_map(|number| WIDTHS.map(|width| self.moved(number, width)))
+            .collect();
+        let case = self.written.case(None).ok()?;
+        let mut times = Times::default();
+        let carried = variation(
+            (&case.parameters, case.threshold.unwrap_or(0.0)),
+            &columns,
+            &self.written.solver(&case, None),
+            &OutputOptions::at_the_ends(case.output.end_time),
+            &mut times,
+            &mut |_| self.written.go_on(),
+        );
+        if (self.written.stop)() {
+            return None;
+        }
+        // The same steps have been made before.
+        let Ok(found) = carried else {
+            return Some(numbers.iter().map(|_| self.none()).collect());
+        };
+        if agreeing(&times.0, &self.base.events) < self.base.events.len() || found.times.len() < times.0.len() {
+            return Some(numbers.iter().map(|_| self.none()).collect());
+        }
+        let row = |(index, number): (usize, &TrainNumber)| {
+            let size = number.value.abs();
+            let mut largest = 0.0f64;
+            let slope = |(event, row): (usize, &Vec<f64>)| {
+                let (value, wide) = (row[2 * index], row[2 * index + 1]);
+                largest = largest.max(value.abs());
+                let rounding = DIFFERENCE_ROUNDING * f64::EPSILON * self.base.events[event].0 / (WIDTHS[0] * size);
+                Slope {
+                    value,
+                    uncertainty: (value - wide).abs() + CARRIED * largest + rounding,
+                }
+            };
+            let known = !columns[2 * index].is_empty();
+            Row {
+                events: match known {
+                    true => found.times.iter().enumerate().map(slope).collect(),
+                    false => self.none().events,
+                },
+                alike: found.alike[2 * index],
             }
-            Err(NoRun::Invalid(_)) => Some(Side::Invalid),
-            Err(NoRun::Interrupted) => None,
-            Err(NoRun::Failed(_) | NoRun::TooLong) => Some(Side::Unknown),
+        };
+        Some(numbers.iter().enumerate().map(row).collect())
+    }
+
+    fn none(&self) -> Row {
+        Row {
+            events: vec![Slope::NONE; self.base.events.len()],
+            alike: false,
         }
     }
 
-    /// What one number does to the result; `None` if it was interrupted.
-    fn of_result(&self, of: Affected, number: &TrainNumber, pairs: &[Pair]) -> Option<Sensitivity> {
-        let last = self.last;
-        let (value, noise) = self.result()?;
-        let at = |run: &Outrun| {
-            let like = run.is_like(of, &self.base, last);
-            like.then(|| run.result(of, last)).flatten()
+    /// d(result)/d(number), s per unit, if it is known to a digit.
+    fn slope_of_result(&self, number: &TrainNumber, row: &Row) -> Option<f64> {
+        let (value, _) = self.result()?;
+        let found = match self.of? {
+            Affected::AttractorPeriod => self.slope_of_period(row)?,
+            Affected::FinalStick => {
+                let at = self.base.final_stick?;
+                row.of_event(self.base.events.iter().position(|event| event.0 == at)?)
+            }
+            Affected::LastEvent => row.of_event(self.last),
         };
-        let runs = pairs.iter().flat_map(|pair| &pair.sides).filter_map(Side::run);
-        let noise = runs.filter_map(at).fold(noise, |noise, (_, other)| noise.max(other));
-        let found = slope(pairs, value, |run| Some(at(run)?.0), noise);
         // What is not known to a digit is not said.
         let negligible = (found.value.abs() + found.uncertainty) * number.value.abs() < NEGLIGIBLE * value;
-        let slope = if found.uncertainty < 0.1 * found.value.abs() {
+        if found.uncertainty < 0.1 * found.value.abs() {
             Some(found.value)
         } else {
             negligible.then_some(0.0)
-        };
-        let reruns = match number.half_last_digit {
-            None => None,
-            Some(half) => {
-                let rerun = |change: f64| self.rerun(of, number, number.value + change, value);
-                Some([rerun(-half)?, rerun(half)?])
-            }
-        };
-        Some(Sensitivity {
-            parameter: name(number),
-            slope,
-            half_last_digit: number.half_last_digit,
-            reruns,
+        }
+    }
+
+    /// That of the last period of the motion: by how much it still changes from period to period it is uncertain.
+    fn slope_of_period(&self, row: &Row) -> Option<Slope> {
+        let sections = self.base.attractor.as_ref()?.sections;
+        let events = self.base.events.iter().enumerate();
+        let hits = events.filter(|(_, event)| matches!(event.1, EventKind::Slip | EventKind::Reversal));
+        let hits: Vec<usize> = hits.map(|(index, _)| index).collect();
+        let from_last = |back: usize| Some(row.events[hits[hits.len().checked_sub(1 + back * sections)?]]);
+        let (last, before, first) = (from_last(0)?, from_last(1)?, from_last(2)?);
+        let (period, earlier) = (last.minus(before), before.minus(first));
+        Some(Slope {
+            value: period.value,
+            uncertainty: period.uncertainty + (period.value - earlier.value).abs(),
         })
+    }
+
+    /// Why there are no reruns, where there are none.
+    fn without_reruns(&self) -> Option<String> {
+        (self.base.steps > MOST_STEPS).then(|| {
+            format!("the run takes more than {MOST_STEPS} steps, and two more runs are needed for each number")
+        })
+    }
+
+    /// What half a last digit of a number does to the result, if that is known; outer `None` if it was interrupted.
+    fn reruns(&self, number: &TrainNumber) -> Option<Option<[Rerun; 2]>> {
+        let (Some(half), Some(of), None) = (number.half_last_digit, self.of, self.without_reruns()) else {
+            return Some(None);
+        };
+        let (value, _) = self.result()?;
+        let rerun = |change: f64| self.rerun(of, number, number.value + change, value);
+        Some(Some([rerun(-half)?, rerun(half)?]))
     }
 
     /// The case with another number; `None` if it was interrupted.
@@ -439,7 +517,10 @@ impl Differences<'_> {
             })
         };
         let last = self.last;
-        let run = match self.written.run(Some((&number.path, value)), RERUN_FACTOR) {
+        let run = match self
+            .written
+            .run(Some((&number.path, value)), Some(RERUN_FACTOR * MOST_STEPS))
+        {
             Ok(run) => run,
             Err(NoRun::Interrupted) => return None,
             Err(NoRun::Invalid(error)) => return rerun(Outcome::Invalid, None, None, invalid(&error, &number.path)),
@@ -479,81 +560,4 @@ impl Differences<'_> {
         let shift = shift.filter(|_| like || of != Affected::LastEvent);
         rerun(outcome, shift, Some(run.sticks), remark)
     }
-}
-
-/// The derivative of what `of` takes from a run, which is `own` in the run of the case itself: by central differences at several
-/// steps, or by one-sided ones where the case cannot have the number on the other side. `noise` is what the value varies by
-/// between runs whose numbers hardly differ.
-fn slope(pairs: &[Pair], own: f64, of: impl Fn(&Outrun) -> Option<f64>, noise: f64) -> Slope {
-    let at_limit = |side: usize| pairs.iter().all(|pair| matches!(pair.sides[side], Side::Invalid));
-    let one_sided = at_limit(0) || at_limit(1);
-    let difference = |pair: &Pair, noise: f64| {
-        let of_side = |side: usize| {
-            let value = pair.sides[side].run().and_then(&of)?;
-            Some((value - own) / if side == 0 { -pair.step } else { pair.step })
-        };
-        if one_sided {
-            return of_side(usize::from(at_limit(0)));
-        }
-        let (below, above) = (of_side(0)?, of_side(1)?);
-        let noise = WITHIN_NOISE * 2.0 * noise / pair.step;
-        let one = (above - below).abs() <= ONE_SLOPE * above.abs().max(below.abs()) + noise;
-        one.then(|| f64::midpoint(below, above))
-    };
-    // What the narrowest steps scatter by is noise that has grown on the way to the event.
-    let scattered = |pair: &[Pair]| {
-        let any = f64::INFINITY;
-        let (wide, narrow) = (difference(&pair[0], any)?, difference(&pair[1], any)?);
-        Some((wide - narrow).abs() * pair[1].step / 2.0)
-    };
-    let last = pairs.len().saturating_sub(3);
-    let scatter = pairs[last..].windows(2).map(scattered);
-    let Some(grown) = scatter.reduce(|one, other| Some(one?.max(other?))).flatten() else {
-        return Slope::NONE;
-    };
-    if grown > MOST_NOISE * noise {
-        return Slope::NONE;
-    }
-    let noise = noise.max(grown);
-    // (difference, what the noise of its values makes of it)
-    let mut differences: Vec<Option<(f64, f64)>> = pairs
-        .iter()
-        .map(|pair| Some((difference(pair, noise)?, 2.0 * noise / pair.step)))
-        .collect();
-    // The error of a one-sided difference is of first order, that of a central one of second.
-    if one_sided {
-        differences = extrapolated(&differences, NARROWING);
-    }
-    let better = extrapolated(&differences, NARROWING * NARROWING);
-    let candidates = better.iter().enumerate().filter_map(|(index, better)| {
-        let better = (*better)?;
-        let narrow = differences[index + 1]?;
-        let found = Slope {
-            value: better.0,
-            uncertainty: (better.0 - narrow.0).abs() + better.1,
-        };
-        let narrower = &differences[index + 2..];
-        let confirms = |other: &Option<(f64, f64)>| {
-            other.is_some_and(|(value, noise)| (value - found.value).abs() <= found.uncertainty + WITHIN_NOISE * noise)
-        };
-        (!narrower.is_empty() && narrower.iter().all(confirms)).then_some(found)
-    });
-    candidates
-        .min_by(|a, b| a.uncertainty.total_cmp(&b.uncertainty))
-        .unwrap_or(Slope::NONE)
-}
-
-/// Takes away an error that falls by `factor` from each to the next.
-fn extrapolated(differences: &[Option<(f64, f64)>], factor: f64) -> Vec<Option<(f64, f64)>> {
-    let pairs = differences.windows(2);
-    pairs
-        .map(|pair| {
-            let (wide, narrow) = (pair[0]?, pair[1]?);
-            let share = 1.0 / (factor - 1.0);
-            Some((
-                narrow.0 + share * (narrow.0 - wide.0),
-                narrow.1 + share * (narrow.1 + wide.1),
-            ))
-        })
-        .collect()
 }

@@ -191,17 +191,27 @@ fn ask(
     let statement = match (testimony, beside.differs) {
         (Testimony::LeftOut, _) => format!("witness: method {name} was given up: it takes too long"),
         (Testimony::Failed, _) => format!("witness: method {name} fails"),
-        (_, None) => format!(
-            "witness: method {name} finds the same {} events, the farthest {:.1e} s away",
-            own.len(),
-            beside.largest
-        ),
+        (_, None) => match own.len() {
+            0 => format!("witness: method {name} finds no event either"),
+            1 => format!(
+                "witness: method {name} finds the same event, {:.1e} s away",
+                beside.largest
+            ),
+            events => format!(
+                "witness: method {name} finds the same {events} events, the farthest {:.1e} s away",
+                beside.largest
+            ),
+        },
         (_, Some(time)) => format!(
-            "another method, {name}, agrees with {} events only: from t = {time:.6} s on it finds others, or the same more than a \
+            "another method, {name}, agrees with {} only: from t = {time:.6} s on it finds others, or the same more than a \
              thousandth of the time between two events away. What follows may be amplified error of the methods, and no result: \
              stickslip certify says which events hold; a smaller solver.rtol helps where the error is the method's, and a \
              [[perturbation]] where an instability starts from rounding",
-            beside.index
+            match beside.index {
+                0 => "no event".to_owned(),
+                1 => "one event".to_owned(),
+                events => format!("{events} events"),
+            }
         ),
     };
     let witness = TrainWitness {

@@ -316,8 +316,7 @@ fn by_oracle(
     };
     let request = OracleRequest {
         threshold: threshold.cloned(),
-        // Runs are held against it up to the end, and have no events of stability.
-        end_time: BigRational::from_float(case.output.end_time).unwrap_or_default(),
+        // Runs have no events of stability.
         stability: false,
         ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
     };

@@ -11,7 +11,7 @@ use super::table::Table;
 use super::unit_factor;
 use crate::case::quantity::Dimension;
 use crate::record::{Event, EventKind};
-use crate::results::ForeignFile;
+use crate::results::{ForeignFile, check_sound};
 use std::path::Path;
 
 /// Names of the columns of an events table, where nothing else is said.
@@ -84,6 +84,7 @@ fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
     if start.starts_with(b"\x89HDF") {
         super::refuse_pipe(&source)?;
         let file = ForeignFile::open(path)?;
+        check_sound(path)?;
         return Ok(Box::new(ForeignTable { file }));
     }
     Ok(if start.starts_with(b"PK") {

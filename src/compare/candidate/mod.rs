@@ -26,7 +26,7 @@ use crate::case::AnyCase;
 use crate::case::quantity::Dimension;
 use crate::model::trains::Pressing;
 use crate::quote::shown;
-use crate::results::{ForeignFile, ResultError, ResultFile};
+use crate::results::{ForeignFile, ResultError, ResultFile, check_sound};
 use crate::simulation::trains::{further, is_short};
 use binout::BinoutTable;
 use csv::CsvTable;
@@ -76,7 +76,11 @@ impl Candidate {
         let start = &head[..head.len().min(8)];
         if start.starts_with(b"\x89HDF") {
             refuse_pipe(&source)?;
-            return match ResultFile::open(path) {
+            let own = ResultFile::open(path);
+            if matches!(own, Ok(_) | Err(ResultError::NotAResult { .. })) {
+                check_sound(path)?;
+            }
+            return match own {
                 Ok(file) => Candidate::own(path, file, physics),
                 Err(ResultError::NotAResult { .. }) => {
                     let file = ForeignFile::open(path)?;

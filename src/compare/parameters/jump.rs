@@ -173,16 +173,7 @@ fn moved(physics: &Physics, from: f64, motion: &Components, to: f64) -> Componen
     let mut y = course.state(&start, &[]);
     let (system, driving) = (physics.system(), course.driving(from));
     let mode = Mode::sliding(system.relative_velocity(&driving, &y));
-    let mut t = from;
-    for _ in 0..MOST_STEPS {
-        let rest = to - t;
-        let step = course.expand(mode, t, &y, rest.abs()).copysign(rest);
-        course.after(step, &mut y);
-        if step == rest {
-            break;
-        }
-        t += step;
-    }
+    course.go(mode, (from, to), &mut y, MOST_STEPS, &mut |_, _| {});
     Components {
         rotor_twist: system.rotor.twist(0, &y),
         rotor_twist_rate: system.rotor.twist_rate(0, &y),

@@ -144,25 +144,18 @@ impl<'a> Walk<'a> {
         let (Some(left), Some(right)) = (&self.left, &self.right) else {
             return;
         };
-        let (mut time, mut y) = (left.time, left.y.clone());
-        while time < right.time && self.steps.len() < MOST_STEPS {
-            let rest = right.time - time;
-            let length = self.course.expand(left.mode, time, &y, rest);
-            self.steps.push((time, y.clone()));
-            let next = if length >= rest { right.time } else { time + length };
-            if next.is_nan() || next <= time {
-                break;
-            }
-            self.course.after(next - time, &mut y);
-            time = next;
-        }
+        let (span, mut y) = ((left.time, right.time), left.y.clone());
+        let (course, steps) = (&mut self.course, &mut self.steps);
+        let arrived = course.go(left.mode, span, &mut y, MOST_STEPS, &mut |time, y| {
+            steps.push((time, y.to_vec()));
+        });
         self.expanded = Some(self.steps.len().saturating_sub(1));
         self.integrated |= self.steps.len() > 1;
         let sizes = self.course.sizes();
         let miss = |k: usize| (y[k] - right.y[k]).abs() / (sizes[k] + right.y[k].abs());
         // What is not finite misses by all.
         let worse = |worst: f64, miss: f64| if miss <= worst || worst.is_nan() { worst } else { miss };
-        self.miss = if time >= right.time {
+        self.miss = if arrived {
             let all = (0..self.physics.system().mechanical()).map(miss);
             all.fold(0.0, worse)
         } else {

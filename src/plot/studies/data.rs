@@ -157,7 +157,8 @@ impl StudyQuantity {
         drawn_axis(&self.name, &self.units, &self.long_name)
     }
 
-    fn varies(&self) -> bool {
+    /// Whether it differs from point to point.
+    pub(super) fn varies(&self) -> bool {
         let mut numbers = self.values.iter().filter(|value| !value.is_nan());
         let first = numbers.next();
         numbers.any(|value| Some(value) != first)
@@ -297,12 +298,20 @@ impl StudyData {
         })
     }
 
-    /// The quantities that the study asks for. Where it asks for none, the one of most interest: the first of `wishes` that
-    /// differs from point to point; else the first quantity that does, or the first of all.
+    fn asked(&self) -> impl Iterator<Item = &StudyQuantity> {
+        self.asked.iter().filter_map(|name| self.quantity(name).ok())
+    }
+
+    /// Whether the study asks for a quantity that it has.
+    pub(super) fn asks(&self) -> bool {
+        self.asked().next().is_some()
+    }
+
+    /// The quantities that the study asks for. Where it asks for none, the first of `wishes` that differs from point to point; else the
+    /// first quantity that does, or the first of all.
     pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
-        let asked: Vec<&StudyQuantity> = self.asked.iter().filter_map(|name| self.quantity(name).ok()).collect();
-        if !asked.is_empty() {
-            return asked;
+        if self.asks() {
+            return self.asked().collect();
         }
         let named = wishes.iter().filter_map(|wish| self.quantity(wish).ok());
         let all = named.chain(&self.quantities);

@@ -28,7 +28,7 @@ pub use data::{StudyAxis, StudyData, StudyQuantity};
 /// What is to be drawn of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Choice {
-    /// By the names of their variables; none: the one of most interest.
+    /// By the names of their variables; none: those that the study asks for, or one that varies.
     pub quantities: Vec<String>,
     /// Horizontal and vertical axis of a map, by name or key.
     pub axes: Option<[String; 2]>,
@@ -101,7 +101,15 @@ pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
     let mut figures = Vec::new();
     for quantity in quantities(&data, choice)? {
         if data.is_grid {
-            figures.push(plane::or_curves(&data, quantity, choice)?);
+            let mut figure = plane::or_curves(&data, quantity, choice)?;
+            if choice.quantities.is_empty() && !data.asks() {
+                figure.title += if quantity.varies() {
+                    ", the first quantity that varies"
+                } else {
+                    ", as no quantity varies"
+                };
+            }
+            figures.push(figure);
             continue;
         }
         let traced = file.text("boundary/x").is_some();
@@ -135,14 +143,13 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
     Ok(found)
 }
 
-/// Those that are asked for, here or by the study; else the one of most interest: of a grid the number of sticks or what the
-/// motion comes to, of a sample the onset.
+/// Those that are asked for, here or by the study; else of a grid the first that varies, of a sample the onset.
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
         let wishes: &[&str] = if data.is_grid {
-            &["motion", "stick_count", "onset_time"]
+            &[]
         } else {
-            &["onset_time", "attractor_period", "stick_count"]
+            &["onset_time", "attractor_period"]
         };
         return Ok(data.of_interest(wishes));
     }

@@ -291,6 +291,38 @@ impl Course {
         }
     }
 
+    /// Takes a state from one time (s) to another, later or earlier, by the series; `each` is told where every step begins, with the
+    /// state. Whether it has come there in so many steps.
+    pub fn go(
+        &mut self,
+        mode: Mode,
+        (from, to): (f64, f64),
+        y: &mut [f64],
+        most_steps: usize,
+        each: &mut dyn FnMut(f64, &[f64]),
+    ) -> bool {
+        let mut time = from;
+        for _ in 0..most_steps {
+            let rest = to - time;
+            if rest == 0.0 {
+                break;
+            }
+            let length = self.expand(mode, time, y, rest.abs());
+            each(time, y);
+            let next = if length >= rest.abs() {
+                to
+            } else {
+                time + length.copysign(rest)
+            };
+            if next.is_nan() || next == time {
+                break;
+            }
+            self.after(next - time, y);
+            time = next;
+        }
+        time == to
+    }
+
     fn expand_to(&mut self, mode: Mode, t: f64, y: &[f64], longest: f64, terms: usize) -> f64 {
         self.fill(mode, t, y, terms, true);
         let (system, unit) = (&self.dynamics.system, self.expansion.unit);

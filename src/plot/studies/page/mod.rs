@@ -128,7 +128,7 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
             },
         ));
     }
-    let interest = data.of_interest(&["motion", "stick_count", "onset_time"]);
+    let interest = data.of_interest(&[]);
     let first = chosen
         .iter()
         .position(|quantity| Some(quantity.name.as_str()) == interest.first().map(|q| q.name.as_str()));

@@ -1,0 +1,78 @@
+//! Cases of two trains: their texts, what changes them, and runs that are certified.
+
+use num_rational::BigRational;
+use std::ops::ControlFlow;
+use std::time::Duration;
+use stickslip::Run;
+use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRecord, certify};
+use stickslip::case::{CaseSource, Origin, Override, TrainCase};
+use stickslip::oracle::{self, OracleError, OracleRequest, OracleSolution};
+use stickslip::record::Recorder;
+use stickslip::simulation::{RunFailure, RunReport, SolverOptions};
+
+/// A case that is written in a test.
+pub fn source(text: &str) -> CaseSource {
+    CaseSource {
+        text: text.to_owned(),
+        origin: Origin::File("case.toml".into()),
+    }
+}
+
+/// Settings as by `--set`.
+pub fn overrides(settings: &[&str]) -> Vec<Override> {
+    settings
+        .iter()
+        .map(|setting| Override::parse(setting).unwrap())
+        .collect()
+}
+
+/// The run of a case with these settings of the solver.
+pub fn run(
+    case: &TrainCase,
+    solver: &SolverOptions,
+    recorder: &mut dyn Recorder,
+) -> Result<RunReport, Box<RunFailure>> {
+    Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), solver, &case.output)
+        .record(recorder)
+        .start()
+}
+
+/// What is certified of the run of a case by its own settings.
+pub fn recorded(case: &TrainCase) -> TrainRecord {
+    let mut record = TrainRecord::default();
+    run(case, &case.solver, &mut record).unwrap();
+    record
+}
+
+/// The exact events of a case, each with so many digits.
+pub fn truth(
+    (source, changes): (&CaseSource, &[Override]),
+    case: &TrainCase,
+    digits: u32,
+) -> Result<OracleSolution, OracleError> {
+    let exact = TrainCase::exact_parameters(source, changes).unwrap();
+    let request = OracleRequest {
+        digits,
+        end_time: BigRational::from_float(case.output.end_time).unwrap(),
+        longest: Duration::from_secs(120),
+        threshold: TrainCase::exact_threshold(source, changes).unwrap(),
+        stability: false,
+        ..OracleRequest::default()
+    };
+    oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(()))
+}
+
+/// A case, its run, and the certificate that is asked for.
+pub fn certified(
+    source: &CaseSource,
+    changes: &[Override],
+    request: &TrainCertifyRequest,
+) -> (TrainCase, TrainRecord, TrainCertificate) {
+    let case = TrainCase::parse(source, changes).unwrap();
+    let exact = TrainCase::exact_parameters(source, changes).unwrap();
+    let threshold = TrainCase::exact_threshold(source, changes).unwrap();
+    let record = recorded(&case);
+    let exact = (&exact, threshold.as_ref());
+    let certificate = certify(&case, exact, &record, request, &mut |_| ControlFlow::Continue(()));
+    (case, record, certificate.unwrap())
+}
