@@ -46,7 +46,7 @@ pub struct TrainWitness {
 pub fn warnings(solver: &SolverOptions, summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
     let mut found = Vec::new();
     let remedy = || BalanceRemedy::Tolerances(solver.clone());
-    let open = open_balance(summary.energy_residual, summary.energy_turnover, remedy);
+    let open = open_balance((summary.energy_residual, summary.energy_turnover), solver, remedy);
     let undecided = grazing(summary.grazing, solver);
     found.extend(open.into_iter().chain(undecided).map(|warning| warning.to_string()));
     if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
