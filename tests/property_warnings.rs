@@ -159,3 +159,31 @@ fn property_advice_on_accuracy_fits_the_method() {
     );
     assert_eq!(remedy(None, 1e-10, Method::Auto), "Use --method series");
 }
+
+/// The limit of an open balance follows `rtol`, where a method controls its error; a fixed step has no such excuse.
+#[test]
+fn property_an_open_balance_is_measured_by_the_tolerance() {
+    let with = |settings: &[&str]| {
+        let overrides: Vec<Override> = settings.iter().map(|s| Override::parse(s).unwrap()).collect();
+        Case::parse(&CaseSource::built_in("paper").unwrap(), &overrides).unwrap()
+    };
+    let loose = with(&["solver.method=\"cvode\"", "solver.rtol=1e-5"]);
+    let (_, report) = run(&loose.parameters, &loose.solver, &loose.output);
+    let summary = Summary::of_run(&loose.parameters, &report);
+    // 3e-5 of the energy turned over.
+    assert!(summary.energy_residual > 1e-6 * summary.energy_turnover);
+    let open = |case: &Case| {
+        let warnings = warnings(case, &summary);
+        warnings
+            .iter()
+            .any(|warning| matches!(warning, Warning::OpenBalance { .. }))
+    };
+    assert!(!open(&loose));
+    assert!(open(&with(&["solver.rtol=1e-7"])));
+    let mut stepped = loose.clone();
+    stepped.solver.method = Method::Erk;
+    stepped.solver.fixed_step = Some(1e-5);
+    assert!(open(&stepped));
+    stepped.solver.fixed_step = None;
+    assert!(!open(&stepped));
+}

@@ -76,8 +76,9 @@ pub trait Dynamics: Send + Sync + 'static {
     }
 
     /// How long (s) a step from a state may be for a solver to see what the equations do on the way. Step control alone does
-    /// not know of what happens between the stages of a step. Infinite where the equations change no faster than the solution.
-    fn reach(&self, _location: &Self::Location, _t: f64, _y: &[f64]) -> f64 {
+    /// not know of what happens between the stages of a step; `one_step` says that the solver has stages, and is not a
+    /// multistep method. Infinite where the equations change no faster than the solution.
+    fn reach(&self, _location: &Self::Location, _t: f64, _y: &[f64], _one_step: bool) -> f64 {
         f64::INFINITY
     }
 

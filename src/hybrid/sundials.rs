@@ -149,11 +149,14 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
             self.step.start = self.tau;
             self.step.start_state.copy_from_slice(&self.state);
         }
-        let reach = self.dynamics.reach(&self.location, self.origin + self.tau, &self.state);
-        let stop = self.span.min(self.tau + reach);
-        if stop != self.stop && !self.fixed_step {
-            self.step.solver.set_stop_time(Some(stop))?;
-            self.stop = stop;
+        if !self.fixed_step {
+            let (t, one_step) = (self.origin + self.tau, self.step.probe.is_some());
+            let reach = self.dynamics.reach(&self.location, t, &self.state, one_step);
+            let stop = self.span.min(self.tau + reach);
+            if stop != self.stop {
+                self.step.solver.set_stop_time(Some(stop))?;
+                self.stop = stop;
+            }
         }
         let outcome = self.step.solver.advance(self.span, Task::OneStep)?;
         let mut advance = Advance::Stepped;

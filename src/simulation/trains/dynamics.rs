@@ -53,7 +53,9 @@ pub struct TrainDynamics {
 struct Rates {
     /// The largest magnitude in any mode, 1/s.
     fastest: f64,
-    /// The fastest damping over the slowest motion, of the mode in which friction slides.
+    /// The fastest damping where friction slides, over the slowest motion. Of a contact without stick that is the slowest motion
+    /// of the open trains: at rest the contact's own damping makes the slowest motion slower by as much as it is fast, and
+    /// no event follows that creep.
     stiffness: f64,
 }
 
@@ -73,6 +75,7 @@ impl Rates {
             _ => &[Mode::Separated, Mode::Engaged],
         };
         let mut rates = Rates::default();
+        let mut open = f64::INFINITY;
         for &mode in contact {
             let mut jacobian = DMatrix::zeros(system.dimension, system.dimension);
             system.jacobian(mode, 1.0, 0, &outside, &rest, &mut jacobian.as_view_mut());
@@ -80,11 +83,15 @@ impl Rates {
             let eigenvalues = jacobian.view((0, 0), (n, n)).into_owned().complex_eigenvalues();
             let fastest = eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max);
             rates.fastest = rates.fastest.max(fastest);
+            let moving = || eigenvalues.iter().filter(|value| value.norm() > STANDING * fastest);
+            let slowest = moving().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
+            if mode == Mode::Separated {
+                open = slowest;
+            }
             if matches!(mode, Mode::SlipForward | Mode::Engaged) {
-                let moving = || eigenvalues.iter().filter(|value| value.norm() > STANDING * fastest);
-                let slowest = moving().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
                 let damping = moving().map(|value| -value.re).fold(0.0, f64::max);
-                rates.stiffness = damping / slowest;
+                let of_trains = mode == Mode::Engaged && open.is_finite();
+                rates.stiffness = damping / if of_trains { open } else { slowest };
             }
         }
         rates
@@ -317,9 +324,13 @@ impl Dynamics for TrainDynamics {
         }
     }
 
-    fn reach(&self, location: &TrainLocation, t: f64, y: &[f64]) -> f64 {
-        if matches!(location.mode, Mode::Stick | Mode::Separated) {
-            return f64::INFINITY;
+    fn reach(&self, location: &TrainLocation, t: f64, y: &[f64], one_step: bool) -> f64 {
+        match location.mode {
+            Mode::Stick | Mode::Separated => return f64::INFINITY,
+            // The short steps of a multistep method through the smoothed zero of friction, which is on the way to every speed,
+            // see the rest as well. Limits make it begin anew near knots of a law, with steps of nothing but rounding.
+            Mode::Engaged if !one_step => return f64::INFINITY,
+            _ => {}
         }
         let (system, unit) = (&self.system, self.unit(location.stretch));
         let x = system.relative_velocity(&self.outside(location, t), y).abs();
