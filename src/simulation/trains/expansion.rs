@@ -5,7 +5,7 @@
 //! from their differential equations: t' = (1 - t^2) v' for tanh, a' = v'/(1 + v^2) for arctan.
 
 use super::dynamics::{TrainDynamics, TrainLocation};
-use super::excitation::{DrivingSeries, OutsideSeries};
+use super::excitation::OutsideSeries;
 use crate::friction::{Factors, FrictionSeries, Law, LawSeries};
 use crate::model::Mode;
 use crate::model::trains::Smoothing;
