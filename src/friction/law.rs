@@ -201,9 +201,10 @@ pub fn pressed_product<T: Number, const N: usize>(
     degree: usize,
 ) -> T {
     let newest = force[0].clone() * shape.get(n);
-    if n > 0 && degree > 0 {
-        shape.product(force, n, 1, degree) + newest
-    } else {
-        newest
+    match degree.min(n) {
+        0 => newest,
+        // A straight line, as F_n is once the axial motion has died away.
+        1 => force[1].clone() * shape.get(n - 1) + newest,
+        _ => shape.product(force, n, 1, degree) + newest,
     }
 }

@@ -282,7 +282,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
         of_series!(self, series => LawSeries::<T, N>::start(series, x, unit));
     }
 
-    #[inline]
+    #[inline(always)]
     fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
         of_series!(self, series => LawSeries::<T, N>::extend(series, n, rate, reciprocal));
     }
@@ -292,7 +292,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
         of_series!(self, series => LawSeries::<T, N>::extend_from(series, n, x));
     }
 
-    #[inline]
+    #[inline(always)]
     fn shape(&self, n: usize) -> T {
         of_series!(self, series => LawSeries::<T, N>::shape(series, n))
     }
@@ -302,7 +302,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
         of_series!(self, series => LawSeries::<T, N>::slope_shape(series, n))
     }
 
-    #[inline]
+    #[inline(always)]
     fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
         of_series!(self, series => LawSeries::<T, N>::pressed(series, force, n, degree))
     }

@@ -76,6 +76,53 @@ pub fn product<T: Number, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
     std::array::from_fn(|n| unfolding.product(a, n, 0, N - 1))
 }
 
+/// Adds `factor` a b to a series whose number of coefficients is a multiple of four, to as many as `b` has. `a` is zero beyond
+/// its end.
+pub(crate) fn add_product<const N: usize>(sum: &mut [f64; N], factor: f64, a: &[f64], b: &[f64]) {
+    const { assert!(N.is_multiple_of(4)) };
+    // Behind zeros, for those with a negative index.
+    let mut behind = [[0.0; N]; 2];
+    behind[1][..b.len()].copy_from_slice(b);
+    let behind = behind.as_flattened();
+    let groups = sum.as_chunks_mut::<4>().0;
+    for (group, sums) in groups.iter_mut().take(b.len().div_ceil(4)).enumerate() {
+        let end = 4 * (group + 1);
+        let mut found = [0.0; 4];
+        for (a, b) in a[..end.min(a.len())].iter().zip(behind[..N + end].windows(4).rev()) {
+            for (found, b) in found.iter_mut().zip(b) {
+                *found += a * b;
+            }
+        }
+        for (sum, found) in sums.iter_mut().zip(found) {
+            *sum += factor * found;
+        }
+    }
+}
+
+/// Adds `factor` a^2 to a series whose number of coefficients is a multiple of four, to as many as `a` has. Each pair is taken
+/// once.
+pub(crate) fn add_square<const N: usize>(sum: &mut [f64; N], factor: f64, a: &[f64]) {
+    const { assert!(N.is_multiple_of(4)) };
+    let mut all = [0.0; N];
+    all[..a.len()].copy_from_slice(a);
+    let groups = sum.as_chunks_mut::<4>().0;
+    for (group, sums) in groups.iter_mut().take(a.len().div_ceil(4)).enumerate() {
+        // Coefficients 4 group + j, j < 4: pairs of which one is below `half`, and those of four from there on.
+        let half = 2 * group;
+        let mut found = [0.0; 4];
+        for (a, b) in all[..half].iter().zip(all[..2 * half + 4].windows(4).rev()) {
+            for (found, b) in found.iter_mut().zip(b) {
+                *found += a * b;
+            }
+        }
+        let [a, b, c, d] = std::array::from_fn(|j| all[half + j]);
+        let middle = [a * a, 2.0 * (a * b), 2.0 * (a * c) + b * b, 2.0 * (a * d + b * c)];
+        for (sum, (found, middle)) in sums.iter_mut().zip(found.into_iter().zip(middle)) {
+            *sum += factor * (2.0 * found + middle);
+        }
+    }
+}
+
 /// Fills `c` with the coefficients of the solution of q'' + 2 sigma q' + omega0_squared q = 0 from its value and its
 /// derivative; all of them in the unit of x. At least two coefficients.
 pub(crate) fn damped_oscillation<T: Number>(sigma: &T, omega0_squared: &T, value: T, rate: T, c: &mut [T]) {
@@ -174,6 +221,26 @@ mod tests {
                     let left_out: f64 = (0..from).map(|k| a[k] * b[n - k]).sum();
                     prop_assert!((some - (plain - left_out)).abs() <= 1e-14 * N as f64);
                 }
+            }
+        }
+    }
+
+    proptest! {
+        /// Products in groups of four are those of a plain loop, at any degree of the one factor and any number of
+        /// coefficients, and what is behind those is not looked at.
+        #[test]
+        fn property_added_products_are_their_sums(
+            a in proptest::array::uniform24(-1.0..1.0f64), b in proptest::array::uniform24(-1.0..1.0f64),
+            degree in 0..N, terms in 1..=N,
+        ) {
+            let (mut product, mut square) = ([0.5; N], [0.5; N]);
+            add_product(&mut product, 3.0, &a[..=degree.min(terms - 1)], &b[..terms]);
+            add_square(&mut square, 3.0, &b[..terms]);
+            for n in 0..terms {
+                let of_product: f64 = (0..=n.min(degree)).map(|k| a[k] * b[n - k]).sum();
+                let of_square: f64 = (0..=n).map(|k| b[k] * b[n - k]).sum();
+                prop_assert!((product[n] - (0.5 + 3.0 * of_product)).abs() <= 1e-14 * N as f64);
+                prop_assert!((square[n] - (0.5 + 3.0 * of_square)).abs() <= 1e-14 * N as f64);
             }
         }
     }

@@ -135,6 +135,17 @@ impl Side {
         speeds
     }
 
+    /// Speed of the outermost inertia, rad/s; `None` of a surface that is rigid.
+    pub fn outermost_speed(&self, driving: &Driving, y: &[f64]) -> Option<f64> {
+        let outermost = self.inertia.len().checked_sub(1)?;
+        let base = self.base(driving, y);
+        Some(if outermost < self.shafts() {
+            base - self.sign * self.twist_rate(outermost, y)
+        } else {
+            base
+        })
+    }
+
     /// Speed of the surface, rad/s.
     #[inline]
     pub fn surface_speed(&self, driving: &Driving, y: &[f64]) -> f64 {
@@ -232,8 +243,15 @@ impl Side {
     }
 
     fn kinetic_energy(&self, driving: &Driving, y: &[f64]) -> f64 {
-        let speeds = self.speeds(driving, y);
-        speeds.iter().zip(&self.inertia).map(|(w, j)| 0.5 * j * w * w).sum()
+        let mut speed = self.base(driving, y);
+        let mut energy = 0.0;
+        for (i, inertia) in self.inertia.iter().enumerate().rev() {
+            if i < self.shafts() {
+                speed -= self.sign * self.twist_rate(i, y);
+            }
+            energy += 0.5 * inertia * speed * speed;
+        }
+        energy
     }
 
     fn elastic_energy(&self, y: &[f64]) -> f64 {
@@ -477,22 +495,35 @@ impl TrainSystem {
 
     /// dy/dt in a mode.
     pub fn rates(&self, mode: Mode, sense: f64, piece: usize, outside: &Outside, y: &[f64], dydt: &mut [f64]) {
-        let w = self.relative_velocity(outside, y);
-        let torque = self.interface_torque(mode, sense, piece, outside, y);
-        let joined = (mode == Mode::Stick).then(|| {
-            let (rotor, stator) = self.surfaces(outside, y);
-            let [a, b] = [outside.rotor.acceleration, outside.stator.acceleration];
-            self.joined(rotor.torque, stator.torque, a, b)
-        });
+        // As in `interface_torque`, each once.
+        let (mut joined, mut deflection_rate) = (None, 0.0);
+        let (w, torque) = match mode {
+            Mode::Separated => (self.relative_velocity(outside, y), 0.0),
+            Mode::Stick => {
+                let (rotor, stator) = self.surfaces(outside, y);
+                let [a, b] = [outside.rotor.acceleration, outside.stator.acceleration];
+                joined = Some(self.joined(rotor.torque, stator.torque, a, b));
+                (0.0, self.transmitted(&rotor, &stator, outside))
+            }
+            Mode::SlipForward | Mode::SlipBackward => {
+                let w = self.relative_velocity(outside, y);
+                (
+                    w,
+                    self.sliding_torque(self.law_in(piece), sense, w, outside.normal_force),
+                )
+            }
+            Mode::Engaged => {
+                let w = self.relative_velocity(outside, y);
+                let coefficient;
+                (coefficient, deflection_rate) = self.engaged(self.law_in(piece), sense, w, y);
+                (w, coefficient * self.radius * outside.normal_force)
+            }
+        };
         let (rotor_work, rotor_loss) = self.rotor.rates(&outside.rotor, torque, joined, y, dydt);
         let (stator_work, stator_loss) = self.stator.rates(&outside.stator, torque, joined, y, dydt);
         if let Engagement::Bristles(.., at) = self.engagement {
-            dydt[at] = match mode {
-                Mode::Engaged => self.engaged(self.law_in(piece), sense, w, y).1,
-                _ => 0.0,
-            };
+            dydt[at] = deflection_rate;
         }
-        let w = if mode == Mode::Stick { 0.0 } else { w };
         let quadratures = &mut dydt[self.slip..];
         quadratures[0] = w;
         quadratures[FRICTION_LOSS] = torque * w;

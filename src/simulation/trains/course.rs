@@ -408,7 +408,7 @@ impl Course {
             Quantity::Twist(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index],
             Quantity::TwistRate(Part { of, index }) => expansion.state[self.side(of).twists + 2 * index + 1],
             Quantity::Speed(Part { of, index }) if index < self.side(of).inertia.len() => {
-                *expansion.speed(at(of), index)
+                expansion.speed(self.side(of), at(of), index)
             }
             Quantity::Speed(Part { of, .. }) => *expansion.end_speed(at(of)),
             Quantity::Angle(part) => self.angle(part),

@@ -66,10 +66,14 @@ pub struct OutsideSeries<const N: usize> {
 pub struct DrivingSeries<const N: usize> {
     /// rad/s.
     pub speed: [f64; N],
+    /// The degree beyond which the speed has no coefficients; `None` of an end that stands or is free.
+    pub speed_degree: Option<usize>,
     /// rad/s^2.
     pub acceleration: [f64; N],
     /// N m.
     pub torque: [f64; N],
+    /// The degree beyond which the torque has no coefficients.
+    pub torque_degree: usize,
 }
 
 impl<const N: usize> OutsideSeries<N> {
@@ -77,8 +81,10 @@ impl<const N: usize> OutsideSeries<N> {
     pub fn new() -> Self {
         let side = DrivingSeries {
             speed: [0.0; N],
+            speed_degree: None,
             acceleration: [0.0; N],
             torque: [0.0; N],
+            torque_degree: 0,
         };
         OutsideSeries {
             sides: [side.clone(), side],
@@ -233,18 +239,22 @@ impl Excitation {
         for (places, side) in [&self.rotor, &self.stator].into_iter().zip(&mut out.sides) {
             if let Some(index) = places.speed {
                 self.timeline.series(index, stretch, t, unit, &mut side.speed);
-                for n in 0..N - 1 {
+                let degree = degree(&side.speed);
+                side.speed_degree = Some(degree);
+                side.acceleration[degree..].fill(0.0);
+                for n in 0..degree {
                     side.acceleration[n] = (n + 1) as f64 * side.speed[n + 1] / unit;
                 }
             }
             if let Some(index) = places.torque {
                 self.timeline.series(index, stretch, t, unit, &mut side.torque);
+                side.torque_degree = degree(&side.torque);
             }
         }
         match &self.normal_force {
             NormalForce::Direct(index) => {
                 self.timeline.series(*index, stretch, t, unit, &mut out.normal_force);
-                out.degree = out.normal_force.iter().rposition(|&c| c != 0.0).unwrap_or(0);
+                out.degree = degree(&out.normal_force);
             }
             NormalForce::Axial(motion) => out.degree = motion.pressing_series(t, unit, &mut out.normal_force),
         }
@@ -350,6 +360,11 @@ impl Excitation {
             from = end;
         }
     }
+}
+
+/// The degree beyond which a series has no coefficients.
+fn degree(series: &[f64]) -> usize {
+    series.iter().rposition(|&c| c != 0.0).unwrap_or(0)
 }
 
 /// The zero of a polynomial near `share`, where it falls through zero with `lift` added; `c` has it. Where the polynomial hardly

@@ -5,8 +5,8 @@
 //! from their differential equations: t' = (1 - t^2) v' for tanh, a' = v'/(1 + v^2) for arctan.
 
 use super::dynamics::{TrainDynamics, TrainLocation};
-use super::excitation::{DrivingSeries, OutsideSeries};
-use crate::friction::{FrictionSeries, Law, LawSeries};
+use super::excitation::OutsideSeries;
+use crate::friction::{Factors, FrictionSeries, Law, LawSeries};
 use crate::model::Mode;
 use crate::model::trains::Smoothing;
 use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, TrainSystem, WORK};
@@ -20,29 +20,16 @@ pub(super) type Series = [f64; TERMS];
 
 const NONE: Series = [0.0; TERMS];
 
-/// Series of one side that the state does not hold.
-#[derive(Debug, Clone)]
-struct SideSeries {
-    /// Speeds of the inertias, rad/s, surface first.
-    speed: Vec<Series>,
-    /// Their accelerations, rad/s^2.
-    acceleration: Vec<Series>,
-    /// Torques of the shafts, N m.
-    shaft: Vec<Series>,
-    /// Sum of all else than the interface's torque on the surface, N m.
-    surface: Series,
-}
-
-impl SideSeries {
-    fn new(side: &Side) -> SideSeries {
-        SideSeries {
-            speed: vec![NONE; side.inertia.len()],
-            acceleration: vec![NONE; side.inertia.len()],
-            shaft: vec![NONE; side.shafts()],
-            surface: NONE,
-        }
+/// 1/n; the first is not used.
+const RECIPROCALS: Series = {
+    let mut reciprocals = NONE;
+    let mut n = 1;
+    while n < TERMS {
+        reciprocals[n] = 1.0 / n as f64;
+        n += 1;
     }
-}
+    reciprocals
+};
 
 /// An expansion.
 #[derive(Debug, Clone)]
@@ -60,25 +47,50 @@ pub(super) struct Expansion {
     /// mu_0 r F_n, N m, in stick.
     pub limit: Series,
     outside: OutsideSeries<TERMS>,
-    sides: [SideSeries; 2],
     law: FrictionSeries<f64, TERMS>,
     /// Which piece of the law that is.
     piece: usize,
+    engaged: Engaged,
+    /// 1/J of the inertias of the rotor and of the stator, 1/(kg m^2), surface first.
+    per_inertia: [Vec<f64>; 2],
+    /// By how much omega_r' falls per torque of the interface, 1/(kg m^2).
+    lag: f64,
 }
 
-/// The coefficient `n` of a b, where those of both up to n are known.
+/// The coefficient `n` of a b, where those of both up to n are known and those of `a` beyond `degree` are zero.
 #[inline]
-fn convolved(a: &Series, b: &Series, n: usize) -> f64 {
-    let mut sum = 0.0;
-    for k in 0..=n {
-        sum += a[k] * b[n - k];
+fn convolved(a: &Series, b: &Series, n: usize, degree: usize) -> f64 {
+    // Four partial sums: one alone would wait for each addition.
+    let mut sums = [0.0; 4];
+    let terms = degree.min(n) + 1;
+    let (quads, rest) = a[..terms].as_chunks::<4>();
+    let mut behind = n + 1;
+    for a in quads {
+        let b = &b[behind - 4..behind];
+        for j in 0..4 {
+            sums[j] += a[j] * b[3 - j];
+        }
+        behind -= 4;
     }
-    sum
+    for (sum, a) in sums.iter_mut().zip(rest) {
+        behind -= 1;
+        *sum += a * b[behind];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// What acts on a surface, by one coefficient.
+struct Surface {
+    /// Sum of all else than the interface's torque, in the direction that the interface opposes on the rotor, N m.
+    torque: f64,
+    /// Acceleration of what is beyond the surface's shaft, or of the surface where it is rigid, rad/s^2.
+    beyond: f64,
 }
 
 impl Expansion {
     pub fn new(dynamics: &TrainDynamics) -> Expansion {
         let system = &dynamics.system;
+        let per_inertia = [&system.rotor, &system.stator].map(|side| side.inertia.iter().map(|j| 1.0 / j).collect());
         Expansion {
             unit: 1.0,
             terms: TERMS,
@@ -87,9 +99,11 @@ impl Expansion {
             interface: NONE,
             limit: NONE,
             outside: OutsideSeries::new(),
-            sides: [SideSeries::new(&system.rotor), SideSeries::new(&system.stator)],
             law: system.law_in(0).series(),
             piece: 0,
+            engaged: Engaged::new(),
+            lag: per_inertia.iter().filter_map(|side: &Vec<f64>| side.first()).sum(),
+            per_inertia,
         }
     }
 
@@ -105,106 +119,257 @@ impl Expansion {
         for (series, &start) in self.state.iter_mut().zip(y) {
             series[0] = start;
         }
-        let mut friction = Interface::new(location);
-        let stuck = location.mode == Mode::Stick;
-        self.relative_velocity = NONE;
-        for n in 0..self.terms {
-            for (side, (series, driving)) in [&system.rotor, &system.stator]
-                .into_iter()
-                .zip(self.sides.iter_mut().zip(&self.outside.sides))
-            {
-                series.speeds_at(side, n, &self.state, driving);
+        let driving = dynamics.excitation.driving_alone(location.stretch, t);
+        self.relative_velocity[0] = system.relative_velocity(&driving, y);
+        match location.mode {
+            Mode::Stick => self.stick(system),
+            Mode::Separated => self.move_apart(system, |_, _, _| [0.0; 2]),
+            Mode::Engaged => {
+                let sense = location.sign();
+                self.start_law(sense, 1.0);
+                self.move_apart(system, |all, n, rate| {
+                    all.extend_law(n, rate);
+                    all.engaged_torque(system, sense, n)
+                });
             }
-            if n == 0 && !stuck {
-                let outside = dynamics.outside(location, t);
-                self.relative_velocity[0] = system.relative_velocity(&outside, y);
-            }
-            let torque = friction.torque(n, self, system);
-            self.interface[n] = torque;
-            self.limit[n] = system.breakaway_torque(self.outside.normal_force[n]);
-            if n + 1 == self.terms {
-                break;
-            }
-            let step = unit / (n + 1) as f64;
-            let joined =
-                stuck.then(|| self.on_surfaces(n, |[rotor, stator], [a, b]| system.joined(rotor, stator, a, b)));
-            for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
-                let (series, driving) = (&mut self.sides[index], &self.outside.sides[index]);
-                series.extend(side, n, torque, joined, driving, step, &mut self.state);
-            }
-            if !stuck {
-                let surface = |index: usize| {
-                    let known = self.sides[index].acceleration.first();
-                    known.map_or(self.outside.sides[index].acceleration[n], |a| a[n])
-                };
-                self.relative_velocity[n + 1] = step * (surface(0) - surface(1));
-            }
-            if let Engagement::Bristles(.., at) = system.engagement {
-                self.state[at][n + 1] = step * friction.rate[n];
+            Mode::SlipForward | Mode::SlipBackward => {
+                let factors = self.start_law(location.sign(), location.sign() * system.radius);
+                let degree = self.outside.degree;
+                self.move_apart(system, |all, n, rate| {
+                    all.extend_law(n, rate);
+                    let force = &all.outside.normal_force;
+                    let pressed = all.law.pressed(force, n, degree);
+                    [factors.constant * force[n] + factors.shape * pressed.shape, 0.0]
+                });
             }
         }
         self.quadratures(system, location);
     }
 
-    fn quadratures(&mut self, system: &TrainSystem, location: &TrainLocation) {
-        let mut loss = NONE;
-        let mut work = NONE;
-        let last = self.terms - 1;
-        let add = |sum: &mut Series, factor: f64, a: &Series, b: &Series| {
-            if last + 1 < TERMS {
-                for (n, sum) in sum[..last].iter_mut().enumerate() {
-                    *sum += factor * convolved(a, b, n);
-                }
-                return;
-            }
-            for (sum, c) in sum.iter_mut().zip(taylor::product(a, b)) {
-                *sum += factor * c;
-            }
-        };
-        for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
-            let (series, driving) = (&self.sides[index], &self.outside.sides[index]);
-            for i in 0..side.shafts() {
-                let rate = &self.state[side.twists + 2 * i + 1];
-                add(&mut loss, side.damping[i], rate, rate);
-            }
-            for (i, speed) in series.speed.iter().enumerate() {
-                if side.viscous[i] != 0.0 {
-                    add(&mut loss, side.viscous[i], speed, speed);
-                }
-            }
-            if let Some(on) = side.torque_on {
-                add(&mut work, 1.0, &driving.torque, &series.speed[on]);
-            }
-            if side.speed.is_none() {
-                let held = series.shaft.last().unwrap_or(&self.interface);
-                add(&mut work, side.sign, held, &driving.speed);
-            }
+    /// Makes the law known at the start, and gives its factors times `of_coefficient`.
+    fn start_law(&mut self, sense: f64, of_coefficient: f64) -> Factors<f64> {
+        self.law
+            .start(&(sense * self.relative_velocity[0]), &(sense * self.unit));
+        self.law.factors(&of_coefficient, &of_coefficient)
+    }
+
+    /// Coefficient `n` of the law from coefficient `n` - 1 of omega_r' (rad/s^2); that at 0 is known.
+    #[inline]
+    fn extend_law(&mut self, n: usize, acceleration: f64) {
+        if n > 0 {
+            self.law.extend(n, &acceleration, &RECIPROCALS[n]);
         }
-        let stuck = location.mode == Mode::Stick;
-        let mut friction = NONE;
-        if !stuck {
-            add(&mut friction, 1.0, &self.interface, &self.relative_velocity);
-        }
-        for n in 0..last {
-            let step = self.unit / (n + 1) as f64;
-            let at = system.slip;
-            self.state[at][n + 1] = if stuck { 0.0 } else { step * self.relative_velocity[n] };
-            self.state[at + FRICTION_LOSS][n + 1] = step * friction[n];
-            self.state[at + DAMPING_LOSS][n + 1] = step * loss[n];
-            self.state[at + WORK][n + 1] = step * work[n];
-            if let (Some(index), true) = (system.stator.speed, system.dimension > at + ANGLE) {
-                self.state[at + ANGLE][n + 1] = step * self.state[index][n];
+    }
+
+    /// All coefficients while the surfaces may move against each other. `contact` gives, from coefficient n - 1 of omega_r'
+    /// (rad/s^2), when those of the state up to n are known, coefficient n of the interface's torque (N m) and of the rate of
+    /// the bristles' deflection.
+    #[inline(always)]
+    fn move_apart(&mut self, system: &TrainSystem, contact: impl Fn(&mut Expansion, usize, f64) -> [f64; 2]) {
+        let mut acceleration = 0.0;
+        for n in 0..self.terms {
+            let [torque, deflection_rate] = contact(self, n, acceleration);
+            self.interface[n] = torque;
+            if n + 1 == self.terms {
+                break;
+            }
+            let step = self.unit * RECIPROCALS[n + 1];
+            let rotor = self.extend_free(&system.rotor, 0, n, step, torque);
+            let stator = self.extend_free(&system.stator, 1, n, step, torque);
+            acceleration = (rotor - stator) - self.lag * torque;
+            self.relative_velocity[n + 1] = step * acceleration;
+            if let Engagement::Bristles(.., at) = system.engagement {
+                self.state[at][n + 1] = step * deflection_rate;
             }
         }
     }
 
-    /// What follows from coefficient `n` of the torques on the two surfaces (N m) and of the accelerations of the ends (rad/s^2).
-    fn on_surfaces(&self, n: usize, follows: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
-        let surfaces = [0, 1].map(|side: usize| self.sides[side].surface[n]);
-        follows(
-            surfaces,
-            [0, 1].map(|side: usize| self.outside.sides[side].acceleration[n]),
-        )
+    /// All coefficients while the surfaces stick to each other.
+    fn stick(&mut self, system: &TrainSystem) {
+        self.relative_velocity = NONE;
+        for n in 0..self.terms {
+            let (torque, joined) = self.shared(system, n);
+            self.interface[n] = torque;
+            self.limit[n] = system.breakaway_torque(self.outside.normal_force[n]);
+            if n + 1 == self.terms {
+                break;
+            }
+            let step = self.unit * RECIPROCALS[n + 1];
+            for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
+                let surface = self.extend(side, index, n, step);
+                self.extend_surface(side, n, step, joined, surface.beyond);
+            }
+        }
+    }
+
+    /// Coefficient `n` + 1 of the states of one side (rotor 0, stator 1) from those up to `n` and the interface's torque (N m).
+    /// Returns the acceleration of the surface without that torque, rad/s^2.
+    #[inline(always)]
+    fn extend_free(&mut self, side: &Side, index: usize, n: usize, step: f64, torque: f64) -> f64 {
+        let surface = self.extend(side, index, n, step);
+        let Some(per_inertia) = self.per_inertia[index].first() else {
+            return surface.beyond;
+        };
+        let per_inertia = side.sign * per_inertia;
+        let free = surface.torque * per_inertia;
+        self.extend_surface(side, n, step, free - torque * per_inertia, surface.beyond);
+        free
+    }
+
+    /// Coefficient `n` + 1 of the states of one side (rotor 0, stator 1) from those up to `n`, but for the one that the
+    /// acceleration of its surface enters.
+    #[inline(always)]
+    fn extend(&mut self, side: &Side, index: usize, n: usize, step: f64) -> Surface {
+        let (state, driving) = (&mut self.state[..], &self.outside.sides[index]);
+        let (inertias, shafts) = (side.inertia.len(), side.shafts());
+        let mut beyond = driving.acceleration[n];
+        let mut speed = side.speed.map_or(driving.speed[n], |at| state[at][n]);
+        let mut outside = if shafts == inertias {
+            shaft_torque(side, state, shafts, n)
+        } else {
+            0.0
+        };
+        for i in (0..inertias).rev() {
+            let at = side.twists + 2 * i;
+            if i < shafts {
+                let rate = state[at + 1][n];
+                state[at][n + 1] = step * rate;
+                speed -= side.sign * rate;
+            }
+            let external = if side.torque_on == Some(i) {
+                driving.torque[n]
+            } else {
+                0.0
+            };
+            let own = external - side.viscous[i] * speed;
+            if i == 0 {
+                let torque = side.sign * own + outside;
+                return Surface { torque, beyond };
+            }
+            let inside = shaft_torque(side, state, i, n);
+            let acceleration = (side.sign * (outside - inside) + own) * self.per_inertia[index][i];
+            if i < shafts {
+                state[at + 1][n + 1] = step * side.sign * (beyond - acceleration);
+            } else if let Some(at) = side.speed {
+                state[at][n + 1] = step * acceleration;
+            }
+            (outside, beyond) = (inside, acceleration);
+        }
+        Surface { torque: 0.0, beyond }
+    }
+
+    /// Coefficient `n` + 1 of the state that the acceleration of a surface (rad/s^2) enters.
+    #[inline(always)]
+    fn extend_surface(&mut self, side: &Side, n: usize, step: f64, acceleration: f64, beyond: f64) {
+        if side.shafts() > 0 {
+            self.state[side.twists + 1][n + 1] = step * side.sign * (beyond - acceleration);
+        } else if let Some(at) = side.speed {
+            self.state[at][n + 1] = step * acceleration;
+        }
+    }
+
+    fn quadratures(&mut self, system: &TrainSystem, location: &TrainLocation) {
+        let stuck = location.mode == Mode::Stick;
+        let (mut loss, mut work, mut friction) = (NONE, NONE, NONE);
+        let last = self.terms - 1;
+        if last == 0 {
+            return;
+        }
+        let add = |sum: &mut Series, factor: f64, a: &Series, degree: usize, b: &Series| {
+            taylor::add_product(sum, factor, &a[..=degree.min(last - 1)], &b[..last]);
+        };
+        for (index, side) in [&system.rotor, &system.stator].into_iter().enumerate() {
+            let driving = &self.outside.sides[index];
+            for i in 0..side.shafts() {
+                let rate = &self.state[side.twists + 2 * i + 1];
+                taylor::add_square(&mut loss, side.damping[i], &rate[..last]);
+            }
+            for (i, &viscous) in side.viscous.iter().enumerate() {
+                if viscous != 0.0 {
+                    taylor::add_square(&mut loss, viscous, &self.speed(side, index, i)[..last]);
+                }
+            }
+            if let Some(on) = side.torque_on {
+                add(
+                    &mut work,
+                    1.0,
+                    &driving.torque,
+                    driving.torque_degree,
+                    &self.speed(side, index, on),
+                );
+            }
+            if let (None, Some(degree)) = (side.speed, driving.speed_degree) {
+                match side.shafts() {
+                    0 => add(&mut work, side.sign, &driving.speed, degree, &self.interface),
+                    shafts => {
+                        let held = std::array::from_fn(|n| shaft_torque(side, &self.state, shafts, n));
+                        add(&mut work, side.sign, &driving.speed, degree, &held);
+                    }
+                }
+            }
+        }
+        if matches!(location.mode, Mode::SlipForward | Mode::SlipBackward | Mode::Engaged) {
+            add(&mut friction, 1.0, &self.interface, last, &self.relative_velocity);
+        }
+        let at = system.slip;
+        for n in 0..last {
+            let step = self.unit * RECIPROCALS[n + 1];
+            self.state[at][n + 1] = if stuck { 0.0 } else { step * self.relative_velocity[n] };
+            self.state[at + FRICTION_LOSS][n + 1] = step * friction[n];
+            self.state[at + DAMPING_LOSS][n + 1] = step * loss[n];
+            self.state[at + WORK][n + 1] = step * work[n];
+        }
+        if let (Some(index), true) = (system.stator.speed, system.dimension > at + ANGLE) {
+            for n in 0..last {
+                self.state[at + ANGLE][n + 1] = self.unit * RECIPROCALS[n + 1] * self.state[index][n];
+            }
+        }
+    }
+
+    /// Coefficient `n` of the torque on the surface of one side (rotor 0, stator 1), but for that of the interface, N m.
+    #[inline]
+    fn surface_torque(&self, side: &Side, index: usize, n: usize) -> f64 {
+        let Some(&viscous) = side.viscous.first() else {
+            return 0.0;
+        };
+        let external = if side.torque_on == Some(0) {
+            self.outside.sides[index].torque[n]
+        } else {
+            0.0
+        };
+        let own = external - viscous * self.speed_at(side, index, 0, n);
+        let shaft = if side.shafts() > 0 {
+            shaft_torque(side, &self.state, 1, n)
+        } else {
+            0.0
+        };
+        side.sign * own + shaft
+    }
+
+    /// Coefficient `n` of T_f (N m) and of the acceleration of both surfaces in stick (rad/s^2).
+    #[inline]
+    fn shared(&self, system: &TrainSystem, n: usize) -> (f64, f64) {
+        let rotor = self.surface_torque(&system.rotor, 0, n);
+        let stator = self.surface_torque(&system.stator, 1, n);
+        let [a, b] = &self.outside.sides;
+        let (a, b) = (a.acceleration[n], b.acceleration[n]);
+        (system.shared(rotor, stator, a, b), system.joined(rotor, stator, a, b))
+    }
+
+    /// Coefficient `n` of the speed of inertia `i`, rad/s.
+    fn speed_at(&self, side: &Side, index: usize, i: usize, n: usize) -> f64 {
+        let base = side
+            .speed
+            .map_or(self.outside.sides[index].speed[n], |at| self.state[at][n]);
+        let shafts = (i..side.shafts()).rev();
+        shafts.fold(base, |speed, i| {
+            speed - side.sign * self.state[side.twists + 2 * i + 1][n]
+        })
+    }
+
+    /// Speed of inertia `i`, rad/s, of the rotor (0) or the stator (1).
+    pub fn speed(&self, side: &Side, index: usize, i: usize) -> Series {
+        std::array::from_fn(|n| self.speed_at(side, index, i, n))
     }
 
     /// The longest time of at most `longest` (s) over which friction may be taken from its Taylor coefficients.
@@ -214,13 +379,20 @@ impl Expansion {
         }
         let w = &self.relative_velocity;
         let x = longest / self.unit;
-        let change = w[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * x);
+        // The terms, all taken as positive, bound its change: by powers of x^4, in four sums.
+        let (fours, rest) = w[1..self.terms].as_chunks::<4>();
+        let mut sums = [0.0; 4];
+        for (sum, c) in sums.iter_mut().zip(rest) {
+            *sum = c.abs();
+        }
+        let x4 = (x * x) * (x * x);
+        for four in fours.iter().rev() {
+            for (sum, c) in sums.iter_mut().zip(four) {
+                *sum = *sum * x4 + c.abs();
+            }
+        }
+        let change = sums.iter().rev().fold(0.0, |all, sum| (all + sum) * x);
         longest * system.expandable_share(location.piece, w[0], change)
-    }
-
-    /// Speed of inertia `i`, rad/s, of the rotor (0) or the stator (1).
-    pub fn speed(&self, side: usize, i: usize) -> &Series {
-        &self.sides[side].speed[i]
     }
 
     /// Speed of the far end, rad/s, of the rotor (0) or the stator (1).
@@ -235,164 +407,100 @@ impl Expansion {
 
     /// T_f, N m, in any mode.
     pub fn transmitted(&self, system: &TrainSystem) -> Series {
-        std::array::from_fn(|n| self.on_surfaces(n, |[rotor, stator], [a, b]| system.shared(rotor, stator, a, b)))
+        std::array::from_fn(|n| self.shared(system, n).0)
     }
 
     /// The state at the time `x` units after the start.
     pub fn at(&self, x: f64, out: &mut [f64]) {
-        for (value, series) in out.iter_mut().zip(&self.state) {
+        // Four series at once: each sum alone would wait for itself.
+        let (fours, rest) = self.state.as_chunks::<4>();
+        let (values, others) = out.as_chunks_mut::<4>();
+        for (values, four) in values.iter_mut().zip(fours) {
+            let mut sums = [0.0; 4];
+            for n in (0..self.terms).rev() {
+                for (sum, series) in sums.iter_mut().zip(four) {
+                    *sum = *sum * x + series[n];
+                }
+            }
+            *values = sums;
+        }
+        for (value, series) in others.iter_mut().zip(rest) {
             *value = taylor::value(&series[..self.terms], &x);
         }
     }
 }
 
-impl SideSeries {
-    /// Coefficient `n` of speeds, shaft torques and the torque on the surface.
-    fn speeds_at(&mut self, side: &Side, n: usize, state: &[Series], driving: &DrivingSeries<TERMS>) {
-        let inertias = side.inertia.len();
-        let mut outer = side.speed.map_or(driving.speed[n], |index| state[index][n]);
-        for i in (0..inertias).rev() {
-            if i < side.shafts() {
-                let (twist, rate) = (&state[side.twists + 2 * i], &state[side.twists + 2 * i + 1]);
-                outer -= side.sign * rate[n];
-                self.shaft[i][n] = side.stiffness[i] * twist[n] + side.damping[i] * rate[n];
-            }
-            self.speed[i][n] = outer;
-        }
-        if inertias > 0 {
-            let external = if side.torque_on == Some(0) {
-                driving.torque[n]
-            } else {
-                0.0
-            };
-            let own = side.sign * (external - side.viscous[0] * self.speed[0][n]);
-            self.surface[n] = own + self.shaft.first().map_or(0.0, |shaft| shaft[n]);
-        }
-    }
-
-    /// Coefficient `n` of the accelerations under that of the interface's torque, or of the one of both surfaces in stick, and
-    /// with them `n` + 1 of the state.
-    #[allow(clippy::too_many_arguments)] // one coefficient: of which side, under what, into what
-    fn extend(
-        &mut self,
-        side: &Side,
-        n: usize,
-        interface: f64,
-        joined: Option<f64>,
-        driving: &DrivingSeries<TERMS>,
-        step: f64,
-        state: &mut [Series],
-    ) {
-        let (inertias, shafts) = (side.inertia.len(), side.shafts());
-        let mut outer = driving.acceleration[n];
-        for i in (0..inertias).rev() {
-            let outside = if i < shafts { self.shaft[i][n] } else { 0.0 };
-            let inside = if i > 0 { self.shaft[i - 1][n] } else { interface };
-            let external = if side.torque_on == Some(i) {
-                driving.torque[n]
-            } else {
-                0.0
-            };
-            let own = external - side.viscous[i] * self.speed[i][n];
-            let acceleration = match joined {
-                Some(joined) if i == 0 => joined,
-                None if i == 0 => side.sign * (self.surface[n] - interface) / side.inertia[0],
-                _ => (side.sign * (outside - inside) + own) / side.inertia[i],
-            };
-            self.acceleration[i][n] = acceleration;
-            if i < shafts {
-                let at = side.twists + 2 * i;
-                let rate = state[at + 1][n];
-                state[at][n + 1] = step * rate;
-                state[at + 1][n + 1] = step * side.sign * (outer - acceleration);
-            } else if let Some(index) = side.speed {
-                state[index][n + 1] = step * acceleration;
-            }
-            outer = acceleration;
-        }
-    }
+/// Coefficient `n` of the torque of the shaft inside inertia `i`, N m.
+#[inline]
+fn shaft_torque(side: &Side, state: &[Series], i: usize, n: usize) -> f64 {
+    let Some(shaft) = i.checked_sub(1) else { return 0.0 };
+    let at = side.twists + 2 * shaft;
+    side.stiffness[shaft] * state[at][n] + side.damping[shaft] * state[at + 1][n]
 }
 
-/// The torque of the interface, coefficient by coefficient.
-struct Interface {
-    mode: Mode,
-    sense: f64,
-    /// mu_const and the factor of its shape, over r F_n.
-    constant: f64,
-    factor: f64,
-    /// |omega_r| of the motion, s omega_r.
-    speed: Series,
+/// Series of a contact without stick.
+#[derive(Debug, Clone)]
+struct Engaged {
     /// mu or g.
     mu: Series,
     /// The smooth function of a regularised contact, and its square or 1 + v^2.
     smooth: Series,
     helper: Series,
-    /// Of bristles: 1/g, x z, their rate.
+    /// Of bristles: 1/g and x z.
     inverse: Series,
     product: Series,
-    rate: Series,
-    /// All of it over r F_n.
+    /// The torque over r F_n.
     coefficient: Series,
 }
 
-impl Interface {
-    fn new(location: &TrainLocation) -> Interface {
-        Interface {
-            mode: location.mode,
-            sense: location.sign(),
-            constant: 0.0,
-            factor: 0.0,
-            speed: NONE,
+impl Engaged {
+    fn new() -> Engaged {
+        Engaged {
             mu: NONE,
             smooth: NONE,
             helper: NONE,
             inverse: NONE,
             product: NONE,
-            rate: NONE,
             coefficient: NONE,
         }
     }
+}
 
-    /// Coefficient `n`, when those of omega_r up to n are known.
-    fn torque(&mut self, n: usize, all: &mut Expansion, system: &TrainSystem) -> f64 {
-        let force = &all.outside.normal_force;
-        match self.mode {
-            Mode::Separated => return 0.0,
-            Mode::Stick => return all.on_surfaces(n, |[rotor, stator], [a, b]| system.shared(rotor, stator, a, b)),
-            _ => {}
-        }
-        self.speed[n] = self.sense * all.relative_velocity[n];
-        if n == 0 {
-            let factors = all.law.factors(&1.0, &1.0);
-            (self.constant, self.factor) = (factors.constant, factors.shape);
-            all.law.start(&self.speed[0], &1.0);
-        } else {
-            all.law.extend_from(n, &self.speed);
-        }
-        self.mu[n] = self.factor * all.law.shape(n) + if n == 0 { self.constant } else { 0.0 };
-        self.coefficient[n] = match (self.mode, system.engagement) {
-            (Mode::Engaged, Engagement::Regularised(smoothing, speed)) => {
-                self.smooth[n] = self.smooth_coefficient(n, smoothing, speed, &all.relative_velocity);
-                convolved(&self.mu, &self.smooth, n)
+impl Expansion {
+    /// Coefficient `n` of the torque of a contact without stick, N m, and of the rate of its bristles' deflection, when those of
+    /// omega_r and of the law up to n are known.
+    fn engaged_torque(&mut self, system: &TrainSystem, sense: f64, n: usize) -> [f64; 2] {
+        let factors = self.law.factors(&1.0, &1.0);
+        let all = &mut self.engaged;
+        all.mu[n] = factors.shape * self.law.shape(n) + if n == 0 { factors.constant } else { 0.0 };
+        let mut deflection_rate = 0.0;
+        all.coefficient[n] = match system.engagement {
+            Engagement::StickSlip => sense * all.mu[n],
+            Engagement::Regularised(smoothing, speed) => {
+                all.smooth[n] = all.smooth_coefficient(n, smoothing, speed, &self.relative_velocity);
+                convolved(&all.mu, &all.smooth, n, n)
             }
-            (Mode::Engaged, Engagement::Bristles(stiffness, damping, viscous, at)) => {
-                self.inverse[n] = if n == 0 {
-                    1.0 / self.mu[0]
+            Engagement::Bristles(stiffness, damping, viscous, at) => {
+                all.inverse[n] = if n == 0 {
+                    1.0 / all.mu[0]
                 } else {
-                    let sum: f64 = (1..=n).map(|k| self.mu[k] * self.inverse[n - k]).sum();
-                    -sum / self.mu[0]
+                    // What is not known yet has no part in it.
+                    all.inverse[n] = 0.0;
+                    -convolved(&all.mu, &all.inverse, n, n) / all.mu[0]
                 };
-                let deflection = &all.state[at];
-                self.product[n] = convolved(&self.speed, deflection, n);
-                let w = all.relative_velocity[n];
-                self.rate[n] = w - stiffness * convolved(&self.product, &self.inverse, n);
-                stiffness * deflection[n] + damping * self.rate[n] + viscous * w
+                let (w, deflection) = (&self.relative_velocity, &self.state[at]);
+                all.product[n] = sense * convolved(w, deflection, n, n);
+                deflection_rate = w[n] - stiffness * convolved(&all.product, &all.inverse, n, n);
+                stiffness * deflection[n] + damping * deflection_rate + viscous * w[n]
             }
-            _ => self.sense * self.mu[n],
         };
-        system.radius * convolved(force, &self.coefficient, n)
+        let force = &self.outside.normal_force;
+        let torque = system.radius * convolved(force, &all.coefficient, n, self.outside.degree);
+        [torque, deflection_rate]
     }
+}
 
+impl Engaged {
     /// Coefficient `n` of tanh(v) or (2/pi) arctan(v), v = omega_r/eps.
     fn smooth_coefficient(&mut self, n: usize, smoothing: Smoothing, speed: f64, relative_velocity: &Series) -> f64 {
         let v = |k: usize| relative_velocity[k] / speed;
@@ -408,7 +516,7 @@ impl Interface {
                 let sum: f64 = (1..=n).map(|k| k as f64 * v(k) * self.helper[n - k]).sum();
                 let value = sum / n as f64;
                 self.smooth[n] = value;
-                self.helper[n] = -convolved(&self.smooth, &self.smooth, n);
+                self.helper[n] = -convolved(&self.smooth, &self.smooth, n, n);
                 value
             }
             Smoothing::Arctan => {

@@ -104,7 +104,7 @@ impl Readings for TrainReadings<'_> {
         let stator = system.stator.surface_speed(&outside.stator, y);
         // In stick it is zero by the mode, not by a difference of two rounded speeds.
         let w = if place.mode == Mode::Stick { 0.0 } else { rotor - stator };
-        let outermost = system.rotor.speeds(&outside.rotor, y).last().copied().unwrap_or(rotor);
+        let outermost = system.rotor.outermost_speed(&outside.rotor, y).unwrap_or(rotor);
         let axial = self.dynamics.excitation.axial().map(|motion| motion.at(t));
         let first = |i: usize| match system.rotor.shafts() {
             0 => 0.0,

@@ -8,6 +8,7 @@ use super::dynamics::{TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
 use crate::hybrid::{Advance, ChosenSolver, Engine, EngineError, Fired, Segment};
 use crate::model::Mode;
+use crate::model::trains::system::Outside;
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
 use crate::simulation::brake::Watch;
@@ -99,7 +100,7 @@ impl TaylorEngine {
                 }
             }
             _ => {
-                let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+                let outside = self.driving();
                 let speeds = system.relative_velocity_terms(&outside, &self.y);
                 let weight = self.absolute_speed() + self.relative * speeds;
                 take(&expansion.relative_velocity, weight);
@@ -119,13 +120,19 @@ impl TaylorEngine {
     /// known without integration, from the other states and from the ends.
     fn hold(&mut self) {
         let TrainDynamics { system, excitation, .. } = &*self.dynamics;
-        let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+        let outside = self.driving();
         if let Some(twisted) = self.held {
             let turned = excitation.turned(self.location.stretch, self.origin, self.tau);
             let angle = twisted - turned - system.twisted(&self.y);
             system.turn(angle, &mut self.y);
         }
         system.rejoin(&outside, &mut self.y);
+    }
+
+    /// What the drives do where it stands.
+    fn driving(&self) -> Outside {
+        let excitation = &self.dynamics.excitation;
+        excitation.driving_alone(self.location.stretch, self.origin + self.tau)
     }
 
     /// The absolute tolerance of speeds.
@@ -138,7 +145,8 @@ impl TaylorEngine {
     fn guard(&self, watched: Watched) -> Option<Series> {
         let expansion = &self.expansion;
         let of_speed = |sign: f64, constant: f64| {
-            let mut series = expansion.relative_velocity.map(|c| sign * c);
+            let mut series = expansion.relative_velocity;
+            series.iter_mut().for_each(|c| *c *= sign);
             series[0] += constant;
             series
         };
@@ -178,7 +186,7 @@ impl TaylorEngine {
             }
         } else if self.first {
             let system = &self.dynamics.system;
-            let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+            let outside = self.driving();
             let threshold = if watched == Watched::Threshold {
                 self.dynamics.threshold
             } else {
