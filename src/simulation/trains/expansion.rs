@@ -235,7 +235,11 @@ impl Expansion {
 
     /// T_f, N m, in any mode.
     pub fn transmitted(&self, system: &TrainSystem) -> Series {
-        std::array::from_fn(|n| self.on_surfaces(n, |[rotor, stator], [a, b]| system.shared(rotor, stator, a, b)))
+        let mut series = NONE;
+        for (n, c) in series[..self.terms].iter_mut().enumerate() {
+            *c = self.on_surfaces(n, |[rotor, stator], [a, b]| system.shared(rotor, stator, a, b));
+        }
+        series
     }
 
     /// The state at the time `x` units after the start.
