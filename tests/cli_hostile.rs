@@ -116,7 +116,7 @@ fn cli_a_value_that_is_not_finite_fails_the_run() {
 /// Overwrites the times of a result.
 fn with_times(folder: &Folder, name: &str, time: impl Fn(usize) -> f64) {
     std::fs::copy(folder.path("good.h5"), folder.path(name)).unwrap();
-    let file = unlocked::open_rw(folder.path(name)).unwrap();
+    let file = unlocked::open_unsummed(folder.path(name)).unwrap();
     let times = file.dataset("trajectory/time").unwrap();
     let changed: Vec<f64> = (0..times.size()).map(time).collect();
     times.write(&changed).unwrap();

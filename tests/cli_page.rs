@@ -134,7 +134,7 @@ fn cli_a_page_of_something_else_is_refused() {
         assert!(stderr.contains(words), "{stderr}");
     }
     // A result whose trajectory somebody has taken out.
-    let file = unlocked::open_rw(folder.path("paper.h5")).unwrap();
+    let file = unlocked::open_unsummed(folder.path("paper.h5")).unwrap();
     file.unlink("trajectory").unwrap();
     drop(file);
     let stderr = refusal(&mut folder.stickslip(&["plot", "paper.h5", "--html", "report.html"]));

@@ -229,7 +229,7 @@ fn cli_plot_refuses_with_the_remedy() {
         attribute.write_scalar(&format).unwrap();
     }
     std::fs::copy(folder.path("paper.h5"), folder.path("bare.h5")).unwrap();
-    let bare = unlocked::open_rw(folder.path("bare.h5")).unwrap();
+    let bare = unlocked::open_unsummed(folder.path("bare.h5")).unwrap();
     bare.unlink("trajectory").unwrap();
     bare.close().unwrap();
     for (arguments, words) in [

@@ -23,10 +23,10 @@ def open(path: PathLike) -> Run | xarray.Dataset:  # noqa: A001
     :raises FileError: no such file, none of this program, or damaged.
     """
     name = os.path.abspath(os.fspath(path))
-    if is_sweep(name):
-        return read_sweep(name)
     found = identity(name)
     try:
+        if is_sweep(name):
+            return read_sweep(name)
         opened = Run(_native.open_result(name))
     except FileError as error:
         # By the name that was given.

@@ -245,6 +245,19 @@ def test_property_wrong_files(tmp_path):
     assert stickslip.run("paper", SHORT).save(wrong, replace=True) == wrong
 
 
+def test_property_a_damaged_file_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    stickslip.run("paper", SHORT).save("run.h5")
+    stickslip.sweep({"friction.decay": [3, 4]}, "paper", SHORT, output="sweep.h5")
+    for name in ["run.h5", "sweep.h5"]:
+        stickslip.open(name)
+        damaged = bytearray((tmp_path / name).read_bytes())
+        damaged[len(damaged) // 2] ^= 4
+        (tmp_path / name).write_bytes(damaged)
+        with pytest.raises(stickslip.FileError, match=f"^{name}: damaged"):
+            stickslip.open(name)
+
+
 INTERRUPTED = """
 import sys, stickslip
 print("begins", flush=True)

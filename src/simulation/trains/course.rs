@@ -384,23 +384,25 @@ impl Course {
     /// A quantity by powers of the share of `step` (s) that has passed, and how many of them count.
     pub fn series(&self, quantity: Quantity, step: f64) -> ([f64; TERMS], usize) {
         let mut series = self.quantity(quantity);
-        series[self.expansion.terms..].fill(0.0);
+        let (known, beyond) = series.split_at_mut(self.expansion.terms);
+        beyond.fill(0.0);
         let x = step / self.expansion.unit;
         let mut power = 1.0;
         let mut largest = 0.0f64;
-        for c in &mut series {
+        for c in &mut *known {
             *c *= power;
             power *= x;
             largest = largest.max(c.abs());
         }
         // What is below rounding need not be added up.
-        let terms = series
+        let terms = known
             .iter()
             .rposition(|c| c.abs() > 1e-18 * largest)
             .map_or(1, |last| last + 1);
         (series, terms)
     }
 
+    /// Coefficients, of which those that the expansion has count.
     fn quantity(&self, quantity: Quantity) -> Series {
         let (expansion, system) = (&self.expansion, self.system());
         let at = |of: Which| of as usize;
@@ -436,7 +438,7 @@ impl Course {
             force[0] -= start.force;
             force[1] -= motion.force.slope(self.time) * unit;
             (z[0], rate[0]) = (start.displacement, start.velocity);
-            for n in 0..TERMS - 1 {
+            for n in 0..self.expansion.terms - 1 {
                 let step = unit / (n + 1) as f64;
                 rate[n + 1] = step * force[n] / motion.mass();
                 z[n + 1] = step * rate[n];
@@ -454,7 +456,7 @@ impl Course {
                 let angles = self.dynamics.excitation.angles(self.time);
                 end[0] = if of == Which::Rotor { angles.0 } else { angles.1 };
                 let speed = self.expansion.end_speed(of as usize);
-                for n in 0..TERMS - 1 {
+                for n in 0..self.expansion.terms - 1 {
                     end[n + 1] = self.expansion.unit * speed[n] / (n + 1) as f64;
                 }
                 for i in index..side.shafts() {

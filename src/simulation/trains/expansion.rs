@@ -407,7 +407,11 @@ impl Expansion {
 
     /// T_f, N m, in any mode.
     pub fn transmitted(&self, system: &TrainSystem) -> Series {
-        std::array::from_fn(|n| self.shared(system, n).0)
+        let mut series = NONE;
+        for (n, c) in series[..self.terms].iter_mut().enumerate() {
+            *c = self.shared(system, n).0;
+        }
+        series
     }
 
     /// The state at the time `x` units after the start.
