@@ -128,7 +128,7 @@ pub(crate) fn simulate_from(
     recording.begin_at(time);
     let start = Start { time, location, state };
     let (result, mut report) = automaton(&brake, &mut rules, start, solver, output, recording);
-    report.count_kicks(parameters, rules.kicks_never_given());
+    report.count_kicks(parameters.perturbations.len(), rules.kicks_never_given());
     report.stopped_smoothly = rules.stopped_smoothly();
     report.ended(result)
 }

@@ -1,7 +1,7 @@
 //! What is left of a run when it is over.
 
 use crate::hybrid::{EngineError, RunError};
-use crate::model::{Mode, Parameters};
+use crate::model::Mode;
 use crate::record::{Event, EventDigest, EventKind};
 
 /// How far a run is.
@@ -68,12 +68,9 @@ impl RunReport {
         }
     }
 
-    /// Counts the kicks that the run did not come to; `waiting` are those that wait for an instability.
-    pub(super) fn count_kicks(&mut self, parameters: &Parameters, waiting: usize) {
-        self.kicks_never_given = parameters
-            .perturbations
-            .len()
-            .saturating_sub(self.digest.cycles.count(&[EventKind::Kick]));
+    /// Counts the kicks that the run did not come to, of `all` of the case; `waiting` are those that wait for an instability.
+    pub(super) fn count_kicks(&mut self, all: usize, waiting: usize) {
+        self.kicks_never_given = all.saturating_sub(self.digest.cycles.count(&[EventKind::Kick]));
         self.kicks_without_instability = waiting;
     }
 }

@@ -112,7 +112,10 @@ pub(crate) fn simulate(
         let channels = readings.channels(0.0, &location, &state);
         channels.energy_kinetic + channels.energy_elastic
     };
-    let digest = EventDigest::without_instability();
+    let digest = match dynamics.natural_period() {
+        Some(period) if dynamics.system.twice_resistance.is_some() => EventDigest::watching(period),
+        _ => EventDigest::without_instability(),
+    };
     let stores_motion = recorder.stores_motion();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
@@ -130,6 +133,6 @@ pub(crate) fn simulate(
     };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
     report.of_trains = true;
-    report.kicks_never_given = trains.kicks.len().saturating_sub(rules.kicks_given());
+    report.count_kicks(trains.kicks.len(), rules.kicks_never_given());
     report.ended(result)
 }
