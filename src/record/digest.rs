@@ -118,8 +118,13 @@ pub struct EventDigest {
 impl EventDigest {
     /// Of a run of this case that has had no event yet.
     pub fn new(parameters: &Parameters) -> Self {
+        EventDigest::watching(TorsionModel::new(parameters).natural_period())
+    }
+
+    /// Of a run whose surfaces swing with this period (s), and that has had no event yet.
+    pub(crate) fn watching(natural_period: f64) -> Self {
         EventDigest {
-            lasting: 20.0 * TorsionModel::new(parameters).natural_period(),
+            lasting: 20.0 * natural_period,
             ..EventDigest::without_instability()
         }
     }

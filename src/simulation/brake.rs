@@ -53,11 +53,11 @@ const STOPPING: Guard = Guard {
     name: "relative velocity reaches zero",
     direction: Direction::Falling,
 };
-const DESTABILISED: Guard = Guard {
+pub(super) const DESTABILISED: Guard = Guard {
     name: "steady sliding loses stability",
     direction: Direction::Falling,
 };
-const RESTABILISED: Guard = Guard {
+pub(super) const RESTABILISED: Guard = Guard {
     name: "steady sliding regains stability",
     direction: Direction::Rising,
 };
@@ -82,7 +82,7 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
 /// accelerates. Where the relative velocity goes back by less than this share of the oscillation's speed before it turns,
 /// the slip goes on; else the breakaway is undone at once. The share is of the size of the paper's tolerance on the
 /// relative velocity, the epsilon = 1e-5 rad/s of its equation (9).
-const LARGEST_DIP: f64 = 7.5e-5;
+pub(super) const LARGEST_DIP: f64 = 7.5e-5;
 
 /// Index of the guards of slip.
 pub(crate) const GUARD_STOPPING: usize = 0;

@@ -125,7 +125,7 @@ pub(super) fn run(
     let waiting = run.waiting_kicks.len();
     let end = run.time;
     let mut report = run.recording.into_report();
-    report.count_kicks(parameters, waiting);
+    report.count_kicks(parameters.perturbations.len(), waiting);
     match result {
         Ok(interrupted) => {
             report.end = end;

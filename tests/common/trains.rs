@@ -56,7 +56,6 @@ pub fn truth(
         end_time: BigRational::from_float(case.output.end_time).unwrap(),
         longest: Duration::from_secs(120),
         threshold: TrainCase::exact_threshold(source, changes).unwrap(),
-        stability: false,
         ..OracleRequest::default()
     };
     oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(()))

@@ -161,8 +161,6 @@ pub fn certify(
     let request = OracleRequest {
         threshold: threshold.cloned(),
         end_time: beyond_the_end(case.output.end_time),
-        // The run has no events of stability.
-        stability: false,
         ..oracle_request(&solver, &case.output, request.digits, request.longest)
     };
     let (solution, without_oracle) = match solve(exact, &request, control) {

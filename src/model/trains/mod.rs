@@ -8,8 +8,10 @@
 //! | module | what it is |
 //! |---|---|
 //! | `parameters` | what defines the problem |
+//! | `margin` | when steady sliding loses its stability |
 //! | `system` | the equations in twist coordinates |
 
+pub mod margin;
 pub mod parameters;
 pub mod system;
 

@@ -12,9 +12,10 @@
 //! shaft of a tied one is that of its drive, or zero. Every other speed is a sum of twist rates from there: no torque is a
 //! difference of large numbers.
 
+use super::margin::twice_resistance;
 use super::parameters::{Bristles, ContactLaw, End, Regularisation, Smoothing, Train, Trains};
 use crate::friction::{Exponential, FrictionLaw, Law};
-use crate::model::Mode;
+use crate::model::{BreakawayTest, Mode};
 use nalgebra::{DMatrix, DVector};
 
 /// What the drives do at a time, on each side.
@@ -283,6 +284,10 @@ pub struct TrainSystem {
     pub radius: f64,
     /// mu_0.
     pub breakaway: f64,
+    /// Which torque is held against mu_0 r F_n in stick.
+    pub breakaway_test: BreakawayTest,
+    /// The constant part of the margin of steady sliding, N m s/rad; `None` where there is no margin.
+    pub twice_resistance: Option<f64>,
     /// mu(x), or g(x).
     pub law: FrictionLaw,
     /// The law of each piece between its knots, smooth beyond them; empty for a law without any.
@@ -346,6 +351,8 @@ impl TrainSystem {
             stator,
             radius: trains.radius,
             breakaway: trains.breakaway,
+            breakaway_test: trains.breakaway_test,
+            twice_resistance: twice_resistance(trains),
             law: trains.law.clone(),
             engagement,
             slip,
@@ -409,6 +416,15 @@ impl TrainSystem {
         (rotor.torque, stator.torque)
     }
 
+    /// The torque that the breakaway test holds against mu_0 r F_n, N m.
+    pub fn tested_torque(&self, outside: &Outside, y: &[f64]) -> f64 {
+        match self.breakaway_test {
+            BreakawayTest::Transmitted => self.transmitted_torque(outside, y),
+            BreakawayTest::Rotor => self.surface_torques(outside, y).0,
+            BreakawayTest::Stator => self.surface_torques(outside, y).1,
+        }
+    }
+
     fn surfaces(&self, outside: &Outside, y: &[f64]) -> (Surface, Surface) {
         (
             self.rotor.surface(&outside.rotor, y),
@@ -452,9 +468,40 @@ impl TrainSystem {
         self.breakaway * self.radius * normal_force
     }
 
+    /// 2 (R + r F_n mu'(|omega_r|)), N m s/rad: the damping left to the swing of the surfaces in steady sliding; infinite where
+    /// there is no margin. Its zero is what the project calls instability.
+    pub fn stability_margin(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
+        let Some(twice_resistance) = self.twice_resistance else {
+            return f64::INFINITY;
+        };
+        let w = self.relative_velocity(outside, y);
+        let (_, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
+        twice_resistance + self.slope_weight(outside.normal_force) * slope
+    }
+
+    /// 2 r F_n, N m: what mu' is multiplied by in the margin.
+    #[inline]
+    pub fn slope_weight(&self, normal_force: f64) -> f64 {
+        2.0 * self.radius * normal_force
+    }
+
     /// s mu(s omega_r) r F_n in slip with sense `sense`, N m.
     fn sliding_torque(&self, law: &FrictionLaw, sense: f64, w: f64, normal_force: f64) -> f64 {
         sense * law.coefficient(sense * w) * self.radius * normal_force
+    }
+
+    /// The rate of the interface's torque in slip, N m/s, at what is `now`, outside and state, with these `rates`.
+    pub fn sliding_torque_rate(
+        &self,
+        sense: f64,
+        piece: usize,
+        now: (&Outside, &[f64]),
+        rates: (&Outside, &[f64]),
+    ) -> f64 {
+        let x = sense * self.relative_velocity(now.0, now.1);
+        let (mu, slope) = self.law_in(piece).coefficient_and_slope(x);
+        let acceleration = self.relative_velocity(rates.0, rates.1);
+        self.radius * (slope * acceleration * now.0.normal_force + sense * mu * rates.0.normal_force)
     }
 
     /// The torque of an engaged contact over r F_n, with the rate of the bristles' deflection.

@@ -36,11 +36,11 @@ const STAGES: usize = 7;
 
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
-const MARGIN_NOISE: f64 = 1e-9;
+pub(super) const MARGIN_NOISE: f64 = 1e-9;
 
 /// The same for the contact force: a share of the parts that it is the sum of. Without c_t the zero of the force, where the
 /// contact closes, is the margin's.
-const FORCE_NOISE: f64 = 16.0 * f64::EPSILON;
+pub(super) const FORCE_NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// The same for the relative velocity: a share of the speeds that it is the difference of.
 const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;

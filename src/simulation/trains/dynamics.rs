@@ -1,12 +1,12 @@
 //! Two trains as a hybrid system: its locations, guards and smooth equations.
 
-use super::excitation::Excitation;
+use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
-use crate::model::Mode;
 use crate::model::trains::Trains;
-use crate::model::trains::system::{Engagement, Outside, TrainSystem};
-use crate::simulation::brake::Watch;
+use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
+use crate::model::{BreakawayTest, Mode};
+use crate::simulation::brake::{DESTABILISED, LARGEST_DIP, RESTABILISED, Watch};
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
 
@@ -115,14 +115,16 @@ const ABOVE_PIECE: Guard = Guard {
     direction: Direction::Falling,
 };
 const BREAKAWAY_FORWARD: Guard = Guard {
-    name: "transmitted torque reaches +mu_0 r F_n",
+    name: "tested torque reaches +mu_0 r F_n",
     direction: Direction::Falling,
 };
 const BREAKAWAY_BACKWARD: Guard = Guard {
-    name: "transmitted torque reaches -mu_0 r F_n",
+    name: "tested torque reaches -mu_0 r F_n",
     direction: Direction::Falling,
 };
 
+/// Index of the guard of a slip that ends.
+pub(super) const GUARD_STOPPING: usize = 0;
 /// Index of the guard of a stick that breaks away forward; backward is the next.
 pub(super) const GUARD_FORWARD: usize = 0;
 
@@ -147,15 +149,17 @@ const SHORTEST_REACH: f64 = 1e-7;
 pub(super) enum Watched {
     /// s omega_r.
     Stopping,
+    /// The margin of steady sliding.
+    Margin,
     /// The distance of |omega_r| from the threshold, on its present side.
     Threshold,
     /// The lower end of the piece of the law.
     Below,
     /// The upper end.
     Above,
-    /// mu_0 r F_n - T_f.
+    /// mu_0 r F_n less the tested torque.
     Forward,
-    /// mu_0 r F_n + T_f.
+    /// mu_0 r F_n and the tested torque.
     Backward,
 }
 
@@ -210,10 +214,13 @@ impl TrainDynamics {
 
     /// What the guards of a location are, in their order.
     pub(super) fn watched(&self, location: &TrainLocation) -> &'static [Watched] {
-        use Watched::{Above, Backward, Below, Forward, Stopping, Threshold};
+        use Watched::{Above, Backward, Below, Forward, Margin, Stopping, Threshold};
+        let is_watched = location.watch != Watch::Off;
         match (location.mode, self.system.has_pieces()) {
             (Mode::Separated, _) => &[],
             (Mode::Stick, _) => &[Forward, Backward],
+            (Mode::SlipForward | Mode::SlipBackward, false) if is_watched => &[Stopping, Margin],
+            (Mode::SlipForward | Mode::SlipBackward, true) if is_watched => &[Stopping, Margin, Below, Above],
             (Mode::SlipForward | Mode::SlipBackward, false) => &[Stopping],
             (Mode::SlipForward | Mode::SlipBackward, true) => &[Stopping, Below, Above],
             (Mode::Engaged, false) => &[Stopping, Threshold],
@@ -230,6 +237,41 @@ impl TrainDynamics {
             location.piece.checked_sub(1)
         };
         index.and_then(|index| knots.get(index).copied())
+    }
+
+    /// The margin of steady sliding at `t`, N m s/rad; infinite where there is none.
+    pub fn stability_margin(&self, location: &TrainLocation, t: f64, y: &[f64]) -> f64 {
+        let outside = self.outside(location, t);
+        self.system
+            .stability_margin(location.sign(), location.piece, &outside, y)
+    }
+
+    /// The rates of what acts from outside, by the same names.
+    fn outside_rates(&self, location: &TrainLocation, t: f64) -> Outside {
+        let mut series = OutsideSeries::<4>::new();
+        self.excitation.series(location.stretch, t, 1.0, &mut series);
+        let [rotor, stator] = series.sides.each_ref().map(|side| Driving {
+            speed: side.speed[1],
+            acceleration: side.acceleration[1],
+            torque: side.torque[1],
+        });
+        Outside {
+            rotor,
+            stator,
+            normal_force: series.normal_force[1],
+        }
+    }
+
+    /// The least velocity of a surface that swings on its shaft with the static twist under friction for its amplitude, rad/s; 0
+    /// where none swings.
+    fn oscillation_speed(&self, normal_force: f64) -> f64 {
+        let torque = self.system.breakaway_torque(normal_force);
+        let of = |side: &Side| {
+            let (inertia, stiffness) = (side.inertia.first()?, side.stiffness.first().filter(|k| **k > 0.0)?);
+            Some(torque / stiffness * (stiffness / inertia).sqrt())
+        };
+        let speeds = [&self.system.rotor, &self.system.stator].into_iter().filter_map(of);
+        speeds.min_by(f64::total_cmp).unwrap_or(0.0)
     }
 
     /// The sense of an engaged contact at a state, or that in which it leaves rest.
@@ -281,13 +323,18 @@ impl Dynamics for TrainDynamics {
     }
 
     fn guards(&self, location: &TrainLocation) -> &'static [Guard] {
-        match (location.mode, self.system.has_pieces()) {
-            (Mode::Separated, _) => &[],
-            (Mode::Stick, _) => const { &[BREAKAWAY_FORWARD, BREAKAWAY_BACKWARD] },
-            (Mode::SlipForward | Mode::SlipBackward, false) => const { &[STOPPING] },
-            (Mode::SlipForward | Mode::SlipBackward, true) => const { &[STOPPING, BELOW_PIECE, ABOVE_PIECE] },
-            (Mode::Engaged, false) => const { &[STOPPING, THRESHOLD] },
-            (Mode::Engaged, true) => const { &[STOPPING, THRESHOLD, BELOW_PIECE, ABOVE_PIECE] },
+        use Watch::{Off, Stable, Unstable};
+        match (location.mode, self.system.has_pieces(), location.watch) {
+            (Mode::Separated, ..) => &[],
+            (Mode::Stick, ..) => const { &[BREAKAWAY_FORWARD, BREAKAWAY_BACKWARD] },
+            (Mode::Engaged, false, _) => const { &[STOPPING, THRESHOLD] },
+            (Mode::Engaged, true, _) => const { &[STOPPING, THRESHOLD, BELOW_PIECE, ABOVE_PIECE] },
+            (_, false, Off) => const { &[STOPPING] },
+            (_, false, Stable) => const { &[STOPPING, DESTABILISED] },
+            (_, false, Unstable) => const { &[STOPPING, RESTABILISED] },
+            (_, true, Off) => const { &[STOPPING, BELOW_PIECE, ABOVE_PIECE] },
+            (_, true, Stable) => const { &[STOPPING, DESTABILISED, BELOW_PIECE, ABOVE_PIECE] },
+            (_, true, Unstable) => const { &[STOPPING, RESTABILISED, BELOW_PIECE, ABOVE_PIECE] },
         }
     }
 
@@ -296,7 +343,7 @@ impl Dynamics for TrainDynamics {
         let watched = self.watched(location);
         if location.mode == Mode::Stick {
             let limit = self.system.breakaway_torque(outside.normal_force);
-            let torque = self.system.transmitted_torque(&outside, y);
+            let torque = self.system.tested_torque(&outside, y);
             // The limit of a stick that nothing pushes may come down to zero, where the contact opens.
             let least = if torque.abs() <= self.torque_noise() {
                 f64::MIN_POSITIVE
@@ -315,6 +362,7 @@ impl Dynamics for TrainDynamics {
                     x + NOISE * self.system.relative_velocity_terms(&outside, y)
                 }
                 Watched::Stopping => x,
+                Watched::Margin => self.stability_margin(location, t, y),
                 Watched::Threshold if location.slow => self.threshold - x,
                 Watched::Threshold => x - self.threshold,
                 Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
@@ -322,6 +370,31 @@ impl Dynamics for TrainDynamics {
                 Watched::Forward | Watched::Backward => 1.0,
             };
         }
+    }
+
+    fn starts_beyond(&self, location: &TrainLocation, t: f64, y: &[f64], guard: usize) -> bool {
+        let system = &self.system;
+        if guard != GUARD_STOPPING || location.mode.sense() == 0 || system.breakaway_test == BreakawayTest::Transmitted
+        {
+            return false;
+        }
+        let outside = self.outside(location, t);
+        let speed = self.oscillation_speed(outside.normal_force);
+        if system.relative_velocity(&outside, y).abs() > 1e-9 * speed {
+            return false;
+        }
+        // From rest omega_r' = (1/J_1 + 1/J_2) (T_f - T_i), so that omega_r is a parabola as far as the torques' rates last.
+        let (mode, sense, piece) = (location.mode, location.sign(), location.piece);
+        let mut rates = vec![0.0; system.dimension];
+        system.rates(mode, sense, piece, &outside, y, &mut rates);
+        let changes = self.outside_rates(location, t);
+        let torque = system.interface_torque(mode, sense, piece, &outside, y);
+        let torque_rate = system.sliding_torque_rate(sense, piece, (&outside, y), (&changes, &rates));
+        let lag = sense * (torque - system.transmitted_torque(&outside, y));
+        let rise = sense * (system.transmitted_torque(&changes, &rates) - torque_rate);
+        let ease = 1.0 / system.rotor.surface_inertia() + 1.0 / system.stator.surface_inertia();
+        let deepest = ease * lag * lag / (2.0 * rise);
+        lag > 0.0 && rise > 0.0 && deepest <= LARGEST_DIP * speed
     }
 
     fn reach(&self, location: &TrainLocation, t: f64, y: &[f64], one_step: bool) -> f64 {

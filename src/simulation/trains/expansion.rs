@@ -7,9 +7,9 @@
 use super::dynamics::{TrainDynamics, TrainLocation};
 use super::excitation::OutsideSeries;
 use crate::friction::{Factors, FrictionSeries, Law, LawSeries};
-use crate::model::Mode;
 use crate::model::trains::Smoothing;
 use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, TrainSystem, WORK};
+use crate::model::{BreakawayTest, Mode};
 use crate::numerics::taylor;
 
 /// Coefficients of an expansion: order 27, as that of the brake.
@@ -412,6 +412,26 @@ impl Expansion {
             *c = self.shared(system, n).0;
         }
         series
+    }
+
+    /// The margin of steady sliding of an expanded slip, N m s/rad; `None` where there is none.
+    pub fn stability_margin(&self, system: &TrainSystem) -> Option<Series> {
+        let twice_resistance = system.twice_resistance?;
+        let factors = self.law.factors(&1.0, &system.slope_weight(1.0));
+        let slope = std::array::from_fn(|n| factors.slope * self.law.slope_shape(n));
+        let mut margin = taylor::product(&self.outside.normal_force, &slope);
+        margin[0] += twice_resistance;
+        Some(margin)
+    }
+
+    /// The torque that the breakaway test holds against the limit, N m, in stick.
+    pub fn tested(&self, system: &TrainSystem) -> Series {
+        let of = |side: &Side, index: usize| std::array::from_fn(|n| self.surface_torque(side, index, n));
+        match system.breakaway_test {
+            BreakawayTest::Transmitted => self.interface,
+            BreakawayTest::Rotor => of(&system.rotor, 0),
+            BreakawayTest::Stator => of(&system.stator, 1),
+        }
     }
 
     /// The state at the time `x` units after the start.

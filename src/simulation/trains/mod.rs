@@ -37,6 +37,7 @@ use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
 use super::{CHATTER_COUNT, FORESEEN_STEPS, automaton, foreseen, observer::Recording};
 use crate::hybrid::Start;
+use crate::model::BreakawayTest;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Side, TrainSystem};
 use crate::record::{EventDigest, NoRecorder, Recorder};
@@ -115,7 +116,10 @@ pub(crate) fn simulate(
         let channels = readings.channels(0.0, &location, &state);
         channels.energy_kinetic + channels.energy_elastic
     };
-    let digest = EventDigest::without_instability();
+    let digest = match dynamics.natural_period() {
+        Some(period) if dynamics.system.twice_resistance.is_some() => EventDigest::watching(period),
+        _ => EventDigest::without_instability(),
+    };
     let stores_motion = recorder.stores_motion();
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
@@ -132,7 +136,7 @@ pub(crate) fn simulate(
         state,
     };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
-    report.of_trains = true;
-    report.kicks_never_given = trains.kicks.len().saturating_sub(rules.kicks_given());
+    report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;
+    report.count_kicks(trains.kicks.len(), rules.kicks_never_given());
     report.ended(result)
 }

@@ -5,10 +5,10 @@ use super::plan::TrainPlan;
 use super::series::TaylorEngine;
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, Engine, Fired, Rules, SolverKind, Transition};
-use crate::model::Mode;
 use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::trains::system::Engagement;
 use crate::model::trains::{Kick, KickSide, Trains};
+use crate::model::{KickTime, Mode};
 use crate::record::EventKind;
 use crate::simulation::brake::Watch;
 use std::sync::Arc;
@@ -22,6 +22,8 @@ pub(super) struct TrainRules {
     /// In order of time, and which is next.
     kicks: Vec<(f64, Kick)>,
     next_kick: usize,
+    /// Kicks waiting for the loss of stability.
+    waiting_kicks: Vec<Kick>,
     /// The next corner of a signal.
     next_corner: usize,
     /// The next change of the contact; outer `None`: not looked for yet.
@@ -38,8 +40,11 @@ impl TrainRules {
         let timed = |kick: &Kick| Some((*kick.time.at()?, kick.clone()));
         let mut kicks: Vec<_> = trains.kicks.iter().filter_map(timed).collect();
         kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let waiting = trains.kicks.iter().filter(|kick| kick.time == KickTime::Instability);
         let corners = dynamics.excitation.corners();
         TrainRules {
+            // A motion from later than t = 0 on has been through its loss of stability.
+            waiting_kicks: waiting.filter(|_| start == 0.0).cloned().collect(),
             next_kick: kicks.iter().filter(|kick| kick.0 < start).count(),
             next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
             dynamics,
@@ -51,14 +56,17 @@ impl TrainRules {
         }
     }
 
-    /// Kicks that have been given.
-    pub fn kicks_given(&self) -> usize {
-        self.next_kick
+    /// Kicks set at the instability that never came.
+    pub fn kicks_never_given(&self) -> usize {
+        self.waiting_kicks.len()
     }
 
     /// Location at t = 0 for a state; surfaces of one speed are joined.
     pub fn initial_location(&self, y: &mut [f64]) -> TrainLocation {
-        let location = self.blank(0.0);
+        let mut location = self.blank(0.0);
+        if self.dynamics.system.twice_resistance.is_some() {
+            location.watch = Watch::Stable;
+        }
         if self.dynamics.excitation.starts_closed() {
             self.in_contact(&location, 0.0, y)
         } else {
@@ -88,6 +96,9 @@ impl TrainRules {
             slow: false,
             ..*location
         };
+        if mode == Mode::Stick {
+            location.watch = Watch::Off;
+        }
         if mode == Mode::Stick || mode == Mode::Separated {
             return location;
         }
@@ -272,6 +283,32 @@ impl TrainRules {
         transitions
     }
 
+    /// The margin of steady sliding has passed zero; the kicks that wait for its first loss are given.
+    fn stability_changes(&mut self, location: &mut TrainLocation, t: f64, state: &mut [f64]) -> Vec<TrainTransition> {
+        let is_lost = location.watch == Watch::Stable;
+        let (kind, watch) = if is_lost {
+            (EventKind::Destabilised, Watch::Unstable)
+        } else {
+            (EventKind::Restabilised, Watch::Stable)
+        };
+        location.watch = watch;
+        let mut transitions = vec![Transition {
+            kind: Some(kind),
+            location: *location,
+            state: state.to_vec(),
+        }];
+        if is_lost {
+            for kick in std::mem::take(&mut self.waiting_kicks) {
+                transitions.extend(self.kick(location, t, state, &kick));
+                if let Some(last) = transitions.last() {
+                    *location = last.location;
+                    state.copy_from_slice(&last.state);
+                }
+            }
+        }
+        transitions
+    }
+
     fn contact_changes(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
         let mut state = y.to_vec();
         if location.mode != Mode::Separated {
@@ -283,6 +320,7 @@ impl TrainRules {
                 kind: Some(EventKind::Separation),
                 location: TrainLocation {
                     stretch: location.stretch,
+                    watch: location.watch,
                     ..self.blank(t)
                 },
                 state,
@@ -368,31 +406,49 @@ impl Rules<TrainDynamics> for TrainRules {
         }
         let mut transitions = Vec::new();
         let mut location = *location;
+        let mut state = y.to_vec();
         let watched = self.dynamics.watched(&location);
-        for (index, watched) in watched.iter().enumerate().rev() {
-            if !fired.contains(index) {
-                continue;
-            }
-            let mut kind = None;
-            match watched {
-                Watched::Below => location.piece = location.piece.saturating_sub(1),
-                Watched::Above => location.piece += 1,
-                Watched::Threshold => {
-                    location.slow = !location.slow;
-                    kind = Some(crossing(location.slow));
-                }
-                Watched::Stopping if location.mode == Mode::Engaged => location.sense = -location.sense,
-                Watched::Stopping => {
-                    transitions.push(self.stop(&location, t, y));
-                    continue;
-                }
-                Watched::Forward | Watched::Backward => {}
-            }
+        let has_fired = |which: Watched| {
+            let index = watched.iter().position(|&watched| watched == which);
+            index.is_some_and(|index| fired.contains(index))
+        };
+        let silent = |location: TrainLocation, state: &[f64]| Transition {
+            kind: None,
+            location,
+            state: state.to_vec(),
+        };
+        let mut stability_changes = has_fired(Watched::Margin);
+        let (below, above) = (has_fired(Watched::Below), has_fired(Watched::Above));
+        if below || above {
+            location.piece = if below {
+                location.piece.saturating_sub(1)
+            } else {
+                location.piece + 1
+            };
+            // The slope of the friction jumps there, and the margin with it.
+            let margin = self.dynamics.stability_margin(&location, t, y);
+            stability_changes = match location.watch {
+                Watch::Stable => margin < 0.0,
+                Watch::Unstable => margin > 0.0,
+                Watch::Off => false,
+            };
+            transitions.push(silent(location, y));
+        }
+        if stability_changes {
+            transitions.extend(self.stability_changes(&mut location, t, &mut state));
+        }
+        if has_fired(Watched::Threshold) {
+            location.slow = !location.slow;
             transitions.push(Transition {
-                kind,
-                location,
-                state: y.to_vec(),
+                kind: Some(crossing(location.slow)),
+                ..silent(location, &state)
             });
+        }
+        if has_fired(Watched::Stopping) && location.mode == Mode::Engaged {
+            location.sense = -location.sense;
+            transitions.push(silent(location, &state));
+        } else if has_fired(Watched::Stopping) && location.mode != Mode::Stick {
+            transitions.push(self.stop(&location, t, &state));
         }
         transitions
     }

@@ -4,14 +4,16 @@
 //! the matrix exponential and of the signals, and converges over every step. Guards are polynomials of the step's own
 //! accuracy, and their first root is isolated, not searched for.
 
-use super::dynamics::{TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
+use super::dynamics::{GUARD_STOPPING, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
-use crate::hybrid::{Advance, ChosenSolver, Engine, EngineError, Fired, Segment};
+use crate::friction::Law;
+use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Segment};
 use crate::model::Mode;
 use crate::model::trains::system::Outside;
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
 use crate::simulation::brake::Watch;
+use crate::simulation::semi_analytic::{FORCE_NOISE, MARGIN_NOISE};
 use crate::sundials::Counters;
 use std::sync::Arc;
 
@@ -40,6 +42,8 @@ pub(super) struct TaylorEngine {
     about: f64,
     /// Nothing has been stepped over in this segment.
     first: bool,
+    /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
+    beyond: bool,
     /// In a stick of two tied trains, [`TrainSystem::twisted`](crate::model::trains::system::TrainSystem::twisted) at its start.
     held: Option<f64>,
     counters: Counters,
@@ -68,6 +72,7 @@ impl TaylorEngine {
             y: vec![0.0; dimension],
             about: 0.0,
             first: true,
+            beyond: false,
             held: None,
             counters: Counters::default(),
             dynamics,
@@ -93,9 +98,10 @@ impl TaylorEngine {
         match self.location.mode {
             Mode::Separated => {}
             Mode::Stick => {
-                let torque = size(&expansion.interface).max(size(&expansion.limit));
+                let tested = expansion.tested(system);
+                let torque = size(&tested).max(size(&expansion.limit));
                 if torque > 0.0 {
-                    take(&expansion.interface, self.relative * torque);
+                    take(&tested, self.relative * torque);
                     take(&expansion.limit, self.relative * torque);
                 }
             }
@@ -154,13 +160,37 @@ impl TaylorEngine {
         let threshold = self.dynamics.threshold;
         Some(match watched {
             Watched::Stopping => of_speed(sense, 0.0),
+            Watched::Margin => {
+                let margin = expansion.stability_margin(&self.dynamics.system)?;
+                match self.location.watch {
+                    Watch::Unstable => margin.map(|c| -c),
+                    _ => margin,
+                }
+            }
             Watched::Threshold if self.location.slow => of_speed(-sense, threshold),
             Watched::Threshold => of_speed(sense, -threshold),
             Watched::Below => of_speed(sense, -self.dynamics.knot(&self.location, false)?),
             Watched::Above => of_speed(-sense, self.dynamics.knot(&self.location, true)?),
-            Watched::Forward => std::array::from_fn(|n| expansion.limit[n] - expansion.interface[n]),
-            Watched::Backward => std::array::from_fn(|n| expansion.limit[n] + expansion.interface[n]),
+            Watched::Forward | Watched::Backward => {
+                let tested = expansion.tested(&self.dynamics.system);
+                let sign = if watched == Watched::Forward { -1.0 } else { 1.0 };
+                std::array::from_fn(|n| expansion.limit[n] + sign * tested[n])
+            }
         })
+    }
+
+    /// What the rounding of the normal force where the segment begins is in the margin, N m s/rad, and what that of its rate is
+    /// in the margin's, N m/rad.
+    fn noise_of_margin(&self) -> (f64, f64) {
+        let TrainDynamics { system, excitation, .. } = &*self.dynamics;
+        let (force, unit, t) = (self.expansion.normal_force(), self.expansion.unit, self.origin);
+        // The time is itself no more exact than its last place.
+        let of_force = excitation.largest_force() + (force[1] / unit * t).abs();
+        let of_rate = (2.0 * force[2] / (unit * unit)).abs() * (t + self.dynamics.natural_period().unwrap_or(0.0));
+        let x = self.location.sign() * self.expansion.relative_velocity[0];
+        let slope = system.law_in(self.location.piece).coefficient_and_slope(x).1.abs();
+        let noise = |of: f64| system.slope_weight(FORCE_NOISE * of) * slope;
+        (noise(of_force), noise(of_rate))
     }
 
     /// The first share of the step of `x` units at which a guard fires.
@@ -172,10 +202,9 @@ impl TaylorEngine {
             *c *= power;
             power *= x;
         }
-        let of_speed = !matches!(watched, Watched::Forward | Watched::Backward);
-        if !of_speed {
+        if matches!(watched, Watched::Forward | Watched::Backward) {
             let noise = self.dynamics.torque_noise();
-            let torque = &self.expansion.interface;
+            let torque = self.expansion.tested(&self.dynamics.system);
             if torque.iter().rev().fold(0.0, |sum, c| sum * x + c.abs()) <= noise {
                 // Nothing breaks a stick that nothing pushes: its limit may come down to zero.
                 return None;
@@ -183,6 +212,16 @@ impl TaylorEngine {
             if self.first && guard[0].abs() <= noise {
                 // It stands at its limit but for rounding: what follows decides.
                 guard[0] = 0.0;
+            }
+        } else if self.first && watched == Watched::Margin {
+            let system = &self.dynamics.system;
+            let resistance = system.twice_resistance.unwrap_or(0.0);
+            let (force_noise, rate_noise) = self.noise_of_margin();
+            if guard[0].abs() <= MARGIN_NOISE * resistance + force_noise {
+                // It leaves zero here, like a speed. Without resistance its zero is the force's, which a force that sets in at a
+                // corner leaves tangentially.
+                let tangential = resistance < force_noise && guard[1].abs() < rate_noise * self.expansion.unit * x;
+                divide_out(&mut guard, if tangential { 2 } else { 1 });
             }
         } else if self.first {
             let system = &self.dynamics.system;
@@ -199,16 +238,21 @@ impl TaylorEngine {
                 let torque = self.expansion.interface[0].abs();
                 let slope_noise = DEPARTURE_NOISE * torque / lightest * self.expansion.unit * x;
                 let roots = if guard[1].abs() <= slope_noise { 2 } else { 1 };
-                guard.rotate_left(roots);
-                guard[TERMS - roots..].fill(0.0);
+                divide_out(&mut guard, roots);
             }
         }
-        if guard[0] < 0.0 {
+        if guard[0] < 0.0 && !(self.beyond && watched == Watched::Stopping) {
             Some(0.0)
         } else {
             first_falling(&guard)
         }
     }
+}
+
+/// Takes `roots` zeros at the start out of a guard.
+fn divide_out(guard: &mut Series, roots: usize) {
+    guard.rotate_left(roots);
+    guard[TERMS - roots..].fill(0.0);
 }
 
 impl Engine<TrainLocation> for TaylorEngine {
@@ -223,6 +267,9 @@ impl Engine<TrainLocation> for TaylorEngine {
         self.y.copy_from_slice(segment.state);
         self.about = 0.0;
         self.first = true;
+        self.beyond = self
+            .dynamics
+            .starts_beyond(&self.location, segment.start, segment.state, GUARD_STOPPING);
         let system = &self.dynamics.system;
         let tied = system.rotor.speed.is_none() && system.stator.speed.is_none();
         self.held = (tied && self.location.mode == Mode::Stick).then(|| system.twisted(&self.y));
@@ -266,6 +313,10 @@ impl Engine<TrainLocation> for TaylorEngine {
         self.counters.last_step = length;
         self.expansion.at(length / unit, &mut self.y);
         self.tau = if earliest.is_some() { self.tau + length } else { tau };
+        if self.beyond {
+            let outside = dynamics.outside(&self.location, self.origin + self.tau);
+            self.beyond = self.location.sign() * dynamics.system.relative_velocity(&outside, &self.y) < 0.0;
+        }
         Ok(match earliest {
             Some((_, index)) => Advance::Guards(Fired::one(index)),
             None if reaches => Advance::Stop,
