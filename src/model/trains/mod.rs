@@ -9,8 +9,12 @@
 //! |---|---|
 //! | `parameters` | what defines the problem |
 //! | `system` | the equations in twist coordinates |
+//! | `slow_manifold` | sliding without the fast oscillations |
 
 pub mod parameters;
+#[cfg(test)]
+mod samples;
+pub(crate) mod slow_manifold;
 pub mod system;
 
 pub use parameters::{
