@@ -10,9 +10,13 @@
 //! | `parameters` | what defines the problem |
 //! | `margin` | when steady sliding loses its stability |
 //! | `system` | the equations in twist coordinates |
+//! | `slow_manifold` | sliding without the fast oscillations |
 
 pub mod margin;
 pub mod parameters;
+#[cfg(test)]
+mod samples;
+pub(crate) mod slow_manifold;
 pub mod system;
 
 pub use parameters::{

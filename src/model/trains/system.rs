@@ -100,6 +100,16 @@ impl Side {
         self.inertia.first().copied().unwrap_or(f64::INFINITY)
     }
 
+    /// The inertia of all of it as one, kg m^2.
+    pub fn rigid_inertia(&self) -> f64 {
+        self.inertia.iter().sum()
+    }
+
+    /// The angular frequency of the inertia inside shaft i on that shaft alone, rad/s: compares a twist with a rate.
+    pub fn own_frequency(&self, i: usize) -> f64 {
+        (self.stiffness[i] / self.inertia[i]).sqrt()
+    }
+
     /// Twist i, rad.
     #[inline]
     pub fn twist(&self, i: usize, y: &[f64]) -> f64 {
@@ -580,6 +590,15 @@ impl TrainSystem {
             }
             _ => share,
         }
+    }
+
+    /// The matrix of the rates in slip, of what the motion depends on, where the slope of friction adds `contact_damping` =
+    /// r F_n mu' (N m s/rad): the sense and the speed matter in no other way.
+    pub(crate) fn sliding_matrix(&self, contact_damping: f64) -> DMatrix<f64> {
+        let (maps, n) = (&self.linear, self.mechanical());
+        DMatrix::from_fn(n, n, |i, j| {
+            maps.free[(i, j)] + contact_damping * maps.interface[i] * maps.relative_velocity[j]
+        })
     }
 
     fn linear_maps(&self) -> LinearMaps {
