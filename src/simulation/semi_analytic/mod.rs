@@ -22,7 +22,7 @@ use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::SlipSeries;
 use crate::model::state::{Components, DIMENSION, DYNAMIC, TorsionState};
-use crate::numerics::radau::Radau;
+use crate::numerics::radau::{Radau, Step};
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use std::sync::{Arc, OnceLock};
@@ -32,7 +32,7 @@ use std::sync::{Arc, OnceLock};
 const TERMS: usize = 28;
 
 /// Stages of Radau IIA: order 13.
-const STAGES: usize = 7;
+pub(super) const STAGES: usize = 7;
 
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
@@ -65,7 +65,9 @@ pub struct SemiAnalyticEngine {
     unit: f64,
     series: SlipSeries<f64, TERMS>,
     force: [f64; TERMS],
-    radau: Radau<DYNAMIC, DIMENSION, STAGES>,
+    radau: Radau<STAGES>,
+    /// A step whose root is looked for.
+    whole: Step<STAGES>,
     location: Location,
     origin: f64,
     span: f64,
@@ -90,7 +92,7 @@ pub struct SemiAnalyticEngine {
     radau_before: crate::numerics::radau::Work,
 }
 
-fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
+pub(super) fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
     static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
     TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
 }
@@ -109,7 +111,8 @@ impl SemiAnalyticEngine {
             unit,
             series: SlipSeries::new(brake.torsion_in(&location), unit),
             force: [0.0; TERMS],
-            radau: Radau::new(tableau().clone()),
+            radau: Radau::new(tableau().clone(), DYNAMIC, DIMENSION),
+            whole: Step::new(DIMENSION),
             location,
             origin: 0.0,
             span: 0.0,
@@ -253,11 +256,10 @@ impl Engine<Location> for SemiAnalyticEngine {
     }
 
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
-        let state = match self.last {
-            Last::Expansion(about) => self.series.at(&((tau - about) / self.series.unit)),
-            Last::Collocation => self.radau.step().at(tau),
-        };
-        out.copy_from_slice(&state);
+        match self.last {
+            Last::Expansion(about) => out.copy_from_slice(&self.series.at(&((tau - about) / self.series.unit))),
+            Last::Collocation => self.radau.step().at(tau, out),
+        }
         Ok(())
     }
 
