@@ -9,7 +9,10 @@
 //! |---|---|
 //! | `parameters` | what defines the problem |
 //! | `system` | the equations in twist coordinates |
+//! | `chains`, `closed_form` | stick and separation in closed form |
 
+mod chains;
+pub mod closed_form;
 pub mod parameters;
 pub mod system;
 
