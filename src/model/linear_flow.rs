@@ -2,6 +2,7 @@
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RowOVector, U1};
+use std::sync::OnceLock;
 
 /// Number of doublings of the smallest tabulated time.
 const LEVELS: usize = 48;
@@ -11,10 +12,11 @@ const ORDER: u32 = 11;
 
 /// x' = A x with an energy x^T P x that never grows.
 ///
-/// exp(A h 2^k) - 1 is tabulated, so that exp(A tau) x takes one product for each binary digit of tau / h and a short
-/// Taylor series for the rest. That needs no eigenvectors, and so loses nothing near a double eigenvalue; and without
-/// the 1 a component that changes slowly is rounded by its change, not by its size, in each of the products. The energy
-/// bounds every linear function of x for all later times, which makes root isolation and "never again" provable.
+/// exp(A h 2^k) - 1 is tabulated as far as it is asked for, so that exp(A tau) x takes one product for each binary digit
+/// of tau / h and a short Taylor series for the rest. That needs no eigenvectors, and so loses nothing near a double
+/// eigenvalue; and without the 1 a component that changes slowly is rounded by its change, not by its size, in each of the
+/// products. The energy bounds every linear function of x for all later times, which makes root isolation and "never
+/// again" provable.
 ///
 /// Coordinates may be without energy, such as an angle or a constant: their rows of P are zero. They drive and follow the
 /// others, and the bounds are those of functions of the others.
@@ -27,8 +29,8 @@ where
     energy: OMatrix<f64, D, D>,
     energy_inverse: OMatrix<f64, D, D>,
     base: f64,
-    /// exp(A h 2^k) - 1.
-    changes: Vec<OMatrix<f64, D, D>>,
+    /// exp(A h 2^k) - 1, as far as times have come.
+    changes: Vec<OnceLock<OMatrix<f64, D, D>>>,
 }
 
 /// A linear function c x of the state, with what bounds it and its second derivative by the energy.
@@ -72,19 +74,14 @@ where
         } else {
             1.0
         };
-        let mut changes = Vec::with_capacity(LEVELS);
         let mut term = &a * base;
         let mut change = term.clone();
         for n in 2..=ORDER {
             term = &term * &a * (base / f64::from(n));
             change += &term;
         }
-        changes.push(change);
-        for k in 1..LEVELS {
-            let last: &OMatrix<f64, D, D> = &changes[k - 1];
-            // (1 + E)^2 - 1
-            changes.push(last * 2.0 + last * last);
-        }
+        let mut changes = vec![OnceLock::from(change)];
+        changes.resize_with(LEVELS, OnceLock::new);
         LinearFlow {
             a,
             energy,
@@ -92,6 +89,11 @@ where
             base,
             changes,
         }
+    }
+
+    /// exp(A h 2^k) - 1.
+    fn change(&self, k: usize) -> &OMatrix<f64, D, D> {
+        self.changes[k].get_or_init(|| doubled(self.change(k - 1)))
     }
 
     pub(crate) fn functional(&self, row: RowOVector<f64, D>) -> Functional<D> {
@@ -119,9 +121,9 @@ where
         let mut beyond = (units / longest).floor();
         let mut bits = (units - beyond * longest) as u64;
         if beyond >= 1.0 {
-            let mut change = self.changes[LEVELS - 1].clone();
+            let mut change = self.change(LEVELS - 1).clone();
             while beyond >= 1.0 {
-                change = &change * 2.0 + &change * &change;
+                change = doubled(&change);
                 if beyond % 2.0 == 1.0 {
                     x += &change * &x;
                 }
@@ -131,7 +133,7 @@ where
         let mut k = 0;
         while bits != 0 {
             if bits & 1 == 1 {
-                x += &self.changes[k] * &x;
+                x += self.change(k) * &x;
             }
             bits >>= 1;
             k += 1;
@@ -149,6 +151,14 @@ where
     pub(crate) fn energy_norm(&self, x: &OVector<f64, D>) -> f64 {
         (x.transpose() * &self.energy * x)[0].max(0.0).sqrt()
     }
+}
+
+/// (1 + E)^2 - 1.
+fn doubled<D: Dim>(change: &OMatrix<f64, D, D>) -> OMatrix<f64, D, D>
+where
+    DefaultAllocator: Allocator<D, D>,
+{
+    change * 2.0 + change * change
 }
 
 impl<D: Dim> Functional<D>

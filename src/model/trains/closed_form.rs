@@ -13,6 +13,10 @@ use nalgebra::{Const, DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, OVe
 use std::fmt::Debug;
 use std::sync::OnceLock;
 
+/// Coordinates up to which a closed form is used. The work of its products grows with the square of their number, that of a
+/// Taylor series in proportion to it, which then costs less.
+const MOST: usize = 16;
+
 /// Both linear motions of two trains; each is made when it is first asked for.
 #[derive(Debug)]
 pub struct ClosedForm {
@@ -31,8 +35,8 @@ impl ClosedForm {
         }
     }
 
-    /// The motion of a mode; `None` where it has no closed form: in slip, where a shaft has no stiffness, and where there
-    /// is nothing to twist.
+    /// The motion of a mode; `None` where it has no closed form: in slip, where a shaft has no stiffness, where nothing moves by
+    /// itself, and where the trains are too long.
     pub fn of(&self, system: &TrainSystem, mode: Mode) -> Option<&Motion> {
         let motion = match mode {
             Mode::Stick => &self.stick,
@@ -153,7 +157,7 @@ pub struct Motion {
 
 impl Motion {
     fn new(system: &TrainSystem, stuck: bool, test: BreakawayTest) -> Option<Motion> {
-        let chains = Chains::new(system, stuck)?;
+        let chains = Chains::new(system, stuck).filter(|chains| chains.dimension() <= MOST)?;
         let (a, energy) = (chains.flow(), chains.energy());
         Some(Motion {
             flow: sized(&a, &energy, &chains.tested(system, test)),
