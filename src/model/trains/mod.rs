@@ -11,7 +11,10 @@
 //! | `margin` | when steady sliding loses its stability |
 //! | `system` | the equations in twist coordinates |
 //! | `slow_manifold` | sliding without the fast oscillations |
+//! | `chains`, `closed_form` | stick and separation in closed form |
 
+mod chains;
+pub mod closed_form;
 pub mod margin;
 pub mod parameters;
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
 use crate::model::trains::Trains;
+use crate::model::trains::closed_form;
 use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::model::{BreakawayTest, Mode};
 use crate::simulation::brake::{DESTABILISED, LARGEST_DIP, RESTABILISED, Watch};
@@ -46,6 +47,8 @@ pub struct TrainDynamics {
     /// |omega_r| (rad/s) below which an engaged contact counts as stuck.
     pub threshold: f64,
     rates: Rates,
+    /// Stick and separation in closed form.
+    pub(super) closed_form: closed_form::ClosedForm,
 }
 
 /// How fast the trains move by themselves, from the eigenvalues of their modes under the largest force.
@@ -162,6 +165,7 @@ impl TrainDynamics {
         let (system, excitation) = (TrainSystem::new(trains), Excitation::new(trains));
         TrainDynamics {
             rates: Rates::new(&system, &excitation),
+            closed_form: closed_form::ClosedForm::new(trains.breakaway_test),
             system,
             excitation,
             threshold,

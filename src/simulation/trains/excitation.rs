@@ -1,6 +1,7 @@
 //! What acts on the trains from outside as functions of time: drives, external torques, and the normal force.
 
 use crate::model::axial::{AxialMotion, ChangeCause, ContactChange};
+use crate::model::breakaway::Bounded;
 use crate::model::trains::system::{Driving, Outside};
 use crate::model::trains::{End, Pressing, Trains};
 use crate::numerics::polynomial_roots::first_falling;
@@ -207,6 +208,42 @@ impl Excitation {
         match &self.normal_force {
             NormalForce::Direct(index) => self.timeline.value(*index, stretch, t),
             NormalForce::Axial(motion) => motion.pressing_force(t),
+        }
+    }
+
+    /// The external torques of rotor and stator (N m) in a stretch in which they are constant and the ends rest; `None` in
+    /// others.
+    pub fn at_rest(&self, stretch: usize) -> Option<[f64; 2]> {
+        let start = self.timeline.start(stretch);
+        let constant = |index: usize| {
+            let value = self.timeline.value(index, stretch, start);
+            self.timeline.is_constant(index, stretch).then_some(value)
+        };
+        let of = |places: &Places| {
+            let rests = places.speed.is_none_or(|index| constant(index) == Some(0.0));
+            rests.then(|| places.torque.map_or(Some(0.0), constant)).flatten()
+        };
+        Some([of(&self.rotor)?, of(&self.stator)?])
+    }
+
+    /// F_n without the clamp at zero, its rate (N/s), and a bound of its |second derivative| (N/s^2) from `t` to the end of the
+    /// stretch.
+    pub(super) fn pressing(&self, stretch: usize, t: f64) -> Bounded {
+        match &self.normal_force {
+            NormalForce::Direct(index) => Bounded {
+                value: self.timeline.value(*index, stretch, t),
+                rate: self.timeline.slope(*index, stretch, t),
+                curvature: self.timeline.bounds(*index, stretch, t, t).1,
+            },
+            NormalForce::Axial(motion) => motion.bounded(t),
+        }
+    }
+
+    /// A lower bound of F_n from `t` to `until` (s) in a stretch, N.
+    pub(super) fn lowest_pressing(&self, stretch: usize, t: f64, until: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Direct(index) => self.timeline.bounds(*index, stretch, t, until).0,
+            NormalForce::Axial(motion) => motion.lowest_pressing_force_after(t),
         }
     }
 

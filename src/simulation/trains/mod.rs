@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `excitation` | signals and normal force as functions of time |
 //! | `dynamics` | locations, guards and equations for the automaton |
+//! | `closed_form` | stick and separation in closed form |
 //! | `rules` | what happens at guards and time events |
 //! | `plan` | which solver integrates what, how accurately |
 //! | `series`, `expansion` | the trains' own solver, by Taylor series |
@@ -11,6 +12,7 @@
 //! | `portrait` | one period of a motion, densely |
 //! | `course` | the motion from a known state on, within one mode |
 
+mod closed_form;
 mod course;
 mod dynamics;
 mod excitation;

@@ -191,7 +191,9 @@ impl TrainPlan {
         // Of `cvode`: a contact without stick is stiff at rest, below what counts as stiff for the steps of order 8.
         let implicit = self.stiff || location.mode == Mode::Engaged;
         let esdirk = SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45);
+        let exact = matches!(self.method, Method::Auto | Method::Series);
         let kind = match self.method {
+            _ if exact && self.dynamics.has_closed_form(location, t, y) => SolverKind::ClosedForm,
             Method::Series => SolverKind::Series,
             Method::Auto if self.is_linear(location) => SolverKind::Series,
             Method::Auto if self.stiff => esdirk,
@@ -204,7 +206,7 @@ impl TrainPlan {
             Method::Paper => unreachable!("a case of trains does not have the paper's procedure"),
         };
         let relative = match kind {
-            SolverKind::Series => SERIES_TOLERANCE,
+            SolverKind::Series | SolverKind::ClosedForm => SERIES_TOLERANCE,
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
             _ if self.method == Method::Cvode => {
                 (CVODE_TIGHTENING * self.rtol).max(if implicit { SMALLEST_IMPLICIT } else { SMALLEST })

@@ -4,7 +4,7 @@ use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, VELOCITY_NOIS
 use super::plan::TrainPlan;
 use super::series::TaylorEngine;
 use crate::friction::Law;
-use crate::hybrid::{ChosenSolver, Engine, Fired, Rules, SolverKind, Transition};
+use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
 use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::trains::system::Engagement;
 use crate::model::trains::{Kick, KickSide, Trains};
@@ -470,6 +470,7 @@ impl Rules<TrainDynamics> for TrainRules {
     fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<TrainLocation>>> {
         match kind {
             SolverKind::Series => Some(Box::new(TaylorEngine::new(self.dynamics.clone()))),
+            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.dynamics.clone()))),
             _ => None,
         }
     }
