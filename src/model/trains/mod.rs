@@ -10,11 +10,13 @@
 //! | `parameters` | what defines the problem |
 //! | `system` | the equations in twist coordinates |
 //! | `slow_manifold` | sliding without the fast oscillations |
+//! | `stability` | the loss of stability of sliding that slows down by itself, foreseen |
 
 pub mod parameters;
 #[cfg(test)]
 mod samples;
 pub(crate) mod slow_manifold;
+pub(crate) mod stability;
 pub mod system;
 
 pub use parameters::{
