@@ -8,7 +8,7 @@ use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
 use stickslip::analysis::Modes;
-use stickslip::analysis::SavedTrainRun;
+use stickslip::analysis::SavedRun;
 use stickslip::analysis::onset::onsets;
 use stickslip::analysis::work_precision::{self, Study};
 use stickslip::case::{Case, CaseSource, TrainCase};
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     save(&plot::onset::figure(&kicked.title, &found))?;
     let trains = TrainCase::parse(&CaseSource::built_in("drill-string")?, &[])?;
     let path = Path::new("target").join("drill-string.h5");
-    SavedTrainRun::new(&trains, &path).start()?;
+    SavedRun::new(&trains, &path).start()?;
     let runs = [Run::open(&path)?];
     let subject = Subject::new(&runs).ok_or("no run")?;
     for entry in ["relative-velocity", "phase-portrait"] {

@@ -59,7 +59,7 @@ pub mod sundials;
 pub mod sweep;
 mod workers;
 
-pub use analysis::{Certify, SavedRun, SavedTrainRun};
+pub use analysis::{Certify, SavedRun};
 pub use compare::Reference;
 pub use run::Run;
 pub use sweep::Sweep;

@@ -1,6 +1,6 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
-use crate::case::{AnyCase, Case, Form, Motion, TrainCase};
+use crate::case::{Case, CaseRef, Form, Motion};
 use crate::model::state::Components;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
@@ -128,18 +128,38 @@ pub(crate) fn program(started: &str) -> Vec<(String, MetaValue)> {
 }
 
 /// Attributes of /meta of a run.
-fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
-    let solver = &case.solver;
+fn meta(case: CaseRef, started: &str) -> Vec<(String, MetaValue)> {
+    let solver = case.solver();
     let mut meta = program(started);
-    for (name, text) in [
+    let motion = match case.form() {
+        Form::Brake => None,
+        Form::Trains(motion) => Some((META_MOTION, motion.name())),
+    };
+    let texts = [
         ("method", solver.method.name()),
         ("event_location", event_location(solver.method)),
-    ] {
+    ];
+    for (name, text) in texts.into_iter().chain(motion) {
         meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
     }
-    let mut number = |name: String, value: f64| meta.push((name, MetaValue::Number(value)));
-    number("rtol".to_owned(), solver.rtol);
-    number("max_events".to_owned(), solver.max_events as f64);
+    for (name, value) in [("rtol", solver.rtol), ("max_events", solver.max_events as f64)] {
+        meta.push((name.to_owned(), MetaValue::Number(value)));
+    }
+    if let CaseRef::Brake(case) = case {
+        meta.extend(
+            phases(case)
+                .into_iter()
+                .map(|(name, value)| (name, MetaValue::Number(value))),
+        );
+    }
+    meta
+}
+
+/// Of a brake, what its solvers are given in each phase.
+fn phases(case: &Case) -> Vec<(String, f64)> {
+    let solver = &case.solver;
+    let mut found = Vec::new();
+    let mut number = |name: String, value: f64| found.push((name, value));
     if let Some(step) = solver.fixed_step {
         number("fixed_step".to_owned(), step);
     }
@@ -149,7 +169,7 @@ fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
         number("shortest_step".to_owned(), settings.shortest_step);
         number("longest_step".to_owned(), settings.longest_step);
         number("stick_epsilon".to_owned(), procedure::EPSILON);
-        return meta;
+        return found;
     }
     // What the solvers themselves were given.
     let (sliding, resolved) = chosen_solvers(&case.parameters, solver);
@@ -163,79 +183,43 @@ fn meta(case: &Case, started: &str) -> Vec<(String, MetaValue)> {
             number(format!("{phase}_max_step"), step);
         }
     }
-    meta
+    found
 }
 
 impl Header {
     /// Of a run of `case`, which starts now; `text` is the case as it was given.
-    pub fn new(case: &Case, text: String) -> Self {
+    pub fn new<'a>(case: impl Into<CaseRef<'a>>, text: String) -> Self {
+        let case = case.into();
         let started = now();
         Header {
-            title: case.title.clone(),
+            title: case.title().to_owned(),
             source: source(),
-            references: REFERENCES_OF_BRAKES.to_owned(),
+            references: references(case.form()).to_owned(),
             history: format!("{started} {}", command_line()),
             case_text: text,
             resolved: case.resolved(),
             meta: meta(case, &started),
-            events: events(case.solver.method),
-            extension: Extension {
-                dense: case.output.follow.dense,
-                ..Extension::default()
-            },
-        }
-    }
-
-    /// The same of a run of two trains.
-    pub fn of_trains(case: &TrainCase, text: String) -> Self {
-        let started = now();
-        let mut meta = program(&started);
-        let method = case.solver.method;
-        for (name, text) in [
-            ("method", method.name()),
-            ("event_location", event_location(method)),
-            (META_MOTION, case.motion.name()),
-        ] {
-            meta.push((name.to_owned(), MetaValue::Text(text.to_owned())));
-        }
-        for (name, value) in [
-            ("rtol", case.solver.rtol),
-            ("max_events", case.solver.max_events as f64),
-        ] {
-            meta.push((name.to_owned(), MetaValue::Number(value)));
-        }
-        Header {
-            title: case.title.clone(),
-            source: source(),
-            references: REFERENCES_OF_TRAINS.to_owned(),
-            history: format!("{started} {}", command_line()),
-            case_text: text,
-            resolved: case.resolved(),
-            meta,
-            events: events(method),
+            events: events(case.solver().method),
             extension: extension(case),
         }
     }
 }
 
 /// What the files of a case have beyond the tables that all have.
-pub(crate) fn extension_of(case: &AnyCase) -> Extension {
-    match case {
-        AnyCase::Brake(case) => Extension {
+pub(crate) fn extension<'a>(case: impl Into<CaseRef<'a>>) -> Extension {
+    match case.into() {
+        CaseRef::Brake(case) => Extension {
             dense: case.output.follow.dense,
             ..Extension::default()
         },
-        AnyCase::Trains(case) => extension(case),
-    }
-}
-
-/// What the files of a case of trains have beyond the tables that all have.
-pub(crate) fn extension(case: &TrainCase) -> Extension {
-    let further = trains::further(&case.parameters).into_iter();
-    Extension {
-        further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
-        trains: true,
-        translation: case.motion == Motion::Translation,
-        dense: case.output.follow.dense,
+        CaseRef::Trains(case) => {
+            let further = trains::further(&case.parameters).into_iter();
+            Extension {
+                further: further.map(|one| (one.name, one.is_rate, one.long_name)).collect(),
+                trains: true,
+                translation: case.motion == Motion::Translation,
+                dense: case.output.follow.dense,
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The front door: one run of a case.
 
-use crate::case::Case;
+use crate::case::CaseRef;
 use crate::model::Parameters;
 use crate::model::trains::Trains;
 use crate::record::{NoRecorder, Recorder};
@@ -37,9 +37,17 @@ enum Problem<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// The run that a case describes.
-    pub fn new(case: &'a Case) -> Self {
-        Run::of(&case.parameters, &case.solver, &case.output)
+    /// The run that a case of either form describes.
+    pub fn new(case: impl Into<CaseRef<'a>>) -> Self {
+        match case.into() {
+            CaseRef::Brake(case) => Run::of(&case.parameters, &case.solver, &case.output),
+            CaseRef::Trains(case) => Run::of_trains(
+                &case.parameters,
+                case.threshold.unwrap_or(0.0),
+                &case.solver,
+                &case.output,
+            ),
+        }
     }
 
     /// The run of a brake that comes from no case. The parameters are taken as they are: only [`Case::parse`] validates.

@@ -1,13 +1,13 @@
 //! What a run of trains says of the motion that it comes to: the least period, no period where there is none, and digits that
 //! hold.
 
-use stickslip::SavedTrainRun;
-use stickslip::analysis::TrainSummary;
+use stickslip::SavedRun;
 use stickslip::analysis::trains::TrainWitness;
+use stickslip::analysis::{KeptWitness, Summary};
 use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 
 /// A run of a case, with another method beside it.
-fn run(text: &str, changes: &[&str]) -> (TrainSummary, Option<TrainWitness>) {
+fn run(text: &str, changes: &[&str]) -> (Summary, Option<TrainWitness>) {
     let source = CaseSource {
         text: text.to_owned(),
         origin: Origin::File("case.toml".into()),
@@ -15,12 +15,16 @@ fn run(text: &str, changes: &[&str]) -> (TrainSummary, Option<TrainWitness>) {
     let changes: Vec<Override> = changes.iter().map(|change| Override::parse(change).unwrap()).collect();
     let case = TrainCase::parse(&source, &changes).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let saved = SavedTrainRun::new(&case, &folder.path().join("run.h5"))
+    let saved = SavedRun::new(&case, &folder.path().join("run.h5"))
         .witness(true)
         .start()
         .unwrap();
     assert!(saved.failure.is_none(), "{:?}", saved.failure);
-    (saved.summary, saved.witness)
+    let witness = match saved.witness {
+        Some(KeptWitness::Trains(witness)) => Some(witness),
+        _ => None,
+    };
+    (saved.summary, witness)
 }
 
 /// An oscillator on the ground or a belt, in translation.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use stickslip::SavedTrainRun;
+use stickslip::SavedRun;
 use stickslip::case::{CaseSource, Override, TrainCase};
 use stickslip::compare::{Cause, Comparison, Mapping, Reference};
 use stickslip::results::{Overwrite, ResultFile};
@@ -20,10 +20,7 @@ fn run(path: &Path, case: &str, overrides: &[&str]) {
         .map(|text| Override::parse(text).unwrap())
         .collect();
     let case = TrainCase::parse(&source, &overrides).unwrap();
-    let report = SavedTrainRun::new(&case, path)
-        .overwrite(Overwrite::Force)
-        .start()
-        .unwrap();
+    let report = SavedRun::new(&case, path).overwrite(Overwrite::Force).start().unwrap();
     assert!(report.failure.is_none() && report.unsaved.is_none());
 }
 

@@ -4,11 +4,11 @@ use std::error::Error;
 use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
+use stickslip::SavedRun;
 use stickslip::analysis::KeptRun;
 use stickslip::case::{AnyCase, CaseSource, Override};
 use stickslip::cli::{End, capture};
 use stickslip::results::{KeptRows, KeptView, Overwrite, ResultFile, Status, Values};
-use stickslip::{SavedRun, SavedTrainRun};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -32,10 +32,7 @@ fn view(rows: &KeptRows) -> KeptView<'_> {
 }
 
 fn recorded(case: &AnyCase, path: &Path) -> Outcome {
-    match case {
-        AnyCase::Brake(case) => assert!(SavedRun::new(case, path).start()?.unsaved.is_none()),
-        AnyCase::Trains(case) => assert!(SavedTrainRun::new(case, path).start()?.unsaved.is_none()),
-    }
+    assert!(SavedRun::new(case, path).start()?.unsaved.is_none());
     Ok(())
 }
 

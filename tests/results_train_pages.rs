@@ -6,7 +6,8 @@ mod unlocked;
 use std::path::{Path, PathBuf};
 
 use page_common::{Page, assert_decoded, doubles};
-use stickslip::analysis::trains::{SavedTrainRun, headline};
+use stickslip::analysis::SavedRun;
+use stickslip::analysis::headline::{headline, of_file};
 use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 use stickslip::plot::page::{self, SIZE_LIMIT};
 use stickslip::results::ResultFile;
@@ -57,7 +58,7 @@ fn page_of(folder: &TempDir, name: &str, overrides: &[&str]) -> (TrainCase, Resu
     let overrides: Vec<Override> = overrides.iter().map(|text| Override::parse(text).unwrap()).collect();
     let case = TrainCase::parse(&source(name), &overrides).unwrap_or_else(|error| panic!("{error}"));
     let path = folder.path().join(format!("{name}.h5"));
-    SavedTrainRun::new(&case, &path).start().unwrap();
+    SavedRun::new(&case, &path).start().unwrap();
     let (file, page) = read(&path);
     (case, file, page)
 }
@@ -154,9 +155,9 @@ fn results_page_of_trains_says_what_the_run_comes_to() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("belt-leine.h5");
     let case = TrainCase::parse(&source("belt-leine"), &[]).unwrap();
-    let report = SavedTrainRun::new(&case, &path).start().unwrap();
+    let report = SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
-    let said = headline::rows(case.motion, &report.summary);
+    let said = headline(&case, &report.summary);
     let shown: Vec<(&str, &str)> = page.run["headline"]
         .as_array()
         .unwrap()
@@ -303,7 +304,7 @@ fn results_page_of_a_long_driven_run_is_bounded() {
 fn results_page_of_a_file_without_later_attributes() {
     let folder = tempfile::tempdir().unwrap();
     let (case, file, _) = page_of(&folder, "belt-leine", &["output.end_time=60"]);
-    let rows = headline::of_file(&file, &case, &file.events().unwrap()).unwrap();
+    let rows = of_file(&file, Some((&case).into()), &file.events().unwrap()).unwrap();
     assert!(rows.iter().any(|row| row.name == "relative velocity over a period"));
     let path = file.path().to_owned();
     drop(file);
@@ -335,7 +336,7 @@ fn regression_page_of_a_brake_has_its_words() {
     )
     .unwrap();
     let path = folder.path().join("paper.h5");
-    stickslip::analysis::SavedRun::new(&case, &path).start().unwrap();
+    SavedRun::new(&case, &path).start().unwrap();
     let (_, page) = read(&path);
     for words in [
         "const PANELS = [\n  { title: \"Speed\", curves: [[\"theta_dot\", \"rotor\", BLUE], [\"phi2_dot\", \"rotor surface\", VERMILLION], \

@@ -9,9 +9,9 @@ use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use stickslip::analysis::headline::{Headline, HeadlineRow, is_paper_case};
-use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun, trains};
-use stickslip::case::{AnyCase, CaseError, CaseSource, Override, TrainCase};
+use stickslip::analysis::headline::{self, HeadlineRow};
+use stickslip::analysis::{KeptReport, KeptReportEnd, KeptRun};
+use stickslip::case::{AnyCase, CaseError, CaseRef, CaseSource, Override, TrainCase};
 use stickslip::results::schema::Kind;
 use stickslip::results::{
     AttributeValue, Extra, KeptTable, KeptView, MetaValue, Overwrite, ResultError, ResultFile, Status, Values,
@@ -360,18 +360,10 @@ fn read(path: PathBuf) -> Result<Run, ResultError> {
     let source = CaseSource::result(&path, resolved.clone());
     // A file of an earlier version may have a case that this one does not read.
     let events = file.events()?;
-    let headline = if TrainCase::is_one(&source, &[]) {
-        match TrainCase::parse(&source, &[]) {
-            Ok(case) => trains::headline::of_file(&file, &case, &events)?,
-            Err(_) => Vec::new(),
-        }
-    } else {
-        let case = stickslip::case::Case::parse(&source, &[]).ok();
-        let mut rows = Headline::of_file(&file, case.as_ref(), &events)?.rows();
-        if !case.is_some_and(|case| is_paper_case(&case.parameters)) {
-            rows.iter_mut().for_each(|row| row.paper = "");
-        }
-        rows
+    let case = AnyCase::read(&source, &[]).ok();
+    let headline = match &case {
+        None if TrainCase::is_one(&source, &[]) => Vec::new(),
+        case => headline::of_file(&file, case.as_ref().map(CaseRef::from), &events)?,
     };
     let column = |column: stickslip::results::TableColumn| {
         let kind = if column.whole { "int64" } else { "float64" };

@@ -1,12 +1,13 @@
 //! The headline of a run as a reader sees it: each quantity in words, beside the paper's number.
 
-use super::summary::{TURNOVER, residual_row, share_of};
-use super::{Cycle, CycleStatistics, Summary};
-use crate::case::{Case, CaseSource, builtin};
+use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
+use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};
+use crate::case::{Case, CaseRef, CaseSource, Form, Motion, builtin};
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
-use crate::record::{Event, EventKind};
-use crate::results::{ResultError, ResultFile};
+use crate::record::{CycleStatistics, Event, EventKind};
+use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
+use crate::simulation::trains::position_of;
 use serde::Serialize;
 
 /// The paper's own numbers (its sections 4.2 to 4.5), beside which the built-in case is put.
@@ -44,147 +45,280 @@ pub struct HeadlineRow {
     pub paper: &'static str,
 }
 
-/// What the headline is made of; times in s, lengths in m, energies in J. `None` is what a run, or
-/// its file, does not have.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Headline {
-    /// Events of every kind, onset, and the first and last cycle.
-    pub stick_slip: CycleStatistics,
-    /// All cycles, of a file; none of a run, which does not keep them.
-    pub cycles: Vec<Cycle>,
-    /// T_n.
-    pub natural_period: Option<f64>,
-    /// Static axial displacement under the largest force.
-    pub axial_displacement: Option<f64>,
-    /// When steady sliding loses its stability.
-    pub instability_time: Option<f64>,
-    /// G.
-    pub growth_exponent: Option<f64>,
-    /// From the kick to the first stick.
-    pub e_folds_gained: Option<f64>,
-    /// By how many e-folds the kick stands above rounding at the first stick; negative if it has died out.
-    pub kick_above_noise: Option<f64>,
-    /// Largest |energy_residual|.
-    pub energy_residual: Option<f64>,
-    /// The same, relative to the energy turned over; in files of earlier versions to that at the start.
-    pub energy_residual_relative: Option<f64>,
+/// The lines of a run of `case` that comes to `summary`, in the order in which they are read. The numbers of the paper stand
+/// beside those of its own case.
+pub fn headline<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<HeadlineRow> {
+    let case = case.into();
+    rows(case.form(), Some(case), summary)
 }
 
-impl From<&Summary> for Headline {
-    fn from(summary: &Summary) -> Self {
-        Headline {
-            stick_slip: summary.stick_slip.clone(),
-            cycles: Vec::new(),
-            natural_period: Some(summary.natural_period),
-            axial_displacement: Some(summary.axial_displacement),
-            instability_time: summary.instability_time,
-            growth_exponent: summary.growth_exponent,
-            e_folds_gained: summary.e_folds_gained,
-            kick_above_noise: summary.kick_above_noise,
-            energy_residual: Some(summary.energy_residual),
-            energy_residual_relative: Some(summary.energy_residual_relative),
-        }
+/// The same of a run of this form, whose case may be unknown.
+fn rows(form: Form, case: Option<CaseRef>, summary: &Summary) -> Vec<HeadlineRow> {
+    let mut rows = match form {
+        Form::Brake => of_brake(summary),
+        Form::Trains(motion) => of_motion(motion, summary),
+    };
+    if !matches!(case, Some(CaseRef::Brake(case)) if is_paper_case(&case.parameters)) {
+        rows.iter_mut().for_each(|row| row.paper = "");
     }
+    rows
 }
 
-impl Headline {
-    /// The headline of a result file whose events are `events` and whose resolved case is `case`,
-    /// if this program can read it. What a killed run could not write any more is `None`.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub fn of_file(file: &ResultFile, case: Option<&Case>, events: &[Event]) -> Result<Headline, ResultError> {
-        let parameters = case.map(|case| &case.parameters);
-        let displacement = |p: &Parameters| p.largest_force() / p.axial.stiffness;
-        let mut stick_slip = CycleStatistics::default();
-        let cycles = events
-            .iter()
-            .filter_map(|event| stick_slip.push(event.time, event.kind))
-            .collect();
-        let mut headline = Headline {
-            stick_slip,
-            cycles,
-            natural_period: parameters.map(|p| TorsionModel::new(p).natural_period()),
-            axial_displacement: parameters.map(displacement),
-            ..Headline::default()
-        };
-        let Some(table) = file.stick_slip()? else {
-            return Ok(headline);
-        };
-        let known = |value: f64| (!value.is_nan()).then_some(value);
-        let extra = |name: &str| table.extras.iter().find(|extra| extra.name == name);
-        headline.instability_time = extra("instability_time").and_then(|extra| known(extra.value));
-        headline.growth_exponent = known(table.growth_exponent);
-        headline.e_folds_gained = known(table.e_folds_gained);
-        headline.kick_above_noise = extra("kick_above_noise").and_then(|extra| known(extra.value));
-        headline.energy_residual = known(table.energy_residual_max);
-        let start = file.samples(0..file.sample_count()?.min(1))?;
-        let at_start = start
+/// The lines of a result file with these events; `case` is its resolved case, if this program can read it. What a killed run could
+/// not write any more is "none", or has no line.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn of_file(file: &ResultFile, case: Option<CaseRef>, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
+    let table = file.stick_slip()?;
+    let summary = summary_of_file(file, case, events, table.as_ref())?;
+    let form = case.map_or(Form::Brake, CaseRef::form);
+    let mut rows = rows(form, case, &summary);
+    if table.is_none() && form != Form::Brake {
+        // What a run comes to, and what it loses, is written at its end.
+        rows.retain(|row| row.name != "motion" && row.name != "energy residual");
+    }
+    Ok(rows)
+}
+
+fn summary_of_file(
+    file: &ResultFile,
+    case: Option<CaseRef>,
+    events: &[Event],
+    table: Option<&StickSlipTable>,
+) -> Result<Summary, ResultError> {
+    let known = |value: f64| (!value.is_nan()).then_some(value);
+    let of_table = |value: fn(&StickSlipTable) -> f64| table.map(value).and_then(known);
+    let extra = |name: &str| {
+        let extras = table.iter().flat_map(|table| &table.extras);
+        let found = extras.into_iter().find(|extra| extra.name == name);
+        found.and_then(|extra| known(extra.value))
+    };
+    let mut stick_slip = CycleStatistics::default();
+    for event in events {
+        stick_slip.push(event.time, event.kind);
+    }
+    let samples = file.sample_count()?;
+    let first = file.samples(0..samples.min(1))?;
+    let last = file.samples(samples.saturating_sub(1)..samples)?;
+    // Files of earlier versions do not have the energy turned over.
+    let at_start = match case {
+        Some(CaseRef::Trains(_)) => None,
+        _ => first
             .first()
-            .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic);
-        let turnover = extra(TURNOVER).and_then(|extra| known(extra.value)).or(at_start);
-        headline.energy_residual_relative = headline
-            .energy_residual
-            .zip(turnover)
-            .map(|(residual, turnover)| share_of(residual, turnover));
-        Ok(headline)
-    }
+            .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic),
+    };
+    let energy_turnover = extra(TURNOVER).or(at_start).unwrap_or(f64::NAN);
+    let energy_residual = of_table(|table| table.energy_residual_max).unwrap_or(f64::NAN);
+    let brake = match case {
+        Some(CaseRef::Brake(case)) => Some(&case.parameters),
+        _ => None,
+    };
+    let summary = Summary {
+        end: last.last().map_or(f64::NAN, |sample| sample.time),
+        events: events.len(),
+        natural_period: brake.map(|parameters| TorsionModel::new(parameters).natural_period()),
+        axial_displacement: brake.map(|parameters| parameters.largest_force() / parameters.axial.stiffness),
+        instability_time: extra("instability_time"),
+        growth_exponent: of_table(|table| table.growth_exponent),
+        growth_to_onset: extra("growth_to_onset"),
+        e_folds_gained: of_table(|table| table.e_folds_gained),
+        kick_above_noise: extra("kick_above_noise"),
+        energy_residual,
+        energy_turnover,
+        energy_residual_relative: share_of(energy_residual, energy_turnover),
+        interrupted: *file.status() == Status::Interrupted,
+        last_event_time: events
+            .iter()
+            .rfind(|event| event.kind.in_event_sequence())
+            .map(|event| event.time),
+        ..Summary::of_cycles(stick_slip)
+    };
+    let Some(CaseRef::Trains(case)) = case else {
+        return Ok(summary);
+    };
+    let position = extra("attractor_position_min").zip(extra("attractor_position_max"));
+    let velocity = |end: &str| extra(&format!("attractor_relative_velocity_{end}")).unwrap_or(f64::NAN);
+    let attractor = extra("attractor_period").map(|period| Attractor {
+        period,
+        sticks: extra("attractor_sticks").unwrap_or(0.0) as u64,
+        sections: 0,
+        agreement: extra("attractor_agreement").unwrap_or(f64::NAN),
+        distance: extra("attractor_distance").unwrap_or(f64::NAN),
+        since: extra("attractor_since").unwrap_or(f64::NAN),
+        extremes: position.map(|position| Extremes {
+            of: position_of(&case.parameters),
+            position,
+            amplitude: extra("attractor_amplitude"),
+            relative_velocity: (velocity("min"), velocity("max")),
+        }),
+    });
+    let summary = Summary {
+        stick_threshold: case.threshold,
+        ..summary
+    };
+    Ok(summary.coming_to(attractor, last.last().map_or("", |last| last.mode.name())))
+}
 
-    /// The lines, in the order in which they are read.
-    pub fn rows(&self) -> Vec<HeadlineRow> {
-        let s = &self.stick_slip;
-        let (first, last) = (s.first, s.last);
-        let residual = match (self.energy_residual, self.energy_residual_relative) {
-            (Some(residual), relative) => residual_row(residual, relative),
-            _ => none(),
-        };
-        let slips = pair(first.map(|c| c.slip_duration), last.map(|c| c.slip_duration));
-        let period = |period: Option<f64>| ratio(period, self.natural_period);
-        let axial = self.axial_displacement;
-        let died = self.kick_above_noise.is_some_and(|above| above < 0.0);
-        let above = format!(
-            "{}{}",
-            number(self.kick_above_noise),
-            if died { ", it has died out" } else { "" }
-        );
-        [
-            ("events", events(s), ""),
-            ("onset of stick-slip", time(s.onset_time), paper::ONSET),
-            ("final stick", time(s.final_stick_time), paper::FINAL_STICK),
-            ("slip duration, first / last", slips, paper::SLIP),
-            ("slip duration, range", range(s.slip_range), paper::SLIP_RANGE),
-            (
-                "stick duration, first",
-                microseconds(first.map(|c| c.stick_duration)),
-                paper::FIRST_STICK,
-            ),
-            (
-                "stick duration, last",
-                microseconds(last.map(|c| c.stick_duration)),
-                paper::LAST_STICK,
-            ),
-            ("stick duration, range", range(s.stick_range), ""),
-            (
-                "natural period T_n",
-                microseconds(self.natural_period),
-                paper::NATURAL_PERIOD,
-            ),
-            ("first period T_i / T_n", period(s.first_period()), paper::FIRST_PERIOD),
-            ("last period T_f / T_n", period(s.last_period()), paper::LAST_PERIOD),
-            (
-                "axial displacement, static",
-                axial.map_or_else(none, |z| format!("{:.4} mm", z * 1e3)),
-                paper::AXIAL,
-            ),
-            ("loss of stability", time(self.instability_time), ""),
-            ("growth exponent G", number(self.growth_exponent), ""),
-            ("e-folds gained from the kick", number(self.e_folds_gained), ""),
-            ("kick above rounding, e-folds", above, ""),
-            ("energy residual", residual, ""),
-        ]
-        .map(|(name, value, paper)| HeadlineRow { name, value, paper })
-        .into()
+/// The lines of a run that slows down to a stop.
+fn of_brake(summary: &Summary) -> Vec<HeadlineRow> {
+    let residual = match summary.energy_residual {
+        unknown if unknown.is_nan() => none(),
+        residual => residual_row(residual, summary.energy_residual_relative),
+    };
+    let slips = pair(summary.first_slip_duration, summary.last_slip_duration);
+    let period = |period: Option<f64>| ratio(period, summary.natural_period);
+    let axial = summary.axial_displacement;
+    let died = summary.kick_above_noise.is_some_and(|above| above < 0.0);
+    let above = format!(
+        "{}{}",
+        number(summary.kick_above_noise),
+        if died { ", it has died out" } else { "" }
+    );
+    [
+        ("events", events(&summary.stick_slip), ""),
+        ("onset of stick-slip", time(summary.onset_time), paper::ONSET),
+        ("final stick", time(summary.final_stick_time), paper::FINAL_STICK),
+        ("slip duration, first / last", slips, paper::SLIP),
+        (
+            "slip duration, range",
+            range(summary.slip_duration_range),
+            paper::SLIP_RANGE,
+        ),
+        (
+            "stick duration, first",
+            microseconds(summary.first_stick_duration),
+            paper::FIRST_STICK,
+        ),
+        (
+            "stick duration, last",
+            microseconds(summary.last_stick_duration),
+            paper::LAST_STICK,
+        ),
+        ("stick duration, range", range(summary.stick_duration_range), ""),
+        (
+            "natural period T_n",
+            microseconds(summary.natural_period),
+            paper::NATURAL_PERIOD,
+        ),
+        (
+            "first period T_i / T_n",
+            period(summary.first_period),
+            paper::FIRST_PERIOD,
+        ),
+        ("last period T_f / T_n", period(summary.last_period), paper::LAST_PERIOD),
+        (
+            "axial displacement, static",
+            axial.map_or_else(none, |z| format!("{:.4} mm", z * 1e3)),
+            paper::AXIAL,
+        ),
+        ("loss of stability", time(summary.instability_time), ""),
+        ("growth exponent G", number(summary.growth_exponent), ""),
+        ("e-folds gained from the kick", number(summary.e_folds_gained), ""),
+        ("kick above rounding, e-folds", above, ""),
+        ("energy residual", residual, ""),
+    ]
+    .map(|(name, value, paper)| HeadlineRow { name, value, paper })
+    .into()
+}
+
+/// The units of a motion: of position and speed.
+fn units(motion: Motion) -> (&'static str, &'static str) {
+    match motion {
+        Motion::Rotation => ("rad", "rad/s"),
+        Motion::Translation => ("m", "m/s"),
     }
+}
+
+/// Decimals that an absolute uncertainty leaves, at most so many.
+pub(crate) fn decimals(uncertainty: f64, most: usize) -> usize {
+    (-uncertainty.max(f64::MIN_POSITIVE).log10())
+        .floor()
+        .clamp(0.0, most as f64) as usize
+}
+
+/// A number with the decimals that an absolute uncertainty leaves it, at most twelve.
+fn known(value: f64, uncertainty: f64) -> String {
+    let text = format!("{value:.*}", decimals(uncertainty, 12));
+    // No sign before a zero.
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|b| b == b'0' || b == b'.') => zero.to_owned(),
+        _ => text,
+    }
+}
+
+/// The lines of a motion that may repeat itself.
+fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
+    let (angle, speed) = units(motion);
+    let seconds =
+        |range: Option<(f64, f64)>| range.map_or_else(none, |(least, most)| format!("{least:.9} to {most:.9} s"));
+    let mut rows = Vec::new();
+    let mut row = |name: &'static str, value: String| rows.push(HeadlineRow { name, value, paper: "" });
+    row("events", events(&summary.stick_slip));
+    row("first stick", time(summary.onset_time));
+    row("slip duration, range", seconds(summary.slip_duration_range));
+    row("stick duration, range", seconds(summary.stick_duration_range));
+    match &summary.outcome {
+        Some(Outcome::Periodic(Attractor {
+            period,
+            sticks,
+            agreement,
+            distance,
+            since,
+            extremes,
+            ..
+        })) => {
+            let known = |value: f64, size: f64| known(value, size * distance);
+            row("motion", format!("periodic since {since:.6} s"));
+            row("period", format!("{} s", known(*period, *period)));
+            // Without a stick, a bounce across the threshold is one as well.
+            let crossings = "falls below the threshold in a period";
+            let name = summary.stick_threshold.map_or("sticks in a period", |_| crossings);
+            row(name, sticks.to_string());
+            if let Some(extremes) = extremes {
+                let (least, most) = extremes.position;
+                let size = least.abs().max(most.abs());
+                let (least, most) = (known(least, size), known(most, size));
+                row(
+                    "position over a period",
+                    format!("{least} to {most} {angle} ({})", extremes.of),
+                );
+                if let Some(amplitude) = extremes.amplitude {
+                    row("amplitude", format!("{} {angle}", known(amplitude, size)));
+                }
+                let (least, most) = extremes.relative_velocity;
+                // Files of earlier versions do not have it.
+                if !(least.is_nan() || most.is_nan()) {
+                    let size = least.abs().max(most.abs());
+                    let (least, most) = (known(least, size), known(most, size));
+                    row("relative velocity over a period", format!("{least} to {most} {speed}"));
+                }
+            }
+            row(
+                "last two cycles differ by",
+                format!("{agreement:.1e}, relative; from the periodic motion by {distance:.1e}"),
+            );
+        }
+        Some(Outcome::Stuck { since }) => row(
+            "motion",
+            format!("no period found; in stick from {since:.9} s to the end of the run"),
+        ),
+        Some(Outcome::NotPeriodic) => row(
+            "motion",
+            format!("no period of at most {LONGEST_PERIOD} breakaways and reversals found"),
+        ),
+        Some(Outcome::Steady { mode }) => row("motion", format!("no event: mode {mode} all the time")),
+        None => {}
+    }
+    if let Some(threshold) = summary.stick_threshold {
+        row(
+            "counted as a stick",
+            format!("each fall of |relative velocity| below {threshold:e} {speed}: the contact has no stick"),
+        );
+    }
+    let relative = summary.energy_residual_relative;
+    row("energy residual", residual_row(summary.energy_residual, relative));
+    rows
 }
 
 /// Whether these are the parameters of the built-in case of the paper, beside which its numbers are put; solver and

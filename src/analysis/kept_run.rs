@@ -1,19 +1,15 @@
 //! A run of a case of either form that is kept in memory, and what it comes to.
 
-use super::headline::is_paper_case;
-use super::trains::{self, TrainSummary, TrainWitness};
-use super::warning::warnings;
-use super::witness::{Remembering, Witness, witness};
-use super::{Headline, HeadlineRow, Summary};
-use crate::case::AnyCase;
+use super::Summary;
+use super::headline::{HeadlineRow, headline};
+use super::recorded::{KeptWitness, Recorded, recorded};
+use crate::case::{AnyCase, CaseRef};
 use crate::provenance;
 use crate::results::{
     Header, KeptEnd, KeptRows, KeptView, MetaValue, Overwrite, ResultError, ResultWriter, Status, StickSlipTable,
-    WitnessAttributes,
 };
-use crate::run::Run;
-use crate::simulation::{Progress, RunFailure, RunReport};
-use serde::Serialize;
+use crate::simulation::{Progress, RunFailure};
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -38,35 +34,6 @@ pub struct KeptRun<'a> {
     control: Option<Box<dyn FnMut() -> ControlFlow<()> + 'a>>,
 }
 
-/// What a run comes to, in numbers.
-#[derive(Debug, Clone, Serialize)]
-#[serde(untagged)]
-pub enum KeptSummary {
-    /// Of a brake.
-    Brake(Box<Summary>),
-    /// Of two trains.
-    Trains(Box<TrainSummary>),
-}
-
-/// What another method makes of a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum KeptWitness {
-    /// Of a brake.
-    Brake(Witness),
-    /// Of two trains.
-    Trains(TrainWitness),
-}
-
-impl KeptWitness {
-    fn attributes(&self) -> WitnessAttributes {
-        match self {
-            KeptWitness::Brake(witness) => witness.attributes(),
-            KeptWitness::Trains(witness) => witness.attributes(),
-        }
-    }
-}
-
 /// A run in memory: its rows, and what its result file says beside them.
 #[derive(Debug)]
 pub struct KeptReport {
@@ -84,7 +51,7 @@ pub struct KeptReportEnd {
     /// How it ended.
     pub status: Status,
     /// In numbers.
-    pub summary: KeptSummary,
+    pub summary: Summary,
     /// What a reader of the numbers has to know.
     pub warnings: Vec<String>,
     /// If it was asked for; none beside a run that is not complete.
@@ -99,17 +66,7 @@ pub struct KeptReportEnd {
 impl KeptReportEnd {
     /// The run as a reader sees it. The numbers of the paper stand beside those of its own case.
     pub fn headline(&self) -> Vec<HeadlineRow> {
-        match (&self.summary, &self.case) {
-            (KeptSummary::Brake(summary), case) => {
-                let mut rows = Headline::from(&**summary).rows();
-                if !matches!(case, AnyCase::Brake(case) if is_paper_case(&case.parameters)) {
-                    rows.iter_mut().for_each(|row| row.paper = "");
-                }
-                rows
-            }
-            (KeptSummary::Trains(summary), AnyCase::Trains(case)) => trains::headline::rows(case.motion, summary),
-            (KeptSummary::Trains(_), AnyCase::Brake(_)) => Vec::new(),
-        }
+        headline(&self.case, &self.summary)
     }
 
     /// The case as it was given.
@@ -158,10 +115,7 @@ impl KeptReportEnd {
 impl<'a> KeptRun<'a> {
     /// The run that a case describes.
     pub fn new(case: &'a AnyCase) -> Self {
-        let mut header = match case {
-            AnyCase::Brake(case) => Header::new(case, String::new()),
-            AnyCase::Trains(case) => Header::of_trains(case, String::new()),
-        };
+        let mut header = Header::new(case, String::new());
         header.case_text.clone_from(&header.resolved);
         KeptRun {
             case,
@@ -218,79 +172,31 @@ impl<'a> KeptRun<'a> {
                 ControlFlow::Continue(())
             }
         };
-        let mut rows = KeptRows::new(&provenance::extension_of(any));
+        let mut rows = KeptRows::new(&provenance::extension(any));
         if events_alone {
             rows = rows.events_alone();
         }
-        match any {
-            AnyCase::Brake(case) => {
-                let mut recorder = Remembering::new(&mut rows, false);
-                let result = Run::new(case).record(&mut recorder).control(|_| go_on()).start();
-                let sequence = recorder.into_sequence();
-                let (report, failure) = parts(result);
-                let summary = Summary::of_run(&case.parameters, &report);
-                let status = status_of(&report, failure.as_deref());
-                let asks = std::cell::RefCell::new(&mut go_on);
-                let witness = (status == Status::Complete && wants_witness)
-                    .then(|| {
-                        let stop = || (asks.borrow_mut())().is_break();
-                        witness(case, &sequence, summary.noise_determined, &stop)
-                    })
-                    .flatten();
-                let warnings = warnings(case, &summary);
-                let end = KeptReportEnd {
-                    status,
-                    case: any.clone(),
-                    warnings: warnings.iter().map(ToString::to_string).collect(),
-                    witness: witness.map(KeptWitness::Brake),
-                    wall_time: clock.elapsed().as_secs_f64(),
-                    header,
-                    table: summary.table(),
-                    summary: KeptSummary::Brake(Box::new(summary)),
-                };
-                KeptReport { rows, end, failure }
-            }
-            AnyCase::Trains(case) => {
-                let mut told = |_: Progress| go_on();
-                let (result, summary, events) = trains::recorded(case, &mut rows, false, &mut told);
-                let (report, failure) = parts(result);
-                let summary = summary(&report);
-                let status = status_of(&report, failure.as_deref());
-                let asks = std::cell::RefCell::new(&mut go_on);
-                let witness = (status == Status::Complete && wants_witness)
-                    .then(|| {
-                        let stop = || (asks.borrow_mut())().is_break();
-                        trains::witness(case, &events, &report.work, &stop)
-                    })
-                    .flatten();
-                let end = KeptReportEnd {
-                    status,
-                    case: any.clone(),
-                    warnings: trains::warnings(&case.solver, &summary, witness.as_ref()),
-                    witness: witness.map(KeptWitness::Trains),
-                    wall_time: clock.elapsed().as_secs_f64(),
-                    header,
-                    table: summary.table(case.motion),
-                    summary: KeptSummary::Trains(Box::new(summary)),
-                };
-                KeptReport { rows, end, failure }
-            }
-        }
-    }
-}
-
-/// The report of a run, and why it failed.
-fn parts(result: Result<RunReport, Box<RunFailure>>) -> (RunReport, Option<Box<RunFailure>>) {
-    match result {
-        Ok(report) => (report, None),
-        Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
-    }
-}
-
-fn status_of(report: &RunReport, failure: Option<&RunFailure>) -> Status {
-    match failure {
-        Some(error) => Status::Failed(error.to_string()),
-        None if report.interrupted => Status::Interrupted,
-        None => Status::Complete,
+        let run = recorded(CaseRef::from(any), &mut rows, false, &mut |_: Progress| go_on());
+        let asks = RefCell::new(&mut go_on);
+        let stop = || (asks.borrow_mut())().is_break();
+        let witness = if wants_witness { run.witness(&stop) } else { None };
+        let (warnings, table) = (run.warnings(witness.as_ref()), run.table());
+        let Recorded {
+            summary,
+            status,
+            failure,
+            ..
+        } = run;
+        let end = KeptReportEnd {
+            status,
+            case: any.clone(),
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+            witness,
+            wall_time: clock.elapsed().as_secs_f64(),
+            header,
+            table,
+            summary,
+        };
+        KeptReport { rows, end, failure }
     }
 }

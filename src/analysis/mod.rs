@@ -2,6 +2,7 @@
 //! its modes and its loss of stability; from a study: methods by tolerances; and how far two runs agree.
 
 pub mod advice;
+mod attractor;
 pub mod bands;
 pub mod certificate;
 mod certification;
@@ -19,6 +20,7 @@ pub mod linearised;
 pub mod modes;
 pub mod onset;
 mod path;
+mod recorded;
 mod rounding;
 mod saved_run;
 pub mod sensitivity;
@@ -34,15 +36,17 @@ pub mod witness;
 pub mod work_precision;
 
 pub use crate::record::{Cycle, CycleStatistics};
+pub use attractor::{Attractor, Extremes, LONGEST_PERIOD, RECURRENCE_TOLERANCE};
 pub use certificate::{Certificate, certify};
 pub use certification::{Certified, Certify, Stage};
 pub use growth::Growth;
-pub use headline::{Headline, HeadlineRow};
-pub use kept_run::{KeptReport, KeptReportEnd, KeptRun, KeptSummary, KeptWitness};
+pub use headline::{HeadlineRow, headline};
+pub use kept_run::{KeptReport, KeptReportEnd, KeptRun};
 pub use modes::Modes;
+pub use recorded::KeptWitness;
+pub(crate) use recorded::recorded;
 pub use saved_run::{SavedReport, SavedRun};
 pub use stick_slip::StickSlip;
-pub use summary::Summary;
-pub use trains::{SavedTrainReport, SavedTrainRun, TrainSummary};
+pub use summary::{Outcome, Summary};
 pub use warning::Warning;
 pub use witness::{Witness, witness};

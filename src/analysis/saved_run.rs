@@ -1,11 +1,9 @@
 //! A run of a case into its result file.
 
-use super::warning::warnings;
-use super::witness::{Remembering, witness};
-use super::{Summary, Warning, Witness};
-use crate::case::Case;
+use super::recorded::{KeptWitness, Recorded, recorded};
+use super::{Summary, Warning};
+use crate::case::CaseRef;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
-use crate::run::Run;
 use crate::simulation::{Progress, RunFailure, RunReport};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -27,7 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct SavedRun<'a> {
-    case: &'a Case,
+    case: CaseRef<'a>,
     path: &'a Path,
     header: Header,
     overwrite: Overwrite,
@@ -52,7 +50,7 @@ pub struct SavedReport {
     /// What a reader of the numbers has to know.
     pub warnings: Vec<Warning>,
     /// What another method makes of the case, if that was asked for; none beside a run that is not complete.
-    pub witness: Option<Witness>,
+    pub witness: Option<KeptWitness>,
     /// Why the run failed; its report is [`Self::report`].
     pub failure: Option<Box<RunFailure>>,
     /// Why the file could not be written to its end: then it is marked interrupted.
@@ -64,8 +62,9 @@ pub struct SavedReport {
 }
 
 impl<'a> SavedRun<'a> {
-    /// The run that a case describes, into a file that replaces no other but a result of this program.
-    pub fn new(case: &'a Case, path: &'a Path) -> Self {
+    /// The run that a case of either form describes, into a file that replaces no other but a result of this program.
+    pub fn new(case: impl Into<CaseRef<'a>>, path: &'a Path) -> Self {
+        let case = case.into();
         let mut header = Header::new(case, String::new());
         header.case_text.clone_from(&header.resolved);
         SavedRun {
@@ -140,40 +139,31 @@ impl<'a> SavedRun<'a> {
         let partial = writer.partial().to_owned();
         let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
         let mut control = self.control;
-        let mut recorder = Remembering::new(&mut writer, self.keeps_events);
-        let result = Run::new(case)
-            .record(&mut recorder)
-            .control(|progress| {
-                if let Some(control) = &mut control {
-                    control(progress)?;
-                }
-                match stopped() {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                }
-            })
-            .start();
-        let sequence = recorder.into_sequence();
-        let (report, failure) = match result {
-            Ok(report) => (report, None),
-            Err(mut failure) => (std::mem::take(&mut failure.report), Some(failure)),
+        let mut asked = |progress: Progress| {
+            if let Some(control) = &mut control {
+                control(progress)?;
+            }
+            match stopped() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
         };
-        let summary = Summary::of_run(&case.parameters, &report);
-        let status = match &failure {
-            Some(error) => Status::Failed(error.to_string()),
-            None if report.interrupted => Status::Interrupted,
-            None => Status::Complete,
-        };
+        let run = recorded(case, &mut writer, self.keeps_events, &mut asked);
         let saved = writer.saved();
         let wall_time = writer.elapsed();
-        // Beside a complete run only, and never a reason for it to fail.
-        let witness = (status == Status::Complete && self.witness)
-            .then(|| witness(case, &sequence, summary.noise_determined, &stopped))
-            .flatten();
+        let witness = if self.witness { run.witness(&stopped) } else { None };
+        let (warnings, table) = (run.warnings(witness.as_ref()), run.table());
+        let Recorded {
+            report,
+            summary,
+            status,
+            failure,
+            ..
+        } = run;
         let said = witness
             .as_ref()
             .map_or(Ok(()), |witness| writer.witness(&witness.attributes()));
-        let finished = said.and_then(|()| writer.finish(status.clone(), &summary.table(), wall_time));
+        let finished = said.and_then(|()| writer.finish(status.clone(), &table, wall_time));
         let (file, unsaved) = match finished {
             Ok(file) => (file, None),
             Err(error) => (partial, Some(error)),
@@ -181,7 +171,7 @@ impl<'a> SavedRun<'a> {
         Ok(SavedReport {
             file,
             status,
-            warnings: warnings(case, &summary),
+            warnings,
             report,
             summary,
             witness,

@@ -1,6 +1,8 @@
 //! The headline of a run.
 
 use super::Growth;
+use super::attractor::{Attractor, Recurrence};
+use crate::case::{Form, Motion, TrainCase};
 use crate::model::Parameters;
 use crate::model::torsion::TorsionModel;
 use crate::record::CycleStatistics;
@@ -13,8 +15,28 @@ use serde::Serialize;
 /// leaves what it starts some five digits.
 const NOISE_E_FOLDS: f64 = 25.0;
 
-/// What a run comes to; times in s, lengths in m, energies in J.
-#[derive(Debug, Clone, Serialize)]
+/// What a motion comes to by the end of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Outcome {
+    /// It repeats itself.
+    Periodic(Attractor),
+    /// It does not repeat itself, and the run ends in a stick; whether that would end is not said.
+    Stuck {
+        /// When the stick began, s.
+        since: f64,
+    },
+    /// No period was found by the end of the run.
+    NotPeriodic,
+    /// There was no event of the contact.
+    Steady {
+        /// What the contact does all the time: the name of the mode.
+        mode: &'static str,
+    },
+}
+
+/// What a run comes to; times in s, lengths in m, energies in J. What a run does not have is `None`.
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Summary {
     /// Time of the run's end, s.
     pub end: f64,
@@ -45,9 +67,9 @@ pub struct Summary {
     /// s.
     pub last_period: Option<f64>,
     /// 2 pi sqrt(J/k_t), s.
-    pub natural_period: f64,
+    pub natural_period: Option<f64>,
     /// Static axial displacement F/k_e under the largest force, m.
-    pub axial_displacement: f64,
+    pub axial_displacement: Option<f64>,
     /// When steady sliding becomes unstable, s.
     pub instability_time: Option<f64>,
     /// G, to where the smooth sliding itself would stick.
@@ -58,11 +80,11 @@ pub struct Summary {
     pub e_folds_gained: Option<f64>,
     /// Largest |residual| of the energy balance, J.
     pub energy_residual: f64,
-    /// Energy turned over in the run, J.
+    /// Energy turned over in the run, J; NaN of a file of an earlier version.
     pub energy_turnover: f64,
-    /// Of that, the share that the residual is.
-    pub energy_residual_relative: f64,
-    /// Grazing that was not decided.
+    /// Of that, the share that the residual is; `None` where that is not known.
+    pub energy_residual_relative: Option<f64>,
+    /// Grazing that was not decided; of a file `None`.
     #[serde(skip)]
     pub grazing: Option<Grazing>,
     /// The onset is amplified rounding: no kick stands far enough above it.
@@ -75,8 +97,15 @@ pub struct Summary {
     pub kicks_without_instability: usize,
     /// By the user, before the end of the case.
     pub interrupted: bool,
+    /// Periodic, stuck, or neither; not looked for in the motion of a brake.
+    pub outcome: Option<Outcome>,
+    /// Speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
+    pub stick_threshold: Option<f64>,
     /// One row for each solver.
     pub work: Vec<SolverWorkRow>,
+    /// Time of the last stick, slip, reversal, separation or contact, s, where it is known.
+    #[serde(skip)]
+    pub last_event_time: Option<f64>,
     /// Statistics of its cycles.
     #[serde(skip)]
     pub stick_slip: CycleStatistics,
@@ -113,14 +142,65 @@ impl From<&SolverWork> for SolverWorkRow {
 }
 
 impl Summary {
-    /// Of a run in memory.
+    /// Of a run of a brake.
     pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
-        let stick_slip = report.digest.cycles.clone();
         let growth = Growth::of_digest(parameters, &report.digest, report.end);
-        let (first, last) = (stick_slip.first, stick_slip.last);
+        Summary {
+            natural_period: Some(TorsionModel::new(parameters).natural_period()),
+            axial_displacement: Some(parameters.largest_force() / parameters.axial.stiffness),
+            instability_time: growth.map(|g| g.instability),
+            growth_exponent: growth.map(|g| g.exponent),
+            growth_to_onset: growth.map(|g| g.to_first_stick),
+            e_folds_gained: growth.and_then(|g| g.from_kick),
+            noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
+            kick_above_noise: growth.and_then(|g| g.above_noise),
+            ..Summary::of_report(report)
+        }
+    }
+
+    /// Of a run of trains, whose sections `recurrence` has seen.
+    pub(super) fn of_motion(case: &TrainCase, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
+        let attractor = recurrence.attractor(&case.parameters, case.threshold.unwrap_or(0.0));
+        let (last_event_time, mode) = recurrence.end();
+        Summary {
+            stick_threshold: case.threshold,
+            last_event_time,
+            ..Summary::of_report(report)
+        }
+        .coming_to(attractor, mode.name())
+    }
+
+    /// With the attractor that the motion has come to, or what else it has, with the contact in this mode at the end.
+    pub(super) fn coming_to(mut self, attractor: Option<Attractor>, mode: &'static str) -> Summary {
+        self.outcome = Some(match (attractor, self.final_stick_time) {
+            (Some(attractor), _) => Outcome::Periodic(attractor),
+            (None, Some(since)) if self.stick_threshold.is_none() => Outcome::Stuck { since },
+            (None, _) if self.events == 0 => Outcome::Steady { mode },
+            _ => Outcome::NotPeriodic,
+        });
+        self
+    }
+
+    fn of_report(report: &RunReport) -> Summary {
         Summary {
             end: report.end,
             events: report.digest.count,
+            energy_residual: report.energy_residual,
+            energy_turnover: report.energy_turnover,
+            energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
+            grazing: report.grazing,
+            kicks_never_given: report.kicks_never_given,
+            kicks_without_instability: report.kicks_without_instability,
+            interrupted: report.interrupted,
+            work: report.work.iter().map(SolverWorkRow::from).collect(),
+            ..Summary::of_cycles(report.digest.cycles.clone())
+        }
+    }
+
+    /// What the cycles of a run say.
+    pub(super) fn of_cycles(stick_slip: CycleStatistics) -> Summary {
+        let (first, last) = (stick_slip.first, stick_slip.last);
+        Summary {
             sticks: stick_slip.stick_count,
             slips: stick_slip.slip_count,
             onset_time: stick_slip.onset_time,
@@ -133,29 +213,27 @@ impl Summary {
             slip_duration_range: stick_slip.slip_range,
             first_period: stick_slip.first_period(),
             last_period: stick_slip.last_period(),
-            natural_period: TorsionModel::new(parameters).natural_period(),
-            axial_displacement: parameters.largest_force() / parameters.axial.stiffness,
-            instability_time: growth.map(|g| g.instability),
-            growth_exponent: growth.map(|g| g.exponent),
-            growth_to_onset: growth.map(|g| g.to_first_stick),
-            e_folds_gained: growth.and_then(|g| g.from_kick),
-            energy_residual: report.energy_residual,
-            energy_turnover: report.energy_turnover,
-            energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
-            grazing: report.grazing,
-            noise_determined: !report.stopped_smoothly && growth.is_some_and(|g| g.to_first_stick > NOISE_E_FOLDS),
-            kick_above_noise: growth.and_then(|g| g.above_noise),
-            kicks_never_given: report.kicks_never_given,
-            kicks_without_instability: report.kicks_without_instability,
-            interrupted: report.interrupted,
-            work: report.work.iter().map(SolverWorkRow::from).collect(),
             stick_slip,
+            ..Summary::default()
         }
     }
 
-    /// What a result file says of the run beside its rows: attributes of /stick_slip.
-    pub fn table(&self) -> StickSlipTable {
+    /// The attractor, if the motion has come to one.
+    pub fn attractor(&self) -> Option<&Attractor> {
+        match &self.outcome {
+            Some(Outcome::Periodic(attractor)) => Some(attractor),
+            _ => None,
+        }
+    }
+
+    /// What the result file of a case of this form says of the run beside its rows: attributes of /stick_slip.
+    pub fn table(&self, form: Form) -> StickSlipTable {
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let mut extras = vec![turnover(self.energy_turnover)];
+        extras.extend(match form {
+            Form::Brake => self.of_growth(),
+            Form::Trains(motion) => self.of_attractor(motion),
+        });
         StickSlipTable {
             onset_time: missing(self.onset_time),
             final_stick_time: missing(self.final_stick_time),
@@ -163,40 +241,121 @@ impl Summary {
             slip_count: self.slips as u64,
             first_period: missing(self.first_period),
             last_period: missing(self.last_period),
-            natural_period: self.natural_period,
+            natural_period: missing(self.natural_period),
             growth_exponent: missing(self.growth_exponent),
             e_folds_gained: missing(self.e_folds_gained),
             energy_residual_max: self.energy_residual,
-            extras: vec![
-                turnover(self.energy_turnover),
-                extra(
-                    "instability_time",
-                    "s",
-                    "when steady sliding loses its stability",
-                    self.instability_time,
-                ),
-                extra(
-                    "growth_to_onset",
-                    "1",
-                    "the part of growth_exponent up to the first stick",
-                    self.growth_to_onset,
-                ),
-                extra(
-                    "kick_above_noise",
-                    "1",
-                    "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
-                    self.kick_above_noise,
-                ),
-                extra(
-                    "noise_determined",
-                    "1",
-                    "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
-                    Some(f64::from(u8::from(self.noise_determined))),
-                ),
-            ],
+            extras,
             // The cycles themselves were recorded as they came.
             ..StickSlipTable::default()
         }
+    }
+
+    fn of_growth(&self) -> Vec<Extra> {
+        vec![
+            extra(
+                "instability_time",
+                "s",
+                "when steady sliding loses its stability",
+                self.instability_time,
+            ),
+            extra(
+                "growth_to_onset",
+                "1",
+                "the part of growth_exponent up to the first stick",
+                self.growth_to_onset,
+            ),
+            extra(
+                "kick_above_noise",
+                "1",
+                "by how many e-folds the kick stands above rounding at the first stick; negative: it has died out",
+                self.kick_above_noise,
+            ),
+            extra(
+                "noise_determined",
+                "1",
+                "1 if the stick-slip is amplified rounding, which converges with no tolerance; else 0",
+                Some(f64::from(u8::from(self.noise_determined))),
+            ),
+        ]
+    }
+
+    fn of_attractor(&self, motion: Motion) -> Vec<Extra> {
+        let (angle, speed) = match motion {
+            Motion::Rotation => ("rad", "rad s-1"),
+            Motion::Translation => ("m", "m s-1"),
+        };
+        let attractor = self.attractor();
+        let extremes = attractor.and_then(|attractor| attractor.extremes.as_ref());
+        let of = |value: Option<f64>, name: &str, unit: &str, description: &str| extra(name, unit, description, value);
+        vec![
+            of(
+                attractor.map(|a| a.period),
+                "attractor_period",
+                "s",
+                "period of the motion that the run has come to, NaN where it does not repeat itself",
+            ),
+            of(
+                attractor.map(|a| a.sticks as f64),
+                "attractor_sticks",
+                "1",
+                "sticks in a period of that motion",
+            ),
+            of(
+                attractor.map(|a| a.agreement),
+                "attractor_agreement",
+                "1",
+                "relative difference of its last two cycles",
+            ),
+            of(
+                attractor.map(|a| a.distance),
+                "attractor_distance",
+                "1",
+                "relative distance of the last cycle from the periodic motion, by the pace at which cycles come together",
+            ),
+            of(
+                attractor.map(|a| a.since),
+                "attractor_since",
+                "s",
+                "when two successive cycles had come to agree",
+            ),
+            of(
+                extremes.and_then(|e| e.amplitude),
+                "attractor_amplitude",
+                angle,
+                "half of the range of the position over a period",
+            ),
+            of(
+                extremes.map(|e| e.position.1),
+                "attractor_position_max",
+                angle,
+                "largest position over a period, of the surface beside its train's far end or of the twist of a free train",
+            ),
+            of(
+                extremes.map(|e| e.position.0),
+                "attractor_position_min",
+                angle,
+                "least position over a period",
+            ),
+            of(
+                extremes.map(|e| e.relative_velocity.1),
+                "attractor_relative_velocity_max",
+                speed,
+                "largest relative velocity over a period",
+            ),
+            of(
+                extremes.map(|e| e.relative_velocity.0),
+                "attractor_relative_velocity_min",
+                speed,
+                "least relative velocity over a period",
+            ),
+            of(
+                self.stick_threshold,
+                "stick_threshold",
+                speed,
+                "speed below which a contact without stick counts as stuck; NaN of one that sticks",
+            ),
+        ]
     }
 }
 
@@ -213,9 +372,9 @@ pub(super) fn turnover(energy: f64) -> Extra {
     )
 }
 
-/// A residual as a share of the energy turned over; 0 where nothing moved.
-pub(super) fn share_of(residual: f64, turnover: f64) -> f64 {
-    if turnover > 0.0 { residual / turnover } else { 0.0 }
+/// A residual as a share of the energy turned over; 0 where nothing moved, `None` where the energy is not known.
+pub(super) fn share_of(residual: f64, turnover: f64) -> Option<f64> {
+    (!turnover.is_nan()).then(|| if turnover > 0.0 { residual / turnover } else { 0.0 })
 }
 
 /// The residual of the energy balance for a headline: in J, and relative where the energy turned over is known.

@@ -1,7 +1,7 @@
 //! What a run's user should know before the result is used.
 
 use super::Summary;
-use crate::case::Case;
+use crate::case::CaseRef;
 use crate::simulation::{Grazing, Method, SolverOptions};
 use std::fmt;
 
@@ -38,6 +38,11 @@ pub enum Warning {
     },
     /// The method locates no events: they are known to a step.
     EventsNotLocated,
+    /// Another method finds other events.
+    OtherSequence {
+        /// What the witness says.
+        statement: String,
+    },
     /// The stick-slip is amplified rounding.
     NoiseDetermined {
         /// When sliding loses its stability, s; NaN if that is not known.
@@ -99,14 +104,16 @@ pub(crate) fn grazing(grazing: Option<Grazing>, solver: &SolverOptions) -> Optio
     })
 }
 
-/// All warnings of a run of the case that came to `summary`.
-pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
+/// All warnings of a run of the case that came to `summary`, but for what a witness says.
+pub fn warnings<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<Warning> {
+    let case = case.into();
+    let (solver, output) = (case.solver(), case.output());
     let mut warnings = Vec::new();
     warnings.extend(open_balance(summary.energy_residual, summary.energy_turnover, || {
         balance_remedy(case)
     }));
-    warnings.extend(grazing(summary.grazing, &case.solver));
-    if !case.solver.method.locates_events() {
+    warnings.extend(grazing(summary.grazing, solver));
+    if !solver.method.locates_events() {
         warnings.push(Warning::EventsNotLocated);
     }
     if summary.noise_determined {
@@ -114,11 +121,14 @@ pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
             instability: summary.instability_time.unwrap_or(f64::NAN),
             growth_to_onset: summary.growth_to_onset.unwrap_or(0.0),
             growth_exponent: summary.growth_exponent.unwrap_or(0.0),
-            perturbed: !case.parameters.perturbations.is_empty(),
+            perturbed: match case {
+                CaseRef::Brake(case) => !case.parameters.perturbations.is_empty(),
+                CaseRef::Trains(case) => !case.parameters.kicks.is_empty(),
+            },
         });
     }
     // Where a run was cut short, that is why.
-    if summary.end >= case.output.end_time {
+    if summary.end >= output.end_time {
         let (end, waiting) = (summary.end, summary.kicks_without_instability);
         let late = summary.kicks_never_given.saturating_sub(waiting);
         if late > 0 {
@@ -136,7 +146,10 @@ pub fn warnings(case: &Case, summary: &Summary) -> Vec<Warning> {
     warnings
 }
 
-fn balance_remedy(case: &Case) -> BalanceRemedy {
+fn balance_remedy(case: CaseRef) -> BalanceRemedy {
+    let CaseRef::Brake(case) = case else {
+        return BalanceRemedy::Tolerances(case.solver().clone());
+    };
     let change = case.parameters.actuation.pieces().shortest_change();
     let period = std::f64::consts::TAU * (case.parameters.axial.mass / case.parameters.axial.stiffness).sqrt();
     if change < SUDDEN * period {
@@ -239,6 +252,7 @@ impl fmt::Display for Warning {
                 },
                 finer(solver)
             ),
+            Warning::OtherSequence { statement } => f.write_str(statement),
             Warning::EventsNotLocated => f.write_str(
                 "the events of this run are those that its steps happened to show: nothing was located, and its own noise \
                  may have started the stick-slip. It is there to be studied beside a run by another method",

@@ -48,20 +48,9 @@ impl AnyCase {
         }
     }
 
-    /// The trains, if there are.
-    pub fn into_trains(self) -> Option<TrainCase> {
-        match self {
-            AnyCase::Brake(_) => None,
-            AnyCase::Trains(case) => Some(*case),
-        }
-    }
-
     /// How it is computed.
     pub fn solver(&self) -> &SolverOptions {
-        match self {
-            AnyCase::Brake(case) => &case.solver,
-            AnyCase::Trains(case) => &case.solver,
-        }
+        CaseRef::from(self).solver()
     }
 
     pub(crate) fn options_mut(&mut self) -> (&mut SolverOptions, &mut OutputOptions) {
@@ -82,9 +71,78 @@ impl AnyCase {
 
     /// The case as a TOML text in SI, which reads back as the identical case.
     pub fn resolved(&self) -> String {
+        CaseRef::from(self).resolved()
+    }
+}
+
+/// A case of either form, lent.
+#[derive(Debug, Clone, Copy)]
+pub enum CaseRef<'a> {
+    /// A brake.
+    Brake(&'a Case),
+    /// Two trains.
+    Trains(&'a TrainCase),
+}
+
+impl<'a> From<&'a Case> for CaseRef<'a> {
+    fn from(case: &'a Case) -> Self {
+        CaseRef::Brake(case)
+    }
+}
+
+impl<'a> From<&'a TrainCase> for CaseRef<'a> {
+    fn from(case: &'a TrainCase) -> Self {
+        CaseRef::Trains(case)
+    }
+}
+
+impl<'a> From<&'a AnyCase> for CaseRef<'a> {
+    fn from(case: &'a AnyCase) -> Self {
+        match case {
+            AnyCase::Brake(case) => CaseRef::Brake(case),
+            AnyCase::Trains(case) => CaseRef::Trains(case),
+        }
+    }
+}
+
+impl<'a> CaseRef<'a> {
+    /// How it was written.
+    pub fn form(self) -> Form {
         match self {
-            AnyCase::Brake(case) => case.resolved(),
-            AnyCase::Trains(case) => case.resolved(),
+            CaseRef::Brake(_) => Form::Brake,
+            CaseRef::Trains(case) => Form::Trains(case.motion),
+        }
+    }
+
+    /// A text for reports and figures.
+    pub fn title(self) -> &'a str {
+        match self {
+            CaseRef::Brake(case) => &case.title,
+            CaseRef::Trains(case) => &case.title,
+        }
+    }
+
+    /// How it is computed.
+    pub fn solver(self) -> &'a SolverOptions {
+        match self {
+            CaseRef::Brake(case) => &case.solver,
+            CaseRef::Trains(case) => &case.solver,
+        }
+    }
+
+    /// Which times are computed and recorded.
+    pub fn output(self) -> &'a OutputOptions {
+        match self {
+            CaseRef::Brake(case) => &case.output,
+            CaseRef::Trains(case) => &case.output,
+        }
+    }
+
+    /// The case as a TOML text in SI, which reads back as the identical case.
+    pub fn resolved(self) -> String {
+        match self {
+            CaseRef::Brake(case) => case.resolved(),
+            CaseRef::Trains(case) => case.resolved(),
         }
     }
 }

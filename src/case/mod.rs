@@ -32,8 +32,8 @@ mod source;
 mod trains;
 mod value;
 
-pub use any::AnyCase;
 pub(crate) use any::CaseKeys;
+pub use any::{AnyCase, CaseRef};
 pub use document::Override;
 pub use error::{CaseError, Problem};
 pub use form::Form;

@@ -1,13 +1,12 @@
 //! `stickslip run`.
 
 use super::arguments::{Common, RunOptions};
-use super::input::{Given, Input, bad_case, bad_file, finish, interrupt_flag, overrides, run_output};
+use super::input::{Given, bad_case, bad_file, finish, interrupt_flag, overrides, run_output};
 use super::progress::RunBar;
-use super::{CommandError, End, complain, print, print_json, strictly, terminal, trains};
-use crate::analysis::headline::is_paper_case;
+use super::{CommandError, End, complain, print, print_json, strictly, terminal};
 use crate::analysis::witness::Testimony;
-use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
-use crate::case::TrainCase;
+use crate::analysis::{KeptWitness, SavedReport, SavedRun, Summary, Warning};
+use crate::case::{AnyCase, CaseRef};
 use crate::hybrid::RunError;
 use crate::results::{Overwrite, SavedRows};
 use serde::Serialize;
@@ -34,7 +33,7 @@ struct RunDocument<'a> {
     saved: Option<SavedRows>,
     /// What another method made of the same case; not of a run that is not complete.
     #[serde(skip_serializing_if = "Option::is_none")]
-    witness: Option<&'a Witness>,
+    witness: Option<&'a KeptWitness>,
     warnings: &'a [String],
     /// Of a failed run only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -46,16 +45,10 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     let given = Given::read(&options.case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, options.method.as_deref()).map_err(bad_case)?;
-    if TrainCase::is_one(&given.source, &changes) {
-        return trains::run(&given, &changes, options, common);
-    }
-    let Input {
-        source,
-        case,
-        text,
-        files,
-    } = given.case(&changes)?;
-    let path = run_output(&source, options.output.as_deref())?;
+    let any = AnyCase::read(&given.source, &changes).map_err(bad_case)?;
+    let case = CaseRef::from(&any);
+    let (source, solver) = (&given.source, case.solver());
+    let path = run_output(source, options.output.as_deref())?;
     let overwrite = if options.force {
         Overwrite::Force
     } else {
@@ -63,17 +56,17 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     };
     // Before the partial file is there: from then on an interruption ends the run in good order.
     let stop = interrupt_flag()?;
-    let bar = RunBar::new(common, case.output.end_time);
+    let bar = RunBar::new(common, case.output().end_time);
     log::info!(
         "{}: method {}, rtol {:e}",
         source.label(),
-        case.solver.method.name(),
-        case.solver.rtol
+        solver.method.name(),
+        solver.rtol
     );
-    let result = SavedRun::new(&case, &path)
-        .text(&text)
+    let result = SavedRun::new(case, &path)
+        .text(&given.text)
         .overwrite(overwrite)
-        .inputs(&files)
+        .inputs(&given.files)
         .witness(!options.no_witness)
         .stop(&stop)
         .control(|progress| {
@@ -104,9 +97,9 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             status,
             file: file.display().to_string(),
             case: source.label(),
-            title: &case.title,
-            method: case.solver.method.name(),
-            rtol: case.solver.rtol,
+            title: case.title(),
+            method: solver.method.name(),
+            rtol: solver.rtol,
             wall_time,
             summary: &summary,
             saved: (write_failed || unsaved.is_some()).then_some(saved),
@@ -115,10 +108,11 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             error,
         })?;
     } else if !common.quiet && error.is_none() {
-        let beside_paper = is_paper_case(&case.parameters);
-        print(&terminal::run_report(&case, &summary, beside_paper, wall_time))?;
-        if let Some(witness) = &witness {
-            print(&format!("\n{}\n", witness.statement))?;
+        print(&terminal::run_report(case, &summary, wall_time))?;
+        if let Some(statement) = witness.as_ref().map(KeptWitness::statement)
+            && !warnings.iter().any(|warning| warning == statement)
+        {
+            print(&format!("\n{statement}\n"))?;
         }
         print(&format!("\n{}\n", file.display()))?;
     }
@@ -129,8 +123,10 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
     }
     // Of a run whose onset is noise the warning says it.
     let mut doubts = warnings;
-    if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
-        doubts.push(witness.statement);
+    if let Some(witness) = witness.filter(|witness| witness.testimony() == Testimony::SequenceDiffers)
+        && !doubts.iter().any(|doubt| doubt == witness.statement())
+    {
+        doubts.push(witness.statement().to_owned());
     }
     match unsaved {
         Some(error) => Err(CommandError::Computation(error)),

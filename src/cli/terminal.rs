@@ -1,10 +1,8 @@
 //! Tables for the terminal.
 
 use crate::analysis::distribution::{Distribution, PERCENTILES};
-use crate::analysis::summary::SolverWorkRow;
-use crate::analysis::{Headline, HeadlineRow, Summary};
-use crate::case::Case;
-use crate::simulation::{OutputOptions, SolverOptions};
+use crate::analysis::{HeadlineRow, Summary, headline};
+use crate::case::CaseRef;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A table in the program's style.
@@ -100,37 +98,20 @@ fn below(list: &str) -> String {
     text
 }
 
-/// The report of a run.
-pub(super) fn run_report(case: &Case, summary: &Summary, beside_paper: bool, wall_time: f64) -> String {
+/// The report of a run: its headline, and what its solvers did.
+pub(super) fn run_report(case: CaseRef, summary: &Summary, wall_time: f64) -> String {
+    let rows = headline(case, summary);
+    let beside_paper = rows.iter().any(|row| !row.paper.is_empty());
     let mut report = table(if beside_paper { &["", "this run", "paper"] } else { &[] });
-    for HeadlineRow { name, value, paper } in Headline::from(summary).rows() {
+    for HeadlineRow { name, value, paper } in rows {
         if beside_paper {
             report.add_row([name, &below(&value), paper]);
         } else {
             report.add_row([name, &value]);
         }
     }
-    with_work(
-        &case.title,
-        &case.solver,
-        &case.output,
-        summary.end,
-        wall_time,
-        &report,
-        &summary.work,
-    )
-}
-
-/// A report of a run, which came to `end` (s): its headline, and what its solvers did.
-pub(super) fn with_work(
-    title: &str,
-    solver: &SolverOptions,
-    output: &OutputOptions,
-    end: f64,
-    wall_time: f64,
-    headline: &Table,
-    rows: &[SolverWorkRow],
-) -> String {
+    let (title, solver, output) = (case.title(), case.solver(), case.output());
+    let (headline, end, rows) = (&report, summary.end, &summary.work);
     let mut work = table(&[
         "solver",
         "segments",

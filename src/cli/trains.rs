@@ -1,153 +1,27 @@
-//! `stickslip run` and `stickslip certify` of two trains.
+//! `stickslip certify` of two trains.
 
-use super::arguments::{CertifyOptions, Common, RunOptions};
+use super::arguments::{CertifyOptions, Common};
 use super::certify_report::{influence, sensitivities};
-use super::input::{Given, Scratch, bad_case, bad_file, finish, interrupt_flag, output_of, run_output};
-use super::progress::{OracleBar, RunBar};
+use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of};
+use super::progress::OracleBar;
 use super::{CommandError, End, complain, print, print_json, strictly, terminal, wants_json, wants_text};
+use crate::analysis::SavedRun;
+use crate::analysis::headline::decimals;
 use crate::analysis::linearised::ParameterName;
 use crate::analysis::sensitivity::Sensitivities;
 use crate::analysis::trains::{
     self, CertifiedTrainEvent, Slope, TrainBand, TrainCertificate, TrainCertifyRequest, TrainRecord, TrainRung,
-    TrainStretch, TrainWitness,
-    headline::{self, decimals},
+    TrainStretch,
 };
-use crate::analysis::witness::Testimony;
-use crate::analysis::{SavedTrainReport, SavedTrainRun, TrainSummary};
 use crate::case::{CaseSource, Origin, Override, TrainCase};
-use crate::hybrid::RunError;
 use crate::oracle::OracleError;
-use crate::results::{Overwrite, ResultFile, SavedRows, Status, check_target, write_certified};
+use crate::results::{Overwrite, ResultFile, Status, check_target, write_certified};
 use crate::simulation::Method;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-/// The JSON document of a run: complete, interrupted or failed.
-#[derive(Serialize)]
-struct RunDocument<'a> {
-    /// As in the file: complete, interrupted or failed.
-    status: &'a str,
-    /// The result, or the partial file of a run that is not complete.
-    file: String,
-    /// Where the case is from.
-    case: String,
-    title: &'a str,
-    method: &'a str,
-    rtol: f64,
-    /// s.
-    wall_time: f64,
-    summary: &'a TrainSummary,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    saved: Option<SavedRows>,
-    /// What another method made of the same case; not of a run that is not complete.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    witness: Option<&'a TrainWitness>,
-    warnings: &'a [String],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<String>,
-}
-
-/// Integrates one case of trains into a result file and reports it.
-pub(super) fn run(
-    given: &Given,
-    changes: &[Override],
-    options: &RunOptions,
-    common: &Common,
-) -> Result<End, CommandError> {
-    let case = TrainCase::parse(&given.source, changes).map_err(bad_case)?;
-    let path = run_output(&given.source, options.output.as_deref())?;
-    let overwrite = if options.force {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    };
-    let stop = interrupt_flag()?;
-    let bar = RunBar::new(common, case.output.end_time);
-    let result = SavedTrainRun::new(&case, &path)
-        .text(&given.text)
-        .overwrite(overwrite)
-        .inputs(&given.files)
-        .witness(!options.no_witness)
-        .stop(&stop)
-        .control(|progress| {
-            bar.show(progress);
-            ControlFlow::Continue(())
-        })
-        .start();
-    bar.finish();
-    let SavedTrainReport {
-        file,
-        status,
-        report,
-        summary,
-        witness,
-        failure,
-        unsaved,
-        saved,
-        wall_time,
-    } = result.map_err(bad_file)?;
-    let write_failed = matches!(&failure, Some(failure) if matches!(failure.error, RunError::Observer(_)));
-    let unsaved = unsaved.map(|error| error.to_string());
-    let status = if unsaved.is_some() { "failed" } else { status.name() };
-    let error = unsaved.clone().or_else(|| failure.as_ref().map(ToString::to_string));
-    let warnings = trains::warnings(&case.solver, &summary, witness.as_ref());
-    if common.json {
-        print_json(&RunDocument {
-            status,
-            file: file.display().to_string(),
-            case: given.source.label(),
-            title: &case.title,
-            method: case.solver.method.name(),
-            rtol: case.solver.rtol,
-            wall_time,
-            summary: &summary,
-            saved: (write_failed || unsaved.is_some()).then_some(saved),
-            witness: witness.as_ref(),
-            warnings: &warnings,
-            error,
-        })?;
-    } else if !common.quiet && error.is_none() {
-        print(&run_report(&case, &summary, wall_time))?;
-        if let Some(witness) = witness
-            .as_ref()
-            .filter(|witness| witness.testimony != Testimony::SequenceDiffers)
-        {
-            print(&format!("\n{}\n", witness.statement))?;
-        }
-        print(&format!("\n{}\n", file.display()))?;
-    }
-    if !common.quiet {
-        for warning in &warnings {
-            complain(&format!("warning: {warning}"));
-        }
-    }
-    match unsaved {
-        Some(error) => Err(CommandError::Computation(error)),
-        None => {
-            let end = finish(failure.as_deref(), &report, &file, common.quiet)?;
-            strictly(end, options.strict, &warnings, !common.quiet, &file)
-        }
-    }
-}
-
-fn run_report(case: &TrainCase, summary: &TrainSummary, wall_time: f64) -> String {
-    let mut report = terminal::table(&[]);
-    for row in headline::rows(case.motion, summary) {
-        report.add_row([row.name, &row.value]);
-    }
-    terminal::with_work(
-        &case.title,
-        &case.solver,
-        &case.output,
-        summary.end,
-        wall_time,
-        &report,
-        &summary.work,
-    )
-}
 
 /// The JSON document of a certificate.
 #[derive(Serialize)]
@@ -219,7 +93,7 @@ pub(super) fn certify(
             let stem = target.file_stem().unwrap_or_default().to_string_lossy();
             let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
             let scratch = Scratch(path.clone());
-            let saved = SavedTrainRun::new(&case, &path)
+            let saved = SavedRun::new(&case, &path)
                 .text(&given.text)
                 .inputs(&given.files)
                 .stop(&stop)

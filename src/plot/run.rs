@@ -141,7 +141,7 @@ impl Run {
         let period;
         let (windows, tables) = if TrainCase::is_one(&source, &[]) {
             let case = TrainCase::parse(&source, &[])?;
-            let header = Header::of_trains(&case, String::new());
+            let header = Header::new(&case, String::new());
             period = natural_period(&case.parameters);
             let windows = case.output.windows.clone();
             trains = Some(case);

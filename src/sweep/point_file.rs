@@ -1,9 +1,8 @@
 //! A result file for each point.
 
-use super::quantities::AnySummary;
 use super::runner::{IntegrateError, Integrated};
 use super::study::Study;
-use crate::analysis::{SavedRun, SavedTrainRun};
+use crate::analysis::SavedRun;
 use crate::case::AnyCase;
 use crate::hybrid::RunError;
 use crate::results::ResultError;
@@ -32,34 +31,15 @@ pub(super) fn into_a_file(
     })?;
     let path = folder.join(format!("{number:06}.h5"));
     let title = format!("{}, point {number}", study.title);
-    let storage = |error: ResultError| IntegrateError::Storage(error.to_string());
-    let (integrated, unsaved, failure) = match case {
-        AnyCase::Brake(case) => {
-            let saved = SavedRun::new(case, &path)
-                .title(title)
-                .inputs(&study.files)
-                .keep_events()
-                .control(control)
-                .start()
-                .map_err(storage)?;
-            let summary = saved.summary;
-            let integrated = Integrated::new(saved.report, |_| AnySummary::Brake(summary));
-            (integrated, saved.unsaved, saved.failure)
-        }
-        AnyCase::Trains(case) => {
-            let saved = SavedTrainRun::new(case, &path)
-                .title(title)
-                .inputs(&study.files)
-                .keep_events()
-                .control(control)
-                .start()
-                .map_err(storage)?;
-            let summary = saved.summary;
-            let integrated = Integrated::new(saved.report, |_| AnySummary::Trains(summary));
-            (integrated, saved.unsaved, saved.failure)
-        }
-    };
-    why_not(unsaved, failure).map_or(Ok(integrated), Err)
+    let saved = SavedRun::new(case, &path)
+        .title(title)
+        .inputs(&study.files)
+        .keep_events()
+        .control(control)
+        .start()
+        .map_err(|error| IntegrateError::Storage(error.to_string()))?;
+    let integrated = Integrated::new(case.into(), saved.report, &saved.summary);
+    why_not(saved.unsaved, saved.failure).map_or(Ok(integrated), Err)
 }
 
 /// Why a run into a file is none.

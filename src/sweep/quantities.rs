@@ -1,12 +1,14 @@
 //! What is kept of every run: the list of summary quantities that each form of a case has, and the outcome of a point.
 
-use crate::analysis::trains::{self, Attractor, Extremes};
-use crate::analysis::{Summary, TrainSummary};
+use crate::analysis::Summary;
+use crate::analysis::summary;
+use crate::analysis::{Attractor, Extremes};
 use crate::case::{Form, Motion, suggest};
 use crate::quote::shown;
 use crate::record::{Event, EventKind};
 
 /// One quantity of the summary of a run.
+#[derive(Clone, Copy)]
 pub struct Quantity {
     /// The name of its variable.
     pub name: &'static str,
@@ -18,7 +20,7 @@ pub struct Quantity {
     pub count: bool,
     /// Of a count that is a code: the codes and what they mean.
     pub flags: &'static [(i64, &'static str)],
-    get: Get,
+    get: fn(&Summary) -> Option<f64>,
 }
 
 /// Quantities are the same if they have the same name and unit.
@@ -34,25 +36,8 @@ impl std::fmt::Debug for Quantity {
     }
 }
 
-/// Where its value is.
-enum Get {
-    Brake(fn(&Summary) -> Option<f64>),
-    Trains(fn(&TrainSummary) -> Option<f64>),
-}
-
 /// Stands for a count of a run that failed.
 pub(crate) const NO_COUNT: i64 = -1;
-
-const fn new(name: &'static str, unit: &'static str, description: &'static str, count: bool, get: Get) -> Quantity {
-    Quantity {
-        name,
-        unit,
-        description,
-        count,
-        flags: &[],
-        get,
-    }
-}
 
 const fn number(
     name: &'static str,
@@ -60,36 +45,36 @@ const fn number(
     description: &'static str,
     get: fn(&Summary) -> Option<f64>,
 ) -> Quantity {
-    new(name, unit, description, false, Get::Brake(get))
+    Quantity {
+        name,
+        unit,
+        description,
+        count: false,
+        flags: &[],
+        get,
+    }
 }
 
 const fn count(name: &'static str, description: &'static str, get: fn(&Summary) -> Option<f64>) -> Quantity {
-    new(name, "1", description, true, Get::Brake(get))
+    Quantity {
+        count: true,
+        ..number(name, "1", description, get)
+    }
 }
 
-const fn train_number(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    get: fn(&TrainSummary) -> Option<f64>,
-) -> Quantity {
-    new(name, unit, description, false, Get::Trains(get))
-}
-
-const fn train_count(name: &'static str, description: &'static str, get: fn(&TrainSummary) -> Option<f64>) -> Quantity {
-    new(name, "1", description, true, Get::Trains(get))
-}
-
-/// Every quantity of a brake's run, in the order of the variables in a sweep file.
-pub const QUANTITIES: [Quantity; 24] = [
+/// What the sticks and slips of any run give.
+const CYCLES: [Quantity; 14] = [
     count("stick_count", "number of sticks", |s| Some(s.sticks as f64)),
     count("slip_count", "number of breakaways from stick", |s| {
         Some(s.slips as f64)
     }),
     number("onset_time", "s", "time of the first stick", |s| s.onset_time),
-    number("final_stick_time", "s", "time of the stick that lasts", |s| {
-        s.final_stick_time
-    }),
+    number(
+        "final_stick_time",
+        "s",
+        "begin of the stick in which the run ends",
+        |s| s.final_stick_time,
+    ),
     number("first_stick_duration", "s", "duration of the first stick", |s| {
         s.first_stick_duration
     }),
@@ -132,9 +117,11 @@ pub const QUANTITIES: [Quantity; 24] = [
         "T_f, from the last stick but one to the last",
         |s| s.last_period,
     ),
-    number("natural_period", "s", "T_n = 2 pi sqrt(J/k_t)", |s| {
-        Some(s.natural_period)
-    }),
+];
+
+/// What a run that slows down through the loss of stability of its sliding gives.
+const GROWTH: [Quantity; 6] = [
+    number("natural_period", "s", "T_n = 2 pi sqrt(J/k_t)", |s| s.natural_period),
     number(
         "instability_time",
         "s",
@@ -162,21 +149,23 @@ pub const QUANTITIES: [Quantity; 24] = [
         "1 if the stick-slip is amplified rounding, else 0",
         |s| Some(f64::from(u8::from(s.noise_determined))),
     ),
-    count(
-        "kicks_never_given",
-        "kicks set at an instability that never came",
-        |s| Some(s.kicks_never_given as f64),
-    ),
-    number("energy_residual", "J", "largest residual of the energy balance", |s| {
-        Some(s.energy_residual)
-    }),
-    count("steps", "steps of all solvers", |s| {
-        Some(s.work.iter().map(|w| w.steps as f64).sum())
-    }),
-    count("rhs_evaluations", "right-hand sides of all solvers", |s| {
-        Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum())
-    }),
 ];
+
+const KICKS: Quantity = count("kicks_never_given", "kicks that the run did not come to", |s| {
+    Some(s.kicks_never_given as f64)
+});
+const RESIDUAL: Quantity = number("energy_residual", "J", "largest residual of the energy balance", |s| {
+    Some(s.energy_residual)
+});
+const STEPS: Quantity = count("steps", "steps of all solvers", |s| {
+    Some(s.work.iter().map(|w| w.steps as f64).sum())
+});
+const RIGHT_HAND_SIDES: Quantity = count("rhs_evaluations", "right-hand sides of all solvers", |s| {
+    Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum())
+});
+const JACOBIANS: Quantity = count("jacobian_evaluations", "Jacobians of all solvers", |s| {
+    Some(s.work.iter().map(|w| w.jacobian_evaluations as f64).sum())
+});
 
 /// The codes of `motion`: what a motion comes to.
 const MOTIONS: [(i64, &str); 7] = [
@@ -198,12 +187,12 @@ const LASTING_STICK: f64 = 2.0;
 /// The code of a motion that neither repeats itself nor ends in a stick.
 const NOT_PERIODIC: f64 = 2.0;
 
-fn motion(summary: &TrainSummary) -> Option<f64> {
-    Some(match &summary.outcome {
-        trains::Outcome::Periodic(_) => 0.0,
-        trains::Outcome::Stuck { .. } => STUCK,
-        trains::Outcome::NotPeriodic => NOT_PERIODIC,
-        trains::Outcome::Steady { mode } => match *mode {
+fn motion(summary: &Summary) -> Option<f64> {
+    Some(match summary.outcome.as_ref()? {
+        summary::Outcome::Periodic(_) => 0.0,
+        summary::Outcome::Stuck { .. } => STUCK,
+        summary::Outcome::NotPeriodic => NOT_PERIODIC,
+        summary::Outcome::Steady { mode } => match *mode {
             "stick" => 4.0,
             "separated" => 5.0,
             "engaged" => 6.0,
@@ -212,162 +201,126 @@ fn motion(summary: &TrainSummary) -> Option<f64> {
     })
 }
 
-fn attractor(summary: &TrainSummary, of: fn(&Attractor) -> f64) -> Option<f64> {
+const MOTION: [Quantity; 2] = [
+    Quantity {
+        flags: &MOTIONS,
+        ..count("motion", "what the motion comes to by the end of the run", motion)
+    },
+    count("event_count", "number of events", |s| Some(s.events as f64)),
+];
+
+fn attractor(summary: &Summary, of: fn(&Attractor) -> f64) -> Option<f64> {
     summary.attractor().map(of)
 }
 
-fn extremes(summary: &TrainSummary, of: fn(&Extremes) -> Option<f64>) -> Option<f64> {
+fn extremes(summary: &Summary, of: fn(&Extremes) -> Option<f64>) -> Option<f64> {
     summary.attractor()?.extremes.as_ref().and_then(of)
 }
 
-/// Every quantity of a run of two trains, in the order of the variables in a sweep file; `angle` is the unit of positions.
-const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
+/// What a motion that may repeat itself comes to; `angle` is the unit of positions.
+const fn attractor_quantities(angle: &'static str, speed: &'static str) -> [Quantity; 13] {
     [
-        Quantity {
-            flags: &MOTIONS,
-            ..train_count("motion", "what the motion comes to by the end of the run", motion)
-        },
-        train_count("event_count", "number of events", |s| Some(s.events as f64)),
-        train_count("stick_count", "number of sticks", |s| Some(s.sticks as f64)),
-        train_count("slip_count", "number of breakaways from stick", |s| {
-            Some(s.slips as f64)
-        }),
-        train_number("onset_time", "s", "time of the first stick that begins", |s| {
-            s.onset_time
-        }),
-        train_number(
-            "final_stick_time",
-            "s",
-            "begin of the stick in which the run ends",
-            |s| s.final_stick_time,
-        ),
-        train_number("first_stick_duration", "s", "duration of the first stick", |s| {
-            s.stick_slip.first.map(|cycle| cycle.stick_duration)
-        }),
-        train_number(
-            "last_stick_duration",
-            "s",
-            "duration of the last stick that ends",
-            |s| s.stick_slip.last.map(|cycle| cycle.stick_duration),
-        ),
-        train_number("shortest_stick_duration", "s", "shortest stick that ends", |s| {
-            s.stick_duration_range.map(|range| range.0)
-        }),
-        train_number("longest_stick_duration", "s", "longest stick that ends", |s| {
-            s.stick_duration_range.map(|range| range.1)
-        }),
-        train_number(
-            "first_slip_duration",
-            "s",
-            "duration of the slip after the first stick",
-            |s| s.stick_slip.first.map(|cycle| cycle.slip_duration),
-        ),
-        train_number(
-            "last_slip_duration",
-            "s",
-            "duration of the last slip between sticks",
-            |s| s.stick_slip.last.map(|cycle| cycle.slip_duration),
-        ),
-        train_number("shortest_slip_duration", "s", "shortest slip between sticks", |s| {
-            s.slip_duration_range.map(|range| range.0)
-        }),
-        train_number("longest_slip_duration", "s", "longest slip between sticks", |s| {
-            s.slip_duration_range.map(|range| range.1)
-        }),
-        train_number("first_period", "s", "from the first stick to the second", |s| {
-            s.stick_slip.first_period()
-        }),
-        train_number("last_period", "s", "from the last stick but one to the last", |s| {
-            s.stick_slip.last_period()
-        }),
-        train_number(
+        number(
             "attractor_period",
             "s",
             "period of the motion that the run has come to, NaN where it does not repeat itself",
             |s| attractor(s, |a| a.period),
         ),
-        train_count("attractor_sticks", "sticks in a period of that motion", |s| {
+        count("attractor_sticks", "sticks in a period of that motion", |s| {
             attractor(s, |a| a.sticks as f64)
         }),
-        train_number(
+        number(
             "attractor_agreement",
             "1",
             "relative difference of its last two cycles",
             |s| attractor(s, |a| a.agreement),
         ),
-        train_number(
+        number(
             "attractor_distance",
             "1",
             "relative distance of the last cycle from the periodic motion",
             |s| attractor(s, |a| a.distance),
         ),
-        train_number(
+        number(
             "attractor_since",
             "s",
             "when two successive cycles had come to agree",
             |s| attractor(s, |a| a.since),
         ),
-        train_number(
+        number(
             "attractor_amplitude",
             angle,
             "half of the range of the position over a period",
             |s| extremes(s, |e| e.amplitude),
         ),
-        train_number("attractor_position_min", angle, "least position over a period", |s| {
+        number("attractor_position_min", angle, "least position over a period", |s| {
             extremes(s, |e| Some(e.position.0))
         }),
-        train_number("attractor_position_max", angle, "largest position over a period", |s| {
+        number("attractor_position_max", angle, "largest position over a period", |s| {
             extremes(s, |e| Some(e.position.1))
         }),
-        train_number(
+        number(
             "attractor_relative_velocity_min",
             speed,
             "least relative velocity omega_r over a period",
             |s| extremes(s, |e| Some(e.relative_velocity.0)),
         ),
-        train_number(
+        number(
             "attractor_relative_velocity_max",
             speed,
             "largest relative velocity omega_r over a period",
             |s| extremes(s, |e| Some(e.relative_velocity.1)),
         ),
-        train_number(
+        number(
             "stick_threshold",
             speed,
             "speed below which a contact without stick counts as stuck; NaN of one that sticks",
             |s| s.stick_threshold,
         ),
-        train_number(
+        number(
             "last_event_time",
             "s",
             "time of the last stick, slip, reversal, separation or contact",
             |s| s.last_event_time,
         ),
-        train_number("end_time", "s", "time at which the run ends", |s| Some(s.end)),
-        train_number("energy_residual", "J", "largest residual of the energy balance", |s| {
-            Some(s.energy_residual)
-        }),
-        train_count("kicks_never_given", "kicks that come after the end of the run", |s| {
-            Some(s.kicks_never_given as f64)
-        }),
-        train_count("steps", "steps of all solvers", |s| {
-            Some(s.work.iter().map(|w| w.steps as f64).sum())
-        }),
-        train_count("rhs_evaluations", "right-hand sides of all solvers", |s| {
-            Some(s.work.iter().map(|w| w.rhs_evaluations as f64).sum())
-        }),
-        train_count("jacobian_evaluations", "Jacobians of all solvers", |s| {
-            Some(s.work.iter().map(|w| w.jacobian_evaluations as f64).sum())
-        }),
+        number("end_time", "s", "time at which the run ends", |s| Some(s.end)),
     ]
 }
 
-static OF_ROTATION: [Quantity; 34] = of_trains("rad", "rad s-1");
-static OF_TRANSLATION: [Quantity; 34] = of_trains("m", "m s-1");
-static OF_BRAKES: [Quantity; 24] = QUANTITIES;
+/// Lists one behind the other, N quantities in all.
+const fn joined<const N: usize>(lists: &[&[Quantity]]) -> [Quantity; N] {
+    let mut all = [RESIDUAL; N];
+    let (mut list, mut at) = (0, 0);
+    while list < lists.len() {
+        let mut k = 0;
+        while k < lists[list].len() {
+            all[at] = lists[list][k];
+            (at, k) = (at + 1, k + 1);
+        }
+        list += 1;
+    }
+    assert!(at == N);
+    all
+}
+
+/// Every quantity of a brake's run, in the order of the variables in a sweep file.
+pub const QUANTITIES: [Quantity; 24] = joined(&[&CYCLES, &GROWTH, &[KICKS, RESIDUAL, STEPS, RIGHT_HAND_SIDES]]);
+
+/// Every quantity of a run of two trains, in the order of the variables in a sweep file.
+const fn of_trains(angle: &'static str, speed: &'static str) -> [Quantity; 34] {
+    joined(&[
+        &MOTION,
+        &CYCLES,
+        &attractor_quantities(angle, speed),
+        &[RESIDUAL, KICKS, STEPS, RIGHT_HAND_SIDES, JACOBIANS],
+    ])
+}
 
 /// What is kept of every run of a case of this form, in the order of the variables in a sweep file.
 pub fn quantities(form: Form) -> &'static [Quantity] {
+    static OF_BRAKES: [Quantity; 24] = QUANTITIES;
+    static OF_ROTATION: [Quantity; 34] = of_trains("rad", "rad s-1");
+    static OF_TRANSLATION: [Quantity; 34] = of_trains("m", "m s-1");
     match form {
         Form::Brake => &OF_BRAKES,
         Form::Trains(Motion::Rotation) => &OF_ROTATION,
@@ -476,26 +429,10 @@ impl Outcome {
     }
 }
 
-/// The summary of a run of either form.
-pub(super) enum AnySummary {
-    Brake(Summary),
-    Trains(TrainSummary),
-}
-
-impl AnySummary {
-    /// Its quantities.
-    pub(super) fn values(&self) -> Values {
-        let form = match self {
-            AnySummary::Brake(_) => Form::Brake,
-            // Units are all that the motion changes.
-            AnySummary::Trains(_) => Form::Trains(Motion::Rotation),
-        };
-        let value = |quantity: &Quantity| match (&quantity.get, self) {
-            (Get::Brake(get), AnySummary::Brake(summary)) => get(summary),
-            (Get::Trains(get), AnySummary::Trains(summary)) => get(summary),
-            _ => None,
-        };
-        let values = quantities(form).iter();
-        values.map(|quantity| value(quantity).unwrap_or(f64::NAN)).collect()
-    }
+/// The quantities of a run of a case of this form that comes to `summary`.
+pub(super) fn values(form: Form, summary: &Summary) -> Values {
+    let values = quantities(form).iter();
+    values
+        .map(|quantity| (quantity.get)(summary).unwrap_or(f64::NAN))
+        .collect()
 }

@@ -1,10 +1,10 @@
 //! Runs points on a pool of threads, and hands the outcomes to one place.
 
-use super::quantities::{AnySummary, EventRow, Outcome, Values};
+use super::quantities::{EventRow, Outcome, Values, values};
 use super::study::{Point, Study};
-use crate::analysis::{Summary, trains};
-use crate::case::{AnyCase, CaseError};
-use crate::run::Run;
+use crate::analysis::{Summary, recorded};
+use crate::case::{AnyCase, CaseError, CaseRef};
+use crate::record::NoRecorder;
 use crate::simulation::{Progress, RunFailure, RunReport};
 use crate::workers::on_threads;
 use std::ops::ControlFlow;
@@ -27,9 +27,9 @@ pub struct Integrated {
 }
 
 impl Integrated {
-    /// Of a run of a case, with its summary if that is known.
-    pub(super) fn new(report: RunReport, summary: impl FnOnce(&RunReport) -> AnySummary) -> Integrated {
-        let values = (!report.interrupted).then(|| summary(&report).values());
+    /// Of a run of a case that comes to `summary`.
+    pub(super) fn new(case: CaseRef, report: RunReport, summary: &Summary) -> Integrated {
+        let values = (!report.interrupted).then(|| values(case.form(), summary));
         Integrated { report, values }
     }
 }
@@ -54,17 +54,10 @@ pub fn without_a_file(
     case: &AnyCase,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Integrated, IntegrateError> {
-    match case {
-        AnyCase::Brake(case) => {
-            let report = Run::new(case).control(control).start().map_err(IntegrateError::Run)?;
-            Ok(Integrated::new(report, |report| {
-                AnySummary::Brake(Summary::of_run(&case.parameters, report))
-            }))
-        }
-        AnyCase::Trains(case) => {
-            let (report, summary) = trains::summarised(case, control).map_err(IntegrateError::Run)?;
-            Ok(Integrated::new(report, |_| AnySummary::Trains(summary)))
-        }
+    let run = recorded(case.into(), &mut NoRecorder, false, control);
+    match run.failure {
+        Some(failure) => Err(IntegrateError::Run(failure)),
+        None => Ok(Integrated::new(case.into(), run.report, &run.summary)),
     }
 }
 

@@ -227,7 +227,9 @@ fn climb(
     let (solver, at_the_ends) = by_another_method(case, method, rtol);
     let output = if own.rows.is_empty() { at_the_ends } else { output(case) };
     let mut recorder = TrainRecord::default();
-    let result = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
+    let result = Run::new(case)
+        .solver(&solver)
+        .output(&output)
         .record(&mut recorder)
         .start();
     let pairs = own.events.iter().zip(&recorder.events);

@@ -5,7 +5,7 @@
 //! grow, wide steps know nothing of the slope, and some agree with each other by chance. So everything is
 //! differentiated that a case can have, table, harmonic or bristle, by what the case file says of it.
 
-use super::attractor::{Attractor, Recurrence};
+use crate::analysis::attractor::{Attractor, Recurrence};
 use crate::analysis::influence::ParameterName;
 use crate::analysis::sensitivity::{
     Affected, Outcome, Rerun, Sensitivities, Sensitivity, difference, in_event_sequence, invalid,

@@ -1,7 +1,5 @@
 //! A second method beside a run of two trains: whether it finds the same events.
 
-use super::TrainSummary;
-use crate::analysis::warning::{BalanceRemedy, grazing, open_balance};
 use crate::analysis::witness::Testimony;
 use crate::case::TrainCase;
 use crate::hybrid::{RunError, SolverKind};
@@ -40,25 +38,6 @@ pub struct TrainWitness {
     pub differs: Option<f64>,
     /// The same in words.
     pub statement: String,
-}
-
-/// What a reader of a run with these settings has to know.
-pub fn warnings(solver: &SolverOptions, summary: &TrainSummary, witness: Option<&TrainWitness>) -> Vec<String> {
-    let mut found = Vec::new();
-    let remedy = || BalanceRemedy::Tolerances(solver.clone());
-    let open = open_balance(summary.energy_residual, summary.energy_turnover, remedy);
-    let undecided = grazing(summary.grazing, solver);
-    found.extend(open.into_iter().chain(undecided).map(|warning| warning.to_string()));
-    if let Some(witness) = witness.filter(|witness| witness.testimony == Testimony::SequenceDiffers) {
-        found.push(witness.statement.clone());
-    }
-    if summary.kicks_never_given > 0 {
-        found.push(format!(
-            "{} of the case's perturbations come after the end of the run; raise output.end_time",
-            summary.kicks_never_given
-        ));
-    }
-    found
 }
 
 /// Holds the events of a second run against those of the first.
@@ -190,7 +169,9 @@ fn ask(
         differs: None,
         leaves_series: false,
     };
-    let ended = Run::of_trains(&case.parameters, case.threshold.unwrap_or(0.0), &solver, &output)
+    let ended = Run::new(case)
+        .solver(&solver)
+        .output(&output)
         .record(&mut beside)
         .control(|_| match stopped() {
             true => ControlFlow::Break(()),

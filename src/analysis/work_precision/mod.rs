@@ -5,18 +5,18 @@
 //! events; the first two are taken where both runs have such a stick, whatever is between.
 
 mod study;
-mod study_case;
 
 pub use study::{Knob, ReferenceChoice, STUDIES, Study};
-pub use study_case::StudyCase;
 
 use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
 use super::truth::{Truth, TruthError};
+use crate::case::AnyCase;
 use crate::model::trains::ExactTrains;
 use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
+use crate::run::Run;
 use crate::simulation::{Method, RunReport};
 use num_rational::BigRational;
 use std::ops::ControlFlow;
@@ -190,9 +190,9 @@ fn sequence(events: &[Event]) -> Sequence {
 }
 
 /// A run without any record; `None` if it was interrupted.
-fn integrate(case: &StudyCase, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
+fn integrate(case: &AnyCase, control: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<RunReport>, String> {
     let mut recorder = NoRecorder;
-    match case.run().record(&mut recorder).control(|_| control()).start() {
+    match Run::new(case).record(&mut recorder).control(|_| control()).start() {
         Ok(report) => Ok((!report.interrupted).then_some(report)),
         Err(failure) => Err(failure.to_string()),
     }
@@ -205,7 +205,7 @@ fn reference(
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path)?;
-            if let Some((_, _, StudyCase::Brake(case))) = study.runs.first() {
+            if let Some((_, _, AnyCase::Brake(case))) = study.runs.first() {
                 truth.check_case(&case.parameters, case.output.end_time)?;
             }
             Reference {
@@ -248,7 +248,7 @@ fn by_runs(
 ) -> Result<Option<Reference>, StudyError> {
     let mut sequences = Vec::with_capacity(2);
     for case in &study.reference_cases {
-        let by = case.method();
+        let by = case.solver().method;
         let report = integrate(case, &mut || control(by, false));
         let report = report.map_err(|failure| StudyError::ReferenceFailed {
             method: by.name(),
@@ -311,7 +311,7 @@ fn by_oracle(
     (exact, threshold): (&ExactTrains, Option<&BigRational>),
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
 ) -> Result<Asked, StudyError> {
-    let Some((by, _, StudyCase::Trains(case))) = study.runs.first() else {
+    let Some((by, _, AnyCase::Trains(case))) = study.runs.first() else {
         return Ok(Asked::Without("the case is none of trains".to_owned()));
     };
     let request = OracleRequest {
@@ -390,7 +390,7 @@ fn errors(reference: &Reference, events: &[(EventKind, f64)]) -> Errors {
 fn measure(
     method: Method,
     knob: Knob,
-    case: &StudyCase,
+    case: &AnyCase,
     reference: &Reference,
     repeat: usize,
     control: &mut dyn FnMut() -> ControlFlow<()>,

@@ -1,12 +1,11 @@
 //! The study file: TOML, with the same care for places and remedies as a case.
 
-use super::StudyCase;
 use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
-use crate::case::{CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
+use crate::case::{AnyCase, CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
 use crate::model::trains::ExactTrains;
 use crate::quote::shown;
-use crate::simulation::{Following, Method};
+use crate::simulation::Method;
 use num_rational::BigRational;
 use std::path::{Path, PathBuf};
 
@@ -65,11 +64,11 @@ pub struct Study {
     /// Of the case that all runs share.
     pub case_label: String,
     /// The case of every run, in the order of the study; only method and tolerance or step differ.
-    pub runs: Vec<(Method, Knob, StudyCase)>,
+    pub runs: Vec<(Method, Knob, AnyCase)>,
     /// Against which they are held.
     pub reference: ReferenceChoice,
     /// The cases of the reference and of its check, if they are computed.
-    pub reference_cases: Vec<StudyCase>,
+    pub reference_cases: Vec<AnyCase>,
     /// Each run is repeated so often, and its least time counts.
     pub repeat: usize,
     /// Files that it read, which must not be overwritten.
@@ -115,7 +114,7 @@ impl Study {
         let shared = reader.overrides(&root)?;
         // What is wrong with the case itself is said at its own keys, not at the first run's.
         let key = if shared.is_empty() { "case" } else { "set" };
-        let plain = StudyCase::parse(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
+        let plain = AnyCase::read(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
         let series = reader.list(&root, "series")?;
         let mut pairs: Vec<(Method, Knob, String)> = Vec::new();
         for (index, node) in series.iter().enumerate() {
@@ -144,20 +143,16 @@ impl Study {
                 "missing or empty: a study needs at least one [[series]] with methods, and tolerances or steps";
             return Err(reader.problem(&root, "series", message.to_owned()));
         }
-        let case = |key: &str, method: Method, knob: Knob| -> Result<StudyCase, CaseError> {
+        let case = |key: &str, method: Method, knob: Knob| -> Result<AnyCase, CaseError> {
             let mut overrides = shared.clone();
             overrides.push(Override::parse(&format!("solver.method={}", method.name()))?);
             overrides.push(match knob {
                 Knob::Tolerance(rtol) => Override::number("solver.rtol", rtol),
                 Knob::FixedStep(step) => Override::number("solver.fixed_step", step),
             });
-            let mut case = StudyCase::parse(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
+            let mut case = AnyCase::read(&source, &overrides).map_err(|error| reader.of_case(&root, key, &error))?;
             // What is measured is the integration, not the samples.
-            let output = case.output();
-            output.interval = output.end_time;
-            output.windows.clear();
-            output.steps = false;
-            output.follow = Following::default();
+            case.without_trajectory();
             Ok(case)
         };
         let runs = pairs
@@ -165,7 +160,7 @@ impl Study {
             .map(|(method, knob, key)| Ok((method, knob, case(&key, method, knob)?)))
             .collect::<Result<Vec<_>, CaseError>>()?;
         let reference = match (&plain, root.at("reference")) {
-            (StudyCase::Trains(_), None) => {
+            (AnyCase::Trains(_), None) => {
                 let bad = |error| reader.of_case(&root, key, &error);
                 let exact = TrainCase::exact_parameters(&source, &shared).map_err(bad)?;
                 let threshold = TrainCase::exact_threshold(&source, &shared).map_err(bad)?;
@@ -173,7 +168,7 @@ impl Study {
             }
             _ => reader.reference(&root)?,
         };
-        if let (StudyCase::Trains(_), ReferenceChoice::Truth(_)) = (&plain, &reference) {
+        if let (AnyCase::Trains(_), ReferenceChoice::Truth(_)) = (&plain, &reference) {
             let message =
                 "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
             return Err(reader.problem(&root, "reference.truth", message.to_owned()));

@@ -4,7 +4,8 @@ use super::TrainCase;
 use crate::case::conditions::{self as shared, COARSEST_CLOCK, Violation};
 use crate::case::{Case, Motion};
 use crate::friction::{Friction, Law as _};
-use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Train};
+use crate::model::trains::{ContactLaw, End, KickSide, Pressing, Train, Trains, margin};
+use crate::model::{BreakawayTest, KickTime};
 use crate::simulation::Method;
 
 impl TrainCase {
@@ -19,6 +20,7 @@ impl TrainCase {
             case.parameters.actuation = actuation.clone();
         }
         case.parameters.contact.radius = self.parameters.radius;
+        case.parameters.contact.breakaway_test = self.parameters.breakaway_test;
         case.parameters.friction = Friction {
             breakaway: self.parameters.breakaway,
             law: self.parameters.law.clone(),
@@ -57,7 +59,14 @@ pub(super) fn violated(case: &TrainCase) -> Vec<Violation> {
         }
     }
     outside_the_law(case, &mut complain);
+    one_sided_test(trains, &mut complain);
     for (index, kick) in trains.kicks.iter().enumerate() {
+        if kick.time == KickTime::Instability
+            && let Err(why) = margin::resistance(trains)
+        {
+            let message = format!("no loss of stability that a kick could wait for: {why}; give a time, in s");
+            complain(&format!("perturbation.{index}.time"), &[], message);
+        }
         let side = match kick.on {
             KickSide::Rotor => ("rotor", &trains.rotor),
             KickSide::Stator => ("stator", &trains.stator),
@@ -83,6 +92,26 @@ pub(super) fn violated(case: &TrainCase) -> Vec<Violation> {
         complain("output.end_time", &[], message);
     }
     found
+}
+
+/// A breakaway test of one surface that has no torque of its own, or of a contact without stick.
+fn one_sided_test(trains: &Trains, complain: &mut impl FnMut(&str, &[&str], String)) {
+    let (name, train) = match trains.breakaway_test {
+        BreakawayTest::Transmitted => return,
+        BreakawayTest::Rotor => ("rotor", &trains.rotor),
+        BreakawayTest::Stator => ("stator", &trains.stator),
+    };
+    let message = if trains.contact != ContactLaw::StickSlip {
+        "belongs to a contact with stick, and this one has none: remove it".to_owned()
+    } else if train.is_rigid() {
+        format!(
+            "the surface of the {name} has no inertia, so that the torque on it says nothing: take \"transmitted\", or the other \
+             surface"
+        )
+    } else {
+        return;
+    };
+    complain("contact.breakaway_test", &[], message);
 }
 
 /// A bound of the angular frequencies of a train by itself, rad/s: twice the stiffness of both shafts of an inertia.

@@ -223,7 +223,7 @@ pub(super) const KEYS: &[TrainKey] = &[
 
 /// Whether a key of the brake's schema is one of trains as well.
 pub(super) fn is_shared(path: &str) -> bool {
-    !path.starts_with("torsion.") && path != "contact.breakaway_test"
+    !path.starts_with("torsion.")
 }
 
 /// The paths of all keys of a case of trains.

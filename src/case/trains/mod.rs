@@ -31,7 +31,7 @@ pub(super) fn known_keys() -> Vec<&'static str> {
 }
 
 /// Every key that only a case of trains has. The others of such a case are those of [`super::schema::keys`], but for
-/// `[torsion]` and `contact.breakaway_test`.
+/// `[torsion]`.
 pub fn train_keys() -> &'static [TrainKey] {
     keys::KEYS
 }

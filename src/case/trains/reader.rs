@@ -9,7 +9,6 @@ use crate::case::schema::{self, Domain};
 use crate::case::value::{choice, number};
 use crate::case::{Case, CaseError, CaseSource, Motion};
 use crate::friction::Law as _;
-use crate::model::KickTime;
 use crate::model::trains::parameters::AxialOf;
 use crate::model::trains::{
     Bristles, ContactLaw, End, Initial, Kick, KickSide, Pressing, Regularisation, Smoothing, Torque, Train, Trains,
@@ -147,6 +146,7 @@ impl TrainReader<'_> {
         self.friction(&mut scratch, &contact);
         self.reader.fill_keys(&mut scratch, |path| {
             path == "title"
+                || path == "contact.breakaway_test"
                 || ["solver.", "output.", "perturbation"]
                     .iter()
                     .any(|table| path.starts_with(table))
@@ -674,10 +674,6 @@ impl TrainReader<'_> {
     fn kicks(&mut self, scratch: &Case) -> Vec<Kick> {
         let mut kicks = Vec::new();
         for (index, kick) in scratch.parameters.perturbations.iter().enumerate() {
-            if kick.time == KickTime::Instability {
-                let message = "a case of trains has no loss of stability that a kick could wait for: give a time, in s";
-                self.report(&format!("perturbation.{index}.time"), message);
-            }
             let path = format!("perturbation.{index}.on");
             let on = match self.reader.root.at(&path).map(|node| choice(&node.value, SIDES)) {
                 None | Some(Ok("both")) => KickSide::Both,

@@ -36,6 +36,10 @@ pub(super) fn write(case: &TrainCase) -> String {
             "r, effective friction radius [m]",
         );
     }
+    if trains.contact == ContactLaw::StickSlip {
+        let test = only(|path| path == "contact.breakaway_test");
+        text.text.push_str(test.trim_start_matches("\n[contact]\n"));
+    }
     match &trains.pressing {
         Pressing::Force(force) => text.line("contact.normal_force", &signal(force)),
         Pressing::Axial { .. } => {

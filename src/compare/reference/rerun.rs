@@ -2,7 +2,7 @@
 
 use super::Physics;
 use super::nodes::{Node, breaks_segment};
-use crate::case::AnyCase;
+use crate::case::CaseRef;
 use crate::record::{Event, Recorder, RecorderError, Sample, Segment};
 use crate::run::Run;
 use crate::simulation::{Following, OutputOptions};
@@ -35,12 +35,14 @@ impl Rerun {
 }
 
 fn run(physics: &Physics, events: &[Event]) -> Option<Vec<Node>> {
-    let output = |output: &OutputOptions| OutputOptions {
+    let case = CaseRef::from(&physics.case);
+    let asked = case.output();
+    let output = OutputOptions {
         steps: true,
-        interval: (INTERVAL * physics.natural_period()).max(output.end_time / MOST),
+        interval: (INTERVAL * physics.natural_period()).max(asked.end_time / MOST),
         windows: Vec::new(),
         follow: Following::default(),
-        ..output.clone()
+        ..asked.clone()
     };
     let mut kept = Kept {
         physics,
@@ -48,17 +50,7 @@ fn run(physics: &Physics, events: &[Event]) -> Option<Vec<Node>> {
         nodes: Vec::new(),
         events: Vec::new(),
     };
-    let result = match &physics.case {
-        AnyCase::Brake(case) => {
-            let output = output(&case.output);
-            Run::new(case).output(&output).record(&mut kept).start()
-        }
-        AnyCase::Trains(case) => {
-            let (output, threshold) = (output(&case.output), case.threshold.unwrap_or(0.0));
-            let run = Run::of_trains(&case.parameters, threshold, &case.solver, &output);
-            run.record(&mut kept).start()
-        }
-    };
+    let result = Run::new(case).output(&output).record(&mut kept).start();
     if let Err(failure) = result {
         log::debug!("the reference's run cannot be repeated: {failure}");
         return None;

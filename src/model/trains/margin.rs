@@ -41,20 +41,39 @@ impl Surface {
     }
 }
 
-/// 2 R, N m s/rad. `None` where sliding does not slow down by itself, which takes one free train and no drive; where no swing
-/// of the surfaces can become unstable; and of a contact without stick, whose sliding has no end.
+/// 2 R, N m s/rad; `None` where there is no margin, which [`resistance`] says the reason of.
 pub fn twice_resistance(trains: &Trains) -> Option<f64> {
+    resistance(trains).ok()
+}
+
+/// 2 R, N m s/rad.
+///
+/// # Errors
+/// Why there is no margin: sliding does not slow down by itself, which takes one free train and no drive; no swing of the surfaces
+/// can become unstable; or the contact has no stick, at which the watch over the margin could end.
+pub fn resistance(trains: &Trains) -> Result<f64, &'static str> {
     let sides = [&trains.rotor, &trains.stator];
     let free = sides.iter().filter(|train| train.end == End::Free && !train.is_rigid());
-    let driven = |train: &&Train| matches!(train.end, End::Driven(_)) || train.torque.is_some();
-    if trains.contact != ContactLaw::StickSlip || free.count() != 1 || sides.iter().any(driven) {
-        return None;
+    if trains.contact != ContactLaw::StickSlip {
+        return Err("a contact without stick is not watched for it");
     }
-    match sides.map(Surface::of) {
+    if sides.iter().any(|train| matches!(train.end, End::Driven(_))) {
+        return Err("an end is driven, and sliding that is watched slows down by itself");
+    }
+    if sides.iter().any(|train| train.torque.is_some()) {
+        return Err("an external torque acts, and sliding that is watched slows down by itself");
+    }
+    if free.count() != 1 {
+        return Err(
+            "sliding that is watched slows down by itself, which takes one train with a free end and one with a fixed end",
+        );
+    }
+    let twice = match sides.map(Surface::of) {
         [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
         [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then(|| 2.0 * one.damping),
         [None, None] => None,
-    }
+    };
+    twice.ok_or("no surface swings on a shaft of its own")
 }
 
 fn of_both(one: &Surface, other: &Surface) -> Option<f64> {
@@ -85,7 +104,7 @@ fn of_both(one: &Surface, other: &Surface) -> Option<f64> {
     let least = zeros
         .into_iter()
         .flatten()
-        .map(|share| resistance(slow, fast, start, width, share))
+        .map(|share| real_part(slow, fast, start, width, share))
         .reduce(f64::min)?;
     Some(2.0 * least)
 }
@@ -126,7 +145,7 @@ fn first_zero(f: [f64; 4]) -> Option<f64> {
 }
 
 /// Re Z at start + width t.
-fn resistance(slow: &Surface, fast: &Surface, start: f64, width: f64, share: f64) -> f64 {
+fn real_part(slow: &Surface, fast: &Surface, start: f64, width: f64, share: f64) -> f64 {
     let x = start + width * share;
     let (a1, b1) = (slow.damping, slow.inertia * width * share);
     let (a2, b2) = (fast.damping, -fast.inertia * width * (1.0 - share));

@@ -130,7 +130,7 @@ impl Document {
         let mut notes = Vec::new();
         let resolved = file.resolved()?;
         let all_events = file.events()?;
-        let (headline, natural_period) = form.headline(file, &all_events)?;
+        let (headline, natural_period) = (form.headline(file, &all_events)?, form.natural_period());
         let events = shown(&all_events, form)?;
         let sparse = form.sparse()?;
         if events.len() < all_events.len() {

@@ -4,9 +4,8 @@
 use std::fmt::{self, Display};
 
 use super::sparse::Sparse;
-use crate::analysis::Headline;
-use crate::analysis::headline::{HeadlineRow, is_paper_case};
-use crate::case::{Case, TrainCase};
+use crate::analysis::headline::{self, HeadlineRow, is_paper_case};
+use crate::case::{Case, CaseRef, TrainCase};
 use crate::model::torsion::TorsionModel;
 use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
@@ -203,22 +202,13 @@ impl Form {
         self.variables.iter().any(|variable| variable.name == channel)
     }
 
-    /// What the case and the events come to in words; and T_n, s, where there is one.
-    pub(super) fn headline(
-        &self,
-        file: &ResultFile,
-        events: &[Event],
-    ) -> Result<(Vec<HeadlineRow>, Option<f64>), ResultError> {
-        match &self.case {
-            FormCase::Brake(case) => {
-                let headline = Headline::of_file(file, case.as_ref().map(|(case, _)| &**case), events)?;
-                Ok((headline.rows(), headline.natural_period))
-            }
-            FormCase::Trains { case, .. } => {
-                let rows = crate::analysis::trains::headline::of_file(file, case, events)?;
-                Ok((rows, None))
-            }
-        }
+    /// What the case and the events come to in words.
+    pub(super) fn headline(&self, file: &ResultFile, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
+        let case = match &self.case {
+            FormCase::Brake(case) => case.as_ref().map(|(case, _)| CaseRef::Brake(case)),
+            FormCase::Trains { case, .. } => Some(CaseRef::Trains(case)),
+        };
+        headline::of_file(file, case, events)
     }
 
     /// Whether the paper's numbers stand beside those of the run.
