@@ -336,17 +336,6 @@ impl Timeline {
         self.tracks[drive].lines[stretch].slope == 0.0 && self.waves(drive, stretch).all(|wave| wave.amplitude == 0.0)
     }
 
-    /// Bounds of a drive from `t` (s) to `until` (s) in a stretch: its least value, and its largest |second derivative| (1/s^2).
-    pub fn bounds(&self, drive: usize, stretch: usize, t: f64, until: f64) -> (f64, f64) {
-        let line = &self.tracks[drive].lines[stretch];
-        let (mut swing, mut curvature) = (0.0, 0.0);
-        for wave in self.waves(drive, stretch) {
-            swing += wave.amplitude.abs();
-            curvature += wave.amplitude.abs() * wave.angular_frequency().powi(2);
-        }
-        (line.at(t).min(line.at(until)) - swing, curvature)
-    }
-
     /// Its integral from 0 to `t` (s), by the antiderivatives.
     pub fn integral(&self, drive: usize, t: f64) -> f64 {
         let track = &self.tracks[drive];

@@ -234,10 +234,10 @@ impl Excitation {
     /// stretch.
     pub(super) fn pressing(&self, stretch: usize, t: f64) -> Bounded {
         match &self.normal_force {
-            NormalForce::Direct(index) => Bounded {
+            NormalForce::Direct(index, _) => Bounded {
                 value: self.timeline.value(*index, stretch, t),
                 rate: self.timeline.slope(*index, stretch, t),
-                curvature: self.timeline.bounds(*index, stretch, t, t).1,
+                curvature: self.timeline.amplitude(*index, stretch, 2),
             },
             NormalForce::Axial(motion) => motion.bounded(t),
         }
@@ -246,7 +246,10 @@ impl Excitation {
     /// A lower bound of F_n from `t` to `until` (s) in a stretch, N.
     pub(super) fn lowest_pressing(&self, stretch: usize, t: f64, until: f64) -> f64 {
         match &self.normal_force {
-            NormalForce::Direct(index) => self.timeline.bounds(*index, stretch, t, until).0,
+            NormalForce::Direct(index, _) => {
+                let mean = |t: f64| self.timeline.mean(*index, stretch, t);
+                mean(t).min(mean(until)) - self.timeline.amplitude(*index, stretch, 0)
+            }
             NormalForce::Axial(motion) => motion.lowest_pressing_force_after(t),
         }
     }
