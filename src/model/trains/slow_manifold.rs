@@ -433,6 +433,11 @@ impl<const N: usize> SlowSeries<N> {
         self.speed.map(|x| self.sense * x)
     }
 
+    /// Friction along the motion, by powers of time in s.
+    pub fn friction(&self) -> &FrictionSeries<f64, N> {
+        &self.friction
+    }
+
     /// The interface's torque T, N m.
     pub fn torque(&self) -> &[f64; N] {
         &self.torque

@@ -428,15 +428,11 @@ impl QuietStretch {
         } else {
             0.0
         };
-        let compliance: f64 = [&system.rotor, &system.stator]
-            .iter()
-            .flat_map(|side| side.stiffness.iter().map(|k| k.recip()))
-            .sum();
         Some(QuietStretch {
             until,
             damping,
             growth,
-            time_scale_ratio: negative_damping * compliance * law.steepness_rate(0.0) * fastest,
+            time_scale_ratio: negative_damping * system.compliance() * law.steepness_rate(0.0) * fastest,
         })
     }
 }

@@ -17,12 +17,14 @@
 mod collocation;
 mod expansion;
 
+pub(super) use expansion::{SHORTEST_SLOW, SLOW_ORDER};
+
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::SlipSeries;
 use crate::model::state::{Components, DIMENSION, DYNAMIC, TorsionState};
-use crate::numerics::radau::{Radau, Step};
+use crate::numerics::radau::{Radau, Step, Work};
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use std::sync::{Arc, OnceLock};
@@ -47,7 +49,7 @@ const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// What a Radau step may leave beside the slow manifold, over what is tolerated of its error; a perturbation that means
 /// anything is larger by as much again.
-const STEP_NOISE: f64 = 1e3;
+pub(super) const STEP_NOISE: f64 = 1e3;
 
 /// What the last step was.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,12 +91,25 @@ pub struct SemiAnalyticEngine {
     /// Length and error of the last Radau step; zero before the first.
     accepted: (f64, f64),
     counters: Counters,
-    radau_before: crate::numerics::radau::Work,
+    radau_before: Work,
 }
 
 pub(super) fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
     static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
     TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
+}
+
+/// Counters of Taylor steps with the work of Radau steps since it was `before`.
+pub(super) fn with_work_of(counters: Counters, work: Work, before: Work) -> Counters {
+    let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
+    Counters {
+        rhs_evaluations: counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
+        jacobian_evaluations: jacobians,
+        linear_solver_setups: jacobians,
+        nonlinear_iterations: work.iterations - before.iterations,
+        nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
+        ..counters
+    }
 }
 
 impl SemiAnalyticEngine {
@@ -129,7 +144,7 @@ impl SemiAnalyticEngine {
             predicted: false,
             accepted: (0.0, 0.0),
             counters: Counters::default(),
-            radau_before: Default::default(),
+            radau_before: Work::default(),
             brake,
         }
     }
@@ -264,15 +279,6 @@ impl Engine<Location> for SemiAnalyticEngine {
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {
-        let (work, before) = (self.radau.work(), self.radau_before);
-        let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
-        Ok(Counters {
-            rhs_evaluations: self.counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
-            jacobian_evaluations: jacobians,
-            linear_solver_setups: jacobians,
-            nonlinear_iterations: work.iterations - before.iterations,
-            nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
-            ..self.counters
-        })
+        Ok(with_work_of(self.counters, self.radau.work(), self.radau_before))
     }
 }

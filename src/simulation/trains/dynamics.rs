@@ -243,6 +243,28 @@ impl TrainDynamics {
             .stability_margin(location.sign(), location.piece, &outside, y)
     }
 
+    /// What is watched in slip or in an engaged contact, as it is, without noise.
+    pub(super) fn watched_value(
+        &self,
+        watched: Watched,
+        location: &TrainLocation,
+        outside: &Outside,
+        y: &[f64],
+    ) -> f64 {
+        let x = location.sign() * self.system.relative_velocity(outside, y);
+        match watched {
+            Watched::Stopping => x,
+            Watched::Margin => self
+                .system
+                .stability_margin(location.sign(), location.piece, outside, y),
+            Watched::Threshold if location.slow => self.threshold - x,
+            Watched::Threshold => x - self.threshold,
+            Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
+            Watched::Above => self.knot(location, true).map_or(1.0, |knot| knot - x),
+            Watched::Forward | Watched::Backward => 1.0,
+        }
+    }
+
     /// The rates of what acts from outside, by the same names.
     fn outside_rates(&self, location: &TrainLocation, t: f64) -> Outside {
         let mut series = OutsideSeries::<4>::new();
@@ -351,21 +373,12 @@ impl Dynamics for TrainDynamics {
             values[GUARD_FORWARD + 1] = (limit + torque).max(least);
             return;
         }
-        let x = location.sign() * self.system.relative_velocity(&outside, y);
-        for (value, watched) in values.iter_mut().zip(watched) {
-            *value = match watched {
+        for (value, &watched) in values.iter_mut().zip(watched) {
+            *value = self.watched_value(watched, location, &outside, y);
+            if watched == Watched::Stopping && location.mode != Mode::Engaged {
                 // What rounding leaves of a departure that is slower than any power of time is no return.
-                Watched::Stopping if location.mode != Mode::Engaged => {
-                    x + NOISE * self.system.relative_velocity_terms(&outside, y)
-                }
-                Watched::Stopping => x,
-                Watched::Margin => self.stability_margin(location, t, y),
-                Watched::Threshold if location.slow => self.threshold - x,
-                Watched::Threshold => x - self.threshold,
-                Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
-                Watched::Above => self.knot(location, true).map_or(1.0, |knot| knot - x),
-                Watched::Forward | Watched::Backward => 1.0,
-            };
+                *value += NOISE * self.system.relative_velocity_terms(&outside, y);
+            }
         }
     }
 

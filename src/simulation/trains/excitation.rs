@@ -294,6 +294,13 @@ impl Excitation {
         }
     }
 
+    /// F_n (N) at `t` (s) and its rate (N/s), where it [is a straight line](Self::is_silent).
+    pub fn line(&self, stretch: usize, t: f64) -> [f64; 2] {
+        let mut series = OutsideSeries::<2>::new();
+        self.series(stretch, t, 1.0, &mut series);
+        series.normal_force
+    }
+
     /// Whether the contact is closed from t = 0 on.
     pub fn starts_closed(&self) -> bool {
         match &self.normal_force {

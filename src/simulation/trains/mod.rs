@@ -6,6 +6,7 @@
 //! | `dynamics` | locations, guards and equations for the automaton |
 //! | `closed_form` | stick and separation in closed form |
 //! | `rules` | what happens at guards and time events |
+//! | `regime` | where steps have to resolve the fast modes |
 //! | `plan` | which solver integrates what, how accurately |
 //! | `series`, `expansion` | the trains' own solver, by Taylor series |
 //! | `readings` | what is recorded of a state |
@@ -20,6 +21,7 @@ mod expansion;
 mod plan;
 mod portrait;
 mod readings;
+mod regime;
 mod rules;
 mod series;
 
@@ -135,6 +137,7 @@ pub(crate) fn simulate(
     };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
     report.of_trains = true;
+    report.stopped_smoothly = rules.stopped_smoothly();
     report.count_kicks(trains.kicks.len(), rules.kicks_never_given());
     report.ended(result)
 }

@@ -2,6 +2,7 @@
 
 use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::plan::TrainPlan;
+use super::regime::Regimes;
 use super::series::TaylorEngine;
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
@@ -29,6 +30,10 @@ pub(super) struct TrainRules {
     contact_change: Option<Option<ContactChange>>,
     /// The normal force is leaving zero.
     departing: bool,
+    /// Where sliding slows down by itself; elsewhere all steps resolve all modes.
+    regimes: Option<Regimes>,
+    /// The first stop came at the end of smooth sliding.
+    stopped_smoothly: bool,
 }
 
 type TrainTransition = Transition<EventKind, TrainLocation>;
@@ -46,6 +51,8 @@ impl TrainRules {
             waiting_kicks: waiting.filter(|_| start == 0.0).cloned().collect(),
             next_kick: kicks.iter().filter(|kick| kick.0 < start).count(),
             next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
+            regimes: plan.regimes(end_time).filter(|_| start == 0.0),
+            stopped_smoothly: false,
             dynamics,
             plan,
             end_time,
@@ -60,8 +67,13 @@ impl TrainRules {
         self.waiting_kicks.len()
     }
 
+    /// Whether the first stop came at the end of smooth sliding, on which rounding does not grow.
+    pub fn stopped_smoothly(&self) -> bool {
+        self.stopped_smoothly
+    }
+
     /// Location at t = 0 for a state; surfaces of one speed are joined.
-    pub fn initial_location(&self, y: &mut [f64]) -> TrainLocation {
+    pub fn initial_location(&mut self, y: &mut [f64]) -> TrainLocation {
         let mut location = self.blank(0.0);
         if self.dynamics.system.twice_resistance.is_some() {
             location.watch = Watch::Stable;
@@ -87,7 +99,7 @@ impl TrainRules {
     }
 
     /// The same with this mode at a state.
-    fn entered(&self, location: &TrainLocation, mode: Mode, t: f64, y: &[f64]) -> TrainLocation {
+    fn entered(&mut self, location: &TrainLocation, mode: Mode, t: f64, y: &[f64]) -> TrainLocation {
         let mut location = TrainLocation {
             mode,
             sense: mode.sense(),
@@ -99,6 +111,7 @@ impl TrainRules {
             location.watch = Watch::Off;
         }
         if mode == Mode::Stick || mode == Mode::Separated {
+            self.plan_steps(&mut location, t, y);
             return location;
         }
         let system = &self.dynamics.system;
@@ -108,16 +121,25 @@ impl TrainRules {
             location.sense = self.dynamics.side(&location, t, y);
             location.slow = speed < self.dynamics.threshold;
         }
+        self.plan_steps(&mut location, t, y);
         location
+    }
+
+    /// Plans the steps after a change of mode, or after anything else that may excite the fast modes.
+    fn plan_steps(&mut self, location: &mut TrainLocation, t: f64, y: &[f64]) {
+        if let Some(regimes) = &mut self.regimes {
+            regimes.enter(location, t, y);
+        }
     }
 
     /// Where a contact that closes is at a state: slip in the sense of the relative velocity, or where there is none but
     /// rounding, which is taken from the state, what the stick test says.
-    fn in_contact(&self, location: &TrainLocation, t: f64, y: &mut [f64]) -> TrainLocation {
-        let system = &self.dynamics.system;
-        let outside = self.dynamics.outside(location, t);
+    fn in_contact(&mut self, location: &TrainLocation, t: f64, y: &mut [f64]) -> TrainLocation {
+        let dynamics = self.dynamics.clone();
+        let system = &dynamics.system;
+        let outside = dynamics.outside(location, t);
         let w = system.relative_velocity(&outside, y);
-        let mode = if self.dynamics.is_engaged() {
+        let mode = if dynamics.is_engaged() {
             Mode::Engaged
         } else if w.abs() > VELOCITY_NOISE * system.relative_velocity_terms(&outside, y) {
             Mode::sliding(w)
@@ -142,30 +164,34 @@ impl TrainRules {
     }
 
     /// What follows when the relative velocity has reached zero in slip.
-    fn stop(&self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
+    fn stop(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
         let mut joined = y.to_vec();
-        let system = &self.dynamics.system;
         let outside = self.dynamics.outside(location, t);
-        system.join(&outside, &mut joined);
+        self.dynamics.system.join(&outside, &mut joined);
         let mode = self.settle(location, t, &joined);
         // Zero may be touched with a torque that goes on in the same sense: nothing has happened.
-        let kind = match mode {
-            mode if mode == location.mode => None,
-            Mode::Stick => Some(EventKind::Stick),
-            _ => Some(EventKind::Reversal),
-        };
-        let mut location = self.entered(location, mode, t, &joined);
-        location.piece = 0;
+        if mode == location.mode {
+            return Transition {
+                kind: None,
+                location: TrainLocation { piece: 0, ..*location },
+                state: joined,
+            };
+        }
+        let location = self.entered(location, mode, t, &joined);
         Transition {
-            kind,
-            location,
+            kind: Some(if mode == Mode::Stick {
+                EventKind::Stick
+            } else {
+                EventKind::Reversal
+            }),
+            location: TrainLocation { piece: 0, ..location },
             state: joined,
         }
     }
 
     /// What follows a jump of omega_r: the contact is where the state says. An engaged contact has the event of its threshold
     /// if the jump has crossed it.
-    fn after_jump(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
+    fn after_jump(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
         let outside = self.dynamics.outside(location, t);
         let system = &self.dynamics.system;
         let w = system.relative_velocity(&outside, y);
@@ -220,15 +246,18 @@ impl TrainRules {
                 0.0
             }
         });
-        let system = &self.dynamics.system;
-        system.rotor.jerk(jumps[0], &mut state);
-        system.stator.jerk(jumps[1], &mut state);
+        self.dynamics.system.rotor.jerk(jumps[0], &mut state);
+        self.dynamics.system.stator.jerk(jumps[1], &mut state);
         let jumped = jumps != [0.0, 0.0];
         if location.mode == Mode::Engaged || location.mode.sense() != 0 && jumped {
             after = TrainLocation {
                 slow: location.slow,
                 ..self.entered(&after, location.mode, t, &state)
             };
+        }
+        if let Some(regimes) = &mut self.regimes {
+            regimes.disturb(&after, t, &state);
+            regimes.look_ahead(&mut after, t, &state, location.resolved);
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Corner),
@@ -242,7 +271,8 @@ impl TrainRules {
     }
 
     fn kick(&mut self, location: &TrainLocation, t: f64, y: &[f64], kick: &Kick) -> Vec<TrainTransition> {
-        let system = &self.dynamics.system;
+        let dynamics = self.dynamics.clone();
+        let system = &dynamics.system;
         let rigid = match kick.on {
             KickSide::Both => false,
             KickSide::Rotor => system.rotor.inertia.is_empty(),
@@ -250,7 +280,9 @@ impl TrainRules {
         };
         let delta = if rigid { 0.0 } else { kick.relative_velocity };
         let (rotor_share, stator_share) = system.shares();
-        let mut state = y.to_vec();
+        let on_manifold = self.regimes.as_ref();
+        let on_manifold = on_manifold.and_then(|regimes| regimes.before_kick(location, t, y, delta));
+        let mut state = on_manifold.unwrap_or_else(|| y.to_vec());
         let in_stick = location.mode == Mode::Stick;
         match (kick.on, in_stick) {
             (KickSide::Both, true) => {}
@@ -268,8 +300,12 @@ impl TrainRules {
                 ..self.entered(location, Mode::Engaged, t, &state)
             };
         } else if location.mode.sense() != 0 {
-            let outside = self.dynamics.outside(location, t);
-            after.piece = system.piece_of(system.relative_velocity(&outside, &state));
+            let w = system.relative_velocity(&dynamics.outside(location, t), &state);
+            after.piece = system.piece_of(w);
+            after.resolved = true;
+            if location.sign() * w > 0.0 {
+                self.plan_steps(&mut after, t, &state);
+            }
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Kick),
@@ -291,6 +327,9 @@ impl TrainRules {
             (EventKind::Restabilised, Watch::Stable)
         };
         location.watch = watch;
+        if let Some(regimes) = &mut self.regimes {
+            regimes.look_ahead(location, t, state, true);
+        }
         let mut transitions = vec![Transition {
             kind: Some(kind),
             location: *location,
@@ -317,11 +356,7 @@ impl TrainRules {
             }
             return Transition {
                 kind: Some(EventKind::Separation),
-                location: TrainLocation {
-                    stretch: location.stretch,
-                    watch: location.watch,
-                    ..self.blank(t)
-                },
+                location: self.entered(location, Mode::Separated, t, &state),
                 state,
             };
         }
@@ -356,7 +391,8 @@ impl Rules<TrainDynamics> for TrainRules {
         });
         let corner = excitation.corners().get(self.next_corner).copied();
         let kick = self.kicks.get(self.next_kick).map(|kick| kick.0);
-        let times = [contact_change.map(|change| change.time), corner, kick];
+        let regime = self.regimes.as_ref().and_then(Regimes::time);
+        let times = [contact_change.map(|change| change.time), corner, kick, regime];
         times.into_iter().flatten().min_by(f64::total_cmp)
     }
 
@@ -379,7 +415,16 @@ impl Rules<TrainDynamics> for TrainRules {
             self.next_kick += 1;
             return self.kick(location, t, y, &kick);
         }
-        Vec::new()
+        let Some(regimes) = &mut self.regimes else {
+            return Vec::new();
+        };
+        let mut after = *location;
+        regimes.ask(&mut after, t, y);
+        vec![Transition {
+            kind: None,
+            location: after,
+            state: y.to_vec(),
+        }]
     }
 
     fn at_guards(&mut self, location: &TrainLocation, t: f64, y: &[f64], fired: Fired) -> Vec<TrainTransition> {
@@ -431,6 +476,11 @@ impl Rules<TrainDynamics> for TrainRules {
                 Watch::Unstable => margin > 0.0,
                 Watch::Off => false,
             };
+            let excited = location.resolved;
+            if let Some(regimes) = &mut self.regimes {
+                regimes.disturb(&location, t, y);
+                regimes.look_ahead(&mut location, t, y, excited);
+            }
             transitions.push(silent(location, y));
         }
         if stability_changes {
@@ -447,6 +497,8 @@ impl Rules<TrainDynamics> for TrainRules {
             location.sense = -location.sense;
             transitions.push(silent(location, &state));
         } else if has_fired(Watched::Stopping) && location.mode != Mode::Stick {
+            let is_smooth = self.regimes.as_ref().is_some_and(|regimes| regimes.is_smooth(t));
+            self.stopped_smoothly |= location.watch != Watch::Off && is_smooth;
             transitions.push(self.stop(&location, t, &state));
         }
         transitions

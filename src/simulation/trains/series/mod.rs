@@ -1,19 +1,36 @@
-//! The trains' own solver: Taylor series in every mode.
+//! The trains' own solver: Taylor series in every mode, Radau IIA over the quiet stretches of a slip.
 //!
 //! Stick and separation are linear, whatever drives them, and so is slip under constant friction: there the series is that of
 //! the matrix exponential and of the signals, and converges over every step. Guards are polynomials of the step's own
 //! accuracy, and their first root is isolated, not searched for.
+//!
+//! Where steps need not resolve the fast modes ([`TrainLocation::resolved`]), the expansion at the segment's start says how much
+//! of them is there: as long as it is more than what is tolerated, expansions follow it down, and from then on Radau IIA strides
+//! over it. On a Radau step the guards' values at the stages are interpolated, and the root's step is taken again, exactly to the
+//! root.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `collocation` | Radau steps |
+
+mod collocation;
 
 use super::dynamics::{GUARD_STOPPING, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::expansion::{Expansion, Series, TERMS};
 use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Segment};
 use crate::model::Mode;
+use crate::model::trains::slow_manifold::{Slip, SlowSeries, has_slow_manifold, slow_momenta};
 use crate::numerics::polynomial_roots::first_falling;
+use crate::numerics::radau::{Radau, Step, Work};
 use crate::numerics::taylor;
 use crate::simulation::brake::Watch;
-use crate::simulation::semi_analytic::{FORCE_NOISE, MARGIN_NOISE};
+use crate::simulation::rules::LARGEST_TIME_SCALE_RATIO;
+use crate::simulation::semi_analytic::{
+    FORCE_NOISE, MARGIN_NOISE, SHORTEST_SLOW, SLOW_ORDER, STAGES, STEP_NOISE, tableau, with_work_of,
+};
 use crate::sundials::Counters;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// What counts as zero of its rate: a share of the torques that accelerate the surfaces.
@@ -24,6 +41,15 @@ const LEADING: usize = 6;
 
 /// Of energies, which nothing depends on, what a step may err by over their size.
 const ENERGY_TOLERANCE: f64 = 1e-14;
+
+/// What the last step was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Last {
+    /// An expansion about this time of the segment.
+    Expansion(f64),
+    /// Held by [`Radau::step`].
+    Collocation,
+}
 
 /// See the module.
 pub(super) struct TaylorEngine {
@@ -37,8 +63,7 @@ pub(super) struct TaylorEngine {
     absolute: Vec<f64>,
     tau: f64,
     y: Vec<f64>,
-    /// Where the last expansion stands, and its time within the segment.
-    about: f64,
+    last: Last,
     /// Nothing has been stepped over in this segment.
     first: bool,
     /// The slip has begun against its sense, see [`Dynamics::starts_beyond`], and has not turned yet.
@@ -46,6 +71,22 @@ pub(super) struct TaylorEngine {
     /// In a stick of two tied trains, [`TrainSystem::twisted`](crate::model::trains::system::TrainSystem::twisted) at its start.
     held: Option<f64>,
     counters: Counters,
+    radau: Radau<STAGES>,
+    radau_before: Work,
+    /// The natural period, s.
+    period: f64,
+    /// The fast modes may be above what is tolerated, though they need not be resolved for their own sake.
+    ringing: bool,
+    /// The next Radau step, and whether the last one's polynomial predicts it.
+    next: f64,
+    predicted: bool,
+    /// Length and error of the last Radau step; zero before the first.
+    accepted: (f64, f64),
+    /// What is tolerated of each component; a Radau step whose root is looked for; a state on it, and that at its end.
+    weights: Vec<f64>,
+    whole: Step<STAGES>,
+    stage: Vec<f64>,
+    end: Vec<f64>,
 }
 
 impl TaylorEngine {
@@ -69,13 +110,96 @@ impl TaylorEngine {
             absolute: vec![0.0; dimension],
             tau: 0.0,
             y: vec![0.0; dimension],
-            about: 0.0,
+            last: Last::Expansion(0.0),
             first: true,
             beyond: false,
             held: None,
             counters: Counters::default(),
+            radau: Radau::new(tableau().clone(), dynamics.system.mechanical(), dimension),
+            radau_before: Work::default(),
+            period: dynamics.natural_period().unwrap_or(f64::INFINITY),
+            ringing: true,
+            next: 0.0,
+            predicted: false,
+            accepted: (0.0, 0.0),
+            weights: vec![0.0; dimension],
+            whole: Step::new(dimension),
+            stage: vec![0.0; dimension],
+            end: vec![0.0; dimension],
             dynamics,
         }
+    }
+
+    /// Notes what is tolerated of each component where it stands.
+    fn weigh(&mut self) {
+        let values = self.absolute.iter().zip(&self.y);
+        for (weight, (absolute, y)) in self.weights.iter_mut().zip(values) {
+            *weight = absolute + self.relative * y.abs();
+        }
+    }
+
+    /// Expands the motion about where it stands.
+    fn expand(&mut self) {
+        let unit = self.dynamics.unit(self.location.stretch);
+        let t = self.origin + self.tau;
+        self.expansion.expand(&self.dynamics, &self.location, t, &self.y, unit);
+        self.counters.rhs_evaluations += 1;
+    }
+
+    /// Whether an expansion has an oscillation above what is tolerated: A cos(omega t) has the last coefficient
+    /// A (omega unit)^(TERMS - 1) / (TERMS - 1)!, and nothing slower comes near that.
+    fn rings(&mut self) -> bool {
+        self.weigh();
+        let angle = TAU * self.expansion.unit / self.period;
+        let last = (1..TERMS).fold(1.0, |factor, n| factor * n as f64 / angle);
+        let system = &self.dynamics.system;
+        let mut rates = [&system.rotor, &system.stator]
+            .into_iter()
+            .flat_map(|side| (0..side.shafts()).map(|i| side.twists + 2 * i + 1));
+        rates.any(|k| last * self.expansion.state[k][TERMS - 1].abs() > self.weights[k])
+    }
+
+    /// A step along the slow manifold, if the slip is on it, to what a step may leave beside it: the motion without the
+    /// fast modes is a series of its own, and stays where it is even where the manifold is unstable. What is too large for
+    /// the error of a step is left alone.
+    fn slow_step(&mut self) -> Result<Option<Advance>, EngineError> {
+        let dynamics = self.dynamics.clone();
+        let (system, t) = (&dynamics.system, self.origin + self.tau);
+        if !dynamics.excitation.is_silent(t) || !has_slow_manifold(system) {
+            return Ok(None);
+        }
+        self.weigh();
+        let sense = self.location.sign();
+        let pressing = self.expansion.pressing(&dynamics, &self.location, t);
+        let slip = Slip::undriven(sense, self.location.piece, pressing);
+        let slow = SlowSeries::<TERMS>::new(system, &slip, slow_momenta(system, &slip.outside, &self.y));
+        let start = slow.start(system);
+        let away = start.iter().zip(&self.y).zip(&self.weights);
+        if !away
+            .into_iter()
+            .all(|((slow, y), weight)| (slow - y).abs() <= STEP_NOISE * weight)
+        {
+            return Ok(None);
+        }
+        self.expansion.follow(system, &self.location, &slow, &self.y);
+        let size = |n: usize| {
+            let shares = self.expansion.state.iter().zip(&self.weights).take(system.mechanical());
+            shares
+                .map(|(series, weight)| series[n].abs() / weight)
+                .fold(0.0, |most: f64, share| if share <= most { most } else { share })
+        };
+        let left = self.span - self.tau;
+        let longest = taylor::step(SLOW_ORDER, size).min(left);
+        let longest = self.expansion.within_law(system, &self.location, longest);
+        let speed = &self.expansion.relative_velocity;
+        let contact_damping = slow.contact_damping(system, self.expansion.normal_force())[0];
+        let time_scale_ratio =
+            -contact_damping * system.compliance() * system.law.steepness_rate(speed[0].abs()) * speed[1].abs();
+        let short = longest < left && longest < SHORTEST_SLOW * self.period;
+        if longest.is_nan() || short || time_scale_ratio > LARGEST_TIME_SCALE_RATIO {
+            return Ok(None);
+        }
+        self.expansion_step(longest).map(Some)
     }
 
     /// The longest step whose last two terms fall below what is tolerated, s.
@@ -140,6 +264,14 @@ impl TaylorEngine {
         self.absolute[..mechanical].iter().copied().fold(0.0, f64::max)
     }
 
+    /// The sign with which a guard falls where it fires.
+    fn sign_of(&self, watched: Watched) -> f64 {
+        match watched {
+            Watched::Margin if self.location.watch == Watch::Unstable => -1.0,
+            _ => 1.0,
+        }
+    }
+
     /// The polynomial of a guard over the unit; `None` where it does not exist.
     fn guard(&self, watched: Watched) -> Option<Series> {
         let expansion = &self.expansion;
@@ -153,11 +285,8 @@ impl TaylorEngine {
         Some(match watched {
             Watched::Stopping => of_speed(sense, 0.0),
             Watched::Margin => {
-                let margin = expansion.stability_margin(&self.dynamics.system)?;
-                match self.location.watch {
-                    Watch::Unstable => margin.map(|c| -c),
-                    _ => margin,
-                }
+                let sign = self.sign_of(watched);
+                expansion.stability_margin(&self.dynamics.system)?.map(|c| sign * c)
             }
             Watched::Threshold if self.location.slow => of_speed(-sense, threshold),
             Watched::Threshold => of_speed(sense, -threshold),
@@ -185,6 +314,21 @@ impl TaylorEngine {
         (noise(of_force), noise(of_rate))
     }
 
+    /// What counts as zero of a guard of a sliding contact where the segment begins.
+    fn noise(&self, watched: Watched) -> f64 {
+        let system = &self.dynamics.system;
+        if watched == Watched::Margin {
+            return MARGIN_NOISE * system.twice_resistance.unwrap_or(0.0) + self.noise_of_margin().0;
+        }
+        let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
+        let threshold = if watched == Watched::Threshold {
+            self.dynamics.threshold
+        } else {
+            0.0
+        };
+        VELOCITY_NOISE * (system.relative_velocity_terms(&outside, &self.y) + threshold)
+    }
+
     /// The first share of the step of `x` units at which a guard fires.
     fn first_root(&mut self, watched: Watched, x: f64) -> Option<f64> {
         self.counters.root_evaluations += 1;
@@ -205,33 +349,20 @@ impl TaylorEngine {
                 // It stands at its limit but for rounding: what follows decides.
                 guard[0] = 0.0;
             }
-        } else if self.first && watched == Watched::Margin {
+        } else if self.first && guard[0].abs() <= self.noise(watched) {
+            // It leaves zero here: the root, simple or double, is divided out.
             let system = &self.dynamics.system;
-            let resistance = system.twice_resistance.unwrap_or(0.0);
-            let (force_noise, rate_noise) = self.noise_of_margin();
-            if guard[0].abs() <= MARGIN_NOISE * resistance + force_noise {
-                // It leaves zero here, like a speed. Without resistance its zero is the force's, which a force that sets in at a
-                // corner leaves tangentially.
-                let tangential = resistance < force_noise && guard[1].abs() < rate_noise * self.expansion.unit * x;
-                divide_out(&mut guard, if tangential { 2 } else { 1 });
-            }
-        } else if self.first {
-            let system = &self.dynamics.system;
-            let outside = self.dynamics.outside(&self.location, self.origin + self.tau);
-            let threshold = if watched == Watched::Threshold {
-                self.dynamics.threshold
+            let tangential = if watched == Watched::Margin {
+                // Without resistance its zero is the force's, which a force that sets in at a corner leaves tangentially.
+                let (force_noise, rate_noise) = self.noise_of_margin();
+                let resistance = system.twice_resistance.unwrap_or(0.0);
+                resistance < force_noise && guard[1].abs() < rate_noise * self.expansion.unit * x
             } else {
-                0.0
-            };
-            let noise = VELOCITY_NOISE * (system.relative_velocity_terms(&outside, &self.y) + threshold);
-            if guard[0].abs() <= noise {
-                // It leaves zero here: the root, simple or double, is divided out.
                 let lightest = system.rotor.surface_inertia().min(system.stator.surface_inertia());
                 let torque = self.expansion.interface[0].abs();
-                let slope_noise = DEPARTURE_NOISE * torque / lightest * self.expansion.unit * x;
-                let roots = if guard[1].abs() <= slope_noise { 2 } else { 1 };
-                divide_out(&mut guard, roots);
-            }
+                guard[1].abs() <= DEPARTURE_NOISE * torque / lightest * self.expansion.unit * x
+            };
+            divide_out(&mut guard, if tangential { 2 } else { 1 });
         }
         if guard[0] < 0.0 && !(self.beyond && watched == Watched::Stopping) {
             Some(0.0)
@@ -239,45 +370,10 @@ impl TaylorEngine {
             first_falling(&guard)
         }
     }
-}
 
-/// Takes `roots` zeros at the start out of a guard.
-fn divide_out(guard: &mut Series, roots: usize) {
-    guard.rotate_left(roots);
-    guard[TERMS - roots..].fill(0.0);
-}
-
-impl Engine<TrainLocation> for TaylorEngine {
-    fn begin(&mut self, segment: &Segment<'_, TrainLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
-        self.location = segment.location;
-        self.origin = segment.start;
-        self.span = segment.span();
-        self.max_step = chosen.max_step.unwrap_or(f64::INFINITY);
-        self.relative = chosen.tolerances.relative;
-        self.absolute.copy_from_slice(&chosen.tolerances.absolute);
-        self.tau = 0.0;
-        self.y.copy_from_slice(segment.state);
-        self.about = 0.0;
-        self.first = true;
-        self.beyond = self
-            .dynamics
-            .starts_beyond(&self.location, segment.start, segment.state, GUARD_STOPPING);
-        let system = &self.dynamics.system;
-        let tied = system.rotor.speed.is_none() && system.stator.speed.is_none();
-        self.held = (tied && self.location.mode == Mode::Stick).then(|| system.twisted(&self.y));
-        self.counters = Counters::default();
-        Ok(())
-    }
-
-    fn advance(&mut self) -> Result<Advance, EngineError> {
-        let unit = self.dynamics.unit(self.location.stretch);
-        let (dynamics, t) = (self.dynamics.clone(), self.origin + self.tau);
-        if self.location.mode == Mode::Stick {
-            self.hold();
-        }
-        self.expansion.expand(&dynamics, &self.location, t, &self.y, unit);
-        self.counters.rhs_evaluations += 1;
-        let longest = self.longest_step();
+    /// A step of at most `longest` (s) by the expansion about where it stands.
+    fn expansion_step(&mut self, longest: f64) -> Result<Advance, EngineError> {
+        let (dynamics, unit) = (self.dynamics.clone(), self.expansion.unit);
         if longest.is_nan() {
             return Err(EngineError::NotFinite);
         }
@@ -297,7 +393,7 @@ impl Engine<TrainLocation> for TaylorEngine {
                 earliest = Some((share, index));
             }
         }
-        self.about = self.tau;
+        self.last = Last::Expansion(self.tau);
         self.first = false;
         self.counters.steps += 1;
         self.counters.last_order = TERMS as u32 - 1;
@@ -315,6 +411,64 @@ impl Engine<TrainLocation> for TaylorEngine {
             None => Advance::Stepped,
         })
     }
+}
+
+/// Takes `roots` zeros at the start out of a guard.
+fn divide_out(guard: &mut Series, roots: usize) {
+    guard.rotate_left(roots);
+    guard[TERMS - roots..].fill(0.0);
+}
+
+impl Engine<TrainLocation> for TaylorEngine {
+    fn begin(&mut self, segment: &Segment<'_, TrainLocation>, chosen: &ChosenSolver) -> Result<(), EngineError> {
+        self.location = segment.location;
+        self.origin = segment.start;
+        self.span = segment.span();
+        self.max_step = chosen.max_step.unwrap_or(f64::INFINITY);
+        self.relative = chosen.tolerances.relative;
+        self.absolute.copy_from_slice(&chosen.tolerances.absolute);
+        self.tau = 0.0;
+        self.y.copy_from_slice(segment.state);
+        self.last = Last::Expansion(0.0);
+        self.first = true;
+        self.beyond = self
+            .dynamics
+            .starts_beyond(&self.location, segment.start, segment.state, GUARD_STOPPING);
+        let system = &self.dynamics.system;
+        let tied = system.rotor.speed.is_none() && system.stator.speed.is_none();
+        self.held = (tied && self.location.mode == Mode::Stick).then(|| system.twisted(&self.y));
+        self.counters = Counters::default();
+        self.radau_before = self.radau.work();
+        self.ringing = true;
+        self.restart_collocation();
+        Ok(())
+    }
+
+    fn advance(&mut self) -> Result<Advance, EngineError> {
+        let strides = !self.location.resolved && self.location.mode.sense() != 0;
+        if strides && let Some(advance) = self.slow_step()? {
+            self.ringing = true;
+            self.predicted = false;
+            return Ok(advance);
+        }
+        if self.location.mode == Mode::Stick {
+            self.hold();
+        }
+        if self.ringing || !strides || self.beyond {
+            self.expand();
+            self.ringing = strides && self.rings();
+        }
+        if !self.ringing && strides && !self.beyond {
+            if let Some(advance) = self.collocation_step()? {
+                return Ok(advance);
+            }
+            self.restart_collocation();
+            self.ringing = true;
+            self.expand();
+        }
+        let longest = self.longest_step();
+        self.expansion_step(longest)
+    }
 
     fn time(&self) -> f64 {
         self.tau
@@ -325,11 +479,14 @@ impl Engine<TrainLocation> for TaylorEngine {
     }
 
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
-        self.expansion.at((tau - self.about) / self.expansion.unit, out);
+        match self.last {
+            Last::Expansion(about) => self.expansion.at((tau - about) / self.expansion.unit, out),
+            Last::Collocation => self.radau.step().at(tau, out),
+        }
         Ok(())
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {
-        Ok(self.counters)
+        Ok(with_work_of(self.counters, self.radau.work(), self.radau_before))
     }
 }
