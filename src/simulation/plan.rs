@@ -32,9 +32,9 @@ const SMALLEST_BDF: f64 = 1e-13;
 
 /// The same for the series, where a few digits more cost next to nothing.
 pub(super) const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
-const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
+pub(super) const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
 pub(super) const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
-const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+pub(super) const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
 
 /// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
 /// hundred restarts.

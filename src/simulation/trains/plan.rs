@@ -9,8 +9,8 @@ use crate::model::trains::system::{ANGLE, Driving, Engagement, Outside};
 use crate::model::trains::{End, Trains};
 use crate::simulation::options::{Method, SolverOptions};
 use crate::simulation::plan::{
-    CVODE_ADAMS, CVODE_TIGHTENING, SERIES_SLIDING_TIGHTENING, SETTLING, SLIDING_TIGHTENING, SMALLEST_SERIES_SLIDING,
-    SMALLEST_SLIDING,
+    CVODE_ADAMS, CVODE_TIGHTENING, SERIES_RESOLVED_TIGHTENING, SERIES_SLIDING_TIGHTENING, SETTLING, SLIDING_TIGHTENING,
+    SMALLEST_SERIES_RESOLVED, SMALLEST_SERIES_SLIDING, SMALLEST_SLIDING,
 };
 use crate::sundials::{CvodeOptions, EsdirkTable, Tolerances};
 use std::f64::consts::TAU;
@@ -63,6 +63,8 @@ pub(super) struct TrainPlan {
     linear_slip: bool,
     /// Slip, or an engaged contact, is stiff.
     stiff: bool,
+    /// Sliding slows down by itself, to a margin of stability.
+    slows_down: bool,
     /// What absolute tolerances of unresolved steps are shares of.
     quiet_sizes: Vec<f64>,
 }
@@ -193,6 +195,7 @@ impl TrainPlan {
             period: if fastest > 0.0 { TAU / fastest } else { 1.0 },
             linear_slip: !dynamics.is_engaged() && slopes.least == 0.0 && slopes.most == 0.0,
             stiff: dynamics.stiffness() > STIFF,
+            slows_down: system.twice_resistance.is_some(),
             quiet_sizes,
         }
     }
@@ -251,6 +254,9 @@ impl TrainPlan {
         let relative = match kind {
             SolverKind::Series if !location.resolved => {
                 (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
+            }
+            SolverKind::Series if self.slows_down => {
+                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
             }
             SolverKind::Series | SolverKind::ClosedForm => SERIES_TOLERANCE,
             _ if !location.resolved => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),

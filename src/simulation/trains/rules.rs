@@ -30,7 +30,7 @@ pub(super) struct TrainRules {
     contact_change: Option<Option<ContactChange>>,
     /// The normal force is leaving zero.
     departing: bool,
-    /// Where sliding slows down by itself; elsewhere all steps resolve all modes.
+    /// From t = 0 on, where sliding slows down by itself; elsewhere all steps resolve all modes.
     regimes: Option<Regimes>,
     /// The first stop came at the end of smooth sliding.
     stopped_smoothly: bool,
@@ -51,7 +51,7 @@ impl TrainRules {
             waiting_kicks: waiting.filter(|_| start == 0.0).cloned().collect(),
             next_kick: kicks.iter().filter(|kick| kick.0 < start).count(),
             next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
-            regimes: plan.regimes(end_time).filter(|_| start == 0.0),
+            regimes: None,
             stopped_smoothly: false,
             dynamics,
             plan,
@@ -79,10 +79,11 @@ impl TrainRules {
             location.watch = Watch::Stable;
         }
         if self.dynamics.excitation.starts_closed() {
-            self.in_contact(&location, 0.0, y)
-        } else {
-            location
+            location = self.in_contact(&location, 0.0, y);
         }
+        // Nothing has excited the fast modes; the first question is asked at once.
+        self.regimes = self.plan.regimes(self.end_time);
+        location
     }
 
     /// Separated at a time.
