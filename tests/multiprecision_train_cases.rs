@@ -50,7 +50,6 @@ fn multiprecision_every_built_in_case_of_trains_by_every_kind_of_method() {
             end_time: rational(case.output.end_time),
             longest: Duration::from_secs(120),
             threshold: case.threshold.map(rational),
-            stability: false,
             ..OracleRequest::default()
         };
         let truth = match oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())) {
@@ -436,7 +435,6 @@ fn multiprecision_a_saturated_tanh() {
             end_time: rational(case.output.end_time),
             longest: Duration::from_secs(60),
             threshold: case.threshold.map(rational),
-            stability: false,
             ..OracleRequest::default()
         };
         let truth = oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(())).unwrap();

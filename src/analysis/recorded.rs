@@ -83,7 +83,7 @@ pub(crate) fn recorded<'a>(
             Err(mut failure) => {
                 let report = std::mem::take(&mut failure.report);
                 // Its message is in the words of the case file.
-                failure.report.of_trains = report.of_trains;
+                failure.report.one_sided_test = report.one_sided_test;
                 (report, Some(failure))
             }
         }

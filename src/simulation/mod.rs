@@ -26,7 +26,7 @@ use crate::hybrid::{self, ChosenSolver, Dynamics, Limits, Rules, RunError, Start
 use crate::model::slow_stick::SlowStick;
 use crate::model::state::Components;
 use crate::model::torsion::spinning;
-use crate::model::{Mode, Parameters};
+use crate::model::{BreakawayTest, Mode, Parameters};
 use crate::record::{Event, EventDigest, EventKind, NoRecorder, Recorder};
 use brake::{Brake, Location, Watch};
 use observer::Recording;
@@ -130,6 +130,7 @@ pub(crate) fn simulate_from(
     let (result, mut report) = automaton(&brake, &mut rules, start, solver, output, recording);
     report.count_kicks(parameters.perturbations.len(), rules.kicks_never_given());
     report.stopped_smoothly = rules.stopped_smoothly();
+    report.one_sided_test = parameters.contact.breakaway_test != BreakawayTest::Transmitted;
     report.ended(result)
 }
 

@@ -134,8 +134,6 @@ pub fn certify(
 ) -> Result<TrainCertificate, OracleError> {
     let request = OracleRequest {
         threshold: threshold.cloned(),
-        // The run has no events of stability.
-        stability: false,
         ..oracle_request(&case.solver, &case.output, request.digits, request.longest)
     };
     let (solution, without_oracle) = match solve(exact, &request, control) {

@@ -38,6 +38,7 @@ use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
 use super::{CHATTER_COUNT, FORESEEN_STEPS, automaton, foreseen, observer::Recording};
 use crate::hybrid::Start;
+use crate::model::BreakawayTest;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Side, TrainSystem};
 use crate::record::{EventDigest, NoRecorder, Recorder};
@@ -136,8 +137,8 @@ pub(crate) fn simulate(
         state,
     };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
-    report.of_trains = true;
     report.stopped_smoothly = rules.stopped_smoothly();
+    report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;
     report.count_kicks(trains.kicks.len(), rules.kicks_never_given());
     report.ended(result)
 }

@@ -269,6 +269,13 @@ impl TrainPlan {
         let fixed_step = self.fixed_step.filter(|_| matches!(kind, SolverKind::Erk(_)));
         let fastest = self.dynamics.excitation.fastest(location.stretch);
         let of_signals = (fastest > 0.0 && kind != SolverKind::Series).then(|| TAU / fastest / STEPS_PER_PERIOD);
+        // As for a brake: errors of resolved steps are amplified until the first stick.
+        let follows_modes = self.method == Method::Auto && self.slows_down && location.mode.sense() != 0;
+        let period = self
+            .dynamics
+            .natural_period()
+            .filter(|_| follows_modes && location.resolved);
+        let of_modes = period.map(|period| period / STEPS_PER_PERIOD);
         let present = sizes(&self.dynamics, location.stretch, &self.dynamics.outside(location, t), y);
         let present = present
             .iter()
@@ -280,7 +287,8 @@ impl TrainPlan {
                 true => present,
                 false => *quiet,
             });
-        let longest = of_signals.into_iter().chain(self.max_step).reduce(f64::min);
+        let longest = [of_signals, of_modes, self.max_step];
+        let longest = longest.into_iter().flatten().reduce(f64::min);
         ChosenSolver {
             kind,
             tolerances: Tolerances {
