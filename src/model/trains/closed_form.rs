@@ -235,6 +235,11 @@ impl Motion {
         }
     }
 
+    /// The torque (N m) that breakaway tests in a stick at the state `y`, under the external torques of rotor and stator (N m).
+    pub(crate) fn tested_torque(&self, y: &[f64], torques: [f64; 2]) -> f64 {
+        self.flow.torque(self.coordinates(y, torques).as_slice())
+    }
+
     /// When a stick that begins with the state `y` breaks away, under the external torques of rotor and stator (N m); `limit` and
     /// `lowest` are as those of [`first_breakaway`].
     pub(crate) fn breakaway(

@@ -17,14 +17,16 @@ impl TrainDynamics {
     /// Whether the segment of a location that begins at `t` (s) with the state `y` has a closed form. A stick that begins at its
     /// limit but for rounding has none: its rates decide, whatever their order.
     pub(super) fn has_closed_form(&self, location: &TrainLocation, t: f64, y: &[f64]) -> bool {
-        if self.motion(location).is_none() {
+        let Some((motion, torques)) = self.motion(location) else {
             return false;
+        };
+        if location.mode != Mode::Stick {
+            return true;
         }
         let noise = self.torque_noise();
-        let outside = self.outside(location, t);
-        let torque = self.system.transmitted_torque(&outside, y).abs();
-        let limit = self.system.breakaway_torque(outside.normal_force);
-        location.mode != Mode::Stick || torque <= noise || (limit - torque).abs() > noise
+        let torque = motion.tested_torque(y, torques).abs();
+        let limit = self.system.breakaway_torque(self.outside(location, t).normal_force);
+        torque <= noise || (limit - torque).abs() > noise
     }
 }
 
