@@ -10,7 +10,10 @@ use std::f64::consts::TAU;
 impl TrainDynamics {
     /// The linear motion of a location, and the external torques of rotor and stator (N m); `None` where it has no closed form.
     fn motion(&self, location: &TrainLocation) -> Option<(&Motion, [f64; 2])> {
-        let torques = self.excitation.at_rest(location.stretch)?;
+        let torques = match location.mode {
+            Mode::Stick | Mode::Separated => self.excitation.at_rest(location.stretch)?,
+            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => return None,
+        };
         Some((self.closed_form.of(&self.system, location.mode)?, torques))
     }
 
