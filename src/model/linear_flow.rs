@@ -54,8 +54,7 @@ where
     /// `a` must be scaled so that its entries are of one size; `energy` is P, symmetric and positive definite but for its rows
     /// of zeros.
     ///
-    /// Where the energy has no inverse in double precision, every state of the flow is NaN: a run then says that its
-    /// state is not finite.
+    /// Where the energy has no inverse in double precision there are no bounds: see [`Self::has_bounds`].
     pub fn new(a: OMatrix<f64, D, D>, energy: OMatrix<f64, D, D>) -> Self {
         let (rows, columns) = a.shape_generic();
         let without: Vec<usize> = (0..energy.nrows())
@@ -89,6 +88,12 @@ where
             base,
             changes,
         }
+    }
+
+    /// Whether the energy bounds functions of the state.
+    pub fn has_bounds(&self) -> bool {
+        self.energy_inverse.iter().all(|entry| entry.is_finite())
+            && (0..self.energy_inverse.nrows()).all(|k| self.energy_inverse[(k, k)] >= 0.0)
     }
 
     /// exp(A h 2^k) - 1.

@@ -54,6 +54,9 @@ trait Flow: Debug + Send + Sync {
     /// The coordinates a time `tau` >= 0 (s) later.
     fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]);
 
+    /// Whether the energy bounds the torque.
+    fn has_bounds(&self) -> bool;
+
     /// The torque that breakaway tests, at the coordinates `x`, N m.
     fn torque(&self, x: &[f64]) -> f64;
 
@@ -100,6 +103,10 @@ where
 {
     fn advance(&self, x: &[f64], tau: f64, out: &mut [f64]) {
         out.copy_from_slice(self.flow.advance(&self.vector(x), tau).as_slice());
+    }
+
+    fn has_bounds(&self) -> bool {
+        self.flow.has_bounds()
     }
 
     fn torque(&self, x: &[f64]) -> f64 {
@@ -159,8 +166,10 @@ impl Motion {
     fn new(system: &TrainSystem, stuck: bool, test: BreakawayTest) -> Option<Motion> {
         let chains = Chains::new(system, stuck).filter(|chains| chains.dimension() <= MOST)?;
         let (a, energy) = (chains.flow(), chains.energy());
+        let flow = sized(&a, &energy, &chains.tested(system, test));
+        flow.has_bounds().then_some(())?;
         Some(Motion {
-            flow: sized(&a, &energy, &chains.tested(system, test)),
+            flow,
             energy,
             dimension: chains.dimension(),
             entries: chains.entries(),
@@ -233,6 +242,11 @@ impl Motion {
         if let (Some(angle), Some(_)) = (quadratures.get_mut(ANGLE), &self.outermost) {
             *angle += turned(&self.outermost);
         }
+    }
+
+    /// The torque (N m) that breakaway tests in a stick at the state `y`, under the external torques of rotor and stator (N m).
+    pub(crate) fn tested_torque(&self, y: &[f64], torques: [f64; 2]) -> f64 {
+        self.flow.torque(self.coordinates(y, torques).as_slice())
     }
 
     /// When a stick that begins with the state `y` breaks away, under the external torques of rotor and stator (N m); `limit` and

@@ -10,21 +10,26 @@ use std::f64::consts::TAU;
 impl TrainDynamics {
     /// The linear motion of a location, and the external torques of rotor and stator (N m); `None` where it has no closed form.
     fn motion(&self, location: &TrainLocation) -> Option<(&Motion, [f64; 2])> {
-        let torques = self.excitation.at_rest(location.stretch)?;
+        let torques = match location.mode {
+            Mode::Stick | Mode::Separated => self.excitation.at_rest(location.stretch)?,
+            Mode::SlipForward | Mode::SlipBackward | Mode::Engaged => return None,
+        };
         Some((self.closed_form.of(&self.system, location.mode)?, torques))
     }
 
     /// Whether the segment of a location that begins at `t` (s) with the state `y` has a closed form. A stick that begins at its
     /// limit but for rounding has none: its rates decide, whatever their order.
     pub(super) fn has_closed_form(&self, location: &TrainLocation, t: f64, y: &[f64]) -> bool {
-        if self.motion(location).is_none() {
+        let Some((motion, torques)) = self.motion(location) else {
             return false;
+        };
+        if location.mode != Mode::Stick {
+            return true;
         }
         let noise = self.torque_noise();
-        let outside = self.outside(location, t);
-        let torque = self.system.tested_torque(&outside, y).abs();
-        let limit = self.system.breakaway_torque(outside.normal_force);
-        location.mode != Mode::Stick || torque <= noise || (limit - torque).abs() > noise
+        let torque = motion.tested_torque(y, torques).abs();
+        let limit = self.system.breakaway_torque(self.outside(location, t).normal_force);
+        torque <= noise || (limit - torque).abs() > noise
     }
 }
 
