@@ -379,8 +379,16 @@ fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
     for method in [Method::Series, Method::Auto] {
         let mut trains = brake();
         trains.solver.method = method;
-        let (found, _) = run(&trains);
+        let (found, report) = run(&trains);
         assert_eq!(found.events.len(), expected.len());
+        // A stick is one step of a closed form, and so is the last, of three seconds.
+        let sticks = found
+            .events
+            .iter()
+            .filter(|event| event.kind == EventKind::Stick)
+            .count();
+        let closed = report.work.iter().find(|work| work.solver == "closed-form").unwrap();
+        assert_eq!((closed.segments, closed.steps), (sticks as u64, 0));
         let mut worst = 0.0_f64;
         for (a, b) in found.events.iter().zip(&expected) {
             assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));

@@ -1,10 +1,11 @@
 //! How fast the fast oscillation grows or decays in steady sliding.
 
-use super::eigenvalues::{eigenvalues, leading_block};
+use super::eigenvalues::leading_block;
 use crate::model::Torsion;
 use crate::model::axial::AxialMotion;
 use crate::model::state::DYNAMIC;
 use crate::model::torsion::TorsionModel;
+use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::Complex;
 
 /// The largest real part among the fast eigenvalues of the slip state's Jacobian at `t` and |omega_r| = `x`, 1/s.

@@ -1,7 +1,7 @@
 //! The linear modes of the brake in its states, and what becomes of steady sliding: how its damping falls with the
 //! speed, when it loses stability, and what then decides the onset of stick-slip.
 
-use super::eigenvalues::{eigenvalues, leading_block};
+use super::eigenvalues::leading_block;
 use super::growth_rate::fast_growth_rate;
 use super::stability_path::{Crossing, eigenvalue_crossing};
 use super::{Growth, Summary};
@@ -12,6 +12,7 @@ use crate::model::linear_part::{joined_speeds, speeds};
 use crate::model::state::DYNAMIC;
 use crate::model::torsion::{TorsionModel, spinning};
 use crate::model::{Axial, Mode, Parameters};
+use crate::numerics::eigenvalues::eigenvalues;
 use crate::record::State;
 use crate::run::Run;
 use crate::simulation::{Following, OutputOptions, RunFailure, RunReport, SolverOptions};

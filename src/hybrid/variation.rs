@@ -1,7 +1,7 @@
 //! What numbers do to a hybrid run: derivatives of its state and of the times of its events, carried along.
 //!
 //! With F the right-hand side of a segment, the derivative d of the state by a number p obeys d' = F_y d + F_p. It is integrated beside
-//! the run by Gauss' collocation, which is linear. An event with the guard h, or at a time T(p), and the map M moves by dt, and
+//! the run by Radau IIA, which is linear here. An event with the guard h, or at a time T(p), and the map M moves by dt, and
 //!
 //! ```text
 //! dt = -(h_y d + h_p) / (h_t + h_y F-)   or   T',
@@ -12,22 +12,27 @@
 //! run: of equations, signals and transitions nothing is differentiated by hand. h and M are linear in the state.
 
 use super::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, Transition};
+use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Stages of the collocation: order 10.
-const STAGES: usize = 5;
+/// Stages of Radau IIA: order 13.
+const STAGES: usize = 7;
 
-/// A step of the collocation is no longer than this share of the inverse of the fastest eigenvalue: its local error is then
-/// below 1e-12.
-const REACH: f64 = 1.0;
+/// A step is no longer than this times the inverse of the fastest eigenvalue: its local error is then below 1e-12.
+const REACH: f64 = 1.4;
+
+/// A step of a series over which the fastest mode would turn by more than this strides over it: the mode is quiet, and is damped in
+/// the derivatives as well.
+const STRIDE: f64 = 100.0;
+const STEPS_OF_STRIDE: f64 = 4.0;
 
 /// A matrix that is larger by this factor has other eigenvalues.
 const LARGER: f64 = 1.1;
 
 /// No step of the engine is taken in fewer than this.
-const LEAST_STEPS: usize = 2;
+const LEAST_STEPS: f64 = 1.0;
 
 /// Of the inverse of the fastest eigenvalue, how far a difference in time reaches.
 const AHEAD: f64 = 1e-5;
@@ -44,7 +49,7 @@ const TIME_ROUNDING: f64 = 32.0;
 pub(crate) struct MovedCopy<D, R> {
     /// Its equations.
     pub dynamics: Arc<D>,
-    /// Its rules, which come to the same events in the same order.
+    /// Its rules, which come to the same events in the same order, and to no instants that change nothing.
     pub rules: R,
     /// Per unit of the number.
     pub weight: f64,
@@ -98,52 +103,14 @@ pub(crate) struct Carried<D, R> {
     /// Components of the state that the motion depends on: the first.
     moving: usize,
     columns: Vec<Column<D, R>>,
+    /// Of the run, s.
+    end: f64,
     /// d(time)/d(number) of every event so far.
     times: Vec<Vec<f64>>,
     /// Magnitude of the fastest eigenvalue where the run stands, 1/s, and the largest magnitude in the matrix that it is of.
     fastest: f64,
     of_size: f64,
-    nodes: Gauss,
-}
-
-/// Gauss' nodes on 0 to 1, with the weights of the stages and of the step.
-struct Gauss {
-    c: [f64; STAGES],
-    a: [[f64; STAGES]; STAGES],
-    b: [f64; STAGES],
-}
-
-impl Gauss {
-    fn new() -> Gauss {
-        // Zeros of the Legendre polynomial of degree 5.
-        let root = |sign: f64| (5.0 + sign * 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0;
-        let (inner, outer) = (root(-1.0), root(1.0));
-        let c = [-outer, -inner, 0.0, inner, outer].map(|x| 0.5 * (1.0 + x));
-        // The polynomial that is 1 at one node and 0 at the others, integrated.
-        let basis = |j: usize| {
-            let mut polynomial = vec![1.0];
-            for (k, &node) in c.iter().enumerate().filter(|&(k, _)| k != j) {
-                let scale = c[j] - c[k];
-                let mut next = vec![0.0; polynomial.len() + 1];
-                for (n, value) in polynomial.iter().enumerate() {
-                    next[n] -= value * node / scale;
-                    next[n + 1] += value / scale;
-                }
-                polynomial = next;
-            }
-            polynomial
-        };
-        let integral = |polynomial: &[f64], x: f64| -> f64 {
-            let terms = polynomial.iter().enumerate().rev();
-            terms.fold(0.0, |sum, (n, value)| (sum + value / (n + 1) as f64) * x)
-        };
-        let bases: [Vec<f64>; STAGES] = std::array::from_fn(basis);
-        Gauss {
-            a: c.map(|x| std::array::from_fn(|j| integral(&bases[j], x))),
-            b: std::array::from_fn(|j| integral(&bases[j], 1.0)),
-            c,
-        }
-    }
+    nodes: RadauTableau<STAGES>,
 }
 
 /// The largest magnitude of an eigenvalue.
@@ -154,8 +121,8 @@ fn fastest(jacobian: &DMatrix<f64>) -> f64 {
 
 impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     /// Of a run of `dynamics` by the numbers that are moved in each of `numbers`; the motion depends on the first `moving`
-    /// components of its state.
-    pub(crate) fn new(dynamics: Arc<D>, moving: usize, numbers: Vec<Vec<MovedCopy<D, R>>>) -> Self {
+    /// components of its state, and it ends at `end` (s).
+    pub(crate) fn new(dynamics: Arc<D>, moving: usize, end: f64, numbers: Vec<Vec<MovedCopy<D, R>>>) -> Self {
         let column = |copies: Vec<MovedCopy<D, R>>| {
             let slope = DVector::from_fn(moving, |k, _| copies.iter().map(|of| of.weight * of.start[k]).sum());
             let copies = copies.into_iter().map(|of| Moved { of, next: None }).collect();
@@ -165,10 +132,11 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
             columns: numbers.into_iter().map(column).collect(),
             dynamics,
             moving,
+            end,
             times: Vec::new(),
             fastest: 0.0,
             of_size: 0.0,
-            nodes: Gauss::new(),
+            nodes: RadauTableau::new(),
         }
     }
 
@@ -200,19 +168,25 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         }
     }
 
-    /// Carries the derivatives over a step of the run from `from` to `to` (s on the segment's clock, which starts at `origin`).
+    /// Carries the derivatives over a step of the run from `from` to `to` (s on the segment's clock, which starts at `origin`), of a
+    /// solver that may stride over quiet modes.
     fn carry(
         &mut self,
         location: &D::Location,
         origin: f64,
-        (from, to): (f64, f64),
+        (from, to, strides): (f64, f64, bool),
         at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
     ) -> Result<(), EngineError> {
         let (n, dimension) = (self.moving, self.dynamics.dimension());
         let mut y = vec![0.0; dimension];
         at(to, &mut y)?;
         self.measure(location, origin + to, &y, false);
-        let steps = ((to - from) * self.fastest / REACH).ceil().max(LEAST_STEPS as f64);
+        let turned = (to - from) * self.fastest;
+        let steps = if strides && turned > STRIDE {
+            STEPS_OF_STRIDE
+        } else {
+            (turned / REACH).ceil().max(LEAST_STEPS)
+        };
         let h = (to - from) / steps;
         for step in 0..steps as usize {
             let start = from + step as f64 * h;
@@ -225,7 +199,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
                 let jacobian = self.jacobian(location, origin + tau, &y);
                 for j in 0..STAGES {
                     let mut block = matrix.view_mut((i * n, j * n), (n, n));
-                    block -= &jacobian * (h * self.nodes.a[i][j]);
+                    block -= &jacobian * (h * self.nodes.a[(i, j)]);
                 }
                 jacobians.push(jacobian);
                 for (column, forced) in self.columns.iter().zip(&mut forced) {
@@ -404,6 +378,10 @@ where
         let own = self.own.clone();
         let transitions = self.own.at_time_event(location, t, y);
         let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
+        if transitions.iter().all(|one| one.kind.is_none() && one.state == y) {
+            // Another solver, or other steps, which the copies do not ask for.
+            return transitions;
+        }
         let event = Instant {
             location,
             t,
@@ -470,6 +448,7 @@ where
         Some(Box::new(CarryingEngine {
             own,
             carried: self.carried.clone(),
+            strides: *kind == SolverKind::Series,
             place: None,
         }))
     }
@@ -487,8 +466,10 @@ where
 struct CarryingEngine<D: Dynamics, R> {
     own: Box<dyn Engine<D::Location>>,
     carried: Arc<Mutex<Carried<D, R>>>,
-    /// Where the segment is, and when it began, s.
-    place: Option<(D::Location, f64)>,
+    /// Whether a step may be longer than the fastest mode, because that is quiet.
+    strides: bool,
+    /// Where the segment is, when it began and when it stops, s.
+    place: Option<(D::Location, f64, f64)>,
 }
 
 impl<D, R> Engine<D::Location> for CarryingEngine<D, R>
@@ -497,7 +478,7 @@ where
     R: Rules<D> + Send,
 {
     fn begin(&mut self, segment: &Segment<'_, D::Location>, chosen: &ChosenSolver) -> Result<(), EngineError> {
-        self.place = Some((segment.location, segment.start));
+        self.place = Some((segment.location, segment.start, segment.stop));
         let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
         carried.measure(&segment.location, segment.start, segment.state, true);
         self.own.begin(segment, chosen)
@@ -507,12 +488,16 @@ where
         let from = self.own.time();
         let advance = self.own.advance()?;
         let to = self.own.time();
-        if let Some((location, origin)) = self.place
+        if let Some((location, origin, stop)) = self.place
             && to > from
         {
             let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+            if advance == Advance::Stop && stop >= carried.end {
+                // No event follows.
+                return Ok(advance);
+            }
             let mut at = |tau: f64, out: &mut [f64]| self.own.state_at(tau, out);
-            carried.carry(&location, origin, (from, to), &mut at)?;
+            carried.carry(&location, origin, (from, to, self.strides), &mut at)?;
         }
         Ok(advance)
     }

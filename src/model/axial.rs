@@ -6,6 +6,7 @@
 //! would carry a 0.5 kHz mode through seconds of standstill for the same numbers.
 
 use super::bounds::positive_for;
+use super::breakaway::Bounded;
 use super::oscillator::DampedOscillator;
 use super::{Axial, Parameters};
 use crate::signal::{self, Pieces, Signal};
@@ -360,6 +361,17 @@ impl AxialMotion {
     /// The linear stretch of F that holds `t`, counted from the last, which never ends.
     pub fn stretch(&self, t: f64) -> usize {
         self.pieces.len() - 1 - self.force.index(t)
+    }
+
+    /// The pressing force (N) at `t`, with a bound from there to the next corner.
+    pub(crate) fn bounded(&self, t: f64) -> Bounded {
+        let piece = self.piece_at(t);
+        let (value, rate) = self.pressing(piece, t - piece.force.start);
+        Bounded {
+            value,
+            rate,
+            curvature: self.curvature_bound(t),
+        }
     }
 
     /// The pressing force (N) and its rate (N/s) at `t` by the motion on a stretch, continued beyond its ends.

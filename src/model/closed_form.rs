@@ -6,36 +6,11 @@
 
 use super::BreakawayTest;
 use super::axial::AxialMotion;
-use super::bounds::positive_for;
+use super::breakaway::{Bounded, Breakaway, Search, first_breakaway};
 use super::linear_flow::{Functional, LinearFlow};
 use super::state::{TorsionState, index::*};
 use super::torsion::TorsionModel;
-use nalgebra::{Matrix4, RowVector4, Vector4};
-
-/// Steps of one search for a breakaway. A brake whose fast mode is damped out takes a few hundred; one so overdamped that
-/// its time scales lie a million apart could take minutes, in which the run must stay interruptible.
-const MOST_ROUNDS: u64 = 100_000;
-
-/// When a stick breaks away.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Breakaway {
-    /// Into slip.
-    After {
-        /// From the start, s.
-        after: f64,
-        /// Of the slip, +1 or -1.
-        sense: f64,
-    },
-    /// Not within the stretch asked for.
-    NotYet,
-    /// Not before this; the search has taken its steps without getting farther.
-    NotBefore {
-        /// From the start, s.
-        until: f64,
-    },
-    /// Not for as long as F(t) is defined, by the energy bound.
-    Never,
-}
+use nalgebra::{Matrix4, RowVector4, U4, Vector4};
 
 /// The linear motions of one brake.
 #[derive(Debug, Clone)]
@@ -43,9 +18,9 @@ pub struct ClosedForm {
     model: TorsionModel,
     /// Twists are scaled by this to the size of their rates.
     omega: f64,
-    stick: LinearFlow,
-    separated: LinearFlow,
-    tested: Functional,
+    stick: LinearFlow<U4>,
+    separated: LinearFlow<U4>,
+    tested: Functional<U4>,
 }
 
 impl ClosedForm {
@@ -123,7 +98,7 @@ impl ClosedForm {
         state
     }
 
-    fn energy_loss(&self, flow: &LinearFlow, start: &Vector4<f64>, end: &Vector4<f64>) -> f64 {
+    fn energy_loss(&self, flow: &LinearFlow<U4>, start: &Vector4<f64>, end: &Vector4<f64>) -> f64 {
         let (from, to) = (flow.energy_norm(start), flow.energy_norm(end));
         0.5 * (from - to) * (from + to)
     }
@@ -134,46 +109,23 @@ impl ClosedForm {
     pub fn next_breakaway(&self, axial: &AxialMotion, t: f64, y: &TorsionState, within: f64) -> Breakaway {
         let capacity = self.model.friction.breakaway * self.model.contact.radius;
         let start = self.stuck(y);
-        let mut tau = 0.0;
-        for round in 0..MOST_ROUNDS {
+        let tested = |tau: f64| {
             let x = self.stick.advance(&start, tau);
             let energy = self.stick.energy_norm(&x);
-            let axial_state = axial.at(t + tau);
-            let limit = capacity * axial_state.pressing_force;
-            if round % 16 == 4
-                && capacity * axial.lowest_pressing_force_after(t + tau) > self.tested.largest_later(energy)
-            {
-                return Breakaway::Never;
-            }
-            let limit_rate = capacity * axial_state.pressing_rate;
-            let curvature = capacity * axial.curvature_bound(t + tau) + self.tested.largest_curvature_later(energy);
-            let (torque, torque_rate) = (self.tested.value(&x), self.tested.rate(&x));
-            // Until delta, neither distance to the limit can have reached zero.
-            let (mut delta, mut sense) = (f64::INFINITY, 0.0);
-            for s in [1.0, -1.0] {
-                let (g, rate) = (limit - s * torque, limit_rate - s * torque_rate);
-                let step = if g <= 0.0 {
-                    0.0
-                } else {
-                    positive_for(g, rate, curvature)
-                };
-                if step < delta {
-                    (delta, sense) = (step, s);
-                }
-            }
-            // Contact that is just closing, under no torque: the limit is zero now and positive right after.
-            if round == 0 && limit <= 0.0 && torque == 0.0 && (limit_rate > 0.0 || curvature > 0.0) {
-                tau = 1e-3 * self.model.natural_period();
-                continue;
-            }
-            if delta <= f64::EPSILON * tau.max(1e-4 * self.model.natural_period()) {
-                return Breakaway::After { after: tau, sense };
-            }
-            tau += delta;
-            if tau >= within {
-                return Breakaway::NotYet;
-            }
-        }
-        Breakaway::NotBefore { until: tau }
+            let torque = Bounded {
+                value: self.tested.value(&x),
+                rate: self.tested.rate(&x),
+                curvature: self.tested.largest_curvature_later(energy),
+            };
+            (torque, self.tested.largest_later(energy))
+        };
+        let limit = |tau: f64| axial.bounded(t + tau).scaled(capacity);
+        let lowest = |tau: f64| capacity * axial.lowest_pressing_force_after(t + tau);
+        let search = Search {
+            period: self.model.natural_period(),
+            within,
+            noise: 0.0,
+        };
+        first_breakaway(search, tested, limit, lowest)
     }
 }

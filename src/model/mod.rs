@@ -6,6 +6,7 @@
 pub mod absolute_angles;
 pub mod axial;
 pub mod bounds;
+pub mod breakaway;
 pub mod closed_form;
 pub mod contact;
 pub mod exact;

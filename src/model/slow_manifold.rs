@@ -23,38 +23,11 @@ use super::Torsion;
 use super::slip_series::SlipSeries;
 use super::state::{DIMENSION, DYNAMIC, TorsionState, index::*};
 use super::torsion::TorsionModel;
+use super::trains::slow_manifold::{
+    ERROR_OF_CHANGE, LONG_ORDER, LONG_ROUNDS, ORDER, PATH_ORDER, PATH_ROUNDS, ROUNDS, SETTLED, STEP_ROUNDS, derivative,
+};
 use crate::friction::{FrictionSeries, Law, LawSeries};
 use crate::numerics::taylor;
-
-/// Taylor coefficients that are kept for a state alone.
-const ORDER: usize = 14;
-
-/// Most rounds of the iteration for a state alone; five reach rounding at tau = 12 ms.
-const ROUNDS: usize = 8;
-
-/// Coefficients and most rounds where these do not reach rounding. A round takes two derivatives, so that the last ones say
-/// little; the changes are least after some 18 at a steepness rate of 70 s/rad.
-const LONG_ORDER: usize = 28;
-const LONG_ROUNDS: usize = 20;
-
-/// Changes by a round that count as rounding: a share of each component, with the speed's for that of the rates.
-const SETTLED: f64 = 64.0 * f64::EPSILON;
-
-/// The error of a state over the larger of its last two changes, where these are least: against the multiprecision solution
-/// it was 0.3 to 3.4.
-const ERROR_OF_CHANGE: f64 = 8.0;
-
-/// The same for a state that only has to be good to 1e-8 at tau = 12 ms.
-const PATH_ORDER: usize = 6;
-const PATH_ROUNDS: usize = 3;
-
-/// Most rounds for a step: where friction changes so fast that the slow mode is hardly slower than the others.
-const STEP_ROUNDS: usize = 12;
-
-/// Coefficients of the derivative; what would come from beyond the order is left out.
-fn derivative<const N: usize>(series: &[f64; N]) -> [f64; N] {
-    std::array::from_fn(|n| if n + 1 < N { (n + 1) as f64 * series[n + 1] } else { 0.0 })
-}
 
 /// A state on the slow manifold, as well as it can be had.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,30 +1,9 @@
-//! The loss of stability of steady sliding, foreseen.
+//! The loss of stability of a brake's steady sliding, foreseen.
 
 use super::axial::AxialMotion;
 use super::torsion::TorsionModel;
+pub(crate) use super::trains::stability::{Forecast, QuietStretch};
 use crate::friction::Law;
-
-/// No step is shorter than this part of the speed at the start, however steep the friction law.
-const FINEST: f64 = 20_000.0;
-
-/// Share of the friction law's speed scale that one step may take.
-const SHARE_OF_SCALE: f64 = 0.05;
-
-/// More steps are not taken: 1000 are usual.
-const MOST_STEPS: usize = 100_000;
-
-/// Rigid sliding ahead of a given instant: the rotor and its surface as one inertia, slowed by quasi-steady friction.
-/// It leaves out the twists (relative error about J/I and omega_r / omega_n), which is enough to decide ahead of time
-/// where an integrator has to resolve the fast mode; it never enters a result.
-#[derive(Debug, Clone)]
-pub(crate) struct Forecast {
-    /// (t (s), damping in e-folds of the relative mode since the start).
-    path: Vec<(f64, f64)>,
-    /// (t (s), |omega_r| (rad/s)) at the same times.
-    speeds: Vec<(f64, f64)>,
-    /// When sliding turns unstable, or the relative velocity reaches zero, whichever comes first, s.
-    pub instability: Option<f64>,
-}
 
 impl Forecast {
     /// Of the slip at `t` (s) with this relative velocity (rad/s), as far as `until` (s).
@@ -36,95 +15,14 @@ impl Forecast {
         let slowing =
             |t: f64, x: f64| model.friction.law.coefficient(x) * radius * axial.force.value(t).max(0.0) / inertia;
         let margin = |t: f64, x: f64| model.stability_margin(1.0, x, axial.force.value(t).max(0.0));
-        let (mut t, mut x, mut damping) = (t, sense * relative_velocity, 0.0);
-        let mut path = vec![(t, damping)];
-        let mut speeds = vec![(t, x)];
-        let mut instability = None;
-        let coarsest = ((until - t) / 200.0).max(f64::MIN_POSITIVE);
-        let finest = x / FINEST;
-        while t < until {
-            let here = margin(t, x);
-            // A force so steep that the path does not get on counts as instability, too: steps are then resolved.
-            if here < 0.0 || x <= 0.0 || path.len() > MOST_STEPS {
-                instability = Some(t);
-                break;
-            }
-            let rate = slowing(t, x);
-            let corner = axial.force.next_corner(t).unwrap_or(f64::INFINITY);
-            let mut step = coarsest.min(until - t);
-            if t + step > corner {
-                step = corner - t;
-            }
-            // Resolve the fall of the speed and, where it matters, the change of friction.
-            let followed = model.friction.law.followed_fall(x, SHARE_OF_SCALE);
-            let fall = (0.02 * x + 1e-6).min(followed).max(finest);
-            let ahead = slowing(t + step, (x - fall).max(0.0)).max(rate);
-            if ahead * step > fall {
-                step = fall / ahead;
-            }
-            if t + step <= t {
-                instability = Some(t);
-                break;
-            }
-            let middle = slowing(t + step / 2.0, x - rate * step / 2.0);
-            x -= middle * step;
-            t += step;
-            damping += here / (2.0 * surface) * step;
-            path.push((t, damping));
-            speeds.push((t, x));
-        }
-        Forecast {
-            path,
-            speeds,
-            instability,
-        }
+        let decay = |t: f64, x: f64| {
+            let margin = margin(t, x);
+            (margin >= 0.0).then_some(margin / (2.0 * surface))
+        };
+        let corner = |t: f64| axial.force.next_corner(t);
+        let start = (t, sense * relative_velocity);
+        Self::follow(&model.friction.law, start, until, slowing, decay, corner)
     }
-
-    /// The latest time before which `e_folds` of damping still lie ahead of the instability; `None` without one.
-    pub(crate) fn last_quiet_time(&self, e_folds: f64) -> Option<f64> {
-        self.instability?;
-        let last = self.path.last()?.1 - e_folds;
-        let quiet = self.path.windows(2).rev().find(|pair| pair[0].1 <= last);
-        Some(quiet.map_or(self.path[0].0, |pair| between(pair, last)))
-    }
-
-    /// The first time at which the relative velocity is no more than `speed` (rad/s), if it comes to that.
-    pub(crate) fn time_of_speed(&self, speed: f64) -> Option<f64> {
-        self.speeds.iter().find(|(_, x)| *x <= speed).map(|(t, _)| *t)
-    }
-
-    /// The time by which `e_folds` of damping have passed since the start, if that comes before any instability.
-    pub(crate) fn time_of_damping(&self, e_folds: f64) -> Option<f64> {
-        let passed = self.path.windows(2).find(|pair| pair[1].1 >= e_folds);
-        passed.map(|pair| between(pair, e_folds))
-    }
-}
-
-/// When the damping takes a value between those of two points.
-fn between(pair: &[(f64, f64)], damping: f64) -> f64 {
-    let ((t, before), (end, after)) = (pair[0], pair[1]);
-    if after > before {
-        t + (end - t) * ((damping - before) / (after - before)).clamp(0.0, 1.0)
-    } else {
-        t
-    }
-}
-
-/// How long a slip is far from unstable, and what instability can come to after that: bounds, from the start alone.
-///
-/// They rest on rigid sliding like [`Forecast`], with the friction torque between its bounds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct QuietStretch {
-    /// Until then the margin of stability is at least c_t/2, s.
-    pub until: f64,
-    /// The relative mode's damping until then, 1/s, at least.
-    pub damping: f64,
-    /// E-folds that a perturbation can gain between the loss of stability and the stop, at most.
-    pub growth: f64,
-    /// How fast steady sliding changes against how fast the twists follow it, at most: the rate at which the slope of the
-    /// friction changes over the rate k_t/c of a disk with the slope of the friction torque as its damping. The slow
-    /// manifold is there to all digits while this is small.
-    pub time_scale_ratio: f64,
 }
 
 impl QuietStretch {

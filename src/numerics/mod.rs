@@ -9,10 +9,12 @@
 //! | [`radau_tableau`] | the coefficients of Radau IIA with any odd number of stages |
 //! | [`radau`] | a step of Radau IIA, with its interpolant and its error |
 //! | [`chebyshev`] | polynomials through a smooth motion |
+//! | `eigenvalues` | those of small matrices |
 //!
 //! Nothing here allocates after it has been made.
 
 pub mod chebyshev;
+pub(crate) mod eigenvalues;
 pub mod number;
 pub mod polynomial_roots;
 pub mod radau;

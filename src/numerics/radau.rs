@@ -7,16 +7,16 @@
 //! the next step's stages.
 
 use super::radau_tableau::{RadauTableau, legendre_integrals, xi};
-use nalgebra::{Complex, SMatrix, SVector};
+use nalgebra::{Complex, ComplexField, DMatrix, DMatrixViewMut, SVector};
 use std::sync::Arc;
 
-/// y' = f(t, y) of M components, of which f needs only the first N; the others are quadratures.
-pub(crate) trait StiffProblem<const N: usize, const M: usize> {
+/// y' = f(t, y), of which f needs only the first components; the others are quadratures.
+pub(crate) trait StiffProblem {
     /// f(t, y).
-    fn rhs(&self, t: f64, y: &[f64; M]) -> [f64; M];
+    fn rhs(&self, t: f64, y: &[f64], rates: &mut [f64]);
 
-    /// df_i/dy_j of the first N components.
-    fn jacobian(&self, t: f64, y: &[f64; M]) -> SMatrix<f64, N, N>;
+    /// df_i/dy_j of the components that f needs.
+    fn jacobian(&self, t: f64, y: &[f64], jacobian: DMatrixViewMut<'_, f64>);
 }
 
 /// Newton's method has converged when its error is below this share of what is tolerated.
@@ -27,26 +27,45 @@ const NEWTON_ITERATIONS: usize = 12;
 
 /// A step that has been solved.
 #[derive(Debug, Clone)]
-pub struct Step<const M: usize, const S: usize> {
+pub struct Step<const S: usize> {
     /// Where it starts, and how long it is.
     pub start: f64,
     /// In the problem's unit of time.
     pub length: f64,
-    y: [f64; M],
-    /// Legendre coefficients of y' times the length.
-    coefficients: SMatrix<f64, M, S>,
+    y: Vec<f64>,
+    /// Of each component the Legendre coefficients of y' times the length.
+    coefficients: Vec<SVector<f64, S>>,
 }
 
-impl<const M: usize, const S: usize> Step<M, S> {
+impl<const S: usize> Step<S> {
+    /// Room for a step of so many components.
+    pub fn new(dimension: usize) -> Self {
+        Step {
+            start: 0.0,
+            length: 0.0,
+            y: vec![0.0; dimension],
+            coefficients: vec![SVector::zeros(); dimension],
+        }
+    }
+
     /// The solution at `t`, within the step or a little beyond it.
-    pub fn at(&self, t: f64) -> [f64; M] {
-        self.at_share((t - self.start) / self.length)
+    pub fn at(&self, t: f64, y: &mut [f64]) {
+        self.at_share((t - self.start) / self.length, y);
     }
 
     /// The same at a share of the length, 0 to 1.
-    pub(crate) fn at_share(&self, share: f64) -> [f64; M] {
-        let change = self.coefficients * legendre_integrals::<S>(share);
-        std::array::from_fn(|i| self.y[i] + change[i])
+    pub(crate) fn at_share(&self, share: f64, y: &mut [f64]) {
+        let integrals = legendre_integrals::<S>(share);
+        for (y, (start, coefficients)) in y.iter_mut().zip(self.y.iter().zip(&self.coefficients)) {
+            *y = start + coefficients.dot(&integrals);
+        }
+    }
+
+    /// Becomes `other`, of as many components.
+    pub(crate) fn copy_from(&mut self, other: &Step<S>) {
+        (self.start, self.length) = (other.start, other.length);
+        self.y.copy_from_slice(&other.y);
+        self.coefficients.copy_from_slice(&other.coefficients);
     }
 }
 
@@ -77,46 +96,57 @@ pub struct Work {
 
 /// The method, with room for one step.
 #[derive(Debug, Clone)]
-pub struct Radau<const N: usize, const M: usize, const S: usize> {
+pub struct Radau<const S: usize> {
     tableau: Arc<RadauTableau<S>>,
-    /// Increments of the stages.
-    z: SMatrix<f64, M, S>,
-    f: SMatrix<f64, M, S>,
+    /// Of each component the increments of the stages.
+    z: Vec<SVector<f64, S>>,
+    f: Vec<SVector<f64, S>>,
+    /// Of each component that f needs, what the stages lack.
+    residual: Vec<SVector<f64, S>>,
+    jacobian: DMatrix<f64>,
     /// Inverses of the Newton matrices.
-    real: SMatrix<f64, N, N>,
-    complex: Vec<SMatrix<Complex<f64>, N, N>>,
-    step: Step<M, S>,
+    real: DMatrix<f64>,
+    complex: Vec<DMatrix<Complex<f64>>>,
+    step: Step<S>,
     work: Work,
+    /// A state and its rates, the right-hand sides of the Newton systems, the rows of an inversion that change places.
+    stage: Vec<f64>,
+    rates: Vec<f64>,
+    real_side: Vec<f64>,
+    complex_side: Vec<Complex<f64>>,
+    places: Vec<usize>,
 }
 
-impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
-    /// With a tableau.
-    pub fn new(tableau: Arc<RadauTableau<S>>) -> Self {
-        let complex = vec![SMatrix::zeros(); tableau.complex.len()];
+impl<const S: usize> Radau<S> {
+    /// With a tableau, for a problem of `dimension` components, of which the first `dynamic` determine the rates.
+    pub fn new(tableau: Arc<RadauTableau<S>>, dynamic: usize, dimension: usize) -> Self {
+        let square = DMatrix::zeros(dynamic, dynamic);
         Radau {
+            complex: vec![DMatrix::zeros(dynamic, dynamic); tableau.complex.len()],
             tableau,
-            z: SMatrix::zeros(),
-            f: SMatrix::zeros(),
-            real: SMatrix::zeros(),
-            complex,
-            step: Step {
-                start: 0.0,
-                length: 0.0,
-                y: [0.0; M],
-                coefficients: SMatrix::zeros(),
-            },
+            z: vec![SVector::zeros(); dimension],
+            f: vec![SVector::zeros(); dimension],
+            residual: vec![SVector::zeros(); dynamic],
+            real: square.clone(),
+            jacobian: square,
+            step: Step::new(dimension),
             work: Work::default(),
+            stage: vec![0.0; dimension],
+            rates: vec![0.0; dimension],
+            real_side: vec![0.0; dynamic],
+            complex_side: vec![Complex::new(0.0, 0.0); dynamic],
+            places: vec![0; dynamic],
         }
     }
 
     /// The step last solved.
-    pub fn step(&self) -> &Step<M, S> {
+    pub fn step(&self) -> &Step<S> {
         &self.step
     }
 
     /// Takes `step` for the last one again.
-    pub fn restore(&mut self, step: Step<M, S>) {
-        self.step = step;
+    pub fn restore(&mut self, step: &Step<S>) {
+        self.step.copy_from(step);
     }
 
     /// What has been done so far.
@@ -130,8 +160,10 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
     }
 
     /// The solution at stage `i` of the last step, counted from 0; the last is its end.
-    pub fn stage(&self, i: usize) -> [f64; M] {
-        std::array::from_fn(|k| self.step.y[k] + self.z[(k, i)])
+    pub fn stage(&self, i: usize, y: &mut [f64]) {
+        for (y, (start, z)) in y.iter_mut().zip(self.step.y.iter().zip(&self.z)) {
+            *y = start + z[i];
+        }
     }
 
     /// Order of the error estimate in the length of a step.
@@ -141,123 +173,112 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
     /// `predict` the last step's polynomial goes on; else the stages are looked for from `y`.
     pub(crate) fn attempt(
         &mut self,
-        problem: &impl StiffProblem<N, M>,
+        problem: &impl StiffProblem,
         t: f64,
-        y: &[f64; M],
+        y: &[f64],
         length: f64,
-        weights: &[f64; M],
+        weights: &[f64],
         predict: bool,
     ) -> Attempt {
         let tableau = self.tableau.clone();
-        let middle = if predict {
+        let mut middle = std::mem::take(&mut self.stage);
+        if predict {
             let share = |c: f64| (t + c * length - self.step.start) / self.step.length;
             for i in 0..S {
-                let ahead = self.step.at_share(share(tableau.c[i]));
-                for k in 0..M {
-                    self.z[(k, i)] = ahead[k] - y[k];
+                self.step.at_share(share(tableau.c[i]), &mut middle);
+                for (z, (ahead, y)) in self.z.iter_mut().zip(middle.iter().zip(y)) {
+                    z[i] = ahead - y;
                 }
             }
-            self.step.at_share(share(0.5))
+            self.step.at_share(share(0.5), &mut middle);
         } else {
-            self.z.fill(0.0);
-            *y
-        };
-        if !(self.factor(problem, t + 0.5 * length, &middle, length) && self.iterate(problem, t, y, length, weights)) {
+            self.z.fill(SVector::zeros());
+            middle.copy_from_slice(y);
+        }
+        let factored = self.factor(problem, t + 0.5 * length, &middle, length);
+        self.stage = middle;
+        if !(factored && self.iterate(problem, t, y, length, weights)) {
             self.work.convergence_failures += 1;
             return Attempt::NotConverged;
         }
         // The quadratures, by the same coefficients; f is that of the last iterate but one, so once more.
         self.evaluate(problem, t, y, length);
-        for k in N..M {
-            for i in 0..S {
-                let mut sum = 0.0;
-                for j in 0..S {
-                    sum += tableau.a[(i, j)] * self.f[(k, j)];
-                }
-                self.z[(k, i)] = length * sum;
-            }
+        for (z, f) in self.z.iter_mut().zip(&self.f).skip(self.residual.len()) {
+            *z = tableau.a * f * length;
         }
-        self.step = Step {
-            start: t,
-            length,
-            y: *y,
-            coefficients: self.z * tableau.to_legendre.transpose(),
-        };
+        (self.step.start, self.step.length) = (t, length);
+        self.step.y.copy_from_slice(y);
+        for (coefficients, z) in self.step.coefficients.iter_mut().zip(&self.z) {
+            *coefficients = tableau.to_legendre * z;
+        }
         Attempt::Solved {
             error: self.error(weights),
         }
     }
 
     /// Newton matrices 1/(h lambda) - J, inverted.
-    fn factor(&mut self, problem: &impl StiffProblem<N, M>, t: f64, y: &[f64; M], length: f64) -> bool {
-        let jacobian = problem.jacobian(t, y);
+    fn factor(&mut self, problem: &impl StiffProblem, t: f64, y: &[f64], length: f64) -> bool {
+        problem.jacobian(t, y, self.jacobian.as_view_mut());
         self.work.jacobian_evaluations += 1;
-        if !jacobian.iter().all(|v| v.is_finite()) {
+        if !self.jacobian.iter().all(|v| v.is_finite()) {
             return false;
         }
-        let shifted = SMatrix::<f64, N, N>::identity() * (self.tableau.real.inverse / length) - jacobian;
-        match shifted.try_inverse() {
-            Some(inverse) => self.real = inverse,
-            None => return false,
-        }
-        let jacobian = jacobian.map(|v| Complex::new(v, 0.0));
+        let diagonal = self.tableau.real.inverse / length;
+        shift(&mut self.real, &self.jacobian, diagonal);
+        let mut found = invert(&mut self.real, &mut self.places);
         for (inverse, eigenvalue) in self.complex.iter_mut().zip(&self.tableau.complex) {
-            let shifted = SMatrix::<Complex<f64>, N, N>::identity() * (eigenvalue.inverse / length) - jacobian;
-            match shifted.try_inverse() {
-                Some(found) => *inverse = found,
-                None => return false,
-            }
+            shift(inverse, &self.jacobian, eigenvalue.inverse / length);
+            found = found && invert(inverse, &mut self.places);
         }
-        true
+        found
     }
 
-    fn evaluate(&mut self, problem: &impl StiffProblem<N, M>, t: f64, y: &[f64; M], length: f64) {
+    fn evaluate(&mut self, problem: &impl StiffProblem, t: f64, y: &[f64], length: f64) {
         for i in 0..S {
-            let stage = std::array::from_fn(|k| y[k] + self.z[(k, i)]);
-            self.f
-                .set_column(i, &SVector::from(problem.rhs(t + self.tableau.c[i] * length, &stage)));
+            for (stage, (y, z)) in self.stage.iter_mut().zip(y.iter().zip(&self.z)) {
+                *stage = y + z[i];
+            }
+            problem.rhs(t + self.tableau.c[i] * length, &self.stage, &mut self.rates);
+            for (f, rate) in self.f.iter_mut().zip(&self.rates) {
+                f[i] = *rate;
+            }
         }
         self.work.rhs_evaluations += S as u64;
     }
 
-    fn iterate(
-        &mut self,
-        problem: &impl StiffProblem<N, M>,
-        t: f64,
-        y: &[f64; M],
-        length: f64,
-        weights: &[f64; M],
-    ) -> bool {
+    fn iterate(&mut self, problem: &impl StiffProblem, t: f64, y: &[f64], length: f64, weights: &[f64]) -> bool {
         let tableau = self.tableau.clone();
         let mut last = f64::INFINITY;
         for round in 0..NEWTON_ITERATIONS {
             self.evaluate(problem, t, y, length);
             self.work.iterations += 1;
-            let f = self.f.fixed_view::<N, S>(0, 0);
-            let residual: SMatrix<f64, N, S> = f * tableau.a.transpose() * length - self.z.fixed_view::<N, S>(0, 0);
-            let real: SVector<f64, N> = self.real * (residual * tableau.real.left * (tableau.real.inverse / length));
-            let mut change: SMatrix<f64, N, S> = real * tableau.real.right.transpose();
+            let scale = tableau.real.inverse / length;
+            for (k, residual) in self.residual.iter_mut().enumerate() {
+                *residual = tableau.a * self.f[k] * length - self.z[k];
+                self.real_side[k] = residual.dot(&tableau.real.left) * scale;
+            }
+            for (k, row) in self.real.row_iter().enumerate() {
+                let solved: f64 = row.iter().zip(&self.real_side).map(|(a, b)| a * b).sum();
+                self.f[k] = tableau.real.right * solved;
+            }
             for (inverse, eigenvalue) in self.complex.iter().zip(&tableau.complex) {
-                let mut projected = SVector::<Complex<f64>, N>::zeros();
-                for i in 0..S {
-                    for k in 0..N {
-                        projected[k] += eigenvalue.left[i] * residual[(k, i)];
-                    }
+                let scale = eigenvalue.inverse / length;
+                for (side, residual) in self.complex_side.iter_mut().zip(&self.residual) {
+                    let terms = eigenvalue.left.iter().zip(residual);
+                    *side = terms.map(|(left, residual)| left * residual).sum::<Complex<f64>>() * scale;
                 }
-                let solved = inverse * (projected * (eigenvalue.inverse / length));
-                for i in 0..S {
-                    for k in 0..N {
-                        let (a, b) = (solved[k], eigenvalue.right[i]);
-                        change[(k, i)] += 2.0 * (a.re * b.re - a.im * b.im);
+                for (k, row) in inverse.row_iter().enumerate() {
+                    let a: Complex<f64> = row.iter().zip(&self.complex_side).map(|(a, b)| a * b).sum();
+                    for (change, b) in self.f[k].iter_mut().zip(&eigenvalue.right) {
+                        *change += 2.0 * (a.re * b.re - a.im * b.im);
                     }
                 }
             }
             let mut size: f64 = 0.0;
-            for i in 0..S {
-                for k in 0..N {
-                    self.z[(k, i)] += change[(k, i)];
-                    let share = change[(k, i)].abs() / weights[k];
-                    // A comparison that a value that is not a number fails, unlike f64::max.
+            for (k, weight) in weights.iter().enumerate().take(self.residual.len()) {
+                self.z[k] += self.f[k];
+                // A comparison that a value that is not a number fails, unlike f64::max.
+                for share in self.f[k].iter().map(|change| change.abs() / weight) {
                     size = if share <= size { size } else { share };
                 }
             }
@@ -281,11 +302,10 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
     }
 
     /// The first coefficient that the polynomial lacks, estimated from the decay of those that it has.
-    fn error(&self, weights: &[f64; M]) -> f64 {
+    fn error(&self, weights: &[f64]) -> f64 {
         let size = |n: usize| {
-            (0..M)
-                .map(|k| self.step.coefficients[(k, n)].abs() / weights[k])
-                .fold(0.0, f64::max)
+            let coefficients = self.step.coefficients.iter().zip(weights);
+            coefficients.map(|(c, weight)| c[n].abs() / weight).fold(0.0, f64::max)
         };
         let (last, before, two_before) = (size(S - 1), size(S - 2), size(S - 3));
         if last == 0.0 {
@@ -293,5 +313,79 @@ impl<const N: usize, const M: usize, const S: usize> Radau<N, M, S> {
         }
         let decay = (last / before).max((last / two_before).sqrt()).min(1.0);
         last * decay * 2.0 * xi(S)
+    }
+}
+
+/// `diagonal` on the diagonal, less the Jacobian.
+fn shift<T: ComplexField<RealField = f64>>(matrix: &mut DMatrix<T>, jacobian: &DMatrix<f64>, diagonal: T) {
+    for (shifted, entry) in matrix.iter_mut().zip(jacobian) {
+        *shifted = T::from_real(-entry);
+    }
+    for k in 0..jacobian.nrows() {
+        matrix[(k, k)] += diagonal.clone();
+    }
+}
+
+/// Inverts a matrix in its place, by elimination with exchanges of rows, which `places` remembers; false of a singular one.
+fn invert<T: ComplexField<RealField = f64> + Copy>(matrix: &mut DMatrix<T>, places: &mut [usize]) -> bool {
+    let n = matrix.nrows();
+    for c in 0..n {
+        let (mut place, mut most) = (c, 0.0);
+        for r in c..n {
+            let size = matrix[(r, c)].norm1();
+            if size > most {
+                (place, most) = (r, size);
+            }
+        }
+        // Zero, or not a number.
+        if !(most > 0.0) {
+            return false;
+        }
+        places[c] = place;
+        matrix.swap_rows(c, place);
+        let pivot = T::one() / matrix[(c, c)];
+        for j in 0..n {
+            matrix[(c, j)] = if j == c { pivot } else { matrix[(c, j)] * pivot };
+        }
+        for r in (0..n).filter(|r| *r != c) {
+            let factor = matrix[(r, c)];
+            matrix[(r, c)] = T::zero();
+            for j in 0..n {
+                let above = matrix[(c, j)];
+                matrix[(r, j)] -= factor * above;
+            }
+        }
+    }
+    for (c, place) in places.iter().enumerate().rev() {
+        matrix.swap_columns(c, *place);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of sizes that a contact's systems have, with a zero on the diagonal first: the product is the identity to rounding.
+    #[test]
+    fn analytic_an_inverse_is_one() {
+        for n in [1, 2, 5, 9] {
+            let entry = |i: usize, j: usize| {
+                let angle = (3 * i + 7 * j + 1) as f64;
+                let diagonal = if i == j && i > 0 { 4.0 } else { 0.0 };
+                let real = if (n, i, j) == (n.max(2), 0, 0) {
+                    0.0
+                } else {
+                    angle.sin()
+                };
+                Complex::new(diagonal + real, 0.3 * angle.cos())
+            };
+            let matrix = DMatrix::from_fn(n, n, entry);
+            let mut inverse = matrix.clone();
+            assert!(invert(&mut inverse, &mut vec![0; n]));
+            let error = (&matrix * inverse - DMatrix::identity(n, n)).map(|x: Complex<f64>| x.norm());
+            assert!(error.max() < 1e-13, "{n}: {error}");
+        }
+        assert!(!invert(&mut DMatrix::from_element(3, 3, 1.0), &mut [0; 3]));
     }
 }

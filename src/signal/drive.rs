@@ -331,6 +331,11 @@ impl Timeline {
         self.tracks[drive].lines[stretch].slope + harmonics
     }
 
+    /// Whether a drive keeps its value over a stretch.
+    pub fn is_constant(&self, drive: usize, stretch: usize) -> bool {
+        self.tracks[drive].lines[stretch].slope == 0.0 && self.waves(drive, stretch).all(|wave| wave.amplitude == 0.0)
+    }
+
     /// Its integral from 0 to `t` (s), by the antiderivatives.
     pub fn integral(&self, drive: usize, t: f64) -> f64 {
         let track = &self.tracks[drive];
@@ -373,6 +378,33 @@ impl Timeline {
                 size *= rate / (n + 1) as f64;
             }
         }
+    }
+
+    /// The value of a drive at `t` (s) without its harmonics.
+    pub(crate) fn mean(&self, drive: usize, stretch: usize, t: f64) -> f64 {
+        self.tracks[drive].lines[stretch].at(t)
+    }
+
+    /// The sum of the amplitudes of a drive's harmonics in a stretch, each times its angular frequency to a power: a bound of
+    /// their derivative of that order.
+    pub(crate) fn amplitude(&self, drive: usize, stretch: usize, order: i32) -> f64 {
+        let waves = self.waves(drive, stretch);
+        waves
+            .map(|wave| (wave.amplitude * wave.angular_frequency().powi(order)).abs())
+            .sum()
+    }
+
+    /// A lower and an upper bound of a drive from `t` (s) to the end of a stretch.
+    pub(crate) fn bounds(&self, drive: usize, stretch: usize, t: f64) -> (f64, f64) {
+        let line = &self.tracks[drive].lines[stretch];
+        let swing = self.amplitude(drive, stretch, 0);
+        let from = line.at(t);
+        let to = if line.slope == 0.0 {
+            from
+        } else {
+            line.at(self.end(stretch))
+        };
+        (from.min(to) - swing, from.max(to) + swing)
     }
 
     /// By how much a drive jumps where a stretch starts: a harmonic that begins or ends there. 0 for the first stretch.

@@ -3,7 +3,8 @@
 use crate::friction::Law;
 use crate::hybrid::{ClosedEnd, ClosedForm, Direction, Dynamics, Guard};
 use crate::model::axial::AxialMotion;
-use crate::model::closed_form::{self, Breakaway};
+use crate::model::breakaway::Breakaway;
+use crate::model::closed_form;
 use crate::model::slow_stick::SlowStick;
 use crate::model::state::{DIMENSION, state_of};
 use crate::model::torsion::TorsionModel;

@@ -18,23 +18,23 @@ const SLIP_SCALE: f64 = 1.0;
 const STEPS_PER_PERIOD: f64 = 20.0;
 
 /// The solver's relative tolerance in smooth sliding, as a multiple of `rtol`: its errors shift all events alike.
-const SLIDING_TIGHTENING: f64 = 0.049;
+pub(super) const SLIDING_TIGHTENING: f64 = 0.049;
 
 /// The same where the fast mode is resolved: there an error is amplified until the first stick.
 const RESOLVED_TIGHTENING: f64 = 0.01;
 
 /// Below these, step control fights with rounding: steps multiply, their rounding adds up, and nothing is gained.
-const SMALLEST_SLIDING: f64 = 1e-12;
+pub(super) const SMALLEST_SLIDING: f64 = 1e-12;
 const SMALLEST_RESOLVED: f64 = 1e-14;
 
 /// The same for BDF in every phase.
 const SMALLEST_BDF: f64 = 1e-13;
 
 /// The same for the series, where a few digits more cost next to nothing.
-const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
-const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
-const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
-const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+pub(super) const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
+pub(super) const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
+pub(super) const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
+pub(super) const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
 
 /// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
 /// hundred restarts.

@@ -18,28 +18,28 @@ use std::sync::Arc;
 /// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
 /// The same amount must lie between the last unresolved step and the instability, so that the errors of unresolved
 /// steps are gone before anything can amplify them.
-const QUIET_E_FOLDS: f64 = 40.0;
+pub(super) const QUIET_E_FOLDS: f64 = 40.0;
 
 /// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
-const CALM_E_FOLDS: f64 = 60.0;
+pub(super) const CALM_E_FOLDS: f64 = 60.0;
 
 /// [`QuietStretch::time_scale_ratio`] up to which sliding is followed along its slow manifold. At this the series of the
 /// manifold still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
 pub(crate) const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
 
 /// A deviation from the slow manifold below this share of a kick is taken for noise.
-const NOISE_OF_KICK: f64 = 1e-3;
+pub(super) const NOISE_OF_KICK: f64 = 1e-3;
 
 /// The error of the slow manifold's series may be this share of the deviation of the computed state from it, for the
 /// deviation to be the state's.
-const ERROR_OF_MANIFOLD: f64 = 0.1;
+pub(super) const ERROR_OF_MANIFOLD: f64 = 0.1;
 
 /// While the fast mode is resolved, how often (in its periods) it is asked whether it still has to be.
-const REPLAN_PERIODS: f64 = 50.0;
+pub(super) const REPLAN_PERIODS: f64 = 50.0;
 
 /// The next change of step regime.
 #[derive(Debug, Clone, Copy)]
-enum Regime {
+pub(super) enum Regime {
     /// From unresolved to resolved steps.
     Resolve(f64),
     /// To unresolved steps, if it is still true that this is allowed.
@@ -48,6 +48,16 @@ enum Regime {
     Ask(f64),
     /// Nothing foreseen.
     Keep,
+}
+
+impl Regime {
+    /// When it ends or is asked for again, s.
+    pub(super) fn time(&self) -> Option<f64> {
+        match *self {
+            Regime::Resolve(t) | Regime::Relax(t) | Regime::Ask(t) => Some(t),
+            Regime::Keep => None,
+        }
+    }
 }
 
 /// The brake's rules, with their memory.
@@ -309,13 +319,6 @@ impl BrakeRules {
         }
     }
 
-    fn regime_time(&self) -> Option<f64> {
-        match self.regime {
-            Regime::Resolve(t) | Regime::Relax(t) | Regime::Ask(t) => Some(t),
-            Regime::Keep => None,
-        }
-    }
-
     /// The location after a change of mode, with the step regime planned.
     fn enter(&mut self, mode: Mode, watch: Watch, t: f64, y: &[f64]) -> Location {
         self.smooth_until = f64::NEG_INFINITY;
@@ -441,7 +444,7 @@ impl Rules<Brake> for BrakeRules {
             contact_change.map(|change| change.time),
             corner,
             kick,
-            self.regime_time(),
+            self.regime.time(),
         ]
         .into_iter()
         .flatten()

@@ -2,11 +2,11 @@
 
 use super::impedance::Crossings;
 use super::modes_report::TrainMode;
-use crate::analysis::eigenvalues::eigenvalues;
 use crate::analysis::modes::eigenvector;
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
+use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 

@@ -3,11 +3,11 @@
 use super::impedance::{Crossings, Verdict};
 use super::linear::{ROUNDING, columns, crossings, jacobian, scaled, state};
 use super::modes_report::{Change, OperatingPoint, Search};
-use crate::analysis::eigenvalues::eigenvalues;
 use crate::friction::Law;
 use crate::model::Mode;
 use crate::model::trains::system::{Engagement, Side, TrainSystem};
 use crate::model::trains::{End, Train, Trains};
+use crate::numerics::eigenvalues::eigenvalues;
 use std::f64::consts::TAU;
 
 /// Decades over which relative velocities are searched.

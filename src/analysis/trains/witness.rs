@@ -94,13 +94,20 @@ impl Recorder for Beside<'_> {
     }
 
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {
-        self.leaves_series |= segment.solver != SolverKind::Series.name();
+        self.leaves_series |= !is_exact(segment.solver);
         Ok(())
     }
 
     fn stores_events(&self) -> bool {
         true
     }
+}
+
+/// Whether a solver is one of those of `series`.
+fn is_exact(solver: &str) -> bool {
+    [SolverKind::Series, SolverKind::ClosedForm]
+        .iter()
+        .any(|kind| kind.name() == solver)
 }
 
 /// How a case is run for its events alone, by this method with the steps of its own control.
@@ -125,7 +132,7 @@ pub(crate) fn witness(
     stopped: &dyn Fn() -> bool,
 ) -> Option<TrainWitness> {
     let rtol = case.solver.rtol.min(1e-12);
-    let by_series = work.iter().all(|work| work.solver == SolverKind::Series.name());
+    let by_series = work.iter().all(|work| is_exact(work.solver));
     let steps = work.iter().map(|work| work.steps).sum();
     let methods: &[(Method, f64)] = match (by_series, case.solver.method) {
         (false, _) => &[(Method::Series, case.solver.rtol)],

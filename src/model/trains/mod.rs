@@ -10,9 +10,18 @@
 //! | `parameters` | what defines the problem |
 //! | `margin` | when steady sliding loses its stability |
 //! | `system` | the equations in twist coordinates |
+//! | `slow_manifold` | sliding without the fast oscillations |
+//! | `chains`, `closed_form` | stick and separation in closed form |
+//! | `stability` | the loss of stability of sliding that slows down by itself, foreseen |
 
+mod chains;
+pub mod closed_form;
 pub mod margin;
 pub mod parameters;
+#[cfg(test)]
+mod samples;
+pub(crate) mod slow_manifold;
+pub(crate) mod stability;
 pub mod system;
 
 pub use parameters::{

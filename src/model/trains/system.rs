@@ -100,6 +100,16 @@ impl Side {
         self.inertia.first().copied().unwrap_or(f64::INFINITY)
     }
 
+    /// The inertia of all of it as one, kg m^2.
+    pub fn rigid_inertia(&self) -> f64 {
+        self.inertia.iter().sum()
+    }
+
+    /// The angular frequency of the inertia inside shaft i on that shaft alone, rad/s: compares a twist with a rate.
+    pub fn own_frequency(&self, i: usize) -> f64 {
+        (self.stiffness[i] / self.inertia[i]).sqrt()
+    }
+
     /// Twist i, rad.
     #[inline]
     pub fn twist(&self, i: usize, y: &[f64]) -> f64 {
@@ -474,9 +484,20 @@ impl TrainSystem {
         let Some(twice_resistance) = self.twice_resistance else {
             return f64::INFINITY;
         };
+        twice_resistance + 2.0 * self.contact_damping(sense, piece, outside, y)
+    }
+
+    /// kappa = r F_n mu'(|omega_r|), N m s/rad: the damping of the contact in slip, negative where friction falls with speed.
+    pub fn contact_damping(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
         let w = self.relative_velocity(outside, y);
         let (_, slope) = self.law_in(piece).coefficient_and_slope(sense * w);
-        twice_resistance + self.slope_weight(outside.normal_force) * slope
+        self.radius * outside.normal_force * slope
+    }
+
+    /// The sum of the compliances of all shafts, rad/(N m).
+    pub(crate) fn compliance(&self) -> f64 {
+        let shafts = self.rotor.stiffness.iter().chain(&self.stator.stiffness);
+        shafts.map(|k| k.recip()).sum()
     }
 
     /// 2 r F_n, N m: what mu' is multiplied by in the margin.
@@ -613,6 +634,15 @@ impl TrainSystem {
         }
     }
 
+    /// The matrix of the rates in slip, of what the motion depends on, where the slope of friction adds `contact_damping` =
+    /// r F_n mu' (N m s/rad): the sense and the speed matter in no other way.
+    pub(crate) fn sliding_matrix(&self, contact_damping: f64) -> DMatrix<f64> {
+        let (maps, n) = (&self.linear, self.mechanical());
+        DMatrix::from_fn(n, n, |i, j| {
+            maps.free[(i, j)] + contact_damping * maps.interface[i] * maps.relative_velocity[j]
+        })
+    }
+
     fn linear_maps(&self) -> LinearMaps {
         let n = self.dimension;
         let nothing = Outside::default();
@@ -657,14 +687,8 @@ impl TrainSystem {
             Mode::Separated => {}
             Mode::Stick => jac.ger(1.0, &self.linear.interface, &self.linear.transmitted, 1.0),
             Mode::SlipForward | Mode::SlipBackward => {
-                let w = self.relative_velocity(outside, y);
-                let slope = self.law_in(piece).coefficient_and_slope(sense * w).1;
-                jac.ger(
-                    slope * self.radius * outside.normal_force,
-                    &self.linear.interface,
-                    g,
-                    1.0,
-                );
+                let damping = self.contact_damping(sense, piece, outside, y);
+                jac.ger(damping, &self.linear.interface, g, 1.0);
             }
             Mode::Engaged => {
                 let w = self.relative_velocity(outside, y);

@@ -5,12 +5,12 @@ use super::{Last, STAGES, STEP_NOISE, SemiAnalyticEngine, tableau};
 use crate::friction::Law;
 use crate::hybrid::{Advance, EngineError, Fired};
 use crate::model::Mode;
-use crate::model::state::{DIMENSION, DYNAMIC, TorsionState};
+use crate::model::state::{DIMENSION, DYNAMIC, TorsionState, state_of};
 use crate::model::torsion::TorsionModel;
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::radau::{Attempt, Radau, StiffProblem};
 use crate::numerics::taylor;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrixViewMut, SMatrix, SVector};
 use std::sync::OnceLock;
 
 /// Values of a guard on a Radau step: at its start and its stages.
@@ -47,15 +47,15 @@ struct Slip<'a> {
     origin: f64,
 }
 
-impl StiffProblem<DYNAMIC, DIMENSION> for Slip<'_> {
-    fn rhs(&self, t: f64, y: &TorsionState) -> TorsionState {
+impl StiffProblem for Slip<'_> {
+    fn rhs(&self, t: f64, y: &[f64], rates: &mut [f64]) {
         let force = || self.brake.axial.pressing_force(self.origin + t);
-        self.torsion.rates_at(self.mode, force, y)
+        self.torsion.rates(self.mode, force, y, rates);
     }
 
-    fn jacobian(&self, t: f64, y: &TorsionState) -> SMatrix<f64, DYNAMIC, DYNAMIC> {
+    fn jacobian(&self, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
         let force = || self.brake.axial.pressing_force(self.origin + t);
-        self.torsion.dynamic_jacobian(self.mode, force, y)
+        jacobian.copy_from(&self.torsion.dynamic_jacobian(self.mode, force, &state_of(y)));
     }
 }
 
@@ -97,7 +97,7 @@ impl SemiAnalyticEngine {
                     continue;
                 }
             };
-            let order = Radau::<DYNAMIC, DIMENSION, STAGES>::ESTIMATE_ORDER;
+            let order = Radau::<STAGES>::ESTIMATE_ORDER;
             let root = |x: f64| x.powf(1.0 / f64::from(order));
             let factor = 0.9 / root(error);
             // Its polynomial serves a shorter step from the same start, too.
@@ -130,11 +130,18 @@ impl SemiAnalyticEngine {
                     Advance::Guards(Fired::one(index))
                 }
                 None => {
-                    (self.tau, self.y) = (end, self.radau.stage(STAGES - 1));
+                    (self.tau, self.y) = (end, self.stage(STAGES - 1));
                     if reaches { Advance::Stop } else { Advance::Stepped }
                 }
             }));
         }
+    }
+
+    /// The state at a stage of the Radau step just solved.
+    fn stage(&self, i: usize) -> TorsionState {
+        let mut y = [0.0; DIMENSION];
+        self.radau.stage(i, &mut y);
+        y
     }
 
     /// How long the speed takes, at the rate of the Radau step just solved, to fall by a half or by four times what the
@@ -143,7 +150,7 @@ impl SemiAnalyticEngine {
     fn time_to_slow(&self, length: f64) -> f64 {
         let torsion = &self.brake.torsion;
         let start = torsion.relative_velocity(&self.y).abs();
-        let end = torsion.relative_velocity(&self.radau.stage(STAGES - 1)).abs();
+        let end = torsion.relative_velocity(&self.stage(STAGES - 1)).abs();
         let drop = (0.5 * end).max(4.0 / torsion.friction.law.steepness_rate(end));
         if start > end {
             length * drop / (start - end)
@@ -158,8 +165,8 @@ impl SemiAnalyticEngine {
     /// than its middle. But within a few periods of an unstable fast mode R(z) has its poles, and a step cut to such a
     /// length may be worse than the polynomial of the whole: where they disagree the polynomial holds.
     fn root_of_collocation(&mut self, slip: &Slip<'_>, weights: &TorsionState) -> Option<Root> {
-        let whole = self.radau.step().clone();
-        let (start, length) = (self.tau, whole.length);
+        self.whole.copy_from(self.radau.step());
+        let (start, length) = (self.tau, self.whole.length);
         let (share, index, polynomial) = self.earliest_in_collocation(start, length)?;
         let sign = self.guards().find(|g| g.0 == index).map_or(1.0, |g| g.1);
         let mut root = share * length;
@@ -173,16 +180,16 @@ impl SemiAnalyticEngine {
                     y: self.y,
                 });
             }
-            y = whole.at_share(root / length);
+            self.whole.at_share(root / length, &mut y);
             if again {
                 let attempt = self.radau.attempt(slip, start, &self.y, root, weights, true);
-                let end = self.radau.stage(STAGES - 1);
+                let end = self.stage(STAGES - 1);
                 again = attempt != Attempt::NotConverged
                     && (0..DYNAMIC).all(|k| (end[k] - y[k]).abs() <= STEP_NOISE * weights[k]);
                 if again {
                     y = end;
                 } else {
-                    self.radau.restore(whole.clone());
+                    self.radau.restore(&self.whole);
                 }
             }
             let value = sign * self.guard(index, start + root, &y);
@@ -211,7 +218,7 @@ impl SemiAnalyticEngine {
                     sign * self.guard(index, start, &self.y)
                 } else {
                     let tau = start + self.radau.node(i - 1) * length;
-                    sign * self.guard(index, tau, &self.radau.stage(i - 1))
+                    sign * self.guard(index, tau, &self.stage(i - 1))
                 }
             });
             let mut polynomial: [f64; NODES] = (interpolation() * values).into();

@@ -11,10 +11,10 @@ use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
 
 /// The last coefficient of a series along the slow manifold that is to be trusted.
-const SLOW_ORDER: usize = TERMS - 4;
+pub(in crate::simulation) const SLOW_ORDER: usize = TERMS - 4;
 
 /// Shortest step along the slow manifold, in natural periods: below it there is none to speak of.
-const SHORTEST_SLOW: f64 = 2.0;
+pub(in crate::simulation) const SHORTEST_SLOW: f64 = 2.0;
 
 /// Share of the torques within which their sum counts as zero at a tangential departure: mu_0 r F_n against mu_s r F_n,
 /// at a breakaway located to the last place.

@@ -17,12 +17,14 @@
 mod collocation;
 mod expansion;
 
+pub(super) use expansion::{SHORTEST_SLOW, SLOW_ORDER};
+
 use super::brake::{Brake, GUARD_STABILITY, GUARD_STOPPING, Location, Watch};
 use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Segment};
 use crate::model::slip_series::SlipSeries;
 use crate::model::state::{Components, DIMENSION, DYNAMIC, TorsionState};
-use crate::numerics::radau::Radau;
+use crate::numerics::radau::{Radau, Step, Work};
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use std::sync::{Arc, OnceLock};
@@ -32,7 +34,7 @@ use std::sync::{Arc, OnceLock};
 const TERMS: usize = 28;
 
 /// Stages of Radau IIA: order 13.
-const STAGES: usize = 7;
+pub(super) const STAGES: usize = 7;
 
 /// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
 /// located to 1e-14 s or better.
@@ -47,7 +49,7 @@ const VELOCITY_NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// What a Radau step may leave beside the slow manifold, over what is tolerated of its error; a perturbation that means
 /// anything is larger by as much again.
-const STEP_NOISE: f64 = 1e3;
+pub(super) const STEP_NOISE: f64 = 1e3;
 
 /// What the last step was.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +67,9 @@ pub struct SemiAnalyticEngine {
     unit: f64,
     series: SlipSeries<f64, TERMS>,
     force: [f64; TERMS],
-    radau: Radau<DYNAMIC, DIMENSION, STAGES>,
+    radau: Radau<STAGES>,
+    /// A step whose root is looked for.
+    whole: Step<STAGES>,
     location: Location,
     origin: f64,
     span: f64,
@@ -87,12 +91,25 @@ pub struct SemiAnalyticEngine {
     /// Length and error of the last Radau step; zero before the first.
     accepted: (f64, f64),
     counters: Counters,
-    radau_before: crate::numerics::radau::Work,
+    radau_before: Work,
 }
 
-fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
+pub(super) fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
     static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
     TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
+}
+
+/// Counters of Taylor steps with the work of Radau steps since it was `before`.
+pub(super) fn with_work_of(counters: Counters, work: Work, before: Work) -> Counters {
+    let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
+    Counters {
+        rhs_evaluations: counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
+        jacobian_evaluations: jacobians,
+        linear_solver_setups: jacobians,
+        nonlinear_iterations: work.iterations - before.iterations,
+        nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
+        ..counters
+    }
 }
 
 impl SemiAnalyticEngine {
@@ -109,7 +126,8 @@ impl SemiAnalyticEngine {
             unit,
             series: SlipSeries::new(brake.torsion_in(&location), unit),
             force: [0.0; TERMS],
-            radau: Radau::new(tableau().clone()),
+            radau: Radau::new(tableau().clone(), DYNAMIC, DIMENSION),
+            whole: Step::new(DIMENSION),
             location,
             origin: 0.0,
             span: 0.0,
@@ -126,7 +144,7 @@ impl SemiAnalyticEngine {
             predicted: false,
             accepted: (0.0, 0.0),
             counters: Counters::default(),
-            radau_before: Default::default(),
+            radau_before: Work::default(),
             brake,
         }
     }
@@ -253,24 +271,14 @@ impl Engine<Location> for SemiAnalyticEngine {
     }
 
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError> {
-        let state = match self.last {
-            Last::Expansion(about) => self.series.at(&((tau - about) / self.series.unit)),
-            Last::Collocation => self.radau.step().at(tau),
-        };
-        out.copy_from_slice(&state);
+        match self.last {
+            Last::Expansion(about) => out.copy_from_slice(&self.series.at(&((tau - about) / self.series.unit))),
+            Last::Collocation => self.radau.step().at(tau, out),
+        }
         Ok(())
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {
-        let (work, before) = (self.radau.work(), self.radau_before);
-        let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
-        Ok(Counters {
-            rhs_evaluations: self.counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
-            jacobian_evaluations: jacobians,
-            linear_solver_setups: jacobians,
-            nonlinear_iterations: work.iterations - before.iterations,
-            nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
-            ..self.counters
-        })
+        Ok(with_work_of(self.counters, self.radau.work(), self.radau_before))
     }
 }

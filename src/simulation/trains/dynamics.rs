@@ -4,6 +4,7 @@ use super::excitation::{Excitation, OutsideSeries};
 use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
 use crate::model::trains::Trains;
+use crate::model::trains::closed_form;
 use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::model::{BreakawayTest, Mode};
 use crate::simulation::brake::{DESTABILISED, LARGEST_DIP, RESTABILISED, Watch};
@@ -46,6 +47,8 @@ pub struct TrainDynamics {
     /// |omega_r| (rad/s) below which an engaged contact counts as stuck.
     pub threshold: f64,
     rates: Rates,
+    /// Stick and separation in closed form.
+    pub(super) closed_form: closed_form::ClosedForm,
 }
 
 /// How fast the trains move by themselves, from the eigenvalues of their modes under the largest force.
@@ -169,6 +172,7 @@ impl TrainDynamics {
         let (system, excitation) = (TrainSystem::new(trains), Excitation::new(trains));
         TrainDynamics {
             rates: Rates::new(&system, &excitation),
+            closed_form: closed_form::ClosedForm::new(trains.breakaway_test),
             system,
             excitation,
             threshold,
@@ -244,6 +248,28 @@ impl TrainDynamics {
         let outside = self.outside(location, t);
         self.system
             .stability_margin(location.sign(), location.piece, &outside, y)
+    }
+
+    /// What is watched in slip or in an engaged contact, as it is, without noise.
+    pub(super) fn watched_value(
+        &self,
+        watched: Watched,
+        location: &TrainLocation,
+        outside: &Outside,
+        y: &[f64],
+    ) -> f64 {
+        let x = location.sign() * self.system.relative_velocity(outside, y);
+        match watched {
+            Watched::Stopping => x,
+            Watched::Margin => self
+                .system
+                .stability_margin(location.sign(), location.piece, outside, y),
+            Watched::Threshold if location.slow => self.threshold - x,
+            Watched::Threshold => x - self.threshold,
+            Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
+            Watched::Above => self.knot(location, true).map_or(1.0, |knot| knot - x),
+            Watched::Forward | Watched::Backward => 1.0,
+        }
     }
 
     /// The rates of what acts from outside, by the same names.
@@ -354,21 +380,12 @@ impl Dynamics for TrainDynamics {
             values[GUARD_FORWARD + 1] = (limit + torque).max(least);
             return;
         }
-        let x = location.sign() * self.system.relative_velocity(&outside, y);
-        for (value, watched) in values.iter_mut().zip(watched) {
-            *value = match watched {
+        for (value, &watched) in values.iter_mut().zip(watched) {
+            *value = self.watched_value(watched, location, &outside, y);
+            if watched == Watched::Stopping && location.mode != Mode::Engaged {
                 // What rounding leaves of a departure that is slower than any power of time is no return.
-                Watched::Stopping if location.mode != Mode::Engaged => {
-                    x + NOISE * self.system.relative_velocity_terms(&outside, y)
-                }
-                Watched::Stopping => x,
-                Watched::Margin => self.stability_margin(location, t, y),
-                Watched::Threshold if location.slow => self.threshold - x,
-                Watched::Threshold => x - self.threshold,
-                Watched::Below => self.knot(location, false).map_or(1.0, |knot| x - knot),
-                Watched::Above => self.knot(location, true).map_or(1.0, |knot| knot - x),
-                Watched::Forward | Watched::Backward => 1.0,
-            };
+                *value += NOISE * self.system.relative_velocity_terms(&outside, y);
+            }
         }
     }
 

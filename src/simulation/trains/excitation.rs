@@ -1,6 +1,8 @@
 //! What acts on the trains from outside as functions of time: drives, external torques, and the normal force.
 
 use crate::model::axial::{AxialMotion, ChangeCause, ContactChange};
+use crate::model::breakaway::Bounded;
+use crate::model::trains::stability::SmoothForce;
 use crate::model::trains::system::{Driving, Outside};
 use crate::model::trains::{End, Pressing, Trains};
 use crate::numerics::polynomial_roots::first_falling;
@@ -32,8 +34,8 @@ struct Places {
 /// Where the normal force comes from.
 #[derive(Debug, Clone)]
 enum NormalForce {
-    /// A signal, by its index.
-    Direct(usize),
+    /// A signal, by its index; with a lower and an upper bound after each stretch.
+    Direct(usize, Vec<(f64, f64)>),
     Axial(Box<AxialMotion>),
 }
 
@@ -114,7 +116,10 @@ impl Excitation {
         let timeline = Timeline::new(&drives);
         let mut corners = timeline.corners().to_vec();
         let (normal_force, largest_force) = match &trains.pressing {
-            Pressing::Force(force) => (NormalForce::Direct(direct), force.largest()),
+            Pressing::Force(force) => (
+                NormalForce::Direct(direct, bounds_after(&timeline, direct)),
+                force.largest(),
+            ),
             Pressing::Axial { axial, actuation } => {
                 let motion = AxialMotion::new(&axial.axial(), actuation);
                 corners.extend(motion.force.corners());
@@ -177,7 +182,7 @@ impl Excitation {
     pub fn axial(&self) -> Option<&AxialMotion> {
         match &self.normal_force {
             NormalForce::Axial(motion) => Some(motion),
-            NormalForce::Direct(_) => None,
+            NormalForce::Direct(..) => None,
         }
     }
 
@@ -211,8 +216,47 @@ impl Excitation {
     #[inline]
     pub fn normal_force(&self, stretch: usize, t: f64) -> f64 {
         match &self.normal_force {
-            NormalForce::Direct(index) => self.timeline.value(*index, stretch, t),
+            NormalForce::Direct(index, _) => self.timeline.value(*index, stretch, t),
             NormalForce::Axial(motion) => motion.pressing_force(t),
+        }
+    }
+
+    /// The external torques of rotor and stator (N m) in a stretch in which they are constant and the ends rest; `None` in
+    /// others.
+    pub fn at_rest(&self, stretch: usize) -> Option<[f64; 2]> {
+        let start = self.timeline.start(stretch);
+        let constant = |index: usize| {
+            let value = self.timeline.value(index, stretch, start);
+            self.timeline.is_constant(index, stretch).then_some(value)
+        };
+        let of = |places: &Places| {
+            let rests = places.speed.is_none_or(|index| constant(index) == Some(0.0));
+            rests.then(|| places.torque.map_or(Some(0.0), constant)).flatten()
+        };
+        Some([of(&self.rotor)?, of(&self.stator)?])
+    }
+
+    /// F_n without the clamp at zero, its rate (N/s), and a bound of its |second derivative| (N/s^2) from `t` to the end of the
+    /// stretch.
+    pub(super) fn pressing(&self, stretch: usize, t: f64) -> Bounded {
+        match &self.normal_force {
+            NormalForce::Direct(index, _) => Bounded {
+                value: self.timeline.value(*index, stretch, t),
+                rate: self.timeline.slope(*index, stretch, t),
+                curvature: self.timeline.amplitude(*index, stretch, 2),
+            },
+            NormalForce::Axial(motion) => motion.bounded(t),
+        }
+    }
+
+    /// A lower bound of F_n from `t` to `until` (s) in a stretch, N.
+    pub(super) fn lowest_pressing(&self, stretch: usize, t: f64, until: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Direct(index, _) => {
+                let mean = |t: f64| self.timeline.mean(*index, stretch, t);
+                mean(t).min(mean(until)) - self.timeline.amplitude(*index, stretch, 0)
+            }
+            NormalForce::Axial(motion) => motion.lowest_pressing_force_after(t),
         }
     }
 
@@ -252,7 +296,7 @@ impl Excitation {
             }
         }
         match &self.normal_force {
-            NormalForce::Direct(index) => {
+            NormalForce::Direct(index, _) => {
                 self.timeline.series(*index, stretch, t, unit, &mut out.normal_force);
                 out.degree = degree(&out.normal_force);
             }
@@ -260,14 +304,108 @@ impl Excitation {
         }
     }
 
+    /// F_n (N) at `t` (s) and its rate (N/s), where it [is a straight line](Self::is_silent).
+    pub fn line(&self, stretch: usize, t: f64) -> [f64; 2] {
+        let mut series = OutsideSeries::<2>::new();
+        self.series(stretch, t, 1.0, &mut series);
+        series.normal_force
+    }
+
     /// Whether the contact is closed from t = 0 on.
     pub fn starts_closed(&self) -> bool {
         match &self.normal_force {
             NormalForce::Axial(motion) => motion.force.starts_positive(),
-            NormalForce::Direct(index) => {
+            NormalForce::Direct(index, _) => {
                 let mut c = [0.0; TERMS];
                 self.timeline.series(*index, self.stretch(0.0), 0.0, 1.0, &mut c);
                 c.into_iter().find(|&c| c != 0.0).is_some_and(|first| first > 0.0)
+            }
+        }
+    }
+
+    /// The first corner of the force that presses after `t`, s.
+    pub(crate) fn next_corner(&self, t: f64) -> Option<f64> {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.force.next_corner(t),
+            NormalForce::Direct(..) => Some(self.timeline.end(self.timeline.stretch(t))).filter(|end| end.is_finite()),
+        }
+    }
+
+    /// A lower bound of F_n from `t` on, for ever, N.
+    pub(crate) fn lowest_pressing_force_after(&self, t: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.lowest_pressing_force_after(t),
+            NormalForce::Direct(index, later) => {
+                let stretch = self.timeline.stretch(t);
+                later[stretch].0.min(self.timeline.bounds(*index, stretch, t).0)
+            }
+        }
+    }
+
+    /// An upper bound of F_n from `t` on, for ever, N.
+    pub(crate) fn highest_pressing_force_after(&self, t: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.highest_pressing_force_after(t),
+            NormalForce::Direct(index, later) => {
+                let stretch = self.timeline.stretch(t);
+                later[stretch].1.max(self.timeline.bounds(*index, stretch, t).1)
+            }
+        }
+    }
+
+    /// A bound on |d^2/dt^2| of F_n from `t` to the next corner, N/s^2.
+    pub(crate) fn curvature_bound(&self, t: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.curvature_bound(t),
+            NormalForce::Direct(index, _) => self.timeline.amplitude(*index, self.timeline.stretch(t), 2),
+        }
+    }
+
+    /// Whether F_n is a straight line from `t` to the next corner, up to rounding.
+    pub(crate) fn is_silent(&self, t: f64) -> bool {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.is_silent(t),
+            NormalForce::Direct(..) => t >= self.silent_from(t),
+        }
+    }
+
+    /// From when on F_n is a straight line in the stretch that holds `t`, s; infinite if it never is.
+    pub(crate) fn silent_from(&self, t: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.silent_from(t),
+            NormalForce::Direct(index, _) => {
+                let stretch = self.timeline.stretch(t);
+                if self.timeline.amplitude(*index, stretch, 0) > 0.0 {
+                    f64::INFINITY
+                } else {
+                    self.timeline.start(stretch)
+                }
+            }
+        }
+    }
+
+    /// When the ringing that the last corner before `t` has set going has died by so many e-folds, s; infinite if it never
+    /// does, as a harmonic.
+    pub(crate) fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.dies_by(t, e_folds),
+            NormalForce::Direct(..) => self.silent_from(t),
+        }
+    }
+
+    /// The force that presses at `t`, as a forecast needs it: of an axial mode the actuating one.
+    pub(crate) fn smooth_force(&self, t: f64) -> SmoothForce {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => SmoothForce {
+                value: motion.force.value(t),
+                swing: 0.0,
+            },
+            NormalForce::Direct(index, _) => {
+                let stretch = self.timeline.stretch(t);
+                SmoothForce {
+                    value: self.timeline.mean(*index, stretch, t),
+                    swing: self.timeline.amplitude(*index, stretch, 0),
+                }
             }
         }
     }
@@ -277,7 +415,7 @@ impl Excitation {
     pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         match &self.normal_force {
             NormalForce::Axial(motion) => motion.next_contact_change(t, closed, departing, until),
-            NormalForce::Direct(index) => self.next_zero(*index, t, closed, departing, until),
+            NormalForce::Direct(index, _) => self.next_zero(*index, t, closed, departing, until),
         }
     }
 
@@ -367,6 +505,18 @@ fn degree(series: &[f64]) -> usize {
     series.iter().rposition(|&c| c != 0.0).unwrap_or(0)
 }
 
+/// A lower and an upper bound of a drive after the end of each stretch.
+fn bounds_after(timeline: &Timeline, drive: usize) -> Vec<(f64, f64)> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut bounds = vec![(low, high); timeline.corners().len() + 1];
+    for stretch in (0..bounds.len()).rev() {
+        bounds[stretch] = (low, high);
+        let (least, most) = timeline.bounds(drive, stretch, timeline.start(stretch));
+        (low, high) = (low.min(least), high.max(most));
+    }
+    bounds
+}
+
 /// The zero of a polynomial near `share`, where it falls through zero with `lift` added; `c` has it. Where the polynomial hardly
 /// falls there, its zero is not to be told from `share`.
 fn without_lift(c: &[f64], lift: f64, share: f64) -> f64 {
@@ -377,5 +527,143 @@ fn without_lift(c: &[f64], lift: f64, share: f64) -> f64 {
         earlier
     } else {
         share
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Coulomb;
+    use crate::model::trains::parameters::AxialOf;
+    use crate::model::trains::{ContactLaw, Initial, Train};
+    use crate::model::{Axial, BreakawayTest};
+    use crate::signal::{Drive, Frequency, Ramp, Shape, Signal, Wave};
+
+    /// A free inertia on the ground, pressed so.
+    fn pressed(pressing: Pressing) -> Excitation {
+        let free = Train {
+            inertia: vec![1.0],
+            stiffness: Vec::new(),
+            damping: Vec::new(),
+            viscous: vec![0.0],
+            end: End::Free,
+            torque: None,
+        };
+        let ground = Train {
+            inertia: Vec::new(),
+            viscous: Vec::new(),
+            end: End::Fixed,
+            ..free.clone()
+        };
+        Excitation::new(&Trains {
+            rotor: free,
+            stator: ground,
+            radius: 1.0,
+            pressing,
+            breakaway: 0.3,
+            breakaway_test: BreakawayTest::Transmitted,
+            law: Coulomb { kinetic: 0.3 }.into(),
+            contact: ContactLaw::StickSlip,
+            initial: Initial {
+                rotor_twist: Vec::new(),
+                rotor_speed: vec![1.0],
+                stator_twist: Vec::new(),
+                stator_speed: Vec::new(),
+            },
+            kicks: Vec::new(),
+        })
+    }
+
+    fn wave(amplitude: f64, from: Option<f64>, to: Option<f64>) -> Drive {
+        Drive::Wave(Wave {
+            shape: Shape::Sine,
+            mean: 10.0,
+            amplitude,
+            frequency: Frequency::Angular(20.0),
+            phase: 0.3,
+            from,
+            to,
+        })
+    }
+
+    /// A force, and whether it is a straight line at 0.7 s and at 2.5 s.
+    fn forces() -> Vec<(Pressing, [bool; 2])> {
+        let ramp = |value: f64| Signal::Ramp(Ramp { value, rise_time: 1.0 });
+        let axial = AxialOf {
+            mass: 4.54,
+            stiffness: 55.38e6,
+            damping: 8760.0,
+            ringing_floor: Axial::RINGING_FLOOR,
+        };
+        let actuation = ramp(2000.0);
+        let linear = Drive::Linear(ramp(100.0));
+        let waving = Drive::Sum(vec![linear.clone(), wave(-30.0, Some(0.5), Some(2.0))]);
+        vec![
+            (Pressing::Force(Drive::Value(5.0)), [true, true]),
+            (Pressing::Force(linear), [true, true]),
+            (Pressing::Force(waving), [false, true]),
+            (Pressing::Force(wave(30.0, None, None)), [false, false]),
+            (Pressing::Axial { axial, actuation }, [false, true]),
+        ]
+    }
+
+    /// Bounds against samples. They are no wider than by the harmonic on a line, or the ringing of 2 N that a corner sets going.
+    #[test]
+    fn property_the_force_keeps_its_bounds() {
+        for (pressing, silent) in forces() {
+            let excitation = pressed(pressing);
+            let force = |t: f64| excitation.normal_force(excitation.stretch(t), t);
+            for from in [0.0, 0.3, 0.7, 1.5, 2.5] {
+                let samples = (0..4000).map(|k| from + 1e-3 * f64::from(k));
+                let least = samples.clone().map(force).fold(f64::INFINITY, f64::min);
+                let most = samples.map(force).fold(f64::NEG_INFINITY, f64::max);
+                let low = excitation.lowest_pressing_force_after(from);
+                let high = excitation.highest_pressing_force_after(from);
+                let (rounding, wide) = (1e-12 * most, 65.0);
+                let said = format!("{from}: {least} to {most} in {low} to {high}");
+                assert!(low <= least + rounding && most <= high + rounding, "{said}");
+                assert!(least - low <= wide && high - most <= wide, "{said}");
+                let next = excitation.corners().iter().copied().find(|corner| *corner > from);
+                assert_eq!(excitation.next_corner(from), next);
+                let smooth = excitation.smooth_force(from);
+                if excitation.axial().is_none() {
+                    assert!((smooth.value - force(from)).abs() <= smooth.swing + rounding, "{from}");
+                }
+                if excitation.is_silent(from) {
+                    assert!(
+                        (smooth.value - force(from)).abs() <= rounding && smooth.swing == 0.0,
+                        "{from}"
+                    );
+                    assert!(excitation.silent_from(from) <= from);
+                }
+            }
+            assert_eq!([0.7, 2.5].map(|t| excitation.is_silent(t)), silent);
+            assert_eq!(excitation.dies_by(2.5, 40.0).is_finite(), silent[1]);
+        }
+    }
+
+    /// The bound of the curvature against differences, whose own error is that of the second-next derivative.
+    #[test]
+    fn property_the_force_bends_no_more_than_is_said() {
+        let h = 1e-4;
+        for (number, (pressing, _)) in forces().into_iter().enumerate() {
+            let excitation = pressed(pressing);
+            let force = |t: f64| excitation.normal_force(excitation.stretch(t), t);
+            let mut sharpest: f64 = 0.0;
+            for from in [0.0, 0.6, 1.2, 2.5] {
+                let end = excitation.next_corner(from).unwrap_or(from + 1.0);
+                let curvature = excitation.curvature_bound(from);
+                let times = (1..400).map(|k| from + (end - from) * f64::from(k) / 400.0);
+                for t in times.filter(|t| t + h < end && t - h > from) {
+                    let bend = ((force(t + h) - 2.0 * force(t) + force(t - h)) / (h * h)).abs();
+                    // Rounding of a force of up to 2000 N, over h^2.
+                    let rounding = 8.0 * f64::EPSILON * force(t).abs() / (h * h);
+                    assert!(bend <= curvature + rounding, "{t}: {bend} and {curvature}");
+                    sharpest = sharpest.max(bend / curvature);
+                }
+            }
+            // A harmonic alone attains it.
+            assert!(number != 3 || sharpest > 0.99, "{sharpest}");
+        }
     }
 }

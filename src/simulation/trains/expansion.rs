@@ -8,6 +8,7 @@ use super::dynamics::{TrainDynamics, TrainLocation};
 use super::excitation::OutsideSeries;
 use crate::friction::{Factors, FrictionSeries, Law, LawSeries};
 use crate::model::trains::Smoothing;
+use crate::model::trains::slow_manifold::SlowSeries;
 use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Side, TrainSystem, WORK};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::taylor;
@@ -144,6 +145,27 @@ impl Expansion {
             }
         }
         self.quadratures(system, location);
+    }
+
+    /// Takes the motion along the slow manifold, from the quadratures of `y` on, for the one that it holds; by powers of time in
+    /// s. Nothing drives the trains.
+    pub fn follow(&mut self, system: &TrainSystem, location: &TrainLocation, slow: &SlowSeries<TERMS>, y: &[f64]) {
+        self.unit = 1.0;
+        slow.states(system, |index, series| self.state[index] = *series);
+        for (series, &start) in self.state.iter_mut().zip(y).skip(system.mechanical()) {
+            series[0] = start;
+        }
+        self.relative_velocity = slow.relative_velocity();
+        self.interface = *slow.torque();
+        self.law = slow.friction().clone();
+        self.piece = location.piece;
+        self.quadratures(system, location);
+    }
+
+    /// F_n about `t` (s) by powers of time in s, up to its degree. What is held of a motion is void after that.
+    pub fn pressing(&mut self, dynamics: &TrainDynamics, location: &TrainLocation, t: f64) -> &[f64] {
+        dynamics.excitation.series(location.stretch, t, 1.0, &mut self.outside);
+        &self.outside.normal_force[..=self.outside.degree]
     }
 
     /// Makes the law known at the start, and gives its factors times `of_coefficient`.

@@ -4,7 +4,9 @@
 //! |---|---|
 //! | `excitation` | signals and normal force as functions of time |
 //! | `dynamics` | locations, guards and equations for the automaton |
+//! | `closed_form` | stick and separation in closed form |
 //! | `rules` | what happens at guards and time events |
+//! | `regime` | where steps have to resolve the fast modes |
 //! | `plan` | which solver integrates what, how accurately |
 //! | `series`, `expansion` | the trains' own solver, by Taylor series |
 //! | `readings` | what is recorded of a state |
@@ -12,6 +14,7 @@
 //! | `variation` | what numbers of a case do to its events |
 //! | `course` | the motion from a known state on, within one mode |
 
+mod closed_form;
 mod course;
 mod dynamics;
 mod excitation;
@@ -19,6 +22,7 @@ mod expansion;
 mod plan;
 mod portrait;
 mod readings;
+mod regime;
 mod rules;
 mod series;
 mod variation;
@@ -136,6 +140,7 @@ pub(crate) fn simulate(
         state,
     };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
+    report.stopped_smoothly = rules.stopped_smoothly();
     report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;
     report.count_kicks(trains.kicks.len(), rules.kicks_never_given());
     report.ended(result)

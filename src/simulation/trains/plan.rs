@@ -1,13 +1,17 @@
 //! Which solver integrates which location of two trains, and how accurately.
 
 use super::dynamics::{TrainDynamics, TrainLocation};
+use super::regime::Regimes;
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::Mode;
 use crate::model::trains::system::{ANGLE, Driving, Engagement, Outside};
 use crate::model::trains::{End, Trains};
 use crate::simulation::options::{Method, SolverOptions};
-use crate::simulation::plan::{CVODE_ADAMS, CVODE_TIGHTENING, SETTLING};
+use crate::simulation::plan::{
+    CVODE_ADAMS, CVODE_TIGHTENING, SERIES_RESOLVED_TIGHTENING, SERIES_SLIDING_TIGHTENING, SETTLING, SLIDING_TIGHTENING,
+    SMALLEST_SERIES_RESOLVED, SMALLEST_SERIES_SLIDING, SMALLEST_SLIDING,
+};
 use crate::sundials::{CvodeOptions, EsdirkTable, Tolerances};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -24,6 +28,9 @@ const SMALLEST_IMPLICIT: f64 = 1e-13;
 
 /// The relative tolerance of the series, at which a step errs by less than a rounding.
 const SERIES_TOLERANCE: f64 = 1e-17;
+
+/// The size of an angle that sliding turns through, rad.
+const SLIP: f64 = 1.0;
 
 /// Absolute tolerances are this share of the size of a quantity, times the relative tolerance.
 const ABSOLUTE_SHARE: f64 = 0.1;
@@ -64,6 +71,10 @@ pub(super) struct TrainPlan {
     linear_slip: bool,
     /// Slip, or an engaged contact, is stiff.
     stiff: bool,
+    /// Sliding slows down by itself, to a margin of stability.
+    slows_down: bool,
+    /// What absolute tolerances of unresolved steps are shares of.
+    quiet_sizes: Vec<f64>,
 }
 
 /// The method by which `auto` takes what is not linear; it takes nothing by series.
@@ -130,6 +141,30 @@ fn sizes(dynamics: &TrainDynamics, stretch: usize, outside: &Outside, y: &[f64])
     size
 }
 
+/// The same for steps that stride over the fast modes, from the sizes over the whole case and the start. Twists and their rates
+/// grow with the force, so that those of now say nothing; speeds have the size of the twist rates that friction causes, which
+/// the sliding speed falls to in the end.
+fn quiet_sizes(dynamics: &TrainDynamics, sizes: &[f64], start: &[f64]) -> Vec<f64> {
+    let system = &dynamics.system;
+    let mut quiet = sizes.to_vec();
+    let sides = [&system.rotor, &system.stator];
+    let rates = sides
+        .iter()
+        .flat_map(|side| (0..side.shafts()).map(|i| side.twists + 2 * i + 1));
+    let rate = rates.map(|at| sizes[at]).fold(0.0, f64::max);
+    for index in sides.iter().filter_map(|side| side.speed) {
+        quiet[index] = rate / ABSOLUTE_SHARE;
+    }
+    let outside = dynamics.excitation.at(dynamics.excitation.stretch(0.0), 0.0);
+    let energy = system.kinetic_energy(&outside, start) + system.elastic_energy(sizes);
+    quiet[system.slip..].fill(energy / ABSOLUTE_SHARE);
+    quiet[system.slip] = SLIP / ABSOLUTE_SHARE;
+    if let Some(of_stator) = quiet.get_mut(system.slip + ANGLE) {
+        *of_stator = SLIP / ABSOLUTE_SHARE;
+    }
+    quiet
+}
+
 impl TrainPlan {
     pub fn new(trains: &Trains, dynamics: &Arc<TrainDynamics>, start: &[f64], options: &SolverOptions) -> TrainPlan {
         let system = &dynamics.system;
@@ -144,6 +179,7 @@ impl TrainPlan {
                 *size = 1.0;
             }
         }
+        let quiet_sizes = quiet_sizes(dynamics, &sizes, start);
         let mut absolute = vec![None; system.dimension];
         for side in [&system.rotor, &system.stator] {
             for i in 0..side.shafts() {
@@ -167,6 +203,16 @@ impl TrainPlan {
             period: if fastest > 0.0 { TAU / fastest } else { 1.0 },
             linear_slip: !dynamics.is_engaged() && slopes.least == 0.0 && slopes.most == 0.0,
             stiff: dynamics.stiffness() > STIFF,
+            slows_down: system.twice_resistance.is_some(),
+            quiet_sizes,
+        }
+    }
+
+    /// Where steps have to resolve the fast modes, of a method that can stride over them.
+    pub fn regimes(&self, end_time: f64) -> Option<Regimes> {
+        match self.method {
+            Method::Series | Method::Auto => Regimes::new(&self.dynamics, end_time, self.method == Method::Series),
+            _ => None,
         }
     }
 
@@ -199,10 +245,12 @@ impl TrainPlan {
         // Of `cvode`: a contact without stick is stiff at rest, below what counts as stiff for the steps of order 8.
         let implicit = self.stiff || location.mode == Mode::Engaged;
         let esdirk = SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45);
+        let exact = matches!(self.method, Method::Auto | Method::Series);
         let kind = match self.method {
+            _ if exact && self.dynamics.has_closed_form(location, t, y) => SolverKind::ClosedForm,
             Method::Series => SolverKind::Series,
             Method::Auto if self.is_linear(location) => SolverKind::Series,
-            Method::Auto if self.stiff => esdirk,
+            Method::Auto if self.stiff || !location.resolved => esdirk,
             Method::Auto | Method::Erk => SolverKind::Erk(Method::BEST_PAIR),
             Method::ErkPair(table) => SolverKind::Erk(table),
             Method::Esdirk => esdirk,
@@ -212,7 +260,14 @@ impl TrainPlan {
             Method::Paper => unreachable!("a case of trains does not have the paper's procedure"),
         };
         let relative = match kind {
-            SolverKind::Series => SERIES_TOLERANCE,
+            SolverKind::Series if !location.resolved => {
+                (SERIES_SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SERIES_SLIDING)
+            }
+            SolverKind::Series if self.slows_down => {
+                (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
+            }
+            SolverKind::Series | SolverKind::ClosedForm => SERIES_TOLERANCE,
+            _ if !location.resolved => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
             _ if self.method == Method::Cvode && location.mode == Mode::Engaged => {
                 (ENGAGED_TIGHTENING * self.rtol).max(SMALLEST_ENGAGED)
@@ -225,16 +280,30 @@ impl TrainPlan {
         let fixed_step = self.fixed_step.filter(|_| matches!(kind, SolverKind::Erk(_)));
         let fastest = self.dynamics.excitation.fastest(location.stretch);
         let of_signals = (fastest > 0.0 && kind != SolverKind::Series).then(|| TAU / fastest / STEPS_PER_PERIOD);
+        // As for a brake: errors of resolved steps are amplified until the first stick.
+        let follows_modes = self.method == Method::Auto && self.slows_down && location.mode.sense() != 0;
+        let period = self
+            .dynamics
+            .natural_period()
+            .filter(|_| follows_modes && location.resolved);
+        let of_modes = period.map(|period| period / STEPS_PER_PERIOD);
         let present = sizes(&self.dynamics, location.stretch, &self.dynamics.outside(location, t), y);
         let present = present
             .iter()
             .zip(&self.sizes)
             .map(|(size, most)| size.max(LEAST_SIZE * most));
+        let present = present
+            .zip(&self.quiet_sizes)
+            .map(|(present, quiet)| match location.resolved {
+                true => present,
+                false => *quiet,
+            });
         let share = match self.method {
             Method::Cvode => CVODE_ABSOLUTE_SHARE,
             _ => ABSOLUTE_SHARE,
         };
-        let longest = of_signals.into_iter().chain(self.max_step).reduce(f64::min);
+        let longest = [of_signals, of_modes, self.max_step];
+        let longest = longest.into_iter().flatten().reduce(f64::min);
         ChosenSolver {
             kind,
             tolerances: Tolerances {

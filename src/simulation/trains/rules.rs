@@ -2,9 +2,10 @@
 
 use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
 use super::plan::TrainPlan;
+use super::regime::Regimes;
 use super::series::TaylorEngine;
 use crate::friction::Law;
-use crate::hybrid::{ChosenSolver, Engine, Fired, Rules, SolverKind, Transition};
+use crate::hybrid::{ChosenSolver, ClosedFormEngine, Engine, Fired, Rules, SolverKind, Transition};
 use crate::model::axial::{ChangeCause, ContactChange};
 use crate::model::trains::system::Engagement;
 use crate::model::trains::{Kick, KickSide, Trains};
@@ -30,6 +31,10 @@ pub(super) struct TrainRules {
     contact_change: Option<Option<ContactChange>>,
     /// The normal force is leaving zero.
     departing: bool,
+    /// From t = 0 on, where sliding slows down by itself; elsewhere all steps resolve all modes.
+    regimes: Option<Regimes>,
+    /// The first stop came at the end of smooth sliding.
+    stopped_smoothly: bool,
 }
 
 type TrainTransition = Transition<EventKind, TrainLocation>;
@@ -47,6 +52,8 @@ impl TrainRules {
             waiting_kicks: waiting.filter(|_| start == 0.0).cloned().collect(),
             next_kick: kicks.iter().filter(|kick| kick.0 < start).count(),
             next_corner: corners.iter().filter(|&&corner| corner <= start).count(),
+            regimes: None,
+            stopped_smoothly: false,
             dynamics,
             plan,
             end_time,
@@ -56,22 +63,33 @@ impl TrainRules {
         }
     }
 
+    /// The same, with steps that always resolve the fast modes.
+    pub fn resolving_all(self) -> Self {
+        TrainRules { regimes: None, ..self }
+    }
+
     /// Kicks set at the instability that never came.
     pub fn kicks_never_given(&self) -> usize {
         self.waiting_kicks.len()
     }
 
+    /// Whether the first stop came at the end of smooth sliding, on which rounding does not grow.
+    pub fn stopped_smoothly(&self) -> bool {
+        self.stopped_smoothly
+    }
+
     /// Location at t = 0 for a state; surfaces of one speed are joined.
-    pub fn initial_location(&self, y: &mut [f64]) -> TrainLocation {
+    pub fn initial_location(&mut self, y: &mut [f64]) -> TrainLocation {
         let mut location = self.blank(0.0);
         if self.dynamics.system.twice_resistance.is_some() {
             location.watch = Watch::Stable;
         }
         if self.dynamics.excitation.starts_closed() {
-            self.in_contact(&location, 0.0, y)
-        } else {
-            location
+            location = self.in_contact(&location, 0.0, y);
         }
+        // Nothing has excited the fast modes; the first question is asked at once.
+        self.regimes = self.plan.regimes(self.end_time);
+        location
     }
 
     /// Separated at a time.
@@ -88,7 +106,7 @@ impl TrainRules {
     }
 
     /// The same with this mode at a state.
-    fn entered(&self, location: &TrainLocation, mode: Mode, t: f64, y: &[f64]) -> TrainLocation {
+    fn entered(&mut self, location: &TrainLocation, mode: Mode, t: f64, y: &[f64]) -> TrainLocation {
         let mut location = TrainLocation {
             mode,
             sense: mode.sense(),
@@ -100,6 +118,7 @@ impl TrainRules {
             location.watch = Watch::Off;
         }
         if mode == Mode::Stick || mode == Mode::Separated {
+            self.plan_steps(&mut location, t, y);
             return location;
         }
         let system = &self.dynamics.system;
@@ -109,16 +128,25 @@ impl TrainRules {
             location.sense = self.dynamics.side(&location, t, y);
             location.slow = speed < self.dynamics.threshold;
         }
+        self.plan_steps(&mut location, t, y);
         location
+    }
+
+    /// Plans the steps after a change of mode, or after anything else that may excite the fast modes.
+    fn plan_steps(&mut self, location: &mut TrainLocation, t: f64, y: &[f64]) {
+        if let Some(regimes) = &mut self.regimes {
+            regimes.enter(location, t, y);
+        }
     }
 
     /// Where a contact that closes is at a state: slip in the sense of the relative velocity, or where there is none but
     /// rounding, which is taken from the state, what the stick test says.
-    fn in_contact(&self, location: &TrainLocation, t: f64, y: &mut [f64]) -> TrainLocation {
-        let system = &self.dynamics.system;
-        let outside = self.dynamics.outside(location, t);
+    fn in_contact(&mut self, location: &TrainLocation, t: f64, y: &mut [f64]) -> TrainLocation {
+        let dynamics = self.dynamics.clone();
+        let system = &dynamics.system;
+        let outside = dynamics.outside(location, t);
         let w = system.relative_velocity(&outside, y);
-        let mode = if self.dynamics.is_engaged() {
+        let mode = if dynamics.is_engaged() {
             Mode::Engaged
         } else if w.abs() > VELOCITY_NOISE * system.relative_velocity_terms(&outside, y) {
             Mode::sliding(w)
@@ -143,30 +171,34 @@ impl TrainRules {
     }
 
     /// What follows when the relative velocity has reached zero in slip.
-    fn stop(&self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
+    fn stop(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> TrainTransition {
         let mut joined = y.to_vec();
-        let system = &self.dynamics.system;
         let outside = self.dynamics.outside(location, t);
-        system.join(&outside, &mut joined);
+        self.dynamics.system.join(&outside, &mut joined);
         let mode = self.settle(location, t, &joined);
         // Zero may be touched with a torque that goes on in the same sense: nothing has happened.
-        let kind = match mode {
-            mode if mode == location.mode => None,
-            Mode::Stick => Some(EventKind::Stick),
-            _ => Some(EventKind::Reversal),
-        };
-        let mut location = self.entered(location, mode, t, &joined);
-        location.piece = 0;
+        if mode == location.mode {
+            return Transition {
+                kind: None,
+                location: TrainLocation { piece: 0, ..*location },
+                state: joined,
+            };
+        }
+        let location = self.entered(location, mode, t, &joined);
         Transition {
-            kind,
-            location,
+            kind: Some(if mode == Mode::Stick {
+                EventKind::Stick
+            } else {
+                EventKind::Reversal
+            }),
+            location: TrainLocation { piece: 0, ..location },
             state: joined,
         }
     }
 
     /// What follows a jump of omega_r: the contact is where the state says. An engaged contact has the event of its threshold
     /// if the jump has crossed it.
-    fn after_jump(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
+    fn after_jump(&mut self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<TrainTransition> {
         let outside = self.dynamics.outside(location, t);
         let system = &self.dynamics.system;
         let w = system.relative_velocity(&outside, y);
@@ -221,15 +253,18 @@ impl TrainRules {
                 0.0
             }
         });
-        let system = &self.dynamics.system;
-        system.rotor.jerk(jumps[0], &mut state);
-        system.stator.jerk(jumps[1], &mut state);
+        self.dynamics.system.rotor.jerk(jumps[0], &mut state);
+        self.dynamics.system.stator.jerk(jumps[1], &mut state);
         let jumped = jumps != [0.0, 0.0];
         if location.mode == Mode::Engaged || location.mode.sense() != 0 && jumped {
             after = TrainLocation {
                 slow: location.slow,
                 ..self.entered(&after, location.mode, t, &state)
             };
+        }
+        if let Some(regimes) = &mut self.regimes {
+            regimes.disturb(&after, t, &state);
+            regimes.look_ahead(&mut after, t, &state, location.resolved);
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Corner),
@@ -243,7 +278,8 @@ impl TrainRules {
     }
 
     fn kick(&mut self, location: &TrainLocation, t: f64, y: &[f64], kick: &Kick) -> Vec<TrainTransition> {
-        let system = &self.dynamics.system;
+        let dynamics = self.dynamics.clone();
+        let system = &dynamics.system;
         let rigid = match kick.on {
             KickSide::Both => false,
             KickSide::Rotor => system.rotor.inertia.is_empty(),
@@ -251,7 +287,9 @@ impl TrainRules {
         };
         let delta = if rigid { 0.0 } else { kick.relative_velocity };
         let (rotor_share, stator_share) = system.shares();
-        let mut state = y.to_vec();
+        let on_manifold = self.regimes.as_ref();
+        let on_manifold = on_manifold.and_then(|regimes| regimes.before_kick(location, t, y, delta));
+        let mut state = on_manifold.unwrap_or_else(|| y.to_vec());
         let in_stick = location.mode == Mode::Stick;
         match (kick.on, in_stick) {
             (KickSide::Both, true) => {}
@@ -269,8 +307,12 @@ impl TrainRules {
                 ..self.entered(location, Mode::Engaged, t, &state)
             };
         } else if location.mode.sense() != 0 {
-            let outside = self.dynamics.outside(location, t);
-            after.piece = system.piece_of(system.relative_velocity(&outside, &state));
+            let w = system.relative_velocity(&dynamics.outside(location, t), &state);
+            after.piece = system.piece_of(w);
+            after.resolved = true;
+            if location.sign() * w > 0.0 {
+                self.plan_steps(&mut after, t, &state);
+            }
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Kick),
@@ -292,6 +334,9 @@ impl TrainRules {
             (EventKind::Restabilised, Watch::Stable)
         };
         location.watch = watch;
+        if let Some(regimes) = &mut self.regimes {
+            regimes.look_ahead(location, t, state, true);
+        }
         let mut transitions = vec![Transition {
             kind: Some(kind),
             location: *location,
@@ -318,11 +363,7 @@ impl TrainRules {
             }
             return Transition {
                 kind: Some(EventKind::Separation),
-                location: TrainLocation {
-                    stretch: location.stretch,
-                    watch: location.watch,
-                    ..self.blank(t)
-                },
+                location: self.entered(location, Mode::Separated, t, &state),
                 state,
             };
         }
@@ -357,7 +398,8 @@ impl Rules<TrainDynamics> for TrainRules {
         });
         let corner = excitation.corners().get(self.next_corner).copied();
         let kick = self.kicks.get(self.next_kick).map(|kick| kick.0);
-        let times = [contact_change.map(|change| change.time), corner, kick];
+        let regime = self.regimes.as_ref().and_then(Regimes::time);
+        let times = [contact_change.map(|change| change.time), corner, kick, regime];
         times.into_iter().flatten().min_by(f64::total_cmp)
     }
 
@@ -380,7 +422,16 @@ impl Rules<TrainDynamics> for TrainRules {
             self.next_kick += 1;
             return self.kick(location, t, y, &kick);
         }
-        Vec::new()
+        let Some(regimes) = &mut self.regimes else {
+            return Vec::new();
+        };
+        let mut after = *location;
+        regimes.ask(&mut after, t, y);
+        vec![Transition {
+            kind: None,
+            location: after,
+            state: y.to_vec(),
+        }]
     }
 
     fn at_guards(&mut self, location: &TrainLocation, t: f64, y: &[f64], fired: Fired) -> Vec<TrainTransition> {
@@ -432,6 +483,11 @@ impl Rules<TrainDynamics> for TrainRules {
                 Watch::Unstable => margin > 0.0,
                 Watch::Off => false,
             };
+            let excited = location.resolved;
+            if let Some(regimes) = &mut self.regimes {
+                regimes.disturb(&location, t, y);
+                regimes.look_ahead(&mut location, t, y, excited);
+            }
             transitions.push(silent(location, y));
         }
         if stability_changes {
@@ -448,6 +504,8 @@ impl Rules<TrainDynamics> for TrainRules {
             location.sense = -location.sense;
             transitions.push(silent(location, &state));
         } else if has_fired(Watched::Stopping) && location.mode != Mode::Stick {
+            let is_smooth = self.regimes.as_ref().is_some_and(|regimes| regimes.is_smooth(t));
+            self.stopped_smoothly |= location.watch != Watch::Off && is_smooth;
             transitions.push(self.stop(&location, t, &state));
         }
         transitions
@@ -471,6 +529,7 @@ impl Rules<TrainDynamics> for TrainRules {
     fn engine(&self, kind: &SolverKind) -> Option<Box<dyn Engine<TrainLocation>>> {
         match kind {
             SolverKind::Series => Some(Box::new(TaylorEngine::new(self.dynamics.clone()))),
+            SolverKind::ClosedForm => Some(Box::new(ClosedFormEngine::new(self.dynamics.clone()))),
             _ => None,
         }
     }

@@ -54,7 +54,7 @@ pub(crate) fn variation(
         let dynamics = Arc::new(TrainDynamics::new(trains, threshold));
         let mut state = start(trains, &dynamics);
         let plan = TrainPlan::new(trains, &dynamics, &state, &solver);
-        let rules = TrainRules::new(dynamics.clone(), trains, plan, 0.0, output.end_time);
+        let mut rules = TrainRules::new(dynamics.clone(), trains, plan, 0.0, output.end_time);
         let location = rules.initial_location(&mut state);
         (dynamics, rules, location, state)
     };
@@ -68,7 +68,7 @@ pub(crate) fn variation(
             *alike &= begins.mode == location.mode;
             copies.push(MovedCopy {
                 dynamics,
-                rules,
+                rules: rules.resolving_all(),
                 weight: moved.weight,
                 bend: moved.bend,
                 start,
@@ -76,7 +76,7 @@ pub(crate) fn variation(
         }
         columns.push(copies);
     }
-    let carried = Carried::new(dynamics.clone(), dynamics.system.mechanical(), columns);
+    let carried = Carried::new(dynamics.clone(), dynamics.system.mechanical(), output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));
     let mut rules = CarryingRules::new(rules, carried.clone());
     let readings = TrainReadings { dynamics: &dynamics };
