@@ -46,7 +46,7 @@ const BRAKES: &[(&str, &[&str])] = &[
 
 /// The farthest that an event of the trains may be from that of the brake, s. By series both round alike, in some 20,000 steps of
 /// the trains: the rotor's speed of 100 rad/s drifts by 1e-12 rad/s, which the last stop shows. The other methods err by their
-/// tolerances, as `docs/accuracy.md` has it.
+/// tolerances, which grow from the loss of stability on.
 const METHODS: [(Method, f64); 3] = [(Method::Series, 5e-12), (Method::Auto, 2e-9), (Method::Cvode, 1e-8)];
 
 fn brake(name: &str, changes: &[Override]) -> Case {
