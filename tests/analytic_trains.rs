@@ -365,22 +365,22 @@ end = "fixed"
 
 /// The short form `[torsion]` by its series and the same brake as two trains: the same events. Without a slow manifold the trains
 /// slide for 7 s in 20,000 steps of the series; their roundings, 7e-15 rad/s each at 100 rad/s, add up to 1.4e-10 rad/s at most, and
-/// the rotor loses 14 rad/s in a second: 1e-11 s. What `auto` adds is its tolerance, 1e-12 of the same speed.
+/// the rotor loses 14 rad/s in a second: 1e-11 s. `auto` adds its tolerance, 1e-12 of the same speed, where it starts again at the
+/// loss of stability; the growth up to the kick multiplies that.
 #[test]
 fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
     let mut short = Case::parse(&CaseSource::built_in("paper-si").unwrap(), &[]).unwrap();
     short.solver.method = Method::Series;
     let mut expected = MemoryRecorder::default();
     Run::new(&short).record(&mut expected).start().unwrap();
-    // The margin of steady sliding is none of the trains'.
-    let margin = |event: &&Event| matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
-    let expected: Vec<_> = expected.events.iter().filter(|event| !margin(event)).collect();
+    // A margin that passes zero where omega_r turns has a blunt zero: tests/analytic_short_form.rs has those.
+    let sharp = |event: &&Event| !matches!(event.kind, EventKind::Destabilised | EventKind::Restabilised);
+    let expected: Vec<_> = expected.events.iter().filter(sharp).collect();
     assert!(expected.len() > 100);
-    for method in [Method::Series, Method::Auto] {
+    for (method, within) in [(Method::Series, 1e-12), (Method::Auto, 1e-11)] {
         let mut trains = brake();
         trains.solver.method = method;
         let (found, report) = run(&trains);
-        assert_eq!(found.events.len(), expected.len());
         // A stick is one step of a closed form, and so is the last, of three seconds.
         let sticks = found
             .events
@@ -389,15 +389,18 @@ fn analytic_the_paper_brake_as_two_trains_is_the_short_form() {
             .count();
         let closed = report.work.iter().find(|work| work.solver == "closed-form").unwrap();
         assert_eq!((closed.segments, closed.steps), (sticks as u64, 0));
+        let found: Vec<_> = found.events.iter().filter(sharp).collect();
+        assert_eq!(found.len(), expected.len());
         let mut worst = 0.0_f64;
-        for (a, b) in found.events.iter().zip(&expected) {
+        for (a, b) in found.iter().zip(&expected) {
             assert_eq!((a.kind, a.mode_after), (b.kind, b.mode_after));
             worst = worst.max((a.time - b.time).abs());
-            near(a.before.phi1, b.before.phi1, 1e-10);
-            near(a.before.theta_dot, b.before.theta_dot, 1e-9);
+            near(a.before.phi1, b.before.phi1, 10.0 * within);
+            // It changes by some 14 rad/s^2.
+            near(a.before.theta_dot, b.before.theta_dot, 100.0 * within);
         }
         println!("{}: {} events within {worst:.1e} s", method.name(), expected.len());
-        assert!(worst < 1e-11, "{worst:e}");
+        assert!(worst < within, "{worst:e}");
     }
 }
 
