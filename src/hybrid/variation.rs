@@ -11,7 +11,9 @@
 //! (saltation). F_p, h_p, M_p and T' are differences between copies of the whole system with the number moved, on the path of the
 //! run: of equations, signals and transitions nothing is differentiated by hand. h and M are linear in the state.
 
-use super::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, Transition};
+use super::{
+    Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, StateAt, Transition,
+};
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector};
@@ -175,7 +177,7 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         location: &D::Location,
         origin: f64,
         (from, to, strides): (f64, f64, bool),
-        at: &mut dyn FnMut(f64, &mut [f64]) -> Result<(), EngineError>,
+        at: &mut StateAt<'_>,
     ) -> Result<(), EngineError> {
         let (n, dimension) = (self.moving, self.dynamics.dimension());
         let mut y = vec![0.0; dimension];

@@ -338,7 +338,7 @@ fn invert<T: ComplexField<RealField = f64> + Copy>(matrix: &mut DMatrix<T>, plac
             }
         }
         // Zero, or not a number.
-        if !(most > 0.0) {
+        if most.is_nan() || most <= 0.0 {
             return false;
         }
         places[c] = place;

@@ -70,7 +70,7 @@ pub fn resistance(trains: &Trains) -> Result<f64, &'static str> {
     }
     let twice = match sides.map(Surface::of) {
         [Some(rotor), Some(stator)] => of_both(&rotor, &stator),
-        [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then(|| 2.0 * one.damping),
+        [Some(one), None] | [None, Some(one)] => (one.stiffness > 0.0).then_some(2.0 * one.damping),
         [None, None] => None,
     };
     twice.ok_or("no surface swings on a shaft of its own")

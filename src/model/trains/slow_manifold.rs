@@ -22,7 +22,6 @@
 
 use super::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::friction::{FrictionSeries, Law, LawSeries};
-use crate::numerics::taylor;
 
 /// Taylor coefficients that are kept for a state alone.
 pub(in crate::model) const ORDER: usize = 14;
@@ -226,14 +225,6 @@ fn least_change(system: &TrainSystem, slip: &Slip<'_>, momenta: Momenta) -> (Vec
         (before, last) = (state, change);
     }
     (best.0, best.1)
-}
-
-/// The state on the slow manifold that has these momenta, with quadratures of zero: for a path along it, which asks for
-/// thousands, to 1e-8 of the twists where the friction changes over 12 ms.
-pub(crate) fn of_momenta(system: &TrainSystem, slip: &Slip<'_>, momenta: Momenta) -> Vec<f64> {
-    let mut state = SlowSeries::<PATH_ORDER>::of_rounds(system, slip, momenta, PATH_ROUNDS).start(system);
-    state.resize(system.dimension, 0.0);
-    state
 }
 
 /// One train's part of the motion.
@@ -457,21 +448,13 @@ impl<const N: usize> SlowSeries<N> {
     }
 
     /// The state at `tau` (s) from where it starts, with quadratures of zero.
-    pub fn at(&self, system: &TrainSystem, tau: f64) -> Vec<f64> {
+    #[cfg(test)]
+    fn at(&self, system: &TrainSystem, tau: f64) -> Vec<f64> {
         let mut state = vec![0.0; system.dimension];
-        self.states(system, |index, series| state[index] = taylor::value(series, &tau));
+        self.states(system, |index, series| {
+            state[index] = crate::numerics::taylor::value(series, &tau)
+        });
         state
-    }
-
-    /// |omega_r| at `tau` (s) from where it starts, rad/s, and its rate; negative beyond the stop.
-    pub fn speed_at(&self, tau: f64) -> (f64, f64) {
-        taylor::value_and_rate(&self.speed, &tau)
-    }
-
-    /// How long the series of |omega_r| holds to this error (rad/s), by the last of its trusted terms, s.
-    pub fn reach(&self, error: f64) -> f64 {
-        let by_term = |n: usize| (error / self.speed[n].abs()).powf(1.0 / n as f64);
-        by_term(N - 4).min(by_term(N - 3))
     }
 }
 
@@ -490,6 +473,7 @@ mod tests {
     use crate::model::state::{TorsionState, index};
     use crate::model::torsion::TorsionModel;
     use crate::model::{Mode, Parameters};
+    use crate::numerics::taylor;
     use crate::signal::Drive;
 
     /// The trains' components before the quadratures, as the brake's state has them.
@@ -566,7 +550,6 @@ mod tests {
                     "{index}, component {place}: {ours:e} and {theirs:e}"
                 );
             }
-            assert!((found.reach(1e-9) / brake.reach(1e-9) - 1.0).abs() < 1e-3);
         }
     }
 
@@ -574,7 +557,7 @@ mod tests {
     /// external torque, a driven end, and a force that bends.
     #[test]
     fn analytic_the_motion_of_chains_solves_their_equations() {
-        let mut cases = vec![
+        let mut cases = [
             samples::chains(),
             samples::chains(),
             samples::chains(),

@@ -69,7 +69,7 @@ impl ClosedForm for TrainDynamics {
 mod tests {
     use super::*;
     use crate::friction::{Exponential, FrictionLaw};
-    use crate::hybrid::{Advance, ChosenSolver, ClosedFormEngine, Dynamics, Engine, Segment, SolverKind};
+    use crate::hybrid::{Advance, ChosenSolver, ClosedFormEngine, Engine, Segment, SolverKind};
     use crate::model::closed_form as brake;
     use crate::model::state::index;
     use crate::model::torsion::TorsionModel;
