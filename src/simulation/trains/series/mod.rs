@@ -318,7 +318,7 @@ impl TaylorEngine {
         let (force, unit, t) = (self.expansion.normal_force(), self.expansion.unit, self.origin);
         // The time is itself no more exact than its last place.
         let of_force = excitation.largest_force() + (force[1] / unit * t).abs();
-        let of_rate = (2.0 * force[2] / (unit * unit)).abs() * (t + self.dynamics.natural_period().unwrap_or(0.0));
+        let of_rate = excitation.curvature_bound(t) * (t + self.dynamics.natural_period().unwrap_or(0.0));
         let x = self.location.sign() * self.expansion.relative_velocity[0];
         let slope = system.law_in(self.location.piece).coefficient_and_slope(x).1.abs();
         let noise = |of: f64| system.slope_weight(FORCE_NOISE * of) * slope;
