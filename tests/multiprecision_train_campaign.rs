@@ -322,6 +322,7 @@ fn multiprecision_random_trains() {
             let request = TrainCertifyRequest {
                 digits: 18,
                 longest: Duration::from_secs(60),
+                ..TrainCertifyRequest::default()
             };
             let certificate = certify(
                 &case,

@@ -353,6 +353,14 @@ impl Excitation {
         }
     }
 
+    /// A bound on |d^2/dt^2| of F_n from `t` to the next corner, N/s^2.
+    pub(crate) fn curvature_bound(&self, t: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion) => motion.curvature_bound(t),
+            NormalForce::Direct(index, _) => self.timeline.amplitude(*index, self.timeline.stretch(t), 2),
+        }
+    }
+
     /// Whether F_n is a straight line from `t` to the next corner, up to rounding.
     pub(crate) fn is_silent(&self, t: f64) -> bool {
         match &self.normal_force {
@@ -621,6 +629,31 @@ mod tests {
                 }
             }
             assert_eq!([0.7, 2.5].map(|t| excitation.is_silent(t)), silent);
+        }
+    }
+
+    /// The bound of the curvature against differences, whose own error is that of the second-next derivative.
+    #[test]
+    fn property_the_force_bends_no_more_than_is_said() {
+        let h = 1e-4;
+        for (number, (pressing, _)) in forces().into_iter().enumerate() {
+            let excitation = pressed(pressing);
+            let force = |t: f64| excitation.normal_force(excitation.stretch(t), t);
+            let mut sharpest: f64 = 0.0;
+            for from in [0.0, 0.6, 1.2, 2.5] {
+                let end = excitation.next_corner(from).unwrap_or(from + 1.0);
+                let curvature = excitation.curvature_bound(from);
+                let times = (1..400).map(|k| from + (end - from) * f64::from(k) / 400.0);
+                for t in times.filter(|t| t + h < end && t - h > from) {
+                    let bend = ((force(t + h) - 2.0 * force(t) + force(t - h)) / (h * h)).abs();
+                    // Rounding of a force of up to 2000 N, over h^2.
+                    let rounding = 8.0 * f64::EPSILON * force(t).abs() / (h * h);
+                    assert!(bend <= curvature + rounding, "{t}: {bend} and {curvature}");
+                    sharpest = sharpest.max(bend / curvature);
+                }
+            }
+            // A harmonic alone attains it.
+            assert!(number != 3 || sharpest > 0.99, "{sharpest}");
         }
     }
 }
