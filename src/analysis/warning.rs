@@ -10,7 +10,7 @@ use std::fmt;
 const OPEN_BALANCE: f64 = 1e-6;
 
 /// The same as a multiple of `rtol`, where that is more, and the most that any tolerance allows. By `cvode` at rtol 1e-5 runs
-/// whose events are as good as asked leave up to 9e-5.
+/// whose events are as good as asked leave up to 3e-5.
 const OPEN_OF_TOLERANCE: f64 = 10.0;
 const MOST_OPEN: f64 = 1e-3;
 
