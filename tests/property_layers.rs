@@ -9,13 +9,18 @@ use syn::visit::{self, Visit};
 /// A module by the names that lead to it.
 type Module = Vec<String>;
 
-/// The text of every module below `src/`.
+/// The text of every module below `src/`, but for those that only tests have.
 fn modules() -> BTreeMap<Module, PathBuf> {
     fn walk(folder: &Path, at: &Module, found: &mut BTreeMap<Module, PathBuf>) {
+        let parent = fs::read_to_string(folder.join("mod.rs")).unwrap_or_default();
+        let for_tests = |stem: &str| parent.contains(&format!("#[cfg(test)]\nmod {stem};"));
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
             let inner: Module = at.iter().cloned().chain([stem.clone()]).collect();
+            if for_tests(&stem) {
+                continue;
+            }
             if path.is_dir() {
                 walk(&path, &inner, found);
             } else if stem == "mod" {

@@ -571,7 +571,13 @@ pub(super) fn add_case(causes: &mut Vec<Diagnosis>, differences: &[CaseDifferenc
     );
     let all = |test: fn(&CaseDifference) -> bool| differences.iter().all(test);
     let smooth = |d: &CaseDifference| {
-        let known = ["friction.regularisation.", "friction.breakaway", "friction.threshold"];
+        // A contact without stick has no breakaway test.
+        let known = [
+            "friction.regularisation.",
+            "friction.breakaway",
+            "friction.threshold",
+            "contact.breakaway_test",
+        ];
         known.iter().any(|key| d.key.starts_with(key))
     };
     // Where the reference is regularised, too, or alone, that is not what is wrong with the candidate.

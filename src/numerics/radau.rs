@@ -329,7 +329,7 @@ fn shift<T: ComplexField<RealField = f64>>(matrix: &mut DMatrix<T>, jacobian: &D
 /// Inverts a matrix in its place, by elimination with exchanges of rows, which `places` remembers; false of a singular one.
 fn invert<T: ComplexField<RealField = f64> + Copy>(matrix: &mut DMatrix<T>, places: &mut [usize]) -> bool {
     let n = matrix.nrows();
-    for c in 0..n {
+    for (c, exchanged) in places.iter_mut().enumerate() {
         let (mut place, mut most) = (c, 0.0);
         for r in c..n {
             let size = matrix[(r, c)].norm1();
@@ -338,10 +338,10 @@ fn invert<T: ComplexField<RealField = f64> + Copy>(matrix: &mut DMatrix<T>, plac
             }
         }
         // Zero, or not a number.
-        if most.is_nan() || most <= 0.0 {
+        if most == 0.0 {
             return false;
         }
-        places[c] = place;
+        *exchanged = place;
         matrix.swap_rows(c, place);
         let pivot = T::one() / matrix[(c, c)];
         for j in 0..n {
