@@ -284,13 +284,16 @@ fn state_after<K: PartialEq, L>(transitions: &[Transition<K, L>], kinds: &[Optio
 /// The rules of a run, which carry the derivatives over each event.
 pub(crate) struct CarryingRules<D: Dynamics, R> {
     own: R,
+    /// The maps of the events, without what is there for rounding alone.
+    maps: R,
     carried: Arc<Mutex<Carried<D, R>>>,
 }
 
 impl<D: Dynamics, R: Rules<D>> CarryingRules<D, R> {
-    /// `own` decides; `carried` is for whoever wants the derivatives afterwards.
-    pub(crate) fn new(own: R, carried: Arc<Mutex<Carried<D, R>>>) -> Self {
-        CarryingRules { own, carried }
+    /// `own` decides; `maps` are the same rules as those of the copies are; `carried` is for whoever wants the derivatives
+    /// afterwards.
+    pub(crate) fn new(own: R, maps: R, carried: Arc<Mutex<Carried<D, R>>>) -> Self {
+        CarryingRules { own, maps, carried }
     }
 }
 
@@ -373,17 +376,19 @@ where
                 moved.next = moved.of.rules.next_time_event(location, t);
             }
         }
+        self.maps.next_time_event(location, t);
         self.own.next_time_event(location, t)
     }
 
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
-        let own = self.own.clone();
         let transitions = self.own.at_time_event(location, t, y);
         let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
         if transitions.iter().all(|one| one.kind.is_none() && one.state == y) {
             // Another solver, or other steps, which the copies do not ask for.
             return transitions;
         }
+        let maps = self.maps.clone();
+        self.maps.at_time_event(location, t, y);
         let event = Instant {
             location,
             t,
@@ -395,7 +400,7 @@ where
             &event,
             |_, column, _| column.shift_of_time(t),
             // The time is a number's, and moves with the copies.
-            |_, y| state_after(&own.clone().at_time_event(location, t, y), &kinds),
+            |_, y| state_after(&maps.clone().at_time_event(location, t, y), &kinds),
             |moved| match moved.next {
                 Some(next) => moved.of.rules.at_time_event(location, next, y),
                 None => Vec::new(),
@@ -411,8 +416,9 @@ where
         y: &[f64],
         fired: Fired,
     ) -> Vec<Transition<R::Kind, D::Location>> {
-        let own = self.own.clone();
         let transitions = self.own.at_guards(location, t, y, fired);
+        let maps = self.maps.clone();
+        self.maps.at_guards(location, t, y, fired);
         let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
         let event = Instant {
             location,
@@ -431,7 +437,7 @@ where
                 let by_number = column.sum(|moved| Some(carried.guard(&moved.of.dynamics, location, t, y, guard)));
                 -(by_state + by_number) / carried.guard_rate(location, t, y, before, guard)
             },
-            |t, y| state_after(&own.clone().at_guards(location, t, y, fired), &kinds),
+            |t, y| state_after(&maps.clone().at_guards(location, t, y, fired), &kinds),
             |moved| moved.of.rules.at_guards(location, t, y, fired),
         );
         transitions

@@ -78,7 +78,7 @@ pub(crate) fn variation(
     }
     let carried = Carried::new(dynamics.clone(), dynamics.system.mechanical(), output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));
-    let mut rules = CarryingRules::new(rules, carried.clone());
+    let mut rules = CarryingRules::new(rules.clone(), rules.resolving_all(), carried.clone());
     let readings = TrainReadings { dynamics: &dynamics };
     let channels = readings.channels(0.0, &location, &state);
     let energy = channels.energy_kinetic + channels.energy_elastic;

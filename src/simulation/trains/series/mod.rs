@@ -40,7 +40,7 @@ const DEPARTURE_NOISE: f64 = 1e-9;
 /// Coefficients by which the size of a quantity is judged that may start at zero.
 const LEADING: usize = 6;
 
-/// Of energies, which nothing depends on, what a step may err by over their size. Where sliding slows down by itself, all else is
+/// Of energies, which nothing depends on, what a step may err by over their size. In a slip that slows down by itself, all else is
 /// little beside what friction takes from the free train, and that needs no shorter steps.
 const ENERGY_TOLERANCE: f64 = 1e-14;
 
@@ -237,7 +237,7 @@ impl TaylorEngine {
                 take(&expansion.relative_velocity, weight);
             }
         }
-        if system.twice_resistance.is_none() {
+        if system.twice_resistance.is_none() || self.location.sense == 0 {
             for series in &expansion.state[system.slip..] {
                 let size = size(series);
                 if size > 0.0 {
