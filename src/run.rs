@@ -50,7 +50,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The run of a brake that comes from no case. The parameters are taken as they are: only [`Case::parse`] validates.
+    /// The run of a brake that comes from no case. The parameters are taken as they are: only [`Case::parse`](crate::case::Case::parse) validates.
     pub fn of(parameters: &'a Parameters, solver: &'a SolverOptions, output: &'a OutputOptions) -> Self {
         Run::prepared(Problem::Brake(parameters), solver, output)
     }

@@ -6,7 +6,7 @@ use common::random_brakes::{Random, difference, random_brake, random_release};
 use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
-use stickslip::case::{Case, CaseSource, Origin, Override, TrainCase};
+use stickslip::case::{AnyCase, Case, CaseSource, Origin, Override, TrainCase};
 use stickslip::model::torsion::TorsionModel;
 use stickslip::model::trains::Trains;
 use stickslip::model::trains::system::{Outside, TrainSystem};
@@ -352,5 +352,46 @@ fn sundials_one_sided_tests_of_unequal_surfaces() {
                 .map(|slip| slip.time)
         };
         assert!(first(&series) != first(&transmitted), "{test} changes nothing");
+    }
+}
+
+/// A margin that is zero throughout has no zeros: neither form has events of it.
+#[test]
+fn property_a_margin_that_is_zero_throughout_is_not_watched() {
+    let shared = r#"
+[contact]
+radius = 0.1
+normal_force = 1000
+[friction]
+law = "coulomb"
+breakaway = 0.5
+kinetic = 0.4
+[initial]
+speed = 2
+[output]
+end_time = 0.2
+"#;
+    let trains = format!(
+        "[rotor]\ninertia = [0.01, 2.0]\nstiffness = 1000\nend = \"free\"\n[stator]\ninertia = 0.01\nstiffness = 2000\nend = \"fixed\"\n{shared}"
+    );
+    let axial = "[axial]\nmass = 4.5\nstiffness = 5.5e7\ndamping = 8.7e3\n[actuation]\nprofile = \"ramp\"\nforce = 1000\nrise_time = 0.02\n";
+    let short = format!(
+        "[torsion]\nrotor_inertia = 2.0\nsurface_inertia = 0.01\nstiffness = 1000\ndamping = 0\n{axial}{}",
+        shared.replace("normal_force = 1000\n", "")
+    );
+    for text in [trains, short] {
+        for method in ["series", "auto", "cvode"] {
+            let changes = [Override::parse(&format!("solver.method={method}")).unwrap()];
+            let case = AnyCase::read(&CaseSource::text(&text), &changes).unwrap();
+            let report = Run::new(&case).start().unwrap();
+            assert_eq!(
+                report
+                    .digest
+                    .cycles
+                    .count(&[EventKind::Destabilised, EventKind::Restabilised]),
+                0,
+                "{method}"
+            );
+        }
     }
 }

@@ -14,6 +14,7 @@
 use super::{
     Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, StateAt, Transition,
 };
+use crate::numerics::eigenvalues::eigenvalues;
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
 use nalgebra::{DMatrix, DVector};
@@ -117,8 +118,10 @@ pub(crate) struct Carried<D, R> {
 
 /// The largest magnitude of an eigenvalue.
 fn fastest(jacobian: &DMatrix<f64>) -> f64 {
-    let eigenvalues = jacobian.clone().complex_eigenvalues();
-    eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max)
+    eigenvalues(jacobian)
+        .iter()
+        .map(|value| value.norm())
+        .fold(0.0, f64::max)
 }
 
 impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
@@ -383,6 +386,16 @@ where
     fn at_time_event(&mut self, location: &D::Location, t: f64, y: &[f64]) -> Vec<Transition<R::Kind, D::Location>> {
         let transitions = self.own.at_time_event(location, t, y);
         let kinds: Vec<_> = transitions.iter().map(|one| one.kind).collect();
+        if transitions.is_empty() {
+            // A search for the next instant goes on, and so do those of the copies.
+            self.maps.at_time_event(location, t, y);
+            let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
+            let copies = carried.columns.iter_mut().flat_map(|column| &mut column.copies);
+            for moved in copies.filter(|moved| moved.next.is_some_and(|next| next <= t)) {
+                moved.of.rules.at_time_event(location, t, y);
+            }
+            return transitions;
+        }
         if transitions.iter().all(|one| one.kind.is_none() && one.state == y) {
             // Another solver, or other steps, which the copies do not ask for.
             return transitions;

@@ -131,7 +131,7 @@ impl BrakeRules {
         Location {
             mode,
             resolved: false,
-            watch: if mode == Mode::Stick { Watch::Off } else { Watch::Stable },
+            watch: self.watch_from(mode),
             piece: self.brake.piece_of(y),
         }
     }
@@ -146,8 +146,20 @@ impl BrakeRules {
         self.waiting_kicks.clear();
         self.departing = false;
         let mode = self.mode_in_contact(t, y);
-        let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
+        let watch = self.watch_from(mode);
         self.enter(mode, watch, t, y)
+    }
+
+    /// What is watched where a run begins in a mode. Without damping and under constant friction the margin is zero throughout.
+    fn watch_from(&self, mode: Mode) -> Watch {
+        let torsion = &self.brake.torsion;
+        let slopes = torsion.friction.law.slope_bounds(0.0, f64::INFINITY);
+        let vanishes = torsion.torsion.damping == 0.0 && slopes.least == 0.0 && slopes.most == 0.0;
+        if mode == Mode::Stick || vanishes {
+            Watch::Off
+        } else {
+            Watch::Stable
+        }
     }
 
     /// Slip in the sense of the relative velocity, or where there is none what the stick test says.

@@ -48,7 +48,7 @@ pub enum IntegrateError {
 /// Integrates a case and keeps its events alone.
 ///
 /// # Errors
-/// Those of [`Run::start`].
+/// Those of [`Run::start`](crate::Run::start).
 pub fn without_a_file(
     _number: u64,
     case: &AnyCase,

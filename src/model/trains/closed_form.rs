@@ -1,7 +1,7 @@
 //! Stick and separation of two trains in closed form, where the ends rest and the torques are constant.
 //!
 //! The matrix exponential is exact at any time, and its energy proves when a stick can never break away again. Coordinates
-//! are those of [`Chains`].
+//! are those of `Chains`.
 
 use super::chains::{Chains, Drifting, Sum, Turning};
 use super::system::{ANGLE, DAMPING_LOSS, TrainSystem, WORK};

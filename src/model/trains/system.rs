@@ -362,7 +362,11 @@ impl TrainSystem {
             radius: trains.radius,
             breakaway: trains.breakaway,
             breakaway_test: trains.breakaway_test,
-            twice_resistance: twice_resistance(trains),
+            twice_resistance: twice_resistance(trains).filter(|resistance| {
+                // Without damping and under constant friction the margin is zero throughout.
+                let slopes = trains.law.slope_bounds(0.0, f64::INFINITY);
+                *resistance != 0.0 || slopes.least != 0.0 || slopes.most != 0.0
+            }),
             law: trains.law.clone(),
             engagement,
             slip,

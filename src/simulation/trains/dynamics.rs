@@ -7,6 +7,7 @@ use crate::model::trains::Trains;
 use crate::model::trains::closed_form;
 use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::model::{BreakawayTest, Mode};
+use crate::numerics::eigenvalues::eigenvalues;
 use crate::simulation::brake::{DESTABILISED, LARGEST_DIP, RESTABILISED, Watch};
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
@@ -83,7 +84,7 @@ impl Rates {
             let mut jacobian = DMatrix::zeros(system.dimension, system.dimension);
             system.jacobian(mode, 1.0, 0, &outside, &rest, &mut jacobian.as_view_mut());
             let n = system.mechanical();
-            let eigenvalues = jacobian.view((0, 0), (n, n)).into_owned().complex_eigenvalues();
+            let eigenvalues = eigenvalues(&jacobian.view((0, 0), (n, n)).into_owned());
             let fastest = eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max);
             rates.fastest = rates.fastest.max(fastest);
             let moving = || eigenvalues.iter().filter(|value| value.norm() > STANDING * fastest);
