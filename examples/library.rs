@@ -6,7 +6,7 @@
 use std::error::Error;
 
 use stickslip::Run;
-use stickslip::analysis::StickSlip;
+use stickslip::analysis::CycleStatistics;
 use stickslip::case::{Case, CaseSource, Override};
 use stickslip::record::{EventKind, MemoryRecorder};
 
@@ -19,7 +19,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut recorder = MemoryRecorder::default();
     Run::new(&case).record(&mut recorder).start()?;
 
-    let stick_slip = StickSlip::from_events(&recorder.events);
+    let events = recorder.events.iter().map(|event| (event.time, event.kind));
+    let (stick_slip, _) = CycleStatistics::of_events(events);
     println!("{} samples, {} events", recorder.samples.len(), recorder.events.len());
     println!("{} sticks, {} slips", stick_slip.stick_count, stick_slip.slip_count);
     for event in recorder

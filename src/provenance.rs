@@ -1,10 +1,10 @@
 //! What the files of this program say of where they come from: which program, on which machine, called how and when.
 
 use crate::case::{Case, CaseRef, Form, Motion};
-use crate::model::state::Components;
+use crate::model::trains::Trains;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
-use crate::simulation::{Method, chosen_solvers, procedure, trains};
+use crate::simulation::{Method, procedure, trains};
 
 /// Root attribute `references` of files about brakes.
 const REFERENCES_OF_BRAKES: &str = "Vibrational Interaction of Two Rotors with Friction Coupling, Advances in Acoustics and \
@@ -172,14 +172,13 @@ fn phases(case: &Case) -> Vec<(String, f64)> {
         return found;
     }
     // What the solvers themselves were given.
-    let (sliding, resolved) = chosen_solvers(&case.parameters, solver);
-    for (phase, chosen) in [("sliding", sliding), ("resolved", resolved)] {
-        let absolute = Components::of(&chosen.tolerances.absolute);
-        number(format!("{phase}_rtol"), chosen.tolerances.relative);
-        number(format!("{phase}_atol_twist"), absolute.rotor_twist);
-        number(format!("{phase}_atol_rate"), absolute.rotor_twist_rate);
-        number(format!("{phase}_atol_speed"), absolute.rotor_speed);
-        if let Some(step) = chosen.max_step {
+    let [sliding, resolved] = trains::solver_settings(&Trains::from(&case.parameters), solver);
+    for (phase, settings) in [("sliding", sliding), ("resolved", resolved)] {
+        number(format!("{phase}_rtol"), settings.relative);
+        number(format!("{phase}_atol_twist"), settings.twist);
+        number(format!("{phase}_atol_rate"), settings.rate);
+        number(format!("{phase}_atol_speed"), settings.speed);
+        if let Some(step) = settings.max_step {
             number(format!("{phase}_max_step"), step);
         }
     }

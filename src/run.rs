@@ -4,7 +4,7 @@ use crate::case::CaseRef;
 use crate::model::Parameters;
 use crate::model::trains::Trains;
 use crate::record::{NoRecorder, Recorder};
-use crate::simulation::{OutputOptions, Progress, RunFailure, RunReport, SolverOptions, simulate, trains};
+use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, procedure, trains};
 use std::ops::ControlFlow;
 
 /// A run that is being prepared; [`Run::start`] computes it.
@@ -110,11 +110,25 @@ impl<'a> Run<'a> {
         };
         let mut nobody = NoRecorder;
         let recorder = self.recorder.unwrap_or(&mut nobody);
-        match self.problem {
-            Problem::Brake(parameters) => simulate(parameters, self.solver, self.output, recorder, control),
-            Problem::Trains(trains, threshold) => {
-                trains::simulate(trains, threshold, self.solver, self.output, recorder, control)
+        let lowered;
+        let problem = match self.problem {
+            Problem::Brake(parameters) => {
+                lowered = Trains::from(parameters);
+                trains::Problem {
+                    trains: &lowered,
+                    threshold: 0.0,
+                    further: false,
+                }
             }
+            Problem::Trains(trains, threshold) => trains::Problem {
+                trains,
+                threshold,
+                further: true,
+            },
+        };
+        match self.solver.method {
+            Method::Paper => procedure::run(problem, self.solver, self.output, recorder, control),
+            _ => trains::simulate(problem, self.solver, self.output, recorder, control),
         }
     }
 }

@@ -5,10 +5,8 @@ use proptest::prelude::*;
 use stickslip::case::{Case, CaseSource};
 use stickslip::friction::{Exponential, Friction};
 use stickslip::model::axial::{AxialMotion, ChangeCause};
-use stickslip::model::breakaway::Breakaway;
-use stickslip::model::closed_form::ClosedForm;
 use stickslip::model::contact::{uniform_pressure_radius, uniform_wear_radius};
-use stickslip::model::state::{Components, DIMENSION, TorsionState, index::*};
+use stickslip::model::state::{Components, DIMENSION, index::*};
 use stickslip::model::torsion::TorsionModel;
 use stickslip::model::trains::Trains;
 use stickslip::model::trains::system::{
@@ -267,64 +265,6 @@ proptest! {
                 let noise = 1e-13 * (80.0 / model.torsion.surface_inertia) / h;
                 prop_assert!((difference - exact).abs() < 1e-6 * exact.abs() + noise, "({row}, {column})");
             }
-        }
-    }
-
-    /// The closed forms of stick and separation satisfy their equations and compose.
-    #[test]
-    fn property_closed_forms_satisfy_the_equations(
-        y in prop::array::uniform4(-1.0..1.0f64), w in -1.0..1.0f64, tau in 0.0..0.02f64, stick: bool,
-    ) {
-        let model = model();
-        let closed = ClosedForm::new(&model);
-        let w = if stick { 0.0 } else { w };
-        let start: TorsionState = [y[0] * 1e-5, y[1] * 0.2, y[2] * 1e-5, y[3] * 0.2, (y[1] + y[3]) * 0.2 + w, 0.0, 0.0, 0.0];
-        let at = |t: f64| if stick { closed.stick(&start, t) } else { closed.separated(&start, t) };
-        let h = 2e-8;
-        let (before, here, after) = (at((tau - h).max(0.0)), at(tau), at(tau + h));
-        let span = tau + h - (tau - h).max(0.0);
-        prop_assume!(tau > h);
-        let rhs = model.rates_at(if stick { Mode::Stick } else { Mode::Separated }, || 0.0, &here);
-        // sizes of the derivatives of a 26 krad/s oscillation of 1e-5 rad and 0.2 rad/s
-        let size = [0.5, 1.2e4, 0.5, 1.2e4, 1.2e4, 1.0, 1.0, 2.0];
-        for k in 0..DIMENSION {
-            let difference = (after[k] - before[k]) / span;
-            prop_assert!((difference - rhs[k]).abs() < 1e-6 * size[k], "{k}: {difference} {}", rhs[k]);
-        }
-        // composition
-        let again = if stick { closed.stick(&here, tau) } else { closed.separated(&here, tau) };
-        let once = at(2.0 * tau);
-        for k in 0..DIMENSION {
-            prop_assert!((again[k] - once[k]).abs() < 1e-12 * size[k], "{k}");
-        }
-    }
-
-    /// A breakaway is where the tested torque meets its limit, and not before.
-    #[test]
-    fn property_breakaway_is_the_first_root(
-        y in prop::array::uniform4(-1.0..1.0f64), force in 500.0..2500.0f64,
-    ) {
-        let model = model();
-        let closed = ClosedForm::new(&model);
-        let axial = AxialMotion::new(&AXIAL, &Signal::Ramp(Ramp { value: force, rise_time: 0.0 }));
-        let t = 1.0;
-        let v = y[3] * 0.2;
-        let start: TorsionState = [y[0] * 9e-6, y[1] * 0.2, y[2] * 9e-6, v, y[1] * 0.2 + v, 0.0, 0.0, 0.0];
-        let limit = model.breakaway_torque(force);
-        prop_assume!(model.tested_torque(&start).abs() < 0.999 * limit);
-        let within = 0.05;
-        let end = match closed.next_breakaway(&axial, t, &start, within) {
-            Breakaway::After { after, sense } => {
-                let torque = model.tested_torque(&closed.stick(&start, after));
-                prop_assert!((sense * torque - limit).abs() < 1e-9 * limit);
-                after
-            }
-            Breakaway::NotBefore { until } => panic!("the search stopped at {until} s"),
-            Breakaway::NotYet | Breakaway::Never => within,
-        };
-        for k in 0..2000 {
-            let tau = end * k as f64 / 2000.0;
-            prop_assert!(model.tested_torque(&closed.stick(&start, tau)).abs() <= limit * (1.0 + 1e-12));
         }
     }
 

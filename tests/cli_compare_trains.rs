@@ -167,16 +167,10 @@ fn cli_brakes_and_trains_are_compared_where_they_are_the_same() {
         }
     }
     output(&mut folder.stickslip(&["run", "belt-leine", "-q", "--no-witness"]), 0);
-    let stderr = refusal(&mut folder.stickslip(&["compare", "belt-leine.h5", "brake.h5"]));
-    assert!(
-        stderr.contains("brake.h5: is a result of a brake, [torsion]"),
-        "{stderr}"
-    );
-    let stderr = refusal(&mut folder.stickslip(&["compare", "brake.h5", "belt-leine.h5"]));
-    assert!(
-        stderr.contains("belt-leine.h5: is a result of trains, [rotor] and [stator]"),
-        "{stderr}"
-    );
+    for pair in [["belt-leine.h5", "brake.h5"], ["brake.h5", "belt-leine.h5"]] {
+        let stderr = refusal(&mut folder.stickslip(&["compare", pair[0], pair[1]]));
+        assert!(stderr.contains("another motion"), "{stderr}");
+    }
     output(&mut folder.stickslip(&["run", "drill-string", "-q", "--no-witness"]), 0);
     let stderr = refusal(&mut folder.stickslip(&["compare", "belt-leine.h5", "drill-string.h5"]));
     assert!(stderr.contains("another motion"), "{stderr}");

@@ -178,7 +178,7 @@ fn property_curves_go_through_the_states_at_events() {
     ];
     output(&mut folder.stickslip(&sparse), 0);
     let run = Run::open(&folder.path("sparse.h5")).unwrap();
-    let radius = run.parameters.as_ref().unwrap().contact.radius;
+    let radius = run.system.radius;
     let curve = run.curves(&["friction_torque"], (6.9745, 6.9905)).unwrap().remove(0);
     let (mut slips, mut upright) = (0, 0);
     for event in &run.events {

@@ -7,7 +7,7 @@ use stickslip::Run;
 use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
 use stickslip::analysis::exact::{certify_exactly, last_word};
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{AnyCase, Case, CaseSource, Override};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 
 fn certified(source: &CaseSource, overrides: &[Override]) -> (Case, Vec<Event>, Certificate) {
@@ -171,7 +171,7 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     .map(|text| Override::parse(text).unwrap());
     let source = CaseSource::built_in("paper-si").unwrap();
     let case = Case::parse(&source, &overrides).unwrap();
-    let exact = Case::exact_parameters(&source, &overrides).unwrap();
+    let exact = AnyCase::exact(&source, &overrides).unwrap();
     let mut result = MemoryRecorder::default();
     Run::new(&case).record(&mut result).start().unwrap();
     let (true_one, solution) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();

@@ -11,9 +11,8 @@ use common::random_brakes::{Random, difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
 use stickslip::analysis::exact::certify_exactly;
-use stickslip::analysis::growth::Growth;
 use stickslip::analysis::linearised::linearise;
-use stickslip::case::{Case, CaseSource, Override};
+use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
 use stickslip::model::torsion::TorsionModel;
 use stickslip::model::trains::ExactTrains;
@@ -64,10 +63,7 @@ fn errors(events: &[Event], exact: &[OracleEvent], what: &str) -> Vec<(EventKind
 
 /// By how much rounding may move each event, s.
 fn rounding(case: &Case) -> Vec<f64> {
-    let recorder = run(case);
-    let end = case.output.end_time;
-    let instability = Growth::of_run(&case.parameters, &recorder.events, end).map(|growth| growth.instability);
-    let linearised = linearise(case, &case.solver, instability, &|| false).unwrap();
+    let linearised = linearise(&WrittenCase::of(CaseRef::from(case)), None, &|| false).unwrap();
     linearised.events.iter().map(|event| event.rounding).collect()
 }
 
@@ -111,7 +107,7 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     let events = hold(&overrides, friction).expect("well-conditioned");
     assert!(events >= least, "{friction}: {events} events");
     let source = CaseSource::built_in("paper-si").unwrap();
-    let exact = Case::exact_parameters(&source, &overrides).unwrap();
+    let exact = AnyCase::exact(&source, &overrides).unwrap();
     let case = case(&overrides, &[]);
     let result = run(&case);
     let (certificate, _) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();

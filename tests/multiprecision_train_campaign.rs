@@ -7,11 +7,11 @@ mod common;
 
 use common::random_brakes::Random;
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
-use stickslip::analysis::trains::{TrainCertifyRequest, TrainRecord, certify};
-use stickslip::case::{CaseSource, Origin, TrainCase};
+use stickslip::analysis::Certify;
+use stickslip::analysis::certificate::Verdict;
+use stickslip::case::{AnyCase, CaseSource, Origin, TrainCase};
 use stickslip::record::{Channels, MemoryRecorder, Sample, State};
 use stickslip::simulation::{Method, RunReport, SolverOptions};
 
@@ -290,7 +290,7 @@ fn multiprecision_random_trains() {
     let mut failures = Vec::new();
     let mut total = 0usize;
     let mut worst = [0.0f64; 3];
-    let (mut certified, mut short) = (0usize, 0usize);
+    let (mut by_ladder, mut short) = (0usize, 0usize);
     for index in first..first + count {
         let source = CaseSource {
             text: system(index),
@@ -303,7 +303,7 @@ fn multiprecision_random_trains() {
                 continue;
             }
         };
-        let exact = TrainCase::exact_parameters(&source, &[]).unwrap();
+        let exact = AnyCase::exact(&source, &[]).unwrap();
         for (k, (method, rtol, bound)) in METHODS.into_iter().enumerate() {
             let solver = SolverOptions {
                 method,
@@ -319,19 +319,10 @@ fn multiprecision_random_trains() {
                 continue;
             }
             let case = TrainCase { solver, ..case.clone() };
-            let request = TrainCertifyRequest {
-                digits: 18,
-                longest: Duration::from_secs(60),
-                ..TrainCertifyRequest::default()
-            };
-            let certificate = certify(
-                &case,
-                (&exact, None),
-                &TrainRecord::of_events(recorder.events.clone()),
-                &request,
-                &mut |_| ControlFlow::Continue(()),
-            );
-            let certificate = certificate.unwrap();
+            let certify = Certify::new(&case).oracle_within(&exact, 18, Duration::from_secs(60));
+            let certified = certify.start(&MemoryRecorder::of_events(recorder.events.clone()));
+            let certified = certified.unwrap();
+            let certificate = &certified.certificate;
             if let Some(why) = &certificate.without_oracle {
                 println!("{index}: no oracle: {why}");
                 break;
@@ -339,15 +330,18 @@ fn multiprecision_random_trains() {
             if k == 0 {
                 total += certificate.events.len();
             }
-            if !certificate.converged() {
-                let at = certificate.events.iter().position(|event| event.uncertainty.is_none());
+            if certificate.verdict != Verdict::Converged {
+                let at = certificate
+                    .events
+                    .iter()
+                    .position(|event| event.verdict != Verdict::Converged);
                 if k == 0 {
                     println!("{}", source.text);
                     let first = at.unwrap_or(0).saturating_sub(1);
                     for event in recorder.events.iter().skip(first).take(4) {
                         println!("own   {:.15} {:?} {:?}", event.time, event.kind, event.mode_after);
                     }
-                    let exact = certificate.exact.iter().flat_map(|exact| &exact.report.events);
+                    let exact = certified.exact.iter().flat_map(|exact| &exact.report.events);
                     for event in exact.skip(first).take(4) {
                         println!(
                             "exact {:.15} {:?} {:?}",
@@ -361,7 +355,7 @@ fn multiprecision_random_trains() {
                     "{index} by {} at {rtol:e}: another sequence from event {at:?} of {} on, exact {}",
                     method.name(),
                     certificate.events.len(),
-                    certificate.exact.as_ref().map_or(0, |exact| exact.report.events.len())
+                    certified.exact.as_ref().map_or(0, |exact| exact.report.events.len())
                 ));
                 continue;
             }
@@ -377,15 +371,15 @@ fn multiprecision_random_trains() {
             }
             // What the ladder alone would have said.
             for event in &certificate.events {
-                if let (Some(uncertainty), Some(error)) = (event.ladder_uncertainty, event.true_error) {
-                    certified += 1;
-                    short += usize::from(error.abs() > uncertainty);
+                if let (Verdict::Converged, Some(error)) = (event.ladder_verdict, event.true_error) {
+                    by_ladder += 1;
+                    short += usize::from(error.abs() > event.ladder_uncertainty);
                 }
             }
         }
     }
     println!(
-        "{count} systems, {total} events; auto {:e}, auto at 1e-13 {:e}, series {:e} s at worst; by the ladder alone {short} of {certified} short",
+        "{count} systems, {total} events; auto {:e}, auto at 1e-13 {:e}, series {:e} s at worst; by the ladder alone {short} of {by_ladder} short",
         worst[0], worst[1], worst[2]
     );
     assert!(failures.is_empty(), "{}", failures.join("\n"));

@@ -5,27 +5,31 @@ mod common;
 
 use common::trains::{certified, overrides, recorded, source, truth};
 use std::f64::consts::PI;
-use std::time::Instant;
-use stickslip::analysis::Deadline;
+use std::time::{Duration, Instant};
+use stickslip::analysis::certificate::Verdict;
 use stickslip::analysis::linearised::linearise;
-use stickslip::analysis::sensitivity::{Affected, Outcome};
-use stickslip::analysis::trains::{TrainCertifyRequest, TrainSensitivities, sensitivities};
-use stickslip::case::{Case, CaseSource, Override, TrainCase};
+use stickslip::analysis::sensitivity::{Affected, CaseSensitivities, Outcome, sensitivities};
+use stickslip::analysis::{Certify, Deadline, Written};
+use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, TrainCase, WrittenCase};
 use stickslip::model::Mode;
 use stickslip::oracle::Number;
 use stickslip::record::Event;
-use stickslip::simulation::SolverOptions;
 
 /// The events of a case by its own method.
 fn events(source: &CaseSource, changes: &[Override]) -> Vec<Event> {
     recorded(&TrainCase::parse(source, changes).unwrap()).events
 }
 
-fn of_case(source: &CaseSource, changes: &[Override]) -> TrainSensitivities {
-    sensitivities(source, changes, None, &events(source, changes), &|| false).unwrap()
+fn of_events(source: &CaseSource, changes: &[Override], own: &[Event]) -> Result<CaseSensitivities, String> {
+    let written = WrittenCase::read(source, changes).unwrap();
+    sensitivities(&written, None, own, own.len(), &|| false)
 }
 
-fn column(found: &TrainSensitivities, path: &str) -> usize {
+fn of_case(source: &CaseSource, changes: &[Override]) -> CaseSensitivities {
+    of_events(source, changes, &events(source, changes)).unwrap()
+}
+
+fn column(found: &CaseSensitivities, path: &str) -> usize {
     let position = found.parameters.iter().position(|parameter| parameter.path == path);
     position.unwrap_or_else(|| panic!("{path} in {:?}", found.parameters))
 }
@@ -92,7 +96,7 @@ fn analytic_the_period_of_the_coulomb_belt_and_its_events() {
     }
     // Half a unit of "0.1 m/s" is half of it: the belt is too fast to stick then.
     let speed = &result.rows[column(&found, "rotor.speed")];
-    assert!((speed.half_last_digit.unwrap() - 0.05).abs() < 1e-15);
+    assert!((speed.parameter.half_last_digit.unwrap() - 0.05).abs() < 1e-15);
     let reruns = speed.reruns.as_ref().unwrap();
     assert_eq!(reruns[0].outcome, Outcome::SameEvents);
     let exact = period([1.0, 100.0, 10.0, 0.05, 0.4, 0.3]) - period(numbers);
@@ -243,15 +247,11 @@ damping = [22.6]
 end = "fixed"
 "#;
 
-/// The variational equations of the brake share nothing with differences of runs.
+/// A key of the short form moves both places that it stands for; the others are the same numbers.
 #[test]
 fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
     let brake = Case::parse(&source(&format!("{SHORT}{QUICK}")), &[]).unwrap();
-    let solver = SolverOptions {
-        rtol: 1e-13,
-        ..SolverOptions::default()
-    };
-    let linear = linearise(&brake, &solver, None, &|| false).unwrap();
+    let linear = linearise(&WrittenCase::of(CaseRef::from(&brake)), None, &|| false).unwrap();
     let source = source(&format!("{TRAINS}{QUICK}"));
     let found = of_case(&source, &[]);
     let own = events(&source, &[]);
@@ -276,7 +276,7 @@ fn analytic_the_brake_as_trains_has_the_slopes_of_its_short_form() {
         let ours = column(&found, path);
         let value = linear.parameters[theirs].value;
         for (event, row) in of_brake.iter().zip(&found.events) {
-            let (exact, slope) = (event.by_parameter[theirs], row[ours]);
+            let (exact, slope) = (event.by_parameter[theirs].value, row[ours]);
             // Radau IIA on the steps of the run is good to 1e-6 of the slope, or of a nanosecond for the number itself.
             let bound = slope.uncertainty + 2e-5 * exact.abs() + 1e-9 / value.abs();
             assert!(
@@ -297,7 +297,7 @@ fn property_events_that_series_does_not_have_are_refused() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
     let mut own = events(&source, &[]);
     own[4].kind = stickslip::record::EventKind::Reversal;
-    let error = sensitivities(&source, &[], None, &own, &|| false).unwrap_err();
+    let error = of_events(&source, &[], &own).unwrap_err();
     assert!(error.contains("agrees with 4 of the 29 events"), "{error}");
 }
 
@@ -414,26 +414,28 @@ interval = 0.002
 #[test]
 fn property_after_the_deadline_a_certificate_says_what_it_lacks() {
     let source = CaseSource::built_in("belt-coulomb").unwrap();
-    let (_, record, mut certificate) = certified(&source, &[], &TrainCertifyRequest::default());
+    let case = TrainCase::parse(&source, &[]).unwrap();
+    let exact = AnyCase::exact(&source, &[]).unwrap();
+    let record = recorded(&case);
+    let written = Written::new((&case).into(), None, &source, &[]);
     let nothing = Deadline::after(Instant::now(), Some(0.0));
-    certificate.add_sensitivities((&source, &[]), None, &record, &nothing, &|| false);
-    assert!(certificate.known_sensitivities().is_none());
-    let tables = certificate.tables();
-    assert!(tables.sensitivity.iter().all(Vec::is_empty));
-    let texts = tables.sensitivities.texts;
-    let why = texts.iter().find(|text| text.0 == "without_sensitivities").unwrap();
-    assert!(why.1.contains("wall time of 0 s was over"), "{}", why.1);
-    certificate.add_sensitivities((&source, &[]), None, &record, &nothing, &|| true);
-    assert_eq!(certificate.sensitivities.unwrap().unwrap_err(), "interrupted");
-    let request = TrainCertifyRequest {
-        deadline: nothing,
-        ..TrainCertifyRequest::default()
-    };
-    let (_, _, late) = certified(&source, &[], &request);
-    let failures: Vec<&str> = late.ladder.iter().filter_map(|rung| rung.failure.as_deref()).collect();
-    assert_eq!(failures.len(), late.ladder.len());
-    assert!(failures.iter().all(|why| why.contains("wall time")), "{failures:?}");
-    let why = late.without_oracle.unwrap();
+    let late = Certify::new(&case)
+        .until(nothing)
+        .oracle_within(&exact, 18, Duration::from_secs(600))
+        .sensitivities(&written)
+        .start(&record)
+        .unwrap();
+    let why = late.sensitivities.unwrap().unwrap_err();
+    assert!(why.contains("wall time of 0 s was over"), "{why}");
+    let certificate = late.certificate;
+    assert!(certificate.ladder.len() >= 3);
+    for rung in &certificate.ladder {
+        assert!(
+            rung.failure.as_deref().is_some_and(|why| why.contains("wall time")),
+            "{rung:?}"
+        );
+    }
+    let why = certificate.without_oracle.unwrap();
     assert!(why.contains("is allowed 0.0 s"), "{why}");
 }
 
@@ -448,8 +450,9 @@ fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
         ["solver.method=cvode-adams", "solver.rtol=1e-11"],
     ] {
         let changes = overrides(&settings);
-        let (_, record, certificate) = certified(&source, &changes, &TrainCertifyRequest::default());
-        assert!(certificate.converged(), "{settings:?}");
+        let (_, record, certificate) = certified(&source, &changes, 18);
+        let certificate = certificate.certificate;
+        assert_eq!(certificate.verdict, Verdict::Converged, "{settings:?}");
         let position = |name: &str| {
             let named = certificate
                 .bands
@@ -483,13 +486,15 @@ fn analytic_bands_cover_the_rows_of_the_coulomb_belt() {
             let within = |time: f64| {
                 time > stretch.start + stretch.time_uncertainty && time < stretch.end - stretch.time_uncertainty
             };
-            for row in record.rows.iter().filter(|row| within(row.time)) {
+            let rows = record.samples.iter().enumerate();
+            for (number, row) in rows.filter(|(_, row)| within(row.time)) {
+                let values = record.values(number);
                 let (mode, x, v) = exact(row.time);
                 if (mode == Mode::Stick) != (row.mode == Mode::Stick) {
                     continue;
                 }
                 for (index, (column, exact)) in [(phi1, x), (speed, v)].into_iter().enumerate() {
-                    let error = (row.values[column] - exact).abs();
+                    let error = (values[column] - exact).abs();
                     assert!(
                         error <= stretch.bands[column],
                         "{settings:?} at {}: {error:e}, band {:e}",

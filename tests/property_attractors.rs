@@ -2,12 +2,11 @@
 //! hold.
 
 use stickslip::SavedRun;
-use stickslip::analysis::trains::TrainWitness;
-use stickslip::analysis::{KeptWitness, Summary};
+use stickslip::analysis::{Summary, Witness};
 use stickslip::case::{CaseSource, Origin, Override, TrainCase};
 
 /// A run of a case, with another method beside it.
-fn run(text: &str, changes: &[&str]) -> (Summary, Option<TrainWitness>) {
+fn run(text: &str, changes: &[&str]) -> (Summary, Option<Witness>) {
     let source = CaseSource {
         text: text.to_owned(),
         origin: Origin::File("case.toml".into()),
@@ -20,11 +19,7 @@ fn run(text: &str, changes: &[&str]) -> (Summary, Option<TrainWitness>) {
         .start()
         .unwrap();
     assert!(saved.failure.is_none(), "{:?}", saved.failure);
-    let witness = match saved.witness {
-        Some(KeptWitness::Trains(witness)) => Some(witness),
-        _ => None,
-    };
-    (saved.summary, witness)
+    (saved.summary, saved.witness)
 }
 
 /// An oscillator on the ground or a belt, in translation.
@@ -73,7 +68,7 @@ fn property_the_period_is_the_least_one() {
         attractor.period
     );
     assert_eq!(attractor.sticks, 1);
-    assert_eq!(witness.expect("a witness").differs, None);
+    assert_eq!(witness.expect("a witness").differs_from, None);
 }
 
 /// Coulomb friction takes the same from each swing: 4 mu F_n/k, here less than a millionth of it.
@@ -195,6 +190,6 @@ end = "fixed"
 "#;
     let text = format!("{}{trains}{}", &text[..start], &text[end..]);
     let (_, witness) = run(&text, &["output.window=[]", "output.around=none"]);
-    let differs = witness.expect("a witness").differs.expect("other events");
+    let differs = witness.expect("a witness").differs_from.expect("other events");
     assert!(differs > 6.9, "{differs}");
 }

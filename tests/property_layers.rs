@@ -260,7 +260,7 @@ fn property_no_files_know_each_other_in_a_circle() {
 }
 
 /// Folders whose files still know each other in a circle.
-const CIRCLES: [&str; 5] = ["case", "compare", "hybrid", "plot", "simulation"];
+const CIRCLES: [&str; 4] = ["case", "compare", "hybrid", "plot"];
 
 /// A folder is one with all that is below it, and what its `mod.rs` hands on belongs to the file that defines it.
 #[test]

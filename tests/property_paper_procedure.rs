@@ -3,7 +3,7 @@
 
 mod common;
 use common::{channel, event_sequence, output, run, solver, truth};
-use stickslip::analysis::StickSlip;
+use stickslip::analysis::CycleStatistics;
 use stickslip::model::Mode;
 use stickslip::record::{EventKind, MemoryRecorder};
 use stickslip::simulation::procedure::{EPSILON, STEPS, Settings};
@@ -66,7 +66,7 @@ fn multiprecision_paper_case_within_microseconds() {
     let truth = truth("paper");
     let (recorder, report) = run(&truth.parameters, &paper(), &output(truth.end_time, 0.0005));
     hold_sequence(&recorder);
-    let found = StickSlip::from_events(&recorder.events);
+    let found = CycleStatistics::of_events(recorder.events.iter().map(|e| (e.time, e.kind))).0;
     let error = (found.onset_time.unwrap() - truth.events[0].time).abs();
     println!("onset off by {error:e} s, {} sticks", found.stick_count);
     assert!((1e-9..1e-4).contains(&error), "onset off by {error:e} s");
@@ -107,7 +107,7 @@ fn multiprecision_unperturbed_case_is_noise() {
             &output(truth.end_time, 0.1),
         );
         hold_sequence(&recorder);
-        let found = StickSlip::from_events(&recorder.events);
+        let found = CycleStatistics::of_events(recorder.events.iter().map(|e| (e.time, e.kind))).0;
         assert!(found.stick_count > 20, "{} sticks", found.stick_count);
         found.onset_time.unwrap()
     });

@@ -4,7 +4,9 @@ mod cli_common;
 
 use cli_common::{Folder, output};
 use std::sync::OnceLock;
+use stickslip::analysis::trains::TrainModes;
 use stickslip::friction::Law;
+use stickslip::model::trains::Pressing;
 use stickslip::plot::catalogue::{ENTRIES, ExponentialFit, find};
 use stickslip::plot::entry::Subject;
 use stickslip::plot::figure::CurveStyle;
@@ -72,13 +74,16 @@ fn analytic_rotor_speed_falls_evenly() {
     let speed = points(&figure("rotor-speed"), "");
     let between: Vec<(f64, f64)> = speed.into_iter().filter(|p| p.0 > 2.0 && p.0 < 6.0).collect();
     let (first, last) = (between[0], between[between.len() - 1]);
-    let parameters = Run::open(file()).unwrap().parameters.unwrap();
-    let (torsion, friction) = (&parameters.torsion, &parameters.friction);
-    let Signal::Ramp(Ramp { value: force, .. }) = parameters.actuation else {
+    let system = Run::open(file()).unwrap().system;
+    let Pressing::Axial {
+        actuation: Signal::Ramp(Ramp { value: force, .. }),
+        ..
+    } = system.pressing
+    else {
         panic!("the paper's case has a ramp");
     };
-    let inertia = torsion.rotor_inertia + torsion.surface_inertia;
-    let expected = friction.law.as_exponential().unwrap().high_speed * parameters.contact.radius * force / inertia;
+    let inertia: f64 = system.rotor.inertia.iter().sum();
+    let expected = system.law.as_exponential().unwrap().high_speed * system.radius * force / inertia;
     let slope = (first.1 - last.1) / (last.0 - first.0);
     // At 7.7 rad/s and more the exponential of the friction law is below 2e-17; what is left is the run's tolerance of 1e-10.
     assert!((slope / expected - 1.0).abs() < 1e-9, "{slope} {expected}");
@@ -95,7 +100,7 @@ fn property_stick_slip_is_drawn_with_falling_slips() {
     let velocity = points(&figure("stick-slip-transition"), "");
     let run = Run::open(file()).unwrap();
     let mut largest = f64::INFINITY;
-    let cycles = &run.stick_slip.cycles;
+    let cycles = &run.cycles;
     let mut start = run.stick_slip.onset_time.unwrap();
     for cycle in cycles {
         let (slip, end) = (start + cycle.stick_duration, start + cycle.period);
@@ -116,12 +121,12 @@ fn analytic_torque_in_slip_is_the_friction_law() {
     let runs = [Run::open(file()).unwrap()];
     let axes = ("relative_velocity", "friction_torque");
     let figure = own::phase(&runs, "law", "law", axes, (6.97, 6.99)).unwrap();
-    let parameters = runs[0].parameters.as_ref().unwrap();
+    let system = &runs[0].system;
     let force = runs[0].curves(&["normal_force"], (6.97, 6.99)).unwrap()[0][0].1;
     let slip = points(&figure, "slip-forward");
     assert!(slip.len() > 100);
     for (velocity, torque) in slip {
-        let law = parameters.friction.law.coefficient(velocity) * parameters.contact.radius * force;
+        let law = system.law.coefficient(velocity) * system.radius * force;
         // Rounding of the contact force, some digits of it at the plateau.
         assert!((torque - law).abs() < 1e-9 * law, "{torque} at {velocity}, not {law}");
     }
@@ -217,10 +222,15 @@ fn analytic_last_stick_decays_as_its_mode() {
     let run = Run::open(file()).unwrap();
     let start = run.stick_slip.final_stick_time.unwrap() + 0.02;
     let amplitudes = turn_amplitudes(&run, "phi1_dot", (start, start + 0.1)).unwrap();
-    let model = stickslip::model::torsion::TorsionModel::new(run.parameters.as_ref().unwrap());
-    let modes = stickslip::analysis::modes::stick_modes(&model).modes;
-    let rotor = modes.iter().find(|mode| mode.name == "rotor").unwrap();
-    let expected = (std::f64::consts::TAU * rotor.growth_rate / rotor.angular_frequency).exp();
+    let states = TrainModes::of_case(&run.system).states;
+    let modes = &states.iter().find(|state| state.state == "stick").unwrap().modes;
+    let slowest = modes.iter().filter(|mode| mode.frequency.is_some());
+    let rotor = slowest
+        .min_by(|a, b| a.frequency.unwrap().total_cmp(&b.frequency.unwrap()))
+        .unwrap();
+    let natural = std::f64::consts::TAU * rotor.frequency.unwrap();
+    let damped = (natural * natural - rotor.decay * rotor.decay).sqrt();
+    let expected = (-std::f64::consts::TAU * rotor.decay / damped).exp();
     let factor = stickslip::plot::spiral::factor_per_turn(&amplitudes).unwrap();
     // A hundred samples in a turn meet its extremes to (pi/100)^2/2, over 18 turns.
     assert!((factor - expected).abs() < 1e-4, "{factor} {expected}");

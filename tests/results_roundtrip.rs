@@ -11,6 +11,7 @@ fn read(file: &ResultFile) -> Rows {
         samples: file.samples(0..file.sample_count().unwrap()).unwrap(),
         events: file.events().unwrap(),
         segments: file.segments().unwrap(),
+        ..Rows::default()
     }
 }
 

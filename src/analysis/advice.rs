@@ -2,11 +2,11 @@
 
 use super::bands::compared_output;
 use super::certificate::{Certificate, Verdict, certify};
-use super::exact::distances;
+use super::exact::partners;
 use super::ladder::run;
 use super::verdict::{LEAST_WITNESSES, significant};
 use super::warning::{KICK_OPTION, finer};
-use crate::case::Case;
+use crate::case::{AnyCase, CaseRef};
 use crate::oracle::OracleSolution;
 use crate::simulation::{Method, SolverOptions};
 
@@ -67,8 +67,8 @@ fn too_few_runs(certificate: &Certificate) -> bool {
 /// What is missing of the digits that are asked for, and which setting has them; `None` if they are there. Of a result that
 /// lacks them the likely settings are tried: each is a run, and a certificate of its own or, with the oracle's `solution`, a
 /// comparison with that. With more digits than a double holds it is the oracle's events that must have them.
-pub fn shortfall(
-    case: &Case,
+pub fn shortfall<'a>(
+    case: impl Into<CaseRef<'a>>,
     certificate: &Certificate,
     solution: Option<&OracleSolution>,
     digits: u32,
@@ -85,7 +85,8 @@ pub fn shortfall(
     if certificate.verdict == Verdict::Converged && least >= digits {
         return None;
     }
-    let most = certificate.most_digits().unwrap_or(0);
+    let case = case.into();
+    let most = certificate.most_digits().unwrap_or(DIGITS_OF_DOUBLE);
     let asked = match certificate.verdict {
         Verdict::Converged if digits > most && solution.is_none() => {
             return Some(format!(
@@ -99,17 +100,18 @@ pub fn shortfall(
     if certificate.verdict == Verdict::NoiseDetermined && solution.is_none() {
         return Some(format!("{asked}: {}", remedy(certificate)));
     }
-    if case.solver.method == Method::Series && certificate.verdict == Verdict::Converged && solution.is_none() {
+    if case.solver().method == Method::Series && certificate.verdict == Verdict::Converged && solution.is_none() {
         // Its witnesses are less accurate than it is: they bound its errors from far away, and none is the better result.
         return Some(format!(
             "{asked}, by methods that are less accurate than series itself: --oracle tells how many digits are true"
         ));
     }
     let mut tried: Vec<(String, u32)> = Vec::new();
-    for solver in candidates(&case.solver) {
-        let candidate = Case { solver, ..case.clone() };
-        let setting = setting(&candidate.solver, &case.solver);
-        let reached = digits_of(&candidate, solution, stop);
+    for solver in candidates(case.solver()) {
+        let setting = setting(&solver, case.solver());
+        let mut candidate = AnyCase::from(case);
+        *candidate.options_mut().0 = solver;
+        let reached = digits_of((&candidate).into(), solution, stop);
         if stop() {
             return Some(format!("{asked}; other settings were not tried to the end"));
         }
@@ -190,8 +192,8 @@ fn setting(candidate: &SolverOptions, own: &SolverOptions) -> String {
 }
 
 /// Digits of every event of the sequence that a run of the case has; 0 if it fails or is not converged.
-fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
-    let finished = run(case, &case.solver, &compared_output(&case.output), stop);
+fn digits_of(case: CaseRef, solution: Option<&OracleSolution>, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+    let finished = run(case, case.solver(), &compared_output(case.output()), stop);
     if finished.rung.failure.is_some() || stop() {
         return 0;
     }
@@ -202,16 +204,15 @@ fn digits_of(case: &Case, solution: Option<&OracleSolution>, stop: &(dyn Fn() ->
             _ => 0,
         };
     };
-    let (distances, missing) = distances(case, events, solution);
+    let (partners, missing) = partners(case, events, solution);
     if missing > 0 {
         return 0;
     }
     let word = events
         .iter()
-        .zip(distances)
+        .zip(partners)
         .filter(|(event, _)| event.kind.in_event_sequence());
-    let digits = word.map(|(event, distance)| {
-        distance.map_or(0, |(distance, error)| significant(event.time, distance.abs() + error))
-    });
+    let digits =
+        word.map(|(event, partner)| partner.map_or(0, |partner| significant(event.time, partner.uncertainty())));
     digits.min().unwrap_or(0)
 }

@@ -2,10 +2,11 @@
 //!
 //! Every breakaway and every reversal is a section of the motion. A period is the time between two sections of one kind, at
 //! most [`LONGEST_PERIOD`] sections apart, whose states agree, and by which every harmonic that drives the trains has gone through
-//! whole turns. It is looked for anew after a kick and after a corner of a signal.
+//! whole turns. It is looked for anew after a kick and after a corner of a signal. Sliding that slows down by itself repeats nothing.
 
 use crate::model::Mode;
 use crate::model::trains::Trains;
+use crate::model::trains::margin::twice_resistance;
 use crate::record::{Cycle, Event, EventKind, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::signal::{Drive, Frequency};
 use crate::simulation::trains::{PortraitPoint, Section, further, portrait};
@@ -81,14 +82,14 @@ struct Hit {
 /// Looks for the attractor in the events of a run, and passes the run on.
 pub(super) struct Recurrence<'a> {
     inner: &'a mut dyn Recorder,
-    /// The report of the run is to have the events although they are stored.
-    keeps_events: bool,
+    /// The motion comes to a stop.
+    stops: bool,
     further: Vec<f64>,
     hits: VecDeque<Hit>,
     /// Of each component, what it is measured with: the angles, the speeds, or the bristles.
     groups: Vec<usize>,
-    /// Times and kinds of all events.
-    events: Vec<(f64, EventKind)>,
+    /// When the contact last changed what it did, s.
+    last: Option<f64>,
     /// What the contact did last.
     mode: Mode,
     sticks: u64,
@@ -122,7 +123,7 @@ impl<'a> Recurrence<'a> {
     pub fn new(trains: &Trains, inner: &'a mut dyn Recorder) -> Self {
         Recurrence {
             inner,
-            keeps_events: false,
+            stops: twice_resistance(trains).is_some(),
             further: Vec::new(),
             hits: VecDeque::new(),
             groups: further(trains)
@@ -132,17 +133,12 @@ impl<'a> Recurrence<'a> {
                     _ => usize::from(one.is_rate),
                 })
                 .collect(),
-            events: Vec::new(),
+            last: None,
             mode: Mode::Separated,
             sticks: 0,
             frequencies: frequencies(trains.drives()),
             known: None,
         }
-    }
-
-    /// Leaves the events in the report of the run, wherever they are stored.
-    pub fn keep_events(&mut self) {
-        self.keeps_events = true;
     }
 
     /// The largest angle, speed and deflection of the last sections.
@@ -244,14 +240,7 @@ impl<'a> Recurrence<'a> {
 
     /// When the contact last changed what it did, s, and what it did at the end.
     pub fn end(&self) -> (Option<f64>, Mode) {
-        let mut back = self.events.iter().rev();
-        let last = back.find(|(_, kind)| kind.in_event_sequence());
-        (last.map(|(time, _)| *time), self.mode)
-    }
-
-    /// Times and kinds of all events.
-    pub fn into_events(self) -> Vec<(f64, EventKind)> {
-        self.events
+        (self.last, self.mode)
     }
 
     /// The attractor that the run has come to by its end, if it has.
@@ -331,9 +320,11 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
-        self.events.push((event.time, event.kind));
+        if event.kind.in_event_sequence() {
+            self.last = Some(event.time);
+        }
         match event.kind {
-            EventKind::Slip | EventKind::Reversal => self.hit(event),
+            EventKind::Slip | EventKind::Reversal if !self.stops => self.hit(event),
             EventKind::Stick => self.sticks += 1,
             EventKind::Kick | EventKind::Corner => {
                 self.hits.clear();
@@ -361,6 +352,6 @@ impl Recorder for Recurrence<'_> {
     }
 
     fn stores_events(&self) -> bool {
-        !self.keeps_events && self.inner.stores_events()
+        self.inner.stores_events()
     }
 }

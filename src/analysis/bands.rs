@@ -18,7 +18,7 @@ use crate::simulation::{Following, OutputOptions};
 
 /// No channel is known better than to some roundings of its size. The axial motion is one closed form in every method: there
 /// no two runs differ, and this is all that its band says.
-const LEAST_BAND: f64 = 8.0 * f64::EPSILON;
+const LEAST_BAND: f64 = 16.0 * f64::EPSILON;
 
 /// The least band of each column, in its unit, of the largest magnitudes of the columns (and, J, the kinetic energies on both
 /// sides of all kicks together). Two columns are differences of numbers that may be far larger than they are: the work of a kick
@@ -60,16 +60,17 @@ pub struct Stretch {
     pub time_uncertainty: f64,
     /// For each column, in its unit: how far the exact solution can be at the same share of its own way between the two
     /// events. NaN where no row lies in the stretch.
-    pub bands: [f64; COLUMNS],
-    /// For each column, in its unit per second: the largest rate of change in the rows.
-    pub rates: [f64; COLUMNS],
+    pub bands: Vec<f64>,
+    /// For each column, in its unit per second: the largest rate of change in the rows. None where the bands are at a fixed time.
+    pub rates: Vec<f64>,
 }
 
 impl Stretch {
     /// How far the exact solution can be at the time of a row that is further from both events than their uncertainty, in
     /// the unit of the column.
     pub fn at_fixed_time(&self, column: usize) -> f64 {
-        self.bands[column] + self.rates[column] * self.time_uncertainty
+        let of_time = self.rates.get(column).map_or(0.0, |rate| rate * self.time_uncertainty);
+        self.bands[column] + of_time
     }
 }
 
@@ -77,9 +78,9 @@ impl Stretch {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelBand {
     /// Of the channel.
-    pub name: &'static str,
+    pub name: String,
     /// UDUNITS.
-    pub unit: &'static str,
+    pub unit: String,
     /// The largest band of a stretch, in the channel's unit; infinite if nothing can be said.
     pub band: f64,
     /// The largest at fixed time.
@@ -109,7 +110,8 @@ impl Bands {
                 stretch.time_uncertainty = ends().map(|event| event.uncertainty).fold(0.0, f64::max);
             } else {
                 stretch.time_uncertainty = f64::NAN;
-                (stretch.bands, stretch.rates) = ([f64::NAN; COLUMNS], [f64::NAN; COLUMNS]);
+                stretch.bands.fill(f64::NAN);
+                stretch.rates.fill(f64::NAN);
             }
         }
         for (column, channel) in self.channels.iter_mut().enumerate() {
@@ -351,8 +353,8 @@ pub(super) fn bands(
                 mode: span.first.map_or_else(|| first_mode(result), |event| event.mode_after),
                 converged: span.end > span.start && events.iter().take(index + 1).all(known),
                 time_uncertainty: ends().map(|event| event.uncertainty).fold(0.0, f64::max),
-                bands: [f64::NAN; COLUMNS],
-                rates: [f64::NAN; COLUMNS],
+                bands: vec![f64::NAN; COLUMNS],
+                rates: vec![f64::NAN; COLUMNS],
             };
             if !stretch.converged {
                 stretch.time_uncertainty = f64::NAN;
@@ -377,7 +379,7 @@ pub(super) fn bands(
                 return stretch;
             }
             let rounding = ends().map(|event| event.rounding).fold(0.0, f64::max);
-            stretch.rates = rates(&nearby, &span, stretch.mode, rows, tick);
+            stretch.rates = rates(&nearby, &span, stretch.mode, rows, tick).to_vec();
             for (column, least) in least.iter().enumerate() {
                 let compared = |d: &&Difference| column < State::COUNT || d.rows > 0;
                 let two_nearest = two_nearest(
@@ -396,8 +398,8 @@ pub(super) fn bands(
         })
         .collect();
     let channels = columns().enumerate().map(|(column, (name, unit, _))| ChannelBand {
-        name,
-        unit,
+        name: (*name).to_owned(),
+        unit: (*unit).to_owned(),
         band: over(&stretches, &|s| s.bands[column]),
         at_fixed_time: over(&stretches, &|s| s.at_fixed_time(column)),
         largest: largest[column],

@@ -10,20 +10,21 @@
 use super::bands::{Bands, bands, compared_output};
 use super::deadline::Deadline;
 use super::ladder::{
-    Finished, Ladder, Rung, agree, climb, finest_auto, many_periods, matched, run, shares_errors, witnesses,
+    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest, finest_auto, many_periods, matched, run,
+    shares_errors, time_scale, witnesses,
 };
 use super::linearised::{Linearised, linearise};
 use super::verdict::LEAST_WITNESSES;
 use super::warning::{Warning, warnings};
-use super::{Growth, Summary};
+use super::{Summary, trains};
 
 pub use super::verdict::{CertifiedEvent, Verdict};
 
-use crate::case::Case;
-use crate::model::torsion::TorsionModel;
+use crate::case::{CaseRef, WrittenCase};
 use crate::oracle::OracleError;
 use crate::record::{Event, EventKind, MemoryRecorder};
-use crate::simulation::{Method, SolverOptions};
+use crate::simulation::trains::Excitation;
+use crate::simulation::{Method, OutputOptions, SolverOptions};
 use serde::Serialize;
 
 /// Two errors may cross within one event or a few; over so many on each side they do not.
@@ -36,6 +37,9 @@ pub(super) const LARGEST_SHARE: f64 = 0.02;
 /// e-folds by which rounding has to grow until it can be seen in the relative velocity; some five below those that make a
 /// stick of it.
 const GROWN_NOISE: f64 = 20.0;
+
+/// Units of the last place of an event's time that rounding on the way to it may take, where it was not followed.
+const ROUNDING: f64 = 64.0;
 
 /// What the ladder says of a result.
 #[derive(Debug, Clone, Serialize)]
@@ -65,6 +69,8 @@ pub struct Certificate {
     pub left_out: Option<String>,
     /// Whether the oracle had the last word on the events.
     pub by_oracle: bool,
+    /// Why the oracle has not, where it was to speak if it could.
+    pub without_oracle: Option<String>,
     /// What the ladder said that the oracle contradicts, in one sentence.
     pub contradiction: Option<String>,
     /// The settings of the result.
@@ -73,7 +79,7 @@ pub struct Certificate {
     /// What the run of the case by its own settings has to be warned of.
     #[serde(skip)]
     pub warnings: Vec<Warning>,
-    /// d(event time)/d(parameter).
+    /// d(event time)/d(parameter); of a case that does not slow down through a loss of stability nothing.
     #[serde(skip)]
     pub linearised: Linearised,
 }
@@ -86,7 +92,7 @@ impl Certificate {
 
     /// Digits of the event of the sequence of which double precision can hold least.
     pub fn most_digits(&self) -> Option<u32> {
-        self.in_event_sequence().map(CertifiedEvent::most_digits).min()
+        self.in_event_sequence().filter_map(CertifiedEvent::most_digits).min()
     }
 
     pub(super) fn in_event_sequence(&self) -> impl Iterator<Item = &CertifiedEvent> {
@@ -120,49 +126,49 @@ pub enum CertifyError {
 ///
 /// # Errors
 /// If the case with its own settings fails, or `stop` says so.
-pub fn certify(
-    case: &Case,
+pub fn certify<'a>(
+    case: impl Into<CaseRef<'a>>,
     result: &MemoryRecorder,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
-    certify_until(case, result, &Deadline::default(), stop)
+    certify_until(case.into(), result, &Deadline::default(), stop)
 }
 
 /// [`certify`], whose runs have to be done by a deadline.
 pub(super) fn certify_until(
-    case: &Case,
+    case: CaseRef,
     result: &MemoryRecorder,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Certificate, CertifyError> {
-    let output = compared_output(&case.output);
+    let output = match result.samples.is_empty() {
+        true => OutputOptions::at_the_ends(case.output().end_time),
+        false => compared_output(case.output()),
+    };
     let limited = |solver: &SolverOptions| SolverOptions {
         max_wall_time: deadline.limit(solver.max_wall_time),
         ..solver.clone()
     };
-    let own = run(case, &limited(&case.solver), &output, stop);
+    // What the run of the case by its own settings is asked for is what a loss of stability does.
+    let own = can_lose_stability(case).then(|| run(case, &limited(case.solver()), &output, stop));
     if stop() {
         return Err(CertifyError::Interrupted);
     }
-    if let Some(failure) = &own.rung.failure {
-        return Err(CertifyError::Run(failure.clone()));
+    if let Some(failure) = own.as_ref().and_then(|own| own.rung.failure.clone()) {
+        return Err(CertifyError::Run(failure));
     }
-    let summary = Summary::of_run(&case.parameters, &own.report);
-    let warnings = warnings(case, &summary);
-    let growth = Growth::of_run(&case.parameters, &own.recorder.events, own.report.end);
-    let many_periods = many_periods(case, &own, deadline, stop);
-    let fine = |method: Method| SolverOptions {
-        method,
-        rtol: 1e-12,
-        fixed_step: None,
-        ..limited(&case.solver)
-    };
-    let linearised_by = |method: Method| linearise(case, &fine(method), growth.map(|g| g.instability), stop);
+    let summary = own.as_ref().map(|own| Summary::of_case(case, &own.report));
+    let warnings = summary
+        .as_ref()
+        .map(|summary| warnings(case, summary))
+        .unwrap_or_default();
+    let summary = summary.unwrap_or_default();
+    let many_periods = own.as_ref().and_then(|own| many_periods(case, own, deadline, stop));
+    let follows = own.is_some();
     let (ladder, linearised) = std::thread::scope(|scope| {
-        let linearised = scope.spawn(|| match many_periods {
-            // Where everything has to be resolved, `series` has the path in a twentieth of the time, if it has one.
-            Some(_) => linearised_by(Method::Series).or_else(|_| linearised_by(Method::Auto)),
-            None => linearised_by(Method::Auto),
+        let linearised = scope.spawn(|| match follows {
+            true => linearise(&WrittenCase::of(case), limited(case.solver()).max_wall_time, stop),
+            false => Ok(Linearised::default()),
         });
         let ladder = climb(case, &result.events, &output, own, many_periods, deadline, stop);
         (ladder, linearised.join())
@@ -178,9 +184,9 @@ pub(super) fn certify_until(
     };
     // A run of `series` can be free of the noise that the onset of every other method belongs to: `auto` decides as well.
     let noise = summary.noise_determined
-        || finest_auto(&ladder).is_some_and(|auto| Summary::of_run(&case.parameters, &auto.report).noise_determined);
+        || finest_auto(&ladder).is_some_and(|auto| Summary::of_case(case, &auto.report).noise_determined);
     let events = judge(case, &result.events, &ladder, &linearised, noise);
-    let witnesses = witnesses(&ladder, case.solver.method);
+    let witnesses = witnesses(&ladder, case.solver().method);
     // Where the others go on, the result lacks an event that grazes.
     let ends_alike = witnesses
         .iter()
@@ -193,9 +199,9 @@ pub(super) fn certify_until(
         (_, true) => Verdict::SequenceDiffers,
         _ => Verdict::Converged,
     };
-    let near = LARGEST_SHARE * TorsionModel::new(&case.parameters).natural_period();
+    let near = LARGEST_SHARE * time_scale(case);
     let others_agree = (1..witnesses.len()).any(|k| witnesses[..k].iter().any(|run| agree(witnesses[k], run, near)));
-    let bands = bands(case, result, &witnesses, finest_auto(&ladder), &events);
+    let bands = bands_of(case, result, &ladder, &events);
     Ok(Certificate {
         kick_above_methods: kick_above_methods(&events, &linearised),
         others_agree,
@@ -207,12 +213,26 @@ pub(super) fn certify_until(
         kick_above_noise: summary.kick_above_noise,
         left_out,
         by_oracle: false,
+        without_oracle: None,
         contradiction: None,
-        solver: case.solver.clone(),
+        solver: case.solver().clone(),
         warnings,
         linearised,
         events,
     })
+}
+
+/// The error bands of the rows of a result.
+fn bands_of(case: CaseRef, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
+    let of = case.solver().method;
+    match case {
+        CaseRef::Brake(case) => bands(case, result, &witnesses(ladder, of), finest_auto(ladder), events),
+        CaseRef::Trains(case) => {
+            let others = finest(ladder).into_iter().filter(|run| run.method != of);
+            let others: Vec<&MemoryRecorder> = others.map(|run| &run.recorder).collect();
+            trains::bands(case, result, events, &others)
+        }
+    }
 }
 
 /// ln of what the largest kick does to the time of the first stick, over the uncertainty of that.
@@ -222,19 +242,22 @@ fn kick_above_methods(events: &[CertifiedEvent], linearised: &Linearised) -> Opt
     let kicks = linearised.parameters.iter().zip(&linear.by_parameter);
     let effect = kicks
         .filter(|(parameter, _)| parameter.path.ends_with(".relative_velocity"))
-        .map(|(parameter, derivative)| (parameter.value * derivative).abs())
+        .map(|(parameter, slope)| (parameter.value * slope.value).abs())
         .reduce(f64::max)?;
     Some((effect / event.uncertainty).ln()).filter(|folds| folds.is_finite())
 }
 
 fn judge(
-    case: &Case,
+    case: CaseRef,
     result: &[Event],
     ladder: &[Finished],
     linearised: &Linearised,
     noise: bool,
 ) -> Vec<CertifiedEvent> {
-    let period = TorsionModel::new(&case.parameters).natural_period();
+    let period = time_scale(case);
+    let excitation = Excitation::new(&case.system());
+    // All methods share the zeros of the normal force: their distances do not show how these are rounded.
+    let mut of_zeros: f64 = 0.0;
     let onset = result.iter().position(|event| event.kind == EventKind::Stick);
     let single = |run: &Finished| -> Vec<f64> {
         let times = matched(result, run);
@@ -256,7 +279,7 @@ fn judge(
             })
             .collect()
     };
-    let witnesses = witnesses(ladder, case.solver.method);
+    let witnesses = witnesses(ladder, case.solver().method);
     let times: Vec<Vec<f64>> = witnesses.iter().map(|run| matched(result, run)).collect();
     // Whether two witnesses place an event alike, wherever the result has it.
     let alike = |index: usize| {
@@ -265,7 +288,7 @@ fn judge(
     };
     let independent: Vec<bool> = witnesses
         .iter()
-        .map(|run| !shares_errors(run, case.solver.method))
+        .map(|run| !shares_errors(run, case.solver().method))
         .collect();
     let by_series = witnesses.iter().position(|run| run.method == Method::Series);
     let distances: Vec<Vec<f64>> = witnesses.into_iter().map(single).collect();
@@ -278,10 +301,15 @@ fn judge(
         .enumerate()
         .map(|(index, event)| {
             let linear = linearised.events.get(index).filter(|linear| linear.kind == event.kind);
+            if matches!(event.kind, EventKind::Separation | EventKind::Contact) {
+                of_zeros = of_zeros.max(excitation.rounding_of_zero(event.time));
+            }
             let rounding = match linear {
                 Some(linear) => linear.rounding,
+                None if linearised.parameters.is_empty() => f64::NAN,
                 None => f64::INFINITY,
             };
+            let not_followed = ROUNDING * f64::EPSILON * event.time + of_zeros;
             let seen = around_witnesses.iter().filter(|d| !d[index].is_nan()).count();
             let nearest = around_witnesses
                 .iter()
@@ -294,7 +322,7 @@ fn judge(
             // Another witness may be near by chance; `series` is the finest, and has its say.
             let finest = series.map_or(0.0, |d| d[index]);
             let apart = (2.0 * nearest).max(if finest.is_nan() { 0.0 } else { finest });
-            let uncertainty = apart + own + rounding;
+            let uncertainty = apart + own + if rounding.is_nan() { not_followed } else { rounding };
             let timed =
                 matches!(event.kind, EventKind::Corner | EventKind::Kick) && distances.iter().all(|d| d[index] == 0.0);
             if lost.is_none() && event.kind.in_event_sequence() {
@@ -344,6 +372,7 @@ fn judge(
                 ladder_verdict: verdict,
                 ladder_uncertainty: uncertainty,
                 true_error: None,
+                exact: None,
                 rounding,
                 growth: linear.and_then(|linear| linear.growth),
             }

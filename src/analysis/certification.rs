@@ -1,14 +1,79 @@
-//! All that is found out about one result: the ladder, what moves its final stick, and the oracle's last word.
+//! All that is found out about one result: the ladder, the oracle's last word, and what the numbers of the case do.
 
 use super::certificate::{Certificate, CertifyError, certify_until};
 use super::deadline::Deadline;
-use super::exact::settle;
-use super::sensitivity::{Sensitivities, of_certificate};
-use crate::case::Case;
-use crate::model::ExactParameters;
+use super::exact::{LONGEST, ORACLE_DIGITS, settle};
+use super::sensitivity::{CaseSensitivities, sensitivities};
+use super::verdict::{CertifiedEvent, Verdict};
+use crate::case::{AnyCase, CaseError, CaseRef, CaseSource, ExactCase, Override, WrittenCase};
 use crate::oracle::{OracleProgress, OracleSolution};
-use crate::record::MemoryRecorder;
+use crate::record::{Event, MemoryRecorder};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// A case where its numbers are as they were written.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// The text.
+    source: CaseSource,
+    /// What changes its numbers.
+    overrides: Vec<Override>,
+    /// Where the source is a resolved case: the text that it was made of.
+    given: Option<CaseSource>,
+}
+
+impl Written {
+    /// Of a case that `resolved` gives with these overrides. `given` is the text that it was made of, if there is one: it counts
+    /// where it alone gives the same case.
+    pub fn new(case: CaseRef, given: Option<CaseSource>, resolved: &CaseSource, overrides: &[Override]) -> Written {
+        let same = |text: &CaseSource| {
+            let read = AnyCase::read(text, &[]);
+            read.is_ok_and(|read| {
+                let read = CaseRef::from(&read);
+                (read.system(), read.threshold()) == (case.system(), case.threshold())
+            })
+        };
+        match given {
+            Some(text) if same(&text) => Written {
+                source: text,
+                overrides: Vec::new(),
+                given: None,
+            },
+            given => Written {
+                source: resolved.clone(),
+                overrides: overrides.to_vec(),
+                given,
+            },
+        }
+    }
+
+    /// The case with its numbers.
+    fn case(&self) -> Result<WrittenCase, CaseError> {
+        let case = WrittenCase::read(&self.source, &self.overrides)?;
+        Ok(match &self.given {
+            Some(given) => case.digits_of(given),
+            None => case,
+        })
+    }
+
+    /// The case without rounding.
+    ///
+    /// # Errors
+    /// All problems that were found.
+    pub fn exact(&self) -> Result<ExactCase, CaseError> {
+        AnyCase::exact(&self.source, &self.overrides)
+    }
+}
+
+/// How the oracle is asked.
+#[derive(Debug, Clone)]
+struct Question<'a> {
+    exact: &'a ExactCase,
+    digits: u32,
+    longest: Duration,
+    /// Without its answer there is no certificate.
+    required: bool,
+}
 
 /// A certification that is being prepared; [`Certify::start`] makes it.
 ///
@@ -27,9 +92,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// ```
 #[must_use = "nothing is computed before `start`"]
 pub struct Certify<'a> {
-    case: &'a Case,
-    half_last_digits: Option<&'a [(String, f64)]>,
-    oracle: Option<(&'a ExactParameters, u32)>,
+    case: CaseRef<'a>,
+    written: Option<&'a Written>,
+    oracle: Option<Question<'a>>,
     deadline: Deadline,
     stop: Option<&'a AtomicBool>,
     progress: Option<Box<dyn FnMut(OracleProgress) + 'a>>,
@@ -40,8 +105,9 @@ pub struct Certify<'a> {
 pub struct Certified {
     /// Of the ladder; settled by the oracle where that was asked.
     pub certificate: Certificate,
-    /// What moves the final stick, if that was asked and there is a final stick that is converged.
-    pub final_stick: Option<Sensitivities>,
+    /// What the numbers of the case do to the events that are converged and to what the run comes to, if that was asked; or why
+    /// that is not known.
+    pub sensitivities: Option<Result<CaseSensitivities, String>>,
     /// The oracle's events, if it was asked.
     pub exact: Option<OracleSolution>,
     /// What was under way when it was interrupted: that part, and what would follow, is missing.
@@ -59,10 +125,10 @@ pub enum Stage {
 
 impl<'a> Certify<'a> {
     /// Of a result of this case, which its own settings would give again.
-    pub fn new(case: &'a Case) -> Self {
+    pub fn new(case: impl Into<CaseRef<'a>>) -> Self {
         Certify {
-            case,
-            half_last_digits: None,
+            case: case.into(),
+            written: None,
             oracle: None,
             deadline: Deadline::default(),
             stop: None,
@@ -70,17 +136,34 @@ impl<'a> Certify<'a> {
         }
     }
 
-    /// Find out, too, what moves the final stick, and what half a unit in the last digit of each number does to it: key and
-    /// half unit in SI, as by [`Case::half_last_digits`].
-    pub fn sensitivities(mut self, half_last_digits: &'a [(String, f64)]) -> Self {
-        self.half_last_digits = Some(half_last_digits);
+    /// Find out, too, what the numbers of the case, as it is written, do to the events and to what the run comes to, and what half
+    /// a unit in the last digit of each does.
+    pub fn sensitivities(mut self, written: &'a Written) -> Self {
+        self.written = Some(written);
         self
     }
 
-    /// Let the oracle have the last word, with so many true digits of every event time at least. `exact` are the case's own
-    /// parameters without rounding, as by [`Case::exact_parameters`].
-    pub fn oracle(mut self, exact: &'a ExactParameters, digits: u32) -> Self {
-        self.oracle = Some((exact, digits));
+    /// Let the oracle have the last word, with so many true digits of every event time at least. `exact` is the case without
+    /// rounding, as by [`AnyCase::exact`].
+    pub fn oracle(mut self, exact: &'a ExactCase, digits: u32) -> Self {
+        self.oracle = Some(Question {
+            exact,
+            digits: digits.max(ORACLE_DIGITS),
+            longest: LONGEST,
+            required: true,
+        });
+        self
+    }
+
+    /// Let the oracle have the last word, with so many true digits of every event time, if it comes to it in that time. Else the
+    /// certificate is that of the ladder, and says why.
+    pub fn oracle_within(mut self, exact: &'a ExactCase, digits: u32, longest: Duration) -> Self {
+        self.oracle = Some(Question {
+            exact,
+            digits,
+            longest,
+            required: false,
+        });
         self
     }
 
@@ -112,69 +195,78 @@ impl<'a> Certify<'a> {
             case, deadline, stop, ..
         } = self;
         let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-        let certificate = certify_until(case, result, &deadline, &stopped)?;
-        let final_stick = self
-            .half_last_digits
-            .and_then(|digits| of_final_stick(case, digits, &certificate, &deadline, &stopped));
         let mut certified = Certified {
-            certificate,
-            final_stick,
+            certificate: certify_until(case, result, &deadline, &stopped)?,
+            sensitivities: None,
             exact: None,
             interrupted: None,
         };
-        if stopped() {
-            certified.interrupted = Some(Stage::Sensitivities);
-            return Ok(certified);
-        }
-        let Some((exact, digits)) = self.oracle else {
-            return Ok(certified);
-        };
-        log::info!("the oracle begins");
-        let mut progress = self.progress;
-        let mut show = |now| {
-            if let Some(progress) = &mut progress {
-                progress(now);
+        if let Some(question) = self.oracle {
+            log::info!("the oracle begins");
+            let mut progress = self.progress;
+            let mut show = |now| {
+                if let Some(progress) = &mut progress {
+                    progress(now);
+                }
+            };
+            let left = deadline.limit(None).map(Duration::try_from_secs_f64);
+            let longest = left
+                .and_then(Result::ok)
+                .map_or(question.longest, |left| left.min(question.longest));
+            let settled = settle(
+                &mut certified.certificate,
+                case,
+                question.exact,
+                &result.events,
+                (question.digits, longest),
+                &stopped,
+                &mut show,
+            );
+            match settled {
+                Ok(solution) => certified.exact = Some(solution),
+                Err(CertifyError::Interrupted) => {
+                    certified.interrupted = Some(Stage::Oracle);
+                    return Ok(certified);
+                }
+                Err(error) if question.required => return Err(error),
+                Err(error) => certified.certificate.without_oracle = Some(error.to_string()),
             }
-        };
-        let mut limited = case.clone();
-        limited.solver.max_wall_time = deadline.limit(case.solver.max_wall_time);
-        let certificate = &mut certified.certificate;
-        match settle(
-            certificate,
-            &limited,
-            exact,
-            &result.events,
-            digits,
-            &stopped,
-            &mut show,
-        ) {
-            Err(CertifyError::Interrupted) => certified.interrupted = Some(Stage::Oracle),
-            solution => certified.exact = Some(solution?),
         }
+        let certificate = &certified.certificate;
+        certified.sensitivities = self
+            .written
+            .map(|written| of_written(written, certificate, &result.events, &deadline, &stopped));
+        certified.interrupted = stopped().then_some(Stage::Sensitivities);
         Ok(certified)
     }
 }
 
-/// What moves the final stick, with slopes alone once the deadline is over.
-fn of_final_stick(
-    case: &Case,
-    half_last_digits: &[(String, f64)],
+/// What the numbers of a case, as it is written, do to the events of a result, of which the first that are converged are certain.
+fn of_written(
+    written: &Written,
     certificate: &Certificate,
+    events: &[Event],
     deadline: &Deadline,
     stopped: &(dyn Fn() -> bool + Sync),
-) -> Option<Sensitivities> {
+) -> Result<CaseSensitivities, String> {
     let given_up = || stopped() || deadline.is_over();
-    let mut found = of_certificate(case, half_last_digits, certificate, &given_up)?;
-    let why = found.without_reruns.take();
-    found.without_reruns = why.map(|why| deadline.explain(why, stopped()));
-    Some(found)
+    let explain = |why| deadline.explain(why, stopped());
+    let case = written.case().map_err(|error| error.to_string())?;
+    let converged = |event: &&CertifiedEvent| event.verdict == Verdict::Converged;
+    let count = certificate.events.iter().take_while(converged).count();
+    let known = Some(&certificate.linearised);
+    let mut found = sensitivities(&case, known, events, count, &given_up).map_err(explain)?;
+    if let Some(result) = &mut found.result {
+        result.without_reruns = result.without_reruns.take().map(explain);
+    }
+    Ok(found)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::analysis::certify;
-    use crate::case::{CaseSource, Override};
+    use crate::case::{Case, CaseSource, Override};
     use crate::run::Run;
     use std::time::Instant;
 
@@ -189,20 +281,25 @@ mod tests {
         let short = settings.map(|setting| Override::parse(setting).unwrap());
         let source = CaseSource::built_in("paper").unwrap();
         let case = Case::parse(&source, &short).unwrap();
-        let halves = Case::half_last_digits(&source, &short).unwrap();
+        let written = Written::new(CaseRef::from(&case), None, &source, &short);
         let mut result = MemoryRecorder::default();
         Run::new(&case).record(&mut result).start().unwrap();
         let certificate = certify(&case, &result, &|| false).unwrap();
-        let found = |deadline: &Deadline, stop: bool| of_final_stick(&case, &halves, &certificate, deadline, &|| stop);
+        let found = |deadline: &Deadline, stop: bool| {
+            of_written(&written, &certificate, &result.events, deadline, &|| stop)
+                .unwrap()
+                .result
+                .unwrap()
+        };
         let nothing = Deadline::after(Instant::now(), Some(0.0));
-        let late = found(&nothing, false).unwrap();
+        let late = found(&nothing, false);
         let why = late.without_reruns.unwrap();
         assert!(why.contains("wall time of 0 s was over"), "{why}");
         assert!(late.rows.iter().all(|row| row.reruns.is_none()));
         assert!(late.rows.iter().any(|row| row.slope.is_some()));
-        let stopped = found(&nothing, true).unwrap();
+        let stopped = found(&nothing, true);
         assert_eq!(stopped.without_reruns.as_deref(), Some("interrupted"));
-        let whole = found(&Deadline::default(), false).unwrap();
+        let whole = found(&Deadline::default(), false);
         assert_eq!(whole.without_reruns, None);
         assert!(whole.rows.iter().any(|row| row.reruns.is_some()));
         // The ladder has what is left, too.

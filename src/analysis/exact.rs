@@ -4,11 +4,9 @@
 //! is wide where the result is better than every witness. The oracle's events settle both: the distance to them is the
 //! error, up to the oracle's own.
 
-use super::certificate::{Certificate, CertifyError, LARGEST_SHARE, Verdict, certify};
-use crate::case::{Case, CaseSource, Override};
-use crate::model::ExactParameters;
-use crate::model::torsion::TorsionModel;
-use crate::model::trains::ExactTrains;
+use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict, certify};
+use super::ladder::time_scale;
+use crate::case::{CaseRef, ExactCase};
 use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind, MemoryRecorder};
@@ -23,56 +21,45 @@ pub(crate) const ORACLE_DIGITS: u32 = 25;
 /// The oracle takes no longer, unless the runs of the case have a limit.
 pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 
-/// Of two texts of one case the one whose numbers are as they were written: that which was `given`, if it is the case of the
-/// run; else `resolved`, where every number has been through a double.
-pub fn as_written<'a>(
-    case: &Case,
-    given: &'a CaseSource,
-    resolved: &'a CaseSource,
-    overrides: &[Override],
-) -> &'a CaseSource {
-    match Case::exact_parameters(given, overrides) {
-        Ok(exact) if exact.rounded() == case.parameters => given,
-        _ => resolved,
-    }
-}
-
-/// Certifies a result as [`certify`] does, solves the case by the oracle with `digits` true digits of every event time (or
-/// `ORACLE_DIGITS`, if that is more), and gives the oracle the last word. `exact` are the case's own parameters without
-/// rounding, as by [`Case::exact_parameters`].
+/// Certifies a result as [`certify`] does, solves the case by the oracle with `digits` true digits of every event time, and gives
+/// the oracle the last word. `exact` is the case without rounding, as by [`AnyCase::exact`](crate::case::AnyCase::exact).
 ///
 /// `stop` and `progress` are asked now and then.
 ///
 /// # Errors
 /// Those of [`certify`] and of [`oracle::solve`].
-pub fn certify_exactly(
-    case: &Case,
-    exact: &ExactParameters,
+pub fn certify_exactly<'a>(
+    case: impl Into<CaseRef<'a>>,
+    exact: &ExactCase,
     result: &MemoryRecorder,
     digits: u32,
     stop: &(dyn Fn() -> bool + Sync),
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<(Certificate, OracleSolution), CertifyError> {
+    let case = case.into();
     let mut certificate = certify(case, result, stop)?;
-    let solution = settle(&mut certificate, case, exact, &result.events, digits, stop, progress)?;
+    let asked = (digits, LONGEST);
+    let solution = settle(&mut certificate, case, exact, &result.events, asked, stop, progress)?;
     Ok((certificate, solution))
 }
 
-/// Solves the case by the oracle as [`certify_exactly`] does, and gives it the last word on the certificate of these events.
+/// Solves the case by the oracle as [`certify_exactly`] does, and gives it the last word on the certificate of these events. It is
+/// `asked` for so many digits, and takes no longer than that.
 ///
 /// # Errors
 /// Those of [`oracle::solve`].
-pub fn settle(
+pub fn settle<'a>(
     certificate: &mut Certificate,
-    case: &Case,
-    exact: &ExactParameters,
+    case: impl Into<CaseRef<'a>>,
+    exact: &ExactCase,
     result: &[Event],
-    digits: u32,
+    asked: (u32, Duration),
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
-    let mut solution = solve(case, exact, certificate, digits, stop, progress)?;
-    drop_events_at_the_end(&mut solution, result, case.output.end_time);
+    let case = case.into();
+    let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
+    drop_events_at_the_end(&mut solution, result, case.output().end_time);
     last_word(certificate, case, result, &solution);
     Ok(solution)
 }
@@ -117,25 +104,26 @@ pub(super) fn drop_events_at_the_end(solution: &mut OracleSolution, own: &[Event
 }
 
 fn solve(
-    case: &Case,
-    exact: &ExactParameters,
+    case: CaseRef,
+    exact: &ExactCase,
     certificate: &Certificate,
-    digits: u32,
+    (digits, longest): (u32, Duration),
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
     // A kick ends the growth at the first stick, which is about where the methods have it.
-    let kicked = !case.parameters.perturbations.is_empty();
+    let kicked = !case.system().kicks.is_empty();
     let growth = match certificate.growth_to_onset.filter(|_| kicked) {
         Some(growth) => growth,
         None => certificate.growth_exponent.unwrap_or(0.0),
     };
     let request = OracleRequest {
         growth,
-        end_time: beyond_the_end(case.output.end_time),
-        ..request(&case.solver, &case.output, digits.max(ORACLE_DIGITS), LONGEST)
+        threshold: exact.threshold.clone(),
+        end_time: beyond_the_end(case.output().end_time),
+        ..request(case.solver(), case.output(), digits, longest)
     };
-    let solution = oracle::solve(&ExactTrains::from(exact), &request, &mut |now| {
+    let solution = oracle::solve(&exact.system, &request, &mut |now| {
         progress(now);
         match stop() {
             true => ControlFlow::Break(()),
@@ -148,10 +136,27 @@ fn solve(
     })
 }
 
-/// Of each event of a result its distance from the oracle's event (s, own less exact) and how well that is known (s); `None`
-/// where the oracle has no such event near it. And how many events of the sequence the oracle has beside these.
-pub fn distances(case: &Case, result: &[Event], solution: &OracleSolution) -> (Vec<Option<(f64, f64)>>, usize) {
-    let period = TorsionModel::new(&case.parameters).natural_period();
+/// The oracle's event that is one of a result.
+pub(super) struct Partner {
+    /// Its index.
+    exact: usize,
+    /// Own less exact, s.
+    distance: f64,
+    /// How well that is known, s.
+    error: f64,
+}
+
+impl Partner {
+    /// How far from the exact event the result's can be, s.
+    pub fn uncertainty(&self) -> f64 {
+        self.distance.abs() + self.error
+    }
+}
+
+/// Of each event of a result the oracle's; `None` where the oracle has no such event near it. And how many events of the
+/// sequence the oracle has beside these.
+pub(super) fn partners(case: CaseRef, result: &[Event], solution: &OracleSolution) -> (Vec<Option<Partner>>, usize) {
+    let period = time_scale(case);
     let exact = &solution.report.events;
     let in_word = |kind: EventKind| kind.in_event_sequence();
     let theirs: Vec<usize> = (0..exact.len()).filter(|k| in_word(exact[*k].kind)).collect();
@@ -172,7 +177,8 @@ pub fn distances(case: &Case, result: &[Event], solution: &OracleSolution) -> (V
     let mut partner: Vec<Option<usize>> = vec![None; result.len()];
     for (reference, candidate) in pairs {
         let (exact_index, index) = (theirs[reference], own[candidate]);
-        if exact[exact_index].kind == result[index].kind {
+        let (truth, own) = (&exact[exact_index], &result[index]);
+        if truth.kind == own.kind && truth.mode_after == own.mode_after {
             partner[index] = Some(exact_index);
         }
     }
@@ -182,45 +188,58 @@ pub fn distances(case: &Case, result: &[Event], solution: &OracleSolution) -> (V
         let distance = |k: &usize| (exact[*k].time.to_f64() - event.time).abs();
         partner[index] = same.min_by(|a, b| distance(a).total_cmp(&distance(b)));
     }
-    let distances: Vec<Option<(f64, f64)>> = partner
+    let partners: Vec<Option<Partner>> = partner
         .iter()
         .zip(result)
         .map(|(partner, event)| {
-            let partner = (*partner)?;
-            let distance = Number::from_f64(event.time, 64).minus(&exact[partner].time);
+            let index = (*partner)?;
+            let partner = Partner {
+                exact: index,
+                distance: Number::from_f64(event.time, 64).minus(&exact[index].time),
+                error: solution.errors[index],
+            };
             // Further off it is another event.
-            (distance.abs() <= LARGEST_SHARE * period).then_some((distance, solution.errors[partner]))
+            (partner.distance.abs() <= LARGEST_SHARE * period).then_some(partner)
         })
         .collect();
-    let found = own.iter().filter(|k| distances[**k].is_some()).count();
-    (distances, theirs.len() - found)
+    let found = own.iter().filter(|k| partners[**k].is_some()).count();
+    (partners, theirs.len() - found)
 }
 
 /// Puts the oracle's events in place of what the ladder says of them. Of each event the uncertainty becomes its distance from
 /// the oracle's, plus the oracle's own error, and it is converged where the oracle has it. What the ladder said stays
 /// beside it, and where that was wrong, [`Certificate::contradiction`] says so.
-pub fn last_word(certificate: &mut Certificate, case: &Case, result: &[Event], solution: &OracleSolution) {
-    let (distances, missing) = distances(case, result, solution);
+pub fn last_word<'a>(
+    certificate: &mut Certificate,
+    case: impl Into<CaseRef<'a>>,
+    result: &[Event],
+    solution: &OracleSolution,
+) {
+    let (partners, missing) = partners(case.into(), result, solution);
     let ladder = certificate.verdict;
-    for (event, distance) in certificate.events.iter_mut().zip(&distances) {
-        (event.verdict, event.uncertainty) = match distance {
-            Some((distance, error)) => (Verdict::Converged, distance.abs() + error),
+    for (event, partner) in certificate.events.iter_mut().zip(&partners) {
+        (event.verdict, event.uncertainty) = match partner {
+            Some(partner) => (Verdict::Converged, partner.uncertainty()),
             None if event.ladder_verdict == Verdict::Converged => (Verdict::SequenceDiffers, f64::INFINITY),
             None => (event.ladder_verdict, f64::INFINITY),
         };
-        event.true_error = distance.map(|(distance, _)| distance);
+        event.true_error = partner.as_ref().map(|partner| partner.distance);
+        event.exact = partner.as_ref().map(|partner| {
+            let digits = solution.digits_of_event(partner.exact).max(1) as usize;
+            solution.report.events[partner.exact].time.to_decimal(digits)
+        });
     }
-    let spurious = distances
+    let spurious = partners
         .iter()
         .zip(result)
-        .filter(|(distance, event)| distance.is_none() && event.kind.in_event_sequence())
+        .filter(|(partner, event)| partner.is_none() && event.kind.in_event_sequence())
         .count();
     certificate.verdict = match (missing + spurious, ladder) {
         (0, _) => Verdict::Converged,
         (_, Verdict::NoiseDetermined) => Verdict::NoiseDetermined,
         _ => Verdict::SequenceDiffers,
     };
-    certificate.contradiction = contradiction(certificate, ladder, result, &distances, (missing, spurious));
+    certificate.contradiction = contradiction(certificate, ladder, result, &partners, (missing, spurious));
     certificate.by_oracle = true;
     certificate.bands.retime(&certificate.events);
 }
@@ -230,13 +249,13 @@ fn contradiction(
     certificate: &Certificate,
     ladder: Verdict,
     result: &[Event],
-    distances: &[Option<(f64, f64)>],
+    partners: &[Option<Partner>],
     (missing, spurious): (usize, usize),
 ) -> Option<String> {
-    let claims = || certificate.events.iter().zip(distances);
+    let claims = || certificate.events.iter().zip(partners);
     let word = result.iter().filter(|event| event.kind.in_event_sequence()).count();
     if missing + spurious > 0 && ladder == Verdict::Converged {
-        let lost = claims().find(|(event, distance)| distance.is_none() && event.ladder_verdict == Verdict::Converged);
+        let lost = claims().find(|(event, partner)| partner.is_none() && event.ladder_verdict == Verdict::Converged);
         let place = lost.map_or_else(String::new, |(event, _)| {
             format!(
                 "; the first that it has not is the {} at t = {:.12} s",
@@ -250,9 +269,9 @@ fn contradiction(
         ));
     }
     let claimed = claims().filter(|(event, _)| event.ladder_verdict == Verdict::Converged);
-    let over = |(event, distance): &(&super::certificate::CertifiedEvent, &Option<(f64, f64)>)| -> f64 {
-        match distance {
-            Some((distance, error)) if distance.abs() > event.ladder_uncertainty + error => {
+    let over = |(event, partner): &(&CertifiedEvent, &Option<Partner>)| -> f64 {
+        match partner {
+            Some(Partner { distance, error, .. }) if distance.abs() > event.ladder_uncertainty + error => {
                 distance.abs() / event.ladder_uncertainty
             }
             Some(_) => 0.0,
@@ -260,9 +279,9 @@ fn contradiction(
         }
     };
     let wrong: Vec<_> = claimed.filter(|claim| over(claim) > 0.0).collect();
-    let (worst, distance) = wrong.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))?;
-    let off = match distance {
-        Some((distance, _)) => format!("is off by {:.1e} s", distance.abs()),
+    let (worst, partner) = wrong.iter().copied().max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    let off = match partner {
+        Some(partner) => format!("is off by {:.1e} s", partner.distance.abs()),
         None => "is none that the oracle has".to_owned(),
     };
     Some(format!(

@@ -2,12 +2,10 @@
 
 use super::attractor::{Attractor, Extremes, LONGEST_PERIOD};
 use super::summary::{Outcome, Summary, TURNOVER, residual_row, share_of};
-use crate::case::{Case, CaseRef, CaseSource, Form, Motion, builtin};
-use crate::model::Parameters;
-use crate::model::torsion::TorsionModel;
-use crate::record::{CycleStatistics, Event, EventKind};
+use crate::case::{AnyCase, CaseRef, CaseSource, Motion, builtin};
+use crate::record::{CycleStatistics, Event, EventDigest, EventKind};
 use crate::results::{ResultError, ResultFile, Status, StickSlipTable};
-use crate::simulation::trains::position_of;
+use crate::simulation::trains::{natural_period, position_of};
 use serde::Serialize;
 
 /// The paper's own numbers (its sections 4.2 to 4.5), beside which the built-in case is put.
@@ -48,17 +46,16 @@ pub struct HeadlineRow {
 /// The lines of a run of `case` that comes to `summary`, in the order in which they are read. The numbers of the paper stand
 /// beside those of its own case.
 pub fn headline<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<HeadlineRow> {
-    let case = case.into();
-    rows(case.form(), Some(case), summary)
+    rows(Some(case.into()), summary)
 }
 
-/// The same of a run of this form, whose case may be unknown.
-fn rows(form: Form, case: Option<CaseRef>, summary: &Summary) -> Vec<HeadlineRow> {
-    let mut rows = match form {
-        Form::Brake => of_brake(summary),
-        Form::Trains(motion) => of_motion(motion, summary),
+/// The same of a run whose case may be unknown.
+fn rows(case: Option<CaseRef>, summary: &Summary) -> Vec<HeadlineRow> {
+    let mut rows = match case.filter(|case| !case.stops()) {
+        Some(case) => of_motion(case.motion(), summary),
+        None => of_stop(summary),
     };
-    if !matches!(case, Some(CaseRef::Brake(case)) if is_paper_case(&case.parameters)) {
+    if !case.is_some_and(is_paper_case) {
         rows.iter_mut().for_each(|row| row.paper = "");
     }
     rows
@@ -72,9 +69,8 @@ fn rows(form: Form, case: Option<CaseRef>, summary: &Summary) -> Vec<HeadlineRow
 pub fn of_file(file: &ResultFile, case: Option<CaseRef>, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
     let table = file.stick_slip()?;
     let summary = summary_of_file(file, case, events, table.as_ref())?;
-    let form = case.map_or(Form::Brake, CaseRef::form);
-    let mut rows = rows(form, case, &summary);
-    if table.is_none() && form != Form::Brake {
+    let mut rows = rows(case, &summary);
+    if table.is_none() && case.is_some_and(|case| !case.stops()) {
         // What a run comes to, and what it loses, is written at its end.
         rows.retain(|row| row.name != "motion" && row.name != "energy residual");
     }
@@ -102,24 +98,16 @@ fn summary_of_file(
     let first = file.samples(0..samples.min(1))?;
     let last = file.samples(samples.saturating_sub(1)..samples)?;
     // Files of earlier versions do not have the energy turned over.
-    let at_start = match case {
-        Some(CaseRef::Trains(_)) => None,
-        _ => first
-            .first()
-            .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic),
-    };
+    let at_start = first
+        .first()
+        .filter(|_| case.is_none_or(CaseRef::stops))
+        .map(|first| first.channels.energy_kinetic + first.channels.energy_elastic);
     let energy_turnover = extra(TURNOVER).or(at_start).unwrap_or(f64::NAN);
     let energy_residual = of_table(|table| table.energy_residual_max).unwrap_or(f64::NAN);
-    let brake = match case {
-        Some(CaseRef::Brake(case)) => Some(&case.parameters),
-        _ => None,
-    };
     let summary = Summary {
         end: last.last().map_or(f64::NAN, |sample| sample.time),
         events: events.len(),
-        natural_period: brake.map(|parameters| TorsionModel::new(parameters).natural_period()),
-        axial_displacement: brake.map(|parameters| parameters.largest_force() / parameters.axial.stiffness),
-        instability_time: extra("instability_time"),
+        instability_time: extra("instability_time").or_else(|| instability_of(case?, events)),
         growth_exponent: of_table(|table| table.growth_exponent),
         growth_to_onset: extra("growth_to_onset"),
         e_folds_gained: of_table(|table| table.e_folds_gained),
@@ -134,7 +122,7 @@ fn summary_of_file(
             .map(|event| event.time),
         ..Summary::of_cycles(stick_slip)
     };
-    let Some(CaseRef::Trains(case)) = case else {
+    let Some(case) = case else {
         return Ok(summary);
     };
     let position = extra("attractor_position_min").zip(extra("attractor_position_max"));
@@ -147,21 +135,28 @@ fn summary_of_file(
         distance: extra("attractor_distance").unwrap_or(f64::NAN),
         since: extra("attractor_since").unwrap_or(f64::NAN),
         extremes: position.map(|position| Extremes {
-            of: position_of(&case.parameters),
+            of: position_of(&case.system()),
             position,
             amplitude: extra("attractor_amplitude"),
             relative_velocity: (velocity("min"), velocity("max")),
         }),
     });
-    let summary = Summary {
-        stick_threshold: case.threshold,
-        ..summary
-    };
-    Ok(summary.coming_to(attractor, last.last().map_or("", |last| last.mode.name())))
+    let mode = last.last().map_or("", |last| last.mode.name());
+    Ok(summary.with_statics(case).coming_to(attractor, mode))
 }
 
-/// The lines of a run that slows down to a stop.
-fn of_brake(summary: &Summary) -> Vec<HeadlineRow> {
+/// When sliding that slows down by itself lost its stability, s.
+fn instability_of(case: CaseRef, events: &[Event]) -> Option<f64> {
+    let period = natural_period(&case.system()).filter(|_| case.stops())?;
+    let mut digest = EventDigest::watching(period);
+    for event in events {
+        digest.push(event);
+    }
+    digest.instability.map(|event| event.time)
+}
+
+/// The lines of a run that slows down to a stop, or whose case is not known.
+fn of_stop(summary: &Summary) -> Vec<HeadlineRow> {
     let residual = match summary.energy_residual {
         unknown if unknown.is_nan() => none(),
         residual => residual_row(residual, summary.energy_residual_relative),
@@ -321,12 +316,11 @@ fn of_motion(motion: Motion, summary: &Summary) -> Vec<HeadlineRow> {
     rows
 }
 
-/// Whether these are the parameters of the built-in case of the paper, beside which its numbers are put; solver and
-/// output are free.
-pub fn is_paper_case(parameters: &Parameters) -> bool {
-    CaseSource::built_in(builtin::DEFAULT)
-        .and_then(|source| Case::parse(&source, &[]))
-        .is_ok_and(|case| case.parameters == *parameters)
+/// Whether a case describes the system of the built-in case of the paper, beside which its numbers are put; solver and output are
+/// free.
+pub fn is_paper_case<'a>(case: impl Into<CaseRef<'a>>) -> bool {
+    let paper = CaseSource::built_in(builtin::DEFAULT).and_then(|source| AnyCase::read(&source, &[]));
+    paper.is_ok_and(|paper| CaseRef::from(&paper).system() == case.into().system())
 }
 
 /// Kinds of events as a reader counts them: one of them, and several.

@@ -2,7 +2,8 @@
 
 use super::Summary;
 use super::headline::{HeadlineRow, headline};
-use super::recorded::{KeptWitness, Recorded, recorded};
+use super::recorded::{Recorded, recorded};
+use super::witness::Witness;
 use crate::case::{AnyCase, CaseRef};
 use crate::provenance;
 use crate::results::{
@@ -55,7 +56,7 @@ pub struct KeptReportEnd {
     /// What a reader of the numbers has to know.
     pub warnings: Vec<String>,
     /// If it was asked for; none beside a run that is not complete.
-    pub witness: Option<KeptWitness>,
+    pub witness: Option<Witness>,
     /// s.
     pub wall_time: f64,
     case: AnyCase,
@@ -101,7 +102,7 @@ impl KeptReportEnd {
     /// # Errors
     /// Another file is there that may not be replaced, or a failure to write.
     pub fn write(&self, path: &Path, overwrite: Overwrite, rows: &KeptView<'_>) -> Result<PathBuf, ResultError> {
-        let witness = self.witness.as_ref().map(KeptWitness::attributes);
+        let witness = self.witness.as_ref().map(Witness::attributes);
         let end = KeptEnd {
             status: &self.status,
             stick_slip: &self.table,

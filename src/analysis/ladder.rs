@@ -2,10 +2,11 @@
 
 use super::deadline::Deadline;
 use super::verdict::LEAST_WITNESSES;
-use crate::case::Case;
-use crate::model::torsion::TorsionModel;
-use crate::record::{Event, EventKind, MemoryRecorder};
+use crate::case::CaseRef;
+use crate::model::trains::margin;
+use crate::record::{Event, EventKind, FurtherColumns, MemoryRecorder};
 use crate::run::Run;
+use crate::simulation::trains::{method_without_series, natural_period};
 use crate::simulation::{Method, OutputOptions, RunReport, SolverOptions};
 use crate::workers::over_processors;
 use serde::Serialize;
@@ -28,6 +29,17 @@ pub(crate) const RUNGS: [(Method, f64); 11] = [
     (Method::Series, 1e-12),
 ];
 
+/// Those of a system that does not slow down through a loss of stability. Nothing amplifies its rounding on the way to a first
+/// stick: one tolerance of each method says what several would.
+const SHORT: [(Method, f64); 3] = [
+    (Method::Series, 1e-10),
+    (Method::Auto, 1e-13),
+    (Method::CvodeAdams, 1e-13),
+];
+
+/// Relative tolerance of a run that stands in for a witness.
+const STAND_IN: f64 = 1e-12;
+
 /// Natural periods that a run has to resolve for its ladder to be a long one: a hundred times what a brake has whose contact
 /// damps the fast mode until it loses stability.
 const MANY_PERIODS: f64 = 3000.0;
@@ -45,9 +57,20 @@ fn is_worth_its_time((method, rtol): (Method, f64), of: Method) -> bool {
     needed && !RUNGS.iter().any(|rung| rung.0 == method && rung.1 < rtol)
 }
 
+/// Whether sliding slows down by itself and can lose its stability on the way: what was a deviation then grows until the first
+/// stick.
+pub(super) fn can_lose_stability(case: CaseRef) -> bool {
+    margin::resistance(&case.system()).is_ok()
+}
+
+/// What times of events are measured by, s: the natural period, or the whole run where nothing moves by itself.
+pub(super) fn time_scale(case: CaseRef) -> f64 {
+    natural_period(&case.system()).unwrap_or(case.output().end_time)
+}
+
 /// How many natural periods a run has to resolve.
-fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
-    let period = TorsionModel::new(&case.parameters).natural_period();
+fn resolved_periods(case: CaseRef, run: &MemoryRecorder) -> f64 {
+    let period = time_scale(case);
     let resolved = run
         .segments
         .iter()
@@ -59,7 +82,7 @@ fn resolved_periods(case: &Case, run: &MemoryRecorder) -> f64 {
 /// long one; `own` is the case by its own settings. The paper's procedure does not know what it resolves: `series` tells in
 /// its place.
 pub(super) fn many_periods(
-    case: &Case,
+    case: CaseRef,
     own: &Finished,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
@@ -72,7 +95,7 @@ pub(super) fn many_periods(
             max_wall_time: deadline.limit(None),
             ..SolverOptions::default()
         };
-        let output = OutputOptions::at_the_ends(case.output.end_time);
+        let output = OutputOptions::at_the_ends(case.output().end_time);
         resolved_periods(case, &run(case, &solver, &output, stop).recorder)
     };
     Some(periods).filter(|periods| *periods > MANY_PERIODS)
@@ -110,9 +133,16 @@ pub(super) struct Finished {
     pub report: RunReport,
 }
 
+impl Finished {
+    fn drop_rows(&mut self) {
+        self.recorder.samples = Vec::new();
+        self.recorder.further = FurtherColumns::default();
+    }
+}
+
 /// One run, in memory, with the rows of `output`; a failure is in its rung.
 pub(super) fn run(
-    case: &Case,
+    case: CaseRef,
     solver: &SolverOptions,
     output: &OutputOptions,
     stop: &(dyn Fn() -> bool + Sync),
@@ -164,14 +194,14 @@ pub(super) struct Ladder {
     pub left_out: Option<String>,
 }
 
-/// Every rung, over all processors; in the order of [`RUNGS`]. `own` is the case by its own settings, which may be the first
+/// Every rung, over all processors; in the order of [`RUNGS`]. `own` is the case by its own settings, which may be one
 /// of them. Where the fast mode has to be resolved for long ([`many_periods`]), because nothing damps it, only those that
 /// are worth their time.
 pub(super) fn climb(
-    case: &Case,
+    case: CaseRef,
     result: &[Event],
     output: &OutputOptions,
-    own: Finished,
+    own: Option<Finished>,
     many_periods: Option<f64>,
     deadline: &Deadline,
     stop: &(dyn Fn() -> bool + Sync),
@@ -180,12 +210,12 @@ pub(super) fn climb(
         method,
         rtol,
         fixed_step: None,
-        ..case.solver.clone()
+        ..case.solver().clone()
     };
     // A run that begins late has what is left.
     let run = |rung: (Method, f64)| {
         let solver = SolverOptions {
-            max_wall_time: deadline.limit(case.solver.max_wall_time),
+            max_wall_time: deadline.limit(case.solver().max_wall_time),
             ..settings(rung)
         };
         run(case, &solver, output, stop)
@@ -196,41 +226,43 @@ pub(super) fn climb(
              cvode-bdf, and of cvode-adams only where it is needed for a second witness"
         )
     });
-    let rungs: Vec<(Method, f64)> = RUNGS
-        .into_iter()
-        .filter(|rung| many_periods.is_none() || is_worth_its_time(*rung, case.solver.method))
-        .collect();
-    let mut first = if settings(rungs[0]) == case.solver {
-        own
-    } else {
-        run(rungs[0])
+    let of = case.solver().method;
+    let can_lose_stability = can_lose_stability(case);
+    let mut rungs: Vec<(Method, f64)> = match can_lose_stability {
+        true => RUNGS.to_vec(),
+        false => SHORT.to_vec(),
     };
+    rungs.retain(|rung| many_periods.is_none() || is_worth_its_time(*rung, of));
+    let own = own.filter(|_| settings(rungs[0]) == *case.solver());
+    let mut first = own.unwrap_or_else(|| run(rungs[0]));
     compare(&mut first, result);
     let rungs = &rungs[1..];
     if rungs.iter().any(|other| other.0 == first.method) {
-        first.recorder.samples = Vec::new();
+        first.drop_rows();
     }
     let others = over_processors(rungs.len(), stop, |index| {
         let mut run = run(rungs[index]);
         compare(&mut run, result);
         // Rows are compared with those of the finest run of each method.
         if rungs[index + 1..].iter().any(|other| other.0 == rungs[index].0) {
-            run.recorder.samples = Vec::new();
+            run.drop_rows();
         }
         run
     });
     let mut runs: Vec<Finished> = std::iter::once(first).chain(others).collect();
     // One that has failed, or has another sequence, has to be stood in for.
-    let of = case.solver.method;
-    let stand_in = (Method::CvodeAdams, 1e-12);
+    let stand_in = match can_lose_stability {
+        true => Method::CvodeAdams,
+        false => method_without_series(&case.system()),
+    };
     let events = word(result).len();
     let alike = witnesses(&runs, of)
         .iter()
         .filter(|run| run.rung.agreeing == events && run.rung.events == events)
         .count();
-    let missing = !runs.iter().any(|run| run.method == stand_in.0);
+    let missing = !runs.iter().any(|run| run.method == stand_in);
     if missing && alike < LEAST_WITNESSES && !stop() {
-        let mut run = run(stand_in);
+        let mut run = run((stand_in, STAND_IN));
         compare(&mut run, result);
         runs.push(run);
     }
@@ -241,9 +273,14 @@ fn word(events: &[Event]) -> Vec<&Event> {
     events.iter().filter(|event| event.kind.in_event_sequence()).collect()
 }
 
+/// Whether the same happens in two events.
+fn is_like(a: &Event, b: &Event) -> bool {
+    a.kind == b.kind && a.mode_after == b.mode_after
+}
+
 fn compare(run: &mut Finished, result: &[Event]) {
     let (own, result) = (word(&run.recorder.events), word(result));
-    let same = |(a, b): &(&&Event, &&Event)| a.kind == b.kind;
+    let same = |(a, b): &(&&Event, &&Event)| is_like(a, b);
     let agreeing = own.iter().zip(&result).take_while(same).count();
     run.rung.events = own.len();
     run.rung.agreeing = agreeing;
@@ -258,12 +295,12 @@ fn compare(run: &mut Finished, result: &[Event]) {
 /// Whether two runs have the same sequence of events, each event within `distance` (s).
 pub(super) fn agree(a: &Finished, b: &Finished, distance: f64) -> bool {
     let (a, b) = (word(&a.recorder.events), word(&b.recorder.events));
-    let near = |(a, b): (&&Event, &&Event)| a.kind == b.kind && (a.time - b.time).abs() <= distance;
+    let near = |(a, b): (&&Event, &&Event)| is_like(a, b) && (a.time - b.time).abs() <= distance;
     a.len() == b.len() && a.iter().zip(&b).all(near)
 }
 
 /// The finest run of each method, if it did not fail.
-fn finest(ladder: &[Finished]) -> Vec<&Finished> {
+pub(super) fn finest(ladder: &[Finished]) -> Vec<&Finished> {
     let mut finest: Vec<&Finished> = Vec::new();
     for run in ladder {
         finest.retain(|other| other.method != run.method);

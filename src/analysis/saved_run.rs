@@ -1,6 +1,7 @@
 //! A run of a case into its result file.
 
-use super::recorded::{KeptWitness, Recorded, recorded};
+use super::recorded::{Recorded, recorded};
+use super::witness::Witness;
 use super::{Summary, Warning};
 use crate::case::CaseRef;
 use crate::results::{Header, Overwrite, ResultError, ResultWriter, SavedRows, Status};
@@ -50,7 +51,7 @@ pub struct SavedReport {
     /// What a reader of the numbers has to know.
     pub warnings: Vec<Warning>,
     /// What another method makes of the case, if that was asked for; none beside a run that is not complete.
-    pub witness: Option<KeptWitness>,
+    pub witness: Option<Witness>,
     /// Why the run failed; its report is [`Self::report`].
     pub failure: Option<Box<RunFailure>>,
     /// Why the file could not be written to its end: then it is marked interrupted.

@@ -1,20 +1,21 @@
-//! What half a unit in the last digit of each number of a case does to a result of its run, such as the final stick: by the
-//! slope, and by runs.
+//! What the numbers of a case do to the events of its run, and to what the run comes to.
 //!
-//! A slope tells of small changes. Half a unit of the last printed digit is often none: it can move the stop by seconds, past
-//! a kick whose time is held, or across a graze. So the case is run again with each number half a unit lower and higher, by
-//! `series`, which takes milliseconds.
+//! A slope ([`linearise`]) tells of small changes. Half a unit of the last printed digit is often none: it can move the stop by
+//! seconds, past a kick whose time is held, or across a graze. So the case is run again with each number half a unit lower and
+//! higher, by `series`, which takes milliseconds.
 
 use super::Summary;
-use super::certificate::Certificate;
+use super::attractor::{Attractor, Recurrence};
 use super::deadline::INTERRUPTED;
-use super::linearised::{Linearised, ParameterName};
-use crate::case::{Case, CaseError};
-use crate::model::KickTime;
-use crate::record::EventKind;
+use super::linearised::{Linearised, Slope, Times, by_series, linearise};
+use crate::case::{CaseError, CaseNumber, CaseRef, WrittenCase};
+use crate::hybrid::RunError;
+use crate::model::trains::ContactLaw;
+use crate::model::{KickTime, Mode};
+use crate::record::{Event, EventKind};
 use crate::results::SensitivityTables;
 use crate::run::Run;
-use crate::simulation::{Method, OutputOptions, Progress, RunReport, SolverOptions};
+use crate::simulation::OutputOptions;
 use crate::workers::over_processors;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -25,15 +26,17 @@ pub(crate) const NONLINEAR_SHARE: f64 = 0.1;
 /// Differences of shifts below this, s, are the error of the reruns: `series` is within 1e-12 s of exact events.
 const RERUN_ERROR: f64 = 1e-12;
 
-/// Relative tolerance of the reruns.
-const RTOL: f64 = 1e-12;
-
-/// What a run of the case may take for reruns to be made: questions of its control between two events, each after 256 steps
-/// or some 2 ms, and events. A rerun may take so many times as much. Counted in steps, so that the same case always has the
-/// same reruns.
-const MOST_QUESTIONS: usize = 200;
-const MOST_EVENTS: usize = 10_000;
+/// Steps of Taylor series that the run of the case may take for others to be made of it: about a second. A rerun may take some
+/// times as many. Counted in steps, so that the same case always has the same reruns.
+const MOST_STEPS: usize = 40_000;
 const RERUN_FACTOR: usize = 4;
+
+/// Units of the last place that the time of an event varies by between two runs whose numbers hardly differ: the rounding of
+/// the state at every event before it.
+const ROUNDING: f64 = 16.0;
+
+/// A result that would change by less than this share if a number were changed by all of itself does not depend on it.
+const NEGLIGIBLE: f64 = 1e-8;
 
 /// What a rerun came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -160,11 +163,9 @@ pub struct Rerun {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// The number.
-    pub parameter: ParameterName,
+    pub parameter: CaseNumber,
     /// d(result)/d(parameter), s per unit; `None` where there is no derivative.
     pub slope: Option<f64>,
-    /// Half a unit in its last written digit, in its unit; `None` if it is not written as a number.
-    pub half_last_digit: Option<f64>,
     /// Half a unit lower and half a unit higher; `None` if they were not made.
     pub reruns: Option<[Rerun; 2]>,
 }
@@ -172,7 +173,7 @@ pub struct Sensitivity {
 impl Sensitivity {
     /// The shift by half a unit upwards, by the slope, s.
     pub fn predicted(&self) -> Option<f64> {
-        Some(self.slope? * self.half_last_digit?)
+        Some(self.slope? * self.parameter.half_last_digit?)
     }
 
     /// Whether slope and rerun differ on either side by more than `NONLINEAR_SHARE`, or a rerun has other events; `None`
@@ -218,72 +219,239 @@ pub struct Sensitivities {
     pub held: String,
 }
 
-/// What half a unit of the last written digit of each number of the case does to the final stick, by the slopes of
-/// `linearised`, which is this case's, and by reruns over all processors. `half_last_digits` are those of
-/// [`Case::half_last_digits`], by path. `None` if the run has no final stick. `stop` is asked now and then: once it says so
-/// the slopes come without reruns.
-pub fn of_final_stick(
-    case: &Case,
-    half_last_digits: &[(String, f64)],
+/// What the numbers of a case do.
+#[derive(Debug, Clone)]
+pub struct CaseSensitivities {
+    /// The numbers of the case.
+    pub parameters: Vec<CaseNumber>,
+    /// d(event time)/d(parameter): a row of all parameters for each event, as far as the run by `series` has the same.
+    pub events: Vec<Vec<Slope>>,
+    /// What half a last digit does to what the run comes to; `None` without an event of the contact that is certain.
+    pub result: Option<Sensitivities>,
+}
+
+/// What a run came to.
+struct Outrun {
+    events: Vec<(f64, EventKind, Mode)>,
+    steps: usize,
+    attractor: Option<Attractor>,
+    final_stick: Option<f64>,
+    sticks: usize,
+    /// The first stop came at the end of smooth sliding.
+    smooth: bool,
+    /// A kick comes before the first stick.
+    kicked: bool,
+    /// The onset of stick-slip is amplified rounding.
+    noise: bool,
+}
+
+impl Outrun {
+    fn word(&self) -> Vec<EventKind> {
+        in_event_sequence(self.events.iter().map(|event| event.1))
+    }
+
+    /// The result, and by how many seconds it varies between runs whose numbers hardly differ.
+    fn result(&self, of: Affected, last: usize) -> Option<(f64, f64)> {
+        let rounding = |time: f64| ROUNDING * f64::EPSILON * time;
+        match of {
+            Affected::AttractorPeriod => {
+                let attractor = self.attractor.as_ref()?;
+                let until = self.events.last()?.0;
+                Some((
+                    attractor.period,
+                    attractor.distance * attractor.period + rounding(until),
+                ))
+            }
+            Affected::FinalStick => self.final_stick.map(|time| (time, rounding(time))),
+            Affected::LastEvent => self.events.get(last).map(|event| (event.0, rounding(event.0))),
+        }
+    }
+
+    /// Whether its result is of the same making as another's.
+    fn is_like(&self, of: Affected, other: &Outrun, last: usize) -> bool {
+        match of {
+            Affected::AttractorPeriod => match (&self.attractor, &other.attractor) {
+                (Some(own), Some(others)) => own.sticks == others.sticks && own.sections == others.sections,
+                _ => false,
+            },
+            Affected::FinalStick => self.word() == other.word(),
+            // A sequence that goes on after it is known as far as the event itself.
+            Affected::LastEvent if last + 1 < other.events.len() => agreeing(&self.events, &other.events) > last,
+            Affected::LastEvent => agreeing(&self.events, &other.events) == self.events.len().max(other.events.len()),
+        }
+    }
+}
+
+/// From the first on, how many events of two runs are the same but for their times.
+fn agreeing(own: &[(f64, EventKind, Mode)], other: &[(f64, EventKind, Mode)]) -> usize {
+    let pairs = own.iter().zip(other);
+    pairs.take_while(|(a, b)| a.1 == b.1 && a.2 == b.2).count()
+}
+
+/// Why a run has no result.
+enum NoRun {
+    Failed(String),
+    TooLong,
+    Interrupted,
+}
+
+/// The run of a case by `series`, in so many steps at most.
+fn run(case: CaseRef, max_steps: Option<usize>, stop: &dyn Fn() -> bool) -> Result<Outrun, NoRun> {
+    let solver = by_series(case, max_steps);
+    let output = OutputOptions::at_the_ends(case.output().end_time);
+    let (trains, threshold) = (case.system(), case.threshold());
+    let mut times = Times::default();
+    let mut recurrence = Recurrence::new(&trains, &mut times);
+    let ended = Run::new(case)
+        .solver(&solver)
+        .output(&output)
+        .record(&mut recurrence)
+        .control(|_| match stop() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        })
+        .start();
+    let report = match ended {
+        Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => return Err(NoRun::TooLong),
+        Err(failure) => return Err(NoRun::Failed(failure.to_string())),
+        Ok(report) if report.interrupted => return Err(NoRun::Interrupted),
+        Ok(report) => report,
+    };
+    let attractor = recurrence.attractor(&trains, threshold);
+    Ok(Outrun {
+        steps: report.work.iter().map(|work| work.steps as usize).sum(),
+        events: times.0,
+        attractor,
+        final_stick: report.digest.cycles.final_stick_time,
+        sticks: report.digest.cycles.stick_count,
+        smooth: report.stopped_smoothly,
+        kicked: !report.digest.kicks.is_empty(),
+        noise: Summary::of_case(case, &report).noise_determined,
+    })
+}
+
+/// What is differentiated: events of the run `base`, and its result.
+struct Differentiated<'a> {
+    written: &'a WrittenCase,
+    linearised: &'a Linearised,
+    stop: &'a (dyn Fn() -> bool + Sync),
+    base: Outrun,
+    /// The last certain event that is one of the contact.
+    last: usize,
+    of: Affected,
+}
+
+/// What the numbers of a case do to the events of a run of it, of which the first `certain` are, and what half a unit of the last
+/// written digit of each does to what the run comes to. `known` is the linearisation of the case, if it has been made. `stop` is
+/// asked now and then: once it says so the slopes come without reruns, if they are known.
+///
+/// # Errors
+/// In words, why there are no derivatives.
+pub fn sensitivities(
+    written: &WrittenCase,
+    known: Option<&Linearised>,
+    events: &[Event],
+    certain: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<CaseSensitivities, String> {
+    let numbers = written.numbers();
+    let same_numbers = |linearised: &&Linearised| {
+        let paths = |numbers: &[CaseNumber]| numbers.iter().map(|number| number.path.clone()).collect::<Vec<_>>();
+        paths(&linearised.parameters) == paths(numbers)
+    };
+    let made;
+    let linearised = match known.filter(same_numbers) {
+        Some(known) => known,
+        None => {
+            made = linearise(written, None, stop).map_err(|why| format!("series does not run this case: {why}"))?;
+            if stop() {
+                return Err(INTERRUPTED.to_owned());
+            }
+            &made
+        }
+    };
+    let own: Vec<_> = events.iter().map(|e| (e.time, e.kind, e.mode_after)).collect();
+    let found: Vec<_> = linearised
+        .events
+        .iter()
+        .map(|e| (e.time, e.kind, e.mode_after))
+        .collect();
+    let same = agreeing(&own, &found);
+    if same < certain {
+        return Err(format!(
+            "series agrees with {same} of the {certain} events that are certain"
+        ));
+    }
+    Ok(CaseSensitivities {
+        parameters: numbers.to_vec(),
+        events: (0..same)
+            .map(|event| {
+                (0..numbers.len())
+                    .map(|number| linearised.slope(event, number))
+                    .collect()
+            })
+            .collect(),
+        result: of_result(written, linearised, &found[..certain], stop),
+    })
+}
+
+/// What the numbers do to what the run comes to, of which these events are certain.
+fn of_result(
+    written: &WrittenCase,
     linearised: &Linearised,
+    certain: &[(f64, EventKind, Mode)],
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Sensitivities> {
-    let last = linearised.events.iter().rfind(|event| event.kind.in_event_sequence())?;
-    if last.kind != EventKind::Stick {
-        return None;
-    }
-    let half = |path: &str| Some(half_last_digits.iter().find(|half| half.0 == path)?.1);
-    let mut rows: Vec<Sensitivity> = linearised
-        .parameters
+    // A corner of a signal is no result.
+    let last = certain.iter().rposition(|event| event.1.in_event_sequence())?;
+    let case = written.case();
+    let base = run(case, None, &|| false).ok()?;
+    let all = certain.len() == base.events.len();
+    // A contact without stick comes to none that lasts.
+    let sticks = case.system().contact == ContactLaw::StickSlip;
+    let of = match (&base.attractor, base.final_stick) {
+        (Some(_), _) if all => Affected::AttractorPeriod,
+        (None, Some(_)) if all && sticks => Affected::FinalStick,
+        _ => Affected::LastEvent,
+    };
+    let time = base.result(of, last)?.0;
+    let differentiated = Differentiated {
+        written,
+        linearised,
+        stop,
+        base,
+        last,
+        of,
+    };
+    let mut rows: Vec<Sensitivity> = written
+        .numbers()
         .iter()
-        .zip(&last.by_parameter)
-        .map(|(parameter, slope)| Sensitivity {
-            slope: slope.is_finite().then_some(*slope),
-            half_last_digit: half(&parameter.path),
-            parameter: parameter.clone(),
+        .enumerate()
+        .map(|(index, number)| Sensitivity {
+            parameter: number.clone(),
+            slope: differentiated.slope_of_result(index),
             reruns: None,
         })
         .collect();
-    let word: Vec<EventKind> = linearised.events.iter().map(|event| event.kind).collect();
-    let without_reruns = match Baseline::new(case, &in_event_sequence(word), stop) {
-        Ok(baseline) => baseline.rerun(&mut rows, stop),
-        Err(reason) => Some(reason),
-    };
+    let without_reruns = differentiated.rerun_all(&mut rows);
     Some(Sensitivities {
-        of: Affected::FinalStick,
-        time: last.time,
+        of,
+        time,
         rows,
         without_reruns,
         held: held(case),
     })
 }
 
-/// [`of_final_stick`] of a certified result, if its final stick is converged.
-pub(crate) fn of_certificate(
-    case: &Case,
-    half_last_digits: &[(String, f64)],
-    certificate: &Certificate,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Sensitivities> {
-    let last = certificate.in_event_sequence().last()?;
-    let linear = certificate
-        .linearised
-        .events
-        .iter()
-        .rfind(|event| event.kind.in_event_sequence())?;
-    let known = last.uncertainty.is_finite() && last.kind == linear.kind.name();
-    known.then(|| of_final_stick(case, half_last_digits, &certificate.linearised, stop))?
-}
-
-pub(super) fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
+fn in_event_sequence(kinds: impl IntoIterator<Item = EventKind>) -> Vec<EventKind> {
     kinds.into_iter().filter(|kind| kind.in_event_sequence()).collect()
 }
 
 /// What a change of another number does to the kicks.
-fn held(case: &Case) -> String {
+fn held(case: CaseRef) -> String {
     let kicks: Vec<String> = case
-        .parameters
-        .perturbations
+        .system()
+        .kicks
         .iter()
         .map(|kick| {
             let size = kick.relative_velocity;
@@ -302,8 +470,178 @@ fn held(case: &Case) -> String {
     }
 }
 
-/// What half a last digit of each of so many parameters does to a result; nothing is known without one.
-pub(crate) fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -> SensitivityTables {
+impl Slope {
+    fn minus(self, other: Slope) -> Slope {
+        Slope {
+            value: self.value - other.value,
+            uncertainty: self.uncertainty + other.uncertainty,
+        }
+    }
+}
+
+impl Differentiated<'_> {
+    /// d(result)/d(number), s per unit, if it is known to a digit.
+    fn slope_of_result(&self, number: usize) -> Option<f64> {
+        let (result, _) = self.base.result(self.of, self.last)?;
+        let found = match self.of {
+            Affected::AttractorPeriod => self.slope_of_period(number)?,
+            Affected::FinalStick => {
+                let at = self.base.final_stick?;
+                let event = self.base.events.iter().position(|event| event.0 == at)?;
+                self.linearised.slope(event, number)
+            }
+            Affected::LastEvent => self.linearised.slope(self.last, number),
+        };
+        // What is not known to a digit is not said.
+        let size = self.linearised.parameters[number].value.abs();
+        let negligible = (found.value.abs() + found.uncertainty) * size < NEGLIGIBLE * result;
+        if found.uncertainty < 0.1 * found.value.abs() {
+            Some(found.value)
+        } else {
+            negligible.then_some(0.0)
+        }
+    }
+
+    /// That of the last period of the motion: by how much it still changes from period to period it is uncertain. Where the run
+    /// begins in another mode with the number moved, its events are others, but not its periods.
+    fn slope_of_period(&self, number: usize) -> Option<Slope> {
+        let sections = self.base.attractor.as_ref()?.sections;
+        let events = self.base.events.iter().enumerate();
+        let hits = events.filter(|(_, event)| matches!(event.1, EventKind::Slip | EventKind::Reversal));
+        let hits: Vec<usize> = hits.map(|(index, _)| index).collect();
+        let from_last = |back: usize| {
+            let event = hits[hits.len().checked_sub(1 + back * sections)?];
+            Some(self.linearised.events.get(event)?.by_parameter[number])
+        };
+        let (last, before, first) = (from_last(0)?, from_last(1)?, from_last(2)?);
+        let (period, earlier) = (last.minus(before), before.minus(first));
+        Some(Slope {
+            value: period.value,
+            uncertainty: period.uncertainty + (period.value - earlier.value).abs(),
+        })
+    }
+
+    /// Fills in the reruns, over all processors; says why not, if they were not made.
+    fn rerun_all(&self, rows: &mut [Sensitivity]) -> Option<String> {
+        if self.base.noise {
+            return Some("the onset is amplified rounding".to_owned());
+        }
+        if self.base.steps > MOST_STEPS {
+            return Some(format!(
+                "the run takes more than {MOST_STEPS} steps, and two more runs are needed for each number"
+            ));
+        }
+        let jobs: Vec<(usize, f64)> = rows
+            .iter()
+            .enumerate()
+            .filter_map(|(index, row)| Some((index, row.parameter.half_last_digit?)))
+            .flat_map(|(index, half)| [(index, -half), (index, half)])
+            .collect();
+        let done = over_processors(jobs.len(), self.stop, |job| {
+            let (index, change) = jobs[job];
+            let number = &rows[index].parameter;
+            self.rerun(&number.path, number.value + change)
+        });
+        // A rerun that was cut short has no result; then none is told.
+        let done: Option<Vec<Rerun>> = done.into_iter().collect();
+        let Some(done) = done.filter(|done| done.len() == jobs.len()) else {
+            return Some(INTERRUPTED.to_owned());
+        };
+        let mut done = done.into_iter();
+        for pair in jobs.chunks_exact(2) {
+            if let (Some(below), Some(above)) = (done.next(), done.next()) {
+                rows[pair[0].0].reruns = Some([below, above]);
+            }
+        }
+        None
+    }
+
+    /// The case with another number; `None` if it was interrupted.
+    fn rerun(&self, path: &str, value: f64) -> Option<Rerun> {
+        let without = |outcome, remark| {
+            Some(Rerun {
+                value,
+                outcome,
+                shift: None,
+                sticks: None,
+                remark,
+            })
+        };
+        let case = match self.written.with(path, value) {
+            Ok(case) => case,
+            Err(error) => return without(Outcome::Invalid, invalid(&error, path)),
+        };
+        let other = match run(CaseRef::from(&case), Some(RERUN_FACTOR * MOST_STEPS), self.stop) {
+            Ok(other) => other,
+            Err(NoRun::Interrupted) => return None,
+            Err(NoRun::Failed(text)) => return without(Outcome::Failed, format!("the run failed: {text}")),
+            Err(NoRun::TooLong) => return without(Outcome::TooLong, "the run takes too long".to_owned()),
+        };
+        let (own, noise) = self.base.result(self.of, self.last)?;
+        // A difference that the convergence of the two attractors leaves open is none.
+        let shift = other.result(self.of, self.last).map(|(time, others)| {
+            let shift = time - own;
+            match self.of == Affected::AttractorPeriod && shift.abs() <= noise + others {
+                true => 0.0,
+                false => shift,
+            }
+        });
+        let like = other.is_like(self.of, &self.base, self.last);
+        let outcome = match (shift, self.of) {
+            (Some(_), _) if other.noise => Outcome::NoiseDetermined,
+            (Some(_), _) if like => Outcome::SameEvents,
+            (None, Affected::AttractorPeriod) => Outcome::NoPeriod,
+            (None, Affected::FinalStick) => Outcome::NoFinalStick,
+            _ => Outcome::OtherEvents,
+        };
+        Some(Rerun {
+            value,
+            outcome,
+            // The time of another event is no shift of this one.
+            shift: shift.filter(|_| like || self.of != Affected::LastEvent),
+            sticks: Some(other.sticks),
+            remark: self.remarks(&other, outcome).join(", "),
+        })
+    }
+
+    /// What there is to say of a rerun but for its shift.
+    fn remarks(&self, other: &Outrun, outcome: Outcome) -> Vec<String> {
+        let base = &self.base;
+        let (word, own) = (other.word(), base.word());
+        let mut remarks = Vec::new();
+        match (outcome, word.last()) {
+            (Outcome::NoPeriod, _) => {
+                remarks.push("the motion does not repeat itself by the end of the run".to_owned())
+            }
+            (Outcome::NoFinalStick, Some(last)) => {
+                remarks.push(format!("no final stick: the last event is a {}", last.name()));
+            }
+            (Outcome::NoFinalStick, None) => remarks.push("no final stick: the run ends sliding".to_owned()),
+            _ => {}
+        }
+        match (outcome, &other.attractor, &base.attractor) {
+            (Outcome::SameEvents | Outcome::NoPeriod, ..) => {}
+            (_, Some(others), Some(own)) => remarks.push(format!(
+                "{} sticks and {} sections in a period instead of {} and {}",
+                others.sticks, others.sections, own.sticks, own.sections
+            )),
+            _ if word != own || outcome == Outcome::OtherEvents => remarks.push(difference(&word, &own)),
+            _ => {}
+        }
+        if other.noise {
+            remarks.push("amplified rounding".to_owned());
+        }
+        if base.kicked && !other.kicked {
+            remarks.push("the kick comes after the first stick".to_owned());
+        } else if other.smooth && !base.smooth {
+            remarks.push("the kick has died out".to_owned());
+        }
+        remarks
+    }
+}
+
+/// The table that a file has of what half a last digit of each of so many parameters does; nothing is known without `found`.
+pub fn columns(found: Option<&Sensitivities>, of: Affected, parameters: usize) -> SensitivityTables {
     let row = |column: usize| found.map(|found| &found.rows[column]);
     let numbers = |of: &dyn Fn(&Sensitivity) -> Option<f64>| -> Vec<f64> {
         (0..parameters)
@@ -329,7 +667,7 @@ pub(crate) fn columns(found: Option<&Sensitivities>, of: Affected, parameters: u
         None => SensitivityTables::NONE,
     };
     SensitivityTables {
-        half_last_digit: numbers(&|row| row.half_last_digit),
+        half_last_digit: numbers(&|row| row.parameter.half_last_digit),
         shift: [shifts(0), shifts(1)],
         outcome: [codes(0), codes(1)],
         outcomes: of.outcomes().iter().map(|o| (o.code(), o.name())).collect(),
@@ -349,171 +687,8 @@ pub(crate) fn columns(found: Option<&Sensitivities>, of: Affected, parameters: u
     }
 }
 
-/// The case as it is, by the method of the reruns.
-struct Baseline {
-    case: Case,
-    word: Vec<EventKind>,
-    /// s.
-    final_stick: f64,
-    smooth: bool,
-    /// A kick comes before the first stick.
-    kicked: bool,
-}
-
-/// Why a run has no report.
-enum NoReport {
-    Failed(String),
-    TooLong,
-    Interrupted,
-}
-
-impl Baseline {
-    /// Runs the case; an error says why it cannot stand beside a run with the sequence `word`.
-    fn new(case: &Case, word: &[EventKind], stop: &dyn Fn() -> bool) -> Result<Baseline, String> {
-        let mut case = case.clone();
-        case.solver = SolverOptions {
-            method: Method::Series,
-            rtol: RTOL,
-            max_events: case.solver.max_events,
-            ..SolverOptions::default()
-        };
-        let report = run(&case, 1, stop).map_err(|error| match error {
-            NoReport::Failed(text) => format!("series does not run this case: {text}"),
-            NoReport::TooLong => "a run by series takes more steps than reruns may".to_owned(),
-            NoReport::Interrupted => INTERRUPTED.to_owned(),
-        })?;
-        let own = in_event_sequence(report.events.iter().map(|event| event.kind));
-        if own != word {
-            let difference = difference(&own, word);
-            return Err(format!("series finds another sequence of events: {difference}"));
-        }
-        let Some(final_stick) = report.digest.cycles.final_stick_time else {
-            return Err("there is no final stick".to_owned());
-        };
-        if Summary::of_run(&case.parameters, &report).noise_determined {
-            return Err("the onset is amplified rounding".to_owned());
-        }
-        Ok(Baseline {
-            case,
-            word: own,
-            final_stick,
-            smooth: report.stopped_smoothly,
-            kicked: !report.digest.kicks.is_empty(),
-        })
-    }
-
-    /// Fills in the reruns; says why not, if they were not made.
-    fn rerun(&self, rows: &mut [Sensitivity], stop: &(dyn Fn() -> bool + Sync)) -> Option<String> {
-        let jobs: Vec<(usize, f64)> = rows
-            .iter()
-            .enumerate()
-            .filter_map(|(index, row)| Some((index, row.half_last_digit?)))
-            .flat_map(|(index, half)| [(index, -half), (index, half)])
-            .collect();
-        let done = over_processors(jobs.len(), stop, |job| {
-            let (index, change) = jobs[job];
-            let parameter = &rows[index].parameter;
-            self.with(&parameter.path, parameter.value + change, stop)
-        });
-        // A rerun that was cut short has no result; then none is told.
-        let Some(done) = done
-            .into_iter()
-            .collect::<Option<Vec<Rerun>>>()
-            .filter(|done| done.len() == jobs.len())
-        else {
-            return Some(INTERRUPTED.to_owned());
-        };
-        let mut done = done.into_iter();
-        for pair in jobs.chunks_exact(2) {
-            if let (Some(below), Some(above)) = (done.next(), done.next()) {
-                rows[pair[0].0].reruns = Some([below, above]);
-            }
-        }
-        None
-    }
-
-    /// The case with another number; `None` if it was interrupted.
-    fn with(&self, path: &str, value: f64, stop: &dyn Fn() -> bool) -> Option<Rerun> {
-        let rerun = |outcome, remark| Rerun {
-            value,
-            outcome,
-            shift: None,
-            sticks: None,
-            remark,
-        };
-        let mut case = self.case.clone();
-        if let Err(error) = case.set_number(path, value) {
-            return Some(rerun(Outcome::Invalid, invalid(&error, path)));
-        }
-        let report = match run(&case, RERUN_FACTOR, stop) {
-            Ok(report) => report,
-            Err(NoReport::Failed(text)) => return Some(rerun(Outcome::Failed, format!("the run failed: {text}"))),
-            Err(NoReport::TooLong) => return Some(rerun(Outcome::TooLong, "the run takes too long".to_owned())),
-            Err(NoReport::Interrupted) => return None,
-        };
-        let word = in_event_sequence(report.events.iter().map(|event| event.kind));
-        let final_stick = report.digest.cycles.final_stick_time;
-        let noise = Summary::of_run(&case.parameters, &report).noise_determined;
-        let outcome = match final_stick {
-            None => Outcome::NoFinalStick,
-            Some(_) if noise => Outcome::NoiseDetermined,
-            Some(_) if word == self.word => Outcome::SameEvents,
-            Some(_) => Outcome::OtherEvents,
-        };
-        let mut remarks = Vec::new();
-        match word.last() {
-            _ if final_stick.is_some() => {}
-            Some(last) => remarks.push(format!("no final stick: the last event is a {}", last.name())),
-            None => remarks.push("no final stick: the run ends sliding".to_owned()),
-        }
-        if word != self.word {
-            remarks.push(difference(&word, &self.word));
-        }
-        if noise {
-            remarks.push("amplified rounding".to_owned());
-        }
-        if self.kicked && report.digest.kicks.is_empty() {
-            remarks.push("the kick comes after the first stick".to_owned());
-        } else if report.stopped_smoothly && !self.smooth {
-            remarks.push("the kick has died out".to_owned());
-        }
-        Some(Rerun {
-            value,
-            outcome,
-            shift: final_stick.map(|time| time - self.final_stick),
-            sticks: Some(report.digest.cycles.stick_count),
-            remark: remarks.join(", "),
-        })
-    }
-}
-
-/// The run of a case, of which nothing is recorded, in `factor` times the steps that the case itself may take.
-fn run(case: &Case, factor: usize, stop: &dyn Fn() -> bool) -> Result<RunReport, NoReport> {
-    let output = OutputOptions::at_the_ends(case.output.end_time);
-    let (mut questions, mut events, mut too_long) = (0, 0, false);
-    let control = &mut |progress: Progress| {
-        questions = if progress.events == events {
-            questions + 1
-        } else {
-            questions
-        };
-        events = progress.events;
-        too_long = questions > factor * MOST_QUESTIONS || events > factor * MOST_EVENTS;
-        match too_long || stop() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
-    };
-    match Run::new(case).output(&output).control(control).start() {
-        Err(failure) => Err(NoReport::Failed(failure.to_string())),
-        Ok(_) if too_long => Err(NoReport::TooLong),
-        Ok(report) if report.interrupted => Err(NoReport::Interrupted),
-        Ok(report) => Ok(report),
-    }
-}
-
 /// In which count a sequence of events differs from another: "51 sticks instead of 54".
-pub(super) fn difference(own: &[EventKind], other: &[EventKind]) -> String {
+fn difference(own: &[EventKind], other: &[EventKind]) -> String {
     let count = |word: &[EventKind], kind: EventKind| word.iter().filter(|k| **k == kind).count();
     EventKind::ALL
         .into_iter()
@@ -529,7 +704,7 @@ pub(super) fn difference(own: &[EventKind], other: &[EventKind]) -> String {
 }
 
 /// Why a case cannot have a value, in a few words.
-pub(super) fn invalid(error: &CaseError, path: &str) -> String {
+fn invalid(error: &CaseError, path: &str) -> String {
     let Some(problem) = error.problems.first() else {
         return "impossible".to_owned();
     };

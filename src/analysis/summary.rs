@@ -2,11 +2,13 @@
 
 use super::Growth;
 use super::attractor::{Attractor, Recurrence};
-use crate::case::{Form, Motion, TrainCase};
+use crate::case::{CaseRef, Form, Motion};
 use crate::model::Parameters;
-use crate::model::torsion::TorsionModel;
+use crate::model::trains::margin::twice_resistance;
+use crate::model::trains::{ContactLaw, Pressing};
 use crate::record::CycleStatistics;
 use crate::results::{Extra, StickSlipTable};
+use crate::simulation::trains::natural_period;
 use crate::simulation::{Grazing, RunReport, SolverWork};
 use serde::Serialize;
 
@@ -97,7 +99,7 @@ pub struct Summary {
     pub kicks_without_instability: usize,
     /// By the user, before the end of the case.
     pub interrupted: bool,
-    /// Periodic, stuck, or neither; not looked for in the motion of a brake.
+    /// Periodic, stuck, or neither; sliding that slows down by itself is never periodic.
     pub outcome: Option<Outcome>,
     /// Speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub stick_threshold: Option<f64>,
@@ -146,9 +148,6 @@ impl Summary {
     pub fn of_run(parameters: &Parameters, report: &RunReport) -> Summary {
         let growth = Growth::of_digest(parameters, &report.digest, report.end);
         Summary {
-            natural_period: Some(TorsionModel::new(parameters).natural_period()),
-            axial_displacement: Some(parameters.largest_force() / parameters.axial.stiffness),
-            instability_time: growth.map(|g| g.instability),
             growth_exponent: growth.map(|g| g.exponent),
             growth_to_onset: growth.map(|g| g.to_first_stick),
             e_folds_gained: growth.and_then(|g| g.from_kick),
@@ -158,16 +157,43 @@ impl Summary {
         }
     }
 
-    /// Of a run of trains, whose sections `recurrence` has seen.
-    pub(super) fn of_motion(case: &TrainCase, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
-        let attractor = recurrence.attractor(&case.parameters, case.threshold.unwrap_or(0.0));
-        let (last_event_time, mode) = recurrence.end();
-        Summary {
-            stick_threshold: case.threshold,
-            last_event_time,
-            ..Summary::of_report(report)
+    /// Of a run of a case.
+    pub(super) fn of_case(case: CaseRef, report: &RunReport) -> Summary {
+        match case {
+            CaseRef::Brake(case) => Summary::of_run(&case.parameters, report),
+            CaseRef::Trains(_) => Summary::of_report(report),
         }
+    }
+
+    /// Of a run whose sections `recurrence` has seen.
+    pub(super) fn of_motion(case: CaseRef, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
+        let attractor = recurrence.attractor(&case.system(), case.threshold());
+        let (last_event_time, mode) = recurrence.end();
+        let summary = match case {
+            CaseRef::Brake(case) => Summary::of_run(&case.parameters, report),
+            CaseRef::Trains(_) => Summary::of_report(report),
+        };
+        Summary {
+            last_event_time,
+            ..summary
+        }
+        .with_statics(case)
         .coming_to(attractor, mode.name())
+    }
+
+    /// With what follows from the case alone.
+    pub(super) fn with_statics(self, case: CaseRef) -> Summary {
+        let system = case.system();
+        let axial_displacement = match &system.pressing {
+            Pressing::Axial { axial, actuation } => Some(actuation.pieces().largest() / axial.stiffness),
+            Pressing::Force(_) => None,
+        };
+        Summary {
+            natural_period: twice_resistance(&system).and_then(|_| natural_period(&system)),
+            axial_displacement,
+            stick_threshold: Some(case.threshold()).filter(|_| system.contact != ContactLaw::StickSlip),
+            ..self
+        }
     }
 
     /// With the attractor that the motion has come to, or what else it has, with the contact in this mode at the end.
@@ -181,13 +207,14 @@ impl Summary {
         self
     }
 
-    fn of_report(report: &RunReport) -> Summary {
+    pub(super) fn of_report(report: &RunReport) -> Summary {
         Summary {
             end: report.end,
             events: report.digest.count,
             energy_residual: report.energy_residual,
             energy_turnover: report.energy_turnover,
             energy_residual_relative: share_of(report.energy_residual, report.energy_turnover),
+            instability_time: report.digest.instability.map(|event| event.time),
             grazing: report.grazing,
             kicks_never_given: report.kicks_never_given,
             kicks_without_instability: report.kicks_without_instability,
@@ -226,11 +253,11 @@ impl Summary {
         }
     }
 
-    /// What the result file of a case of this form says of the run beside its rows: attributes of /stick_slip.
-    pub fn table(&self, form: Form) -> StickSlipTable {
+    /// What the result file of a case says of the run beside its rows: attributes of /stick_slip.
+    pub(super) fn table(&self, case: CaseRef) -> StickSlipTable {
         let missing = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let mut extras = vec![turnover(self.energy_turnover)];
-        extras.extend(match form {
+        extras.extend(match case.form() {
             Form::Brake => self.of_growth(),
             Form::Trains(motion) => self.of_attractor(motion),
         });

@@ -1,6 +1,7 @@
 //! Events of an independent code with more digits, from a JSON file such as those of data/truth.
 
-use crate::model::{BreakawayTest, KickTime, Parameters};
+use crate::model::trains::{Pressing, Trains};
+use crate::model::{BreakawayTest, KickTime};
 use crate::record::EventKind;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -124,7 +125,7 @@ impl Truth {
     ///
     /// # Errors
     /// With the first parameter that differs or is not in the file.
-    pub(crate) fn check_case(&self, case: &Parameters, end_time: f64) -> Result<(), TruthError> {
+    pub(crate) fn check_case(&self, case: &Trains, end_time: f64) -> Result<(), TruthError> {
         // A run that ends elsewhere in the final stick has the same events.
         let until = self.events.last().map_or(0.0, |event| event.1);
         let end = if end_time > until { f64::NAN } else { end_time };
@@ -153,53 +154,63 @@ fn decimal(value: &Value) -> Option<f64> {
 
 /// The parameters under the names of such a file; NaN for what the case does not have. What such a file cannot say has a
 /// name that none of its parameters bears.
-fn symbols(case: &Parameters) -> Vec<(&'static str, f64)> {
-    let Parameters {
-        axial,
-        actuation,
-        torsion,
-        contact,
-        friction,
-        initial,
-        perturbations,
-    } = case;
-    let (force, rise_time) = actuation
-        .as_ramp()
-        .map_or((f64::NAN, f64::NAN), |ramp| (ramp.value, ramp.rise_time));
-    let (kick_time, kick) = match perturbations.as_slice() {
+fn symbols(case: &Trains) -> Vec<(&'static str, f64)> {
+    const NONE: f64 = f64::NAN;
+    let (mass, stiffness, damping, ramp) = match &case.pressing {
+        Pressing::Axial { axial, actuation } => (axial.mass, axial.stiffness, axial.damping, actuation.as_ramp()),
+        Pressing::Force(_) => (NONE, NONE, NONE, None),
+    };
+    let (force, rise_time) = ramp.map_or((NONE, NONE), |ramp| (ramp.value, ramp.rise_time));
+    let (rotor, stator) = (&case.rotor, &case.stator);
+    // What both trains have alike.
+    let alike = |of_rotor: &[f64], of_stator: &[f64]| match (of_rotor, of_stator) {
+        ([one], [other]) if one == other => *one,
+        _ => NONE,
+    };
+    let surfaces = alike(&rotor.inertia[..rotor.inertia.len().min(1)], &stator.inertia);
+    let undisturbed = rotor.viscous.iter().chain(&stator.viscous).all(|d| *d == 0.0);
+    let disk = match rotor.inertia.as_slice() {
+        [_, disk] if undisturbed => *disk,
+        _ => NONE,
+    };
+    let speed = match case.initial.rotor_speed.as_slice() {
+        [one, other] if one == other => *one,
+        _ => NONE,
+    };
+    let (kick_time, kick) = match case.kicks.as_slice() {
         [kick] => match kick.time {
             KickTime::At(time) => (time, kick.relative_velocity),
             KickTime::Instability => (f64::INFINITY, kick.relative_velocity),
         },
         _ => (f64::NAN, f64::NAN),
     };
-    let several = if perturbations.len() > 1 {
-        perturbations.len() as f64
+    let several = if case.kicks.len() > 1 {
+        case.kicks.len() as f64
     } else {
         f64::NAN
     };
-    let law = friction.law.as_exponential();
-    let test = if contact.breakaway_test == BreakawayTest::Transmitted {
+    let law = case.law.as_exponential();
+    let test = if case.breakaway_test == BreakawayTest::Transmitted {
         f64::NAN
     } else {
         1.0
     };
     vec![
-        ("k_e", axial.stiffness),
-        ("c_a", axial.damping),
-        ("m", axial.mass),
+        ("k_e", stiffness),
+        ("c_a", damping),
+        ("m", mass),
         ("F_0", force),
         ("t_0", rise_time),
-        ("k_t", torsion.stiffness),
-        ("c_t", torsion.damping),
-        ("r", contact.radius),
-        ("I", torsion.rotor_inertia),
-        ("J", torsion.surface_inertia),
-        ("mu_0", friction.breakaway),
+        ("k_t", alike(&rotor.stiffness, &stator.stiffness)),
+        ("c_t", alike(&rotor.damping, &stator.damping)),
+        ("r", case.radius),
+        ("I", disk),
+        ("J", surfaces),
+        ("mu_0", case.breakaway),
         ("mu_s", law.map_or(f64::NAN, |law| law.low_speed)),
         ("mu_d", law.map_or(f64::NAN, |law| law.high_speed)),
         ("alpha", law.map_or(f64::NAN, |law| law.decay)),
-        ("omega_0", initial.speed),
+        ("omega_0", speed),
         ("kick_time", kick_time),
         ("kick_relative_velocity", kick),
         ("number of kicks", several),

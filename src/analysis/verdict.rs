@@ -55,8 +55,11 @@ pub struct CertifiedEvent {
     pub ladder_uncertainty: f64,
     /// Its distance from the oracle's event, own less exact, s; `None` without one.
     pub true_error: Option<f64>,
+    /// The exact time, with the digits of it that are true; `None` without the oracle.
+    pub exact: Option<String>,
     /// What double precision can hold: the rounding of the case's numbers and of the state and the clock at every event
-    /// before, amplified since, s.
+    /// before, amplified since, s; NaN where that is not known.
+    #[serde(serialize_with = "finite_or_null")]
     pub rounding: f64,
     /// e-folds by which a deviation has grown from the loss of stability to just behind the event.
     pub growth: Option<f64>,
@@ -75,9 +78,9 @@ impl CertifiedEvent {
         significant(self.time, self.uncertainty)
     }
 
-    /// The most digits of the time that double precision can hold.
-    pub fn most_digits(&self) -> u32 {
-        significant(self.time, self.rounding)
+    /// The most digits of the time that double precision can hold, where that is known.
+    pub fn most_digits(&self) -> Option<u32> {
+        (!self.rounding.is_nan()).then(|| significant(self.time, self.rounding))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Summary;
 use crate::case::CaseRef;
+use crate::model::trains::Pressing;
 use crate::simulation::{Grazing, Method, SolverOptions};
 use std::fmt;
 
@@ -45,8 +46,12 @@ pub enum Warning {
     EventsNotLocated,
     /// Another method finds other events.
     OtherSequence {
-        /// What the witness says.
-        statement: String,
+        /// Its name.
+        method: &'static str,
+        /// Events that agree, from the first on.
+        agreeing: usize,
+        /// When the first event comes that is another, s.
+        from: f64,
     },
     /// The stick-slip is amplified rounding.
     NoiseDetermined {
@@ -138,10 +143,7 @@ pub fn warnings<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<Warn
             instability: summary.instability_time.unwrap_or(f64::NAN),
             growth_to_onset: summary.growth_to_onset.unwrap_or(0.0),
             growth_exponent: summary.growth_exponent.unwrap_or(0.0),
-            perturbed: match case {
-                CaseRef::Brake(case) => !case.parameters.perturbations.is_empty(),
-                CaseRef::Trains(case) => !case.parameters.kicks.is_empty(),
-            },
+            perturbed: !case.system().kicks.is_empty(),
         });
     }
     // Where a run was cut short, that is why.
@@ -164,16 +166,14 @@ pub fn warnings<'a>(case: impl Into<CaseRef<'a>>, summary: &Summary) -> Vec<Warn
 }
 
 fn balance_remedy(case: CaseRef) -> BalanceRemedy {
-    let CaseRef::Brake(case) = case else {
-        return BalanceRemedy::Tolerances(case.solver().clone());
-    };
-    let change = case.parameters.actuation.pieces().shortest_change();
-    let period = std::f64::consts::TAU * (case.parameters.axial.mass / case.parameters.axial.stiffness).sqrt();
-    if change < SUDDEN * period {
-        BalanceRemedy::SlowerForce { change, period }
-    } else {
-        BalanceRemedy::Tolerances(case.solver.clone())
+    if let Pressing::Axial { axial, actuation } = &case.system().pressing {
+        let change = actuation.pieces().shortest_change();
+        let period = std::f64::consts::TAU * (axial.mass / axial.stiffness).sqrt();
+        if change < SUDDEN * period {
+            return BalanceRemedy::SlowerForce { change, period };
+        }
     }
+    BalanceRemedy::Tolerances(case.solver().clone())
 }
 
 /// The relative tolerance below which a method gains nothing more: its further steps round as much as they resolve. By the
@@ -269,7 +269,20 @@ impl fmt::Display for Warning {
                 },
                 finer(solver)
             ),
-            Warning::OtherSequence { statement } => f.write_str(statement),
+            Warning::OtherSequence { method, agreeing, from } => {
+                let agreeing = match agreeing {
+                    0 => "no event".to_owned(),
+                    1 => "one event".to_owned(),
+                    events => format!("{events} events"),
+                };
+                write!(
+                    f,
+                    "another method, {method}, agrees with {agreeing} only: from t = {from:.6} s on it finds others, or the same \
+                     more than a thousandth of the time between two events away. What follows may be amplified error of the \
+                     methods, and no result: stickslip certify says which events hold; a smaller solver.rtol helps where the \
+                     error is the method's, and a [[perturbation]] where an instability starts from rounding"
+                )
+            }
             Warning::EventsNotLocated => f.write_str(
                 "the events of this run are those that its steps happened to show: nothing was located, and its own noise \
                  may have started the stick-slip. It is there to be studied beside a run by another method",

@@ -3,37 +3,37 @@
 //! It is no certificate: one method at one tolerance, without the rounding that all methods share. It does tell a result
 //! that two solvers agree on from one that is a solver's own.
 
-use crate::case::Case;
-use crate::model::torsion::TorsionModel;
-use crate::record::{Cycle, Event, EventKind, MemoryRecorder, Piece, Recorder, RecorderError, Sample, Segment};
+use super::warning::Warning;
+use crate::case::CaseRef;
+use crate::hybrid::RunError;
+use crate::record::{Cycle, Event, EventKind, NoRecorder, Piece, Recorder, RecorderError, Sample, Segment};
 use crate::results::{MetaValue, WitnessAttributes};
 use crate::run::Run;
-use crate::simulation::{Method, OutputOptions, SolverOptions};
+use crate::simulation::{Method, OutputOptions, SolverOptions, trains};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
-/// So often the witness is asked whether it goes on, once in 256 steps and once in each segment, before it is given up.
-/// That is about a second, and unlike a time it is the same on every machine: so identical runs say the same. Where the result
-/// itself had to resolve so many periods that it would be, the witness is not begun.
-const MOST_QUESTIONS: u32 = 6_000;
-
-/// Steps between two questions, as the automaton asks them.
-const STEPS_BETWEEN_QUESTIONS: f64 = 256.0;
+/// Steps after which the witness is given up: a second or two of a brake. Unlike a time, this is the same on every machine, so that
+/// identical runs say the same. The witness of a run that resolved so many periods that it would take more is not begun.
+const MOST_STEPS: usize = 1_500_000;
 
 /// Steps of `cvode` in a natural period of sliding where nothing damps the fast mode: 57 in `paper-si` with c_t = 0.
 const STEPS_PER_PERIOD: f64 = 56.0;
 
+/// Events of two methods agree if they are no farther apart than this share of the time since the event before: beyond,
+/// something has grown between the two runs.
+const SAME: f64 = 1e-3;
+
+/// Events that are no farther apart than this (s) agree in any case: short sticks follow their slip by less than a method's error.
+const AT_ONCE: f64 = 1e-9;
+
 /// What is said where it is given up, or not begun.
 const TOO_LONG: &str = "left out, as it takes more than a second";
-
-/// Sequences of more events than this are not kept for the comparison.
-const MOST_EVENTS: usize = 20_000;
 
 /// The sequence of events of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sequence {
     events: Vec<(EventKind, f64)>,
-    incomplete: bool,
     /// For how long sliding had to resolve the fast mode, s, as far as segments told of it.
     resolved: f64,
 }
@@ -47,14 +47,21 @@ impl Sequence {
     }
 
     fn push(&mut self, event: &Event) {
-        if !event.kind.in_event_sequence() {
-            return;
-        }
-        if self.events.len() < MOST_EVENTS {
+        if event.kind.in_event_sequence() {
             self.events.push((event.kind, event.time));
-        } else {
-            self.incomplete = true;
         }
+    }
+
+    /// How many events agree with those of `result`, from the first on: in kind and, by [`SAME`], in time.
+    fn agreeing(&self, result: &Sequence) -> usize {
+        let mut before = 0.0;
+        let agrees = |(own, other): &(&(EventKind, f64), &(EventKind, f64))| {
+            let apart = (own.1 - other.1).abs();
+            let near = apart <= AT_ONCE.max(SAME * (other.1 - before));
+            before = other.1;
+            own.0 == other.0 && near
+        };
+        self.events.iter().zip(&result.events).take_while(agrees).count()
     }
 }
 
@@ -82,6 +89,10 @@ impl<'a> Remembering<'a> {
 }
 
 impl Recorder for Remembering<'_> {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.recorder.further(values)
+    }
+
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
         self.recorder.sample(sample)
     }
@@ -155,10 +166,12 @@ pub struct Witness {
     pub testimony: Testimony,
     /// Number of events in its sequence, as far as it came.
     pub events: usize,
-    /// Of these, how many agree in kind with the result's, from the first on.
+    /// Of these, how many agree with the result's, from the first on.
     pub agreeing_events: usize,
     /// Largest difference of the times of those, s; `None` without any.
     pub largest_difference: Option<f64>,
+    /// When the first event comes that is another, s; `None` if there is none as far as the witness came.
+    pub differs_from: Option<f64>,
     /// One line of at most 80 characters.
     pub statement: String,
 }
@@ -184,18 +197,32 @@ impl Witness {
             (
                 "agreeing_events",
                 number(self.agreeing_events as f64),
-                Some((
-                    "1",
-                    "events that agree in kind with those of the result, from the first on",
-                )),
+                Some(("1", "events that agree with those of the result, from the first on")),
             ),
             (
                 "largest_difference",
                 number(self.largest_difference.unwrap_or(f64::NAN)),
                 Some(("s", "largest difference of the times of the agreeing events")),
             ),
+            (
+                "differs_from",
+                number(self.differs_from.unwrap_or(f64::NAN)),
+                Some(("s", "time of the first event that is another; NaN: there is none")),
+            ),
             ("statement", text(&self.statement), None),
         ])
+    }
+
+    /// What a reader of the result has to know of it: that its events are others, where nothing else says so.
+    pub(crate) fn warning(&self) -> Option<Warning> {
+        let differs = self
+            .differs_from
+            .filter(|_| self.testimony == Testimony::SequenceDiffers);
+        differs.map(|from| Warning::OtherSequence {
+            method: self.method,
+            agreeing: self.agreeing_events,
+            from,
+        })
     }
 }
 
@@ -211,104 +238,100 @@ pub(crate) fn witness_of(method: Method) -> Method {
 ///
 /// The tolerance is that of the case, at most the default; absolute tolerances and fixed steps of the case are left to the
 /// result. `stop` is asked now and then; `None` if it says so.
-pub fn witness(case: &Case, result: &Sequence, noise_determined: bool, stop: &dyn Fn() -> bool) -> Option<Witness> {
-    let method = witness_of(case.solver.method);
+pub fn witness<'a>(
+    case: impl Into<CaseRef<'a>>,
+    result: &Sequence,
+    noise_determined: bool,
+    stop: &dyn Fn() -> bool,
+) -> Option<Witness> {
+    let case = case.into();
+    let method = witness_of(case.solver().method);
     let solver = SolverOptions {
         method,
-        rtol: case.solver.rtol.min(SolverOptions::default().rtol),
-        max_events: case.solver.max_events,
+        rtol: case.solver().rtol.min(SolverOptions::default().rtol),
+        max_events: case.solver().max_events,
+        max_steps: Some(MOST_STEPS),
         ..SolverOptions::default()
     };
-    let output = OutputOptions::at_the_ends(case.output.end_time);
-    let period = TorsionModel::new(&case.parameters).natural_period();
-    let foreseen = result.resolved / period * STEPS_PER_PERIOD / STEPS_BETWEEN_QUESTIONS;
-    // The paper's procedure does not know what it resolves.
-    let predicts = method == Method::Cvode && case.solver.method.locates_events();
-    if predicts && foreseen > f64::from(MOST_QUESTIONS) {
-        return Some(Witness {
-            method: method.name(),
-            rtol: solver.rtol,
-            testimony: Testimony::LeftOut,
-            events: 0,
-            agreeing_events: 0,
-            largest_difference: None,
-            statement: format!("witness {}: {TOO_LONG}", method.name()),
-        });
-    }
-    let mut recorder = MemoryRecorder::default();
-    let mut questions = 0;
-    let ended = Run::new(case)
-        .solver(&solver)
-        .output(&output)
-        .record(&mut recorder)
-        .control(|_| {
-            questions += 1;
-            if questions > MOST_QUESTIONS || stop() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        })
-        .start();
-    let own = Sequence::of_events(&recorder.events);
-    let (testimony, detail) = match ended {
-        Err(failure) => (
-            Testimony::Failed,
-            format!("it failed at {:.6} s", end_of(&failure.report)),
-        ),
-        Ok(report) if report.interrupted && questions <= MOST_QUESTIONS => return None,
-        Ok(report) if report.interrupted => (Testimony::LeftOut, TOO_LONG.to_owned()),
-        Ok(_) if result.incomplete || own.incomplete => (
-            Testimony::LeftOut,
-            format!("left out, with more than {MOST_EVENTS} events"),
-        ),
-        Ok(_) => compare(&own, result, noise_determined),
+    let output = OutputOptions::at_the_ends(case.output().end_time);
+    let mut nobody = NoRecorder;
+    let mut own = Remembering::new(&mut nobody, false);
+    let testimony = if takes_too_long(case, method, result) {
+        Testimony::LeftOut
+    } else {
+        let ended = Run::new(case)
+            .solver(&solver)
+            .output(&output)
+            .record(&mut own)
+            .control(|_| match stop() {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
+            .start();
+        match ended {
+            Ok(report) if report.interrupted => return None,
+            Ok(_) => Testimony::SameSequence,
+            Err(failure) if matches!(failure.error, RunError::TooManySteps { .. }) => Testimony::LeftOut,
+            Err(_) => Testimony::Failed,
+        }
     };
-    let pairs = || own.events.iter().zip(&result.events).take_while(|(a, b)| a.0 == b.0);
+    let own = own.into_sequence();
+    let agreeing = own.agreeing(result);
+    let time = |sequence: &Sequence| sequence.events.get(agreeing).map(|event| event.1);
+    let differs_from = match (time(&own), time(result)) {
+        (Some(own), Some(result)) => Some(own.min(result)),
+        // A run that did not come to its end may have come to the event.
+        (None, _) if testimony != Testimony::SameSequence => None,
+        (own, result) => own.or(result),
+    };
+    let differences = own.events[..agreeing].iter().zip(&result.events);
+    let largest_difference = differences.map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max);
+    let testimony = match (testimony, differs_from) {
+        (Testimony::SameSequence, _) if noise_determined => Testimony::NoiseDetermined,
+        // What it found until it ended counts.
+        (_, Some(_)) if !noise_determined => Testimony::SequenceDiffers,
+        _ => testimony,
+    };
+    let found = own.events.len();
+    let largest = largest_difference.unwrap_or(0.0);
+    let detail = match testimony {
+        Testimony::LeftOut => TOO_LONG.to_owned(),
+        Testimony::Failed => {
+            let last = own.events.last().map_or(0.0, |event| event.1);
+            format!("it failed after {found} events, the last at {last:.6} s")
+        }
+        Testimony::NoiseDetermined => {
+            let noun = if found == 1 { "event" } else { "events" };
+            format!("{found} {noun} at times of its own, as the onset is amplified rounding")
+        }
+        Testimony::SequenceDiffers => format!(
+            "{found} events for {}, other ones from number {} on, at {:.6} s",
+            result.events.len(),
+            agreeing + 1,
+            differs_from.unwrap_or(0.0)
+        ),
+        Testimony::SameSequence => match agreeing {
+            0 => "no event either".to_owned(),
+            1 => format!("the same event, within {largest:.1e} s"),
+            _ => format!("the same {agreeing} events, all within {largest:.1e} s"),
+        },
+    };
     Some(Witness {
         method: method.name(),
         rtol: solver.rtol,
         testimony,
-        events: own.events.len(),
-        agreeing_events: pairs().count(),
-        largest_difference: pairs().map(|(a, b)| (a.1 - b.1).abs()).reduce(f64::max),
+        events: found,
+        agreeing_events: agreeing,
+        largest_difference,
+        differs_from,
         statement: format!("witness {}: {detail}", method.name()),
     })
 }
 
-fn end_of(report: &crate::simulation::RunReport) -> f64 {
-    report.events.last().map_or(report.end, |event| event.time)
-}
-
-fn compare(own: &Sequence, result: &Sequence, noise_determined: bool) -> (Testimony, String) {
-    let (own, result) = (&own.events, &result.events);
-    let agreeing = own.iter().zip(result).take_while(|(a, b)| a.0 == b.0).count();
-    let difference = own.iter().zip(result).take(agreeing).map(|(a, b)| (a.1 - b.1).abs());
-    let largest = difference.fold(0.0, f64::max);
-    let same = agreeing == own.len() && agreeing == result.len();
-    if noise_determined {
-        let number = own.len();
-        let noun = if number == 1 { "event" } else { "events" };
-        let detail = format!("{number} {noun} at times of its own, as the onset is amplified rounding");
-        return (Testimony::NoiseDetermined, detail);
-    }
-    if same {
-        let detail = match agreeing {
-            0 => "no event either".to_owned(),
-            1 => format!("the same event, within {largest:.1e} s"),
-            _ => format!("the same {agreeing} events, all within {largest:.1e} s"),
-        };
-        return (Testimony::SameSequence, detail);
-    }
-    let at = own
-        .get(agreeing)
-        .or_else(|| result.get(agreeing))
-        .map_or(0.0, |event| event.1);
-    let detail = format!(
-        "{} events for {}, other ones from number {} on, at {at:.6} s",
-        own.len(),
-        result.len(),
-        agreeing + 1
-    );
-    (Testimony::SequenceDiffers, detail)
+/// Whether the witness need not be begun: the result's own resolved steps foretell that it takes too many. The paper's procedure
+/// does not know what it resolves.
+fn takes_too_long(case: CaseRef, method: Method, result: &Sequence) -> bool {
+    let knows = method == Method::Cvode && case.solver().method.locates_events();
+    let period = trains::natural_period(&case.system()).filter(|_| knows);
+    period.is_some_and(|period| result.resolved / period * STEPS_PER_PERIOD > MOST_STEPS as f64)
 }

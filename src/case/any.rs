@@ -3,9 +3,13 @@
 use super::document::{self, Node};
 use super::setting::Slot;
 use super::trains;
-use super::{Case, CaseError, CaseSource, Form, Override, TrainCase, key_of, schema, suggest};
+use super::{Case, CaseError, CaseSource, Form, Motion, Override, TrainCase, key_of, schema, suggest};
+use crate::model::trains::margin::twice_resistance;
+use crate::model::trains::{ExactTrains, Trains};
 use crate::quote::shown;
 use crate::simulation::{Following, OutputOptions, SolverOptions};
+use num_rational::BigRational;
+use std::borrow::Cow;
 
 /// A case of either form.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +41,24 @@ impl AnyCase {
             TrainCase::parse(source, overrides).map(|case| AnyCase::Trains(Box::new(case)))
         } else {
             Case::parse(source, overrides).map(|case| AnyCase::Brake(Box::new(case)))
+        }
+    }
+
+    /// The numbers of a case without rounding.
+    ///
+    /// # Errors
+    /// All problems that were found.
+    pub fn exact(source: &CaseSource, overrides: &[Override]) -> Result<ExactCase, CaseError> {
+        if TrainCase::is_one(source, overrides) {
+            Ok(ExactCase {
+                system: TrainCase::exact_parameters(source, overrides)?,
+                threshold: TrainCase::exact_threshold(source, overrides)?,
+            })
+        } else {
+            Ok(ExactCase {
+                system: ExactTrains::from(&Case::exact_parameters(source, overrides)?),
+                threshold: None,
+            })
         }
     }
 
@@ -75,6 +97,15 @@ impl AnyCase {
     }
 }
 
+/// What a case describes, without rounding: decimals as they are written, units by their exact factors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactCase {
+    /// The system.
+    pub system: ExactTrains,
+    /// The sliding speed (rad/s) below which a contact without stick counts as stuck; `None` of others.
+    pub threshold: Option<BigRational>,
+}
+
 /// A case of either form, lent.
 #[derive(Debug, Clone, Copy)]
 pub enum CaseRef<'a> {
@@ -105,12 +136,47 @@ impl<'a> From<&'a AnyCase> for CaseRef<'a> {
     }
 }
 
+impl From<CaseRef<'_>> for AnyCase {
+    fn from(case: CaseRef) -> Self {
+        match case {
+            CaseRef::Brake(case) => AnyCase::Brake(Box::new(case.clone())),
+            CaseRef::Trains(case) => AnyCase::Trains(Box::new(case.clone())),
+        }
+    }
+}
+
 impl<'a> CaseRef<'a> {
     /// How it was written.
     pub fn form(self) -> Form {
         match self {
             CaseRef::Brake(_) => Form::Brake,
             CaseRef::Trains(case) => Form::Trains(case.motion),
+        }
+    }
+
+    /// What its coordinates are.
+    pub fn motion(self) -> Motion {
+        self.form().motion()
+    }
+
+    /// The system that the file describes.
+    pub fn system(self) -> Cow<'a, Trains> {
+        match self {
+            CaseRef::Brake(case) => Cow::Owned(Trains::from(&case.parameters)),
+            CaseRef::Trains(case) => Cow::Borrowed(&case.parameters),
+        }
+    }
+
+    /// Whether sliding slows down by itself, to a stop: nothing drives the only train that is free.
+    pub fn stops(self) -> bool {
+        twice_resistance(&self.system()).is_some()
+    }
+
+    /// The sliding speed (rad/s) below which a contact without stick counts as stuck; 0 of others.
+    pub fn threshold(self) -> f64 {
+        match self {
+            CaseRef::Brake(_) => 0.0,
+            CaseRef::Trains(case) => case.threshold.unwrap_or(0.0),
         }
     }
 

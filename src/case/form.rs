@@ -12,6 +12,16 @@ pub enum Form {
     Trains(Motion),
 }
 
+impl Form {
+    /// What the coordinates are.
+    pub fn motion(self) -> Motion {
+        match self {
+            Form::Brake => Motion::Rotation,
+            Form::Trains(motion) => motion,
+        }
+    }
+}
+
 /// The first table of trains in a tree.
 pub(super) fn table_of(root: &Node) -> Option<&'static str> {
     ["rotor", "stator"].into_iter().find(|train| root.at(train).is_some())

@@ -31,9 +31,10 @@ mod setting;
 mod source;
 mod trains;
 mod value;
+mod written;
 
 pub(crate) use any::CaseKeys;
-pub use any::{AnyCase, CaseRef};
+pub use any::{AnyCase, CaseRef, ExactCase};
 pub use document::Override;
 pub use error::{CaseError, Problem};
 pub use form::Form;
@@ -42,8 +43,9 @@ pub use setting::Setting;
 pub(crate) use setting::{Slot, key_of};
 pub use source::{CaseSource, Origin};
 pub(crate) use source::{toml_text, words};
-pub use trains::{TrainCase, TrainKey, TrainKind, TrainNumber, train_keys};
+pub use trains::{TrainCase, TrainKey, TrainKind, train_keys};
 pub(crate) use value::number_of;
+pub use written::{CaseNumber, WrittenCase};
 
 use crate::friction::{Exponential, Friction, Parameters as _};
 use crate::model::{Axial, BreakawayTest, Contact, ExactParameters, Initial, Parameters, Torsion};

@@ -3,7 +3,7 @@
 use super::builtins;
 use crate::case::{Form, Motion, schema, train_keys};
 use crate::compare::{Channel, Requirement};
-use crate::plot::{catalogue, certified, studies as study_figures, trains};
+use crate::plot::{catalogue, certified, portraits, studies as study_figures};
 use crate::results::schema as columns_of;
 use crate::simulation::Method;
 use crate::sweep::{Quantity, quantities as quantities_of};
@@ -123,7 +123,7 @@ pub(super) fn figures() -> ArgValueCandidates {
     ArgValueCandidates::new(|| {
         let of_runs = catalogue::ENTRIES
             .iter()
-            .chain(trains::ENTRIES)
+            .chain(portraits::ENTRIES)
             .chain(certified::ENTRIES);
         let of_runs = of_runs.map(|entry| (entry.name, entry.title));
         let of_studies = study_figures::ENTRIES.iter().map(|entry| (entry.name, entry.title));

@@ -1,28 +1,37 @@
 //! `stickslip certify`.
 
 use super::arguments::{CertifyOptions, Common, DPI, Format};
-use super::input::{Given, Input, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides};
+use super::input::{Given, Scratch, bad_case, bad_file, interrupt_flag, output_of, overrides};
 use super::modes::{FIGURE, figure_target};
 use super::plot::{bad, save};
 use super::progress::OracleBar;
-use super::{CommandError, End, certify_report, complain, print, print_json, strictly, trains, wants_json, wants_text};
-use crate::analysis::advice::{DIGITS_OF_DOUBLE, shortfall};
+use super::{CommandError, End, certify_report, complain, print, print_json, strictly, wants_json, wants_text};
+use crate::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
 use crate::analysis::bands::{Compared, compared_output};
-use crate::analysis::certificate::{CertifyError, Verdict};
-use crate::analysis::exact::as_written as written_numbers;
+use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
 use crate::analysis::onset::{Onset, onsets};
-use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning};
-use crate::case::{Case, CaseSource, Origin, Override, TrainCase};
+use crate::analysis::trains::columns;
+use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
+use crate::case::{AnyCase, Case, CaseRef, CaseSource, Form, Origin};
 use crate::oracle::{self, OracleError};
 use crate::plot::{onset, style, svg};
-use crate::record::MemoryRecorder;
+use crate::record::{Channels, MemoryRecorder, State};
 use crate::results::{Overwrite, ResultError, ResultFile, Status, check_target, write_certified};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Rows of a file that are read together.
 const ROWS_AT_A_TIME: usize = 65_536;
+
+/// Where the oracle is asked without being asked for: the digits that it is to have, and the time after which the ladder decides.
+const UNASKED: (u32, Duration) = (18, Duration::from_secs(600));
+
+/// Whether the oracle decides even without `--oracle`, if it can. The short form of a brake has a verdict of its own by the ladder,
+/// down to what rounding does.
+fn oracle_decides(case: CaseRef) -> bool {
+    case.form() != Form::Brake
+}
 
 /// Certifies a result: reports it, and writes a copy with the certificate.
 pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, CommandError> {
@@ -46,28 +55,34 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let given = Given::read(&options.case).map_err(without_case)?;
     let set = options.budget.over(&options.set);
     let changes = overrides(&set, None).map_err(bad_case)?;
-    if TrainCase::is_one(&given.source, &changes) {
-        return trains::certify(&given, &changes, options, common);
-    }
-    let input = given.case(&changes).map_err(without_case)?;
-    if matches!(input.source.origin, Origin::Result(_)) && !options.set.is_empty() {
+    let read = AnyCase::read(&given.source, &changes)
+        .map_err(bad_case)
+        .map_err(without_case)?;
+    let case = CaseRef::from(&read);
+    if matches!(given.source.origin, Origin::Result(_)) && !options.set.is_empty() {
         return Err(CommandError::Input(
             "--set changes a case, but a result file is what it is: certify the case instead, or run it with --set first"
                 .to_owned(),
         ));
     }
-    let target = output_of(&input.source, options.output.as_deref(), ".certified.h5")?;
+    let target = output_of(&given.source, options.output.as_deref(), ".certified.h5")?;
     let overwrite = if options.force {
         Overwrite::Force
     } else {
         Overwrite::OwnResults
     };
-    check_target(&target, overwrite, &input.files).map_err(bad_file)?;
-    let drawing = options
-        .figure
-        .as_deref()
-        .map(|path| figure_target(path, options.force, &input.files))
-        .transpose()?;
+    check_target(&target, overwrite, &given.files).map_err(bad_file)?;
+    let drawing = match (options.figure.as_deref(), case) {
+        (None, _) => None,
+        (Some(path), CaseRef::Brake(case)) => Some((case, figure_target(path, options.force, &given.files)?)),
+        (Some(_), CaseRef::Trains(_)) => {
+            return Err(CommandError::Input(
+                "--figure draws how the first stick depends on the tolerance of a brake's run; a case of trains has no such \
+                 figure: leave it out"
+                    .to_owned(),
+            ));
+        }
+    };
     let stop = interrupt_flag()?;
     let interrupted = |when: &str, kept: &str| {
         if !common.quiet {
@@ -76,36 +91,32 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
         Ok(End::Interrupted)
     };
     let (nothing, kept) = ("no certificate was written", target.display());
-    let Some(result) = obtain(&input, &target, &stop)? else {
+    let Some(result) = obtain(&given, case, &target, &stop)? else {
         return interrupted("during the run that was to be certified", nothing);
     };
-    let deadline = Deadline::after(clock, input.case.solver.max_wall_time);
-    let outcome = examine(&input, &result.record, options, common, deadline, &stop);
+    let deadline = Deadline::after(clock, case.solver().max_wall_time);
+    let text = CaseSource {
+        text: given.text.clone(),
+        origin: given.source.origin.clone(),
+    };
+    let of_result = matches!(given.source.origin, Origin::Result(_));
+    let written = Written::new(case, of_result.then_some(text), &given.source, &changes);
+    let outcome = examine((case, &written), &result.record, options, common, deadline, &stop);
     let written = outcome.and_then(|examined| {
-        let Certified {
-            certificate,
-            final_stick,
-            exact,
-            ..
-        } = &examined;
-        let tables = certify_report::tables(certificate, &result.record.events, final_stick.as_ref(), exact.as_ref());
+        let tables = certify_report::tables(case, &examined);
         write_certified(&result.path, &target, overwrite, &tables).map_err(bad_file)?;
         Ok(examined)
     });
     drop(result.scratch);
-    let Certified {
-        certificate,
-        final_stick,
-        exact,
-        interrupted: missing_stage,
-    } = match written {
+    let certified = match written {
         Ok(written) => written,
         Err(_) if stop.load(Ordering::Relaxed) => {
             return interrupted("during the ladder of independent runs", nothing);
         }
         Err(error) => return Err(error),
     };
-    if let Some(stage) = missing_stage {
+    let (certificate, exact) = (&certified.certificate, certified.exact.as_ref());
+    if let Some(stage) = certified.interrupted {
         let (when, without) = match stage {
             Stage::Sensitivities => ("during the reruns for the sensitivities", "without these"),
             Stage::Oracle => ("while the oracle computed", "without exact events"),
@@ -115,7 +126,7 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let stopped = || stop.load(Ordering::Relaxed);
     let given_up = || stopped() || deadline.is_over();
     let drawn = match drawing
-        .map(|drawing| draw(&input.case, drawing, &given_up))
+        .map(|(case, drawing)| draw(case, drawing, &given_up))
         .transpose()?
     {
         Some(None) if stopped() => {
@@ -127,13 +138,13 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     let late = matches!(drawn, Some(None));
     let onsets = drawn.flatten().unwrap_or_default();
     let report = certify_report::Report {
-        source: input.source.label(),
-        title: &input.case.title,
-        certificate: &certificate,
-        exact: exact.as_ref(),
-        final_stick: final_stick.as_ref(),
+        source: given.source.label(),
+        case,
+        certified: &certified,
         file: target.display().to_string(),
-        figure: drawing.filter(|_| !late).map(|(path, _)| path.display().to_string()),
+        figure: drawing
+            .filter(|_| !late)
+            .map(|(_, (path, _))| path.display().to_string()),
         onsets: &onsets,
         seconds: clock.elapsed().as_secs_f64(),
     };
@@ -143,10 +154,13 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     if wants_text(common) {
         print(&report.text())?;
     }
+    let by_ladder = certificate.without_oracle.as_ref();
+    let by_ladder = by_ladder.map(|why| format!("the uncertainties are those of the ladder alone: {why}"));
     if !common.quiet {
         // That an onset is noise is said by the verdict.
         let others = certificate.warnings.iter();
-        for warning in others.filter(|warning| !matches!(warning, Warning::NoiseDetermined { .. })) {
+        let others = others.filter(|warning| !matches!(warning, Warning::NoiseDetermined { .. }));
+        for warning in others.map(Warning::to_string).chain(by_ladder.clone()) {
             complain(&format!("warning: {warning}"));
         }
     }
@@ -158,15 +172,19 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
     }
     let missing = options
         .digits
-        .and_then(|digits| shortfall(&input.case, &certificate, exact.as_ref(), digits, &given_up));
+        .and_then(|digits| shortfall(case, certificate, exact, digits, &given_up));
     match missing {
         _ if stopped() => interrupted(
             "while other settings were tried for the digits that are missing",
             &format!("{kept} has the certificate"),
         ),
         Some(text) => Err(CommandError::Computation(text)),
+        None if oracle_decides(case) && certificate.verdict != Verdict::Converged => {
+            Err(CommandError::Computation(not_certified(certificate)))
+        }
         None => {
             let mut doubts: Vec<String> = certificate.warnings.iter().map(Warning::to_string).collect();
+            doubts.extend(by_ladder.map(|why| why + "."));
             // That an onset is noise was said by the verdict, and not as a warning.
             let said = certificate.verdict == Verdict::Converged;
             if !said && doubts.is_empty() {
@@ -174,6 +192,21 @@ pub(super) fn certify(options: &CertifyOptions, common: &Common) -> Result<End, 
             }
             strictly(End::Done, options.strict, &doubts, !common.quiet && said, &target)
         }
+    }
+}
+
+/// What to say of events that are not certified.
+fn not_certified(certificate: &Certificate) -> String {
+    let from = "from the one marked sequence-differs on";
+    let unfinished = certificate.ladder.iter().find_map(|rung| rung.failure.as_ref());
+    match unfinished.filter(|_| !certificate.by_oracle) {
+        Some(failure) => {
+            format!("the events {from} are not certified, as not every run of the ladder came to its end: {failure}")
+        }
+        None => format!(
+            "the events of the run are not those of the exact solution {from}; {}",
+            remedy(certificate)
+        ),
     }
 }
 
@@ -202,8 +235,8 @@ struct Obtained {
 }
 
 /// The given result file, or a run of the case beside the target; `None` if it was interrupted.
-fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
-    if let Origin::Result(path) = &input.source.origin {
+fn obtain(given: &Given, case: CaseRef, target: &Path, stop: &AtomicBool) -> Result<Option<Obtained>, CommandError> {
+    if let Origin::Result(path) = &given.source.origin {
         let file = ResultFile::open(path).map_err(bad_file)?;
         if *file.status() != Status::Complete {
             return Err(CommandError::Input(format!(
@@ -215,18 +248,17 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
         }
         return Ok(Some(Obtained {
             path: path.clone(),
-            record: read_back(&file, &input.case).map_err(bad_file)?,
+            record: read_back(&file, case).map_err(bad_file)?,
             scratch: None,
         }));
     }
     let stem = target.file_stem().unwrap_or_default().to_string_lossy();
     let path = target.with_file_name(format!(".{stem}.{}.uncertified.h5", std::process::id()));
-    let case = &input.case;
     let scratch = Scratch(path.clone());
     let failed = CommandError::Computation;
     let saved = SavedRun::new(case, &path)
-        .text(&input.text)
-        .inputs(&input.files)
+        .text(&given.text)
+        .inputs(&given.files)
         .stop(stop)
         .start()
         .map_err(bad_file)?;
@@ -248,45 +280,50 @@ fn obtain(input: &Input, target: &Path, stop: &AtomicBool) -> Result<Option<Obta
 }
 
 /// What is certified of a file.
-fn read_back(file: &ResultFile, case: &Case) -> Result<MemoryRecorder, ResultError> {
-    let mut compared = Compared::new(&compared_output(&case.output));
-    let (mut samples, count) = (Vec::new(), file.sample_count()?);
+fn read_back(file: &ResultFile, case: CaseRef) -> Result<MemoryRecorder, ResultError> {
+    let mut compared = Compared::new(&compared_output(case.output()));
+    let further: Vec<String> = columns(case)
+        .skip(State::COUNT + Channels::COUNT)
+        .map(|(name, _)| name)
+        .collect();
+    let mut record = MemoryRecorder::of_events(file.events()?);
+    let count = file.sample_count()?;
     for from in (0..count).step_by(ROWS_AT_A_TIME) {
-        let rows = file.finite_samples(from..count.min(from + ROWS_AT_A_TIME))?;
-        samples.extend(rows.into_iter().filter(|row| compared.takes(row.time)));
+        let range = from..count.min(from + ROWS_AT_A_TIME);
+        let samples = file.finite_samples(range.clone())?;
+        let beyond = further.iter().map(|name| file.column(name, range.clone()));
+        let beyond = beyond.collect::<Result<Vec<_>, _>>()?;
+        for (index, sample) in samples
+            .into_iter()
+            .enumerate()
+            .filter(|(_, row)| compared.takes(row.time))
+        {
+            let of_row: Vec<f64> = beyond.iter().map(|column| column[index]).collect();
+            record.push(&sample, &of_row);
+        }
     }
-    Ok(MemoryRecorder {
-        samples,
-        events: file.events()?,
-        segments: Vec::new(),
-    })
+    Ok(record)
 }
 
-/// The ladder, what moves the final stick, and the oracle if it is asked for. What is interrupted after the ladder leaves
+/// The ladder, the oracle where it is to speak, and what the numbers of the case do. What is interrupted after the ladder leaves
 /// that.
 fn examine(
-    input: &Input,
+    (case, written): (CaseRef, &Written),
     record: &MemoryRecorder,
     options: &CertifyOptions,
     common: &Common,
     deadline: Deadline,
     stop: &AtomicBool,
 ) -> Result<Certified, CommandError> {
-    let (source, overrides) = as_written(input, &options.set)?;
-    let half_last_digits = Case::half_last_digits(&source, &overrides).map_err(bad_case)?;
-    let certify = Certify::new(&input.case)
-        .sensitivities(&half_last_digits)
-        .until(deadline)
-        .stop(stop);
     let bar = OracleBar::new(common);
-    let exact = options
-        .oracle
-        .then(|| Case::exact_parameters(&source, &overrides).map_err(bad_case))
-        .transpose()?;
+    let wanted = options.oracle || oracle_decides(case);
+    let exact = wanted.then(|| written.exact()).transpose().map_err(bad_case)?;
+    let certify = Certify::new(case).sensitivities(written).until(deadline).stop(stop);
+    let certify = certify.progress(|now| bar.show(now));
+    let digits = options.digits.unwrap_or(0);
     let certify = match &exact {
-        Some(exact) => certify
-            .oracle(exact, options.digits.unwrap_or(0))
-            .progress(|now| bar.show(now)),
+        Some(exact) if oracle_decides(case) => certify.oracle_within(exact, digits.max(UNASKED.0), UNASKED.1),
+        Some(exact) => certify.oracle(exact, digits),
         None => certify,
     };
     let certified = certify.start(record);
@@ -310,15 +347,4 @@ fn without_case(error: CommandError) -> CommandError {
         error.text()
     );
     error.saying(text)
-}
-
-/// The overrides, and where the numbers of the case are as they were written.
-fn as_written(input: &Input, set: &[String]) -> Result<(CaseSource, Vec<Override>), CommandError> {
-    let overrides = overrides(set, None).map_err(bad_case)?;
-    let given = CaseSource {
-        text: input.text.clone(),
-        origin: input.source.origin.clone(),
-    };
-    let source = written_numbers(&input.case, &given, &input.source, &overrides).clone();
-    Ok((source, overrides))
 }

@@ -1,16 +1,20 @@
 //! What `stickslip certify` prints and stores.
 
 use super::terminal;
+use crate::analysis::Certified;
 use crate::analysis::advice::remedy;
 use crate::analysis::bands::{ChannelBand, Stretch};
 use crate::analysis::certificate::{Certificate, CertifiedEvent, Verdict};
+use crate::analysis::linearised::Slope;
 use crate::analysis::onset::Onset;
-use crate::analysis::sensitivity::{Affected, Outcome, Sensitivities, Sensitivity, columns as columns_of};
-use crate::oracle::OracleSolution;
-use crate::record::Event;
-use crate::results::schema::mode_flags;
+use crate::analysis::sensitivity::{
+    Affected, CaseSensitivities, Outcome, Sensitivities, Sensitivity, columns as columns_of,
+};
+use crate::case::{CaseNumber, CaseRef, Form};
+use crate::oracle::{OracleEvent, OracleSolution};
+use crate::provenance::extension;
+use crate::results::schema::extended_tables;
 use crate::results::{BandColumns, CertificateTables};
-use crate::simulation::nearby::columns;
 use serde_json::{Value, json};
 
 /// Rows of a table on a terminal: beyond, only the first and last events, and the parameters that matter most.
@@ -19,11 +23,8 @@ const MOST_ROWS: usize = 24;
 /// Everything that is reported.
 pub(super) struct Report<'a> {
     pub source: String,
-    pub title: &'a str,
-    pub certificate: &'a Certificate,
-    pub exact: Option<&'a OracleSolution>,
-    /// What moves the final stick; `None` if that is no result.
-    pub final_stick: Option<&'a Sensitivities>,
+    pub case: CaseRef<'a>,
+    pub certified: &'a Certified,
     pub file: String,
     /// The figure, if one was drawn.
     pub figure: Option<String>,
@@ -36,7 +37,7 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// For a terminal.
     pub fn text(&self) -> String {
-        let c = self.certificate;
+        let c = &self.certified.certificate;
         let mut ladder = terminal::table(&[
             "method",
             "rtol",
@@ -66,7 +67,7 @@ impl Report<'_> {
         }
         terminal::align_right(&mut ladder, 1..7);
         let mut parts = vec![
-            format!("{}\n{}", self.title, self.source),
+            format!("{}\n{}", self.case.title(), self.heading()),
             format!(
                 "{}{}{}",
                 terminal::show(&ladder).trim_end(),
@@ -78,9 +79,17 @@ impl Report<'_> {
             terminal::show(&self.events()).trim_end().to_owned(),
             self.channels(),
         ];
-        parts.extend(self.final_stick.map(sensitivities));
-        parts.push(self.conditioning());
-        if let Some(exact) = self.exact {
+        parts.extend(self.result().map(sensitivities));
+        parts.extend(
+            self.without_sensitivities()
+                .map(|why| format!("No sensitivities: {why}.")),
+        );
+        parts.extend(
+            c.growth_exponent
+                .or(c.most_digits().map(f64::from))
+                .map(|_| self.conditioning()),
+        );
+        if let Some(exact) = &self.certified.exact {
             parts.push(self.oracle(exact));
         }
         parts.push(self.verdict());
@@ -91,9 +100,41 @@ impl Report<'_> {
         format!("{}\n\n{}\n{figure}", parts.join("\n\n"), self.file)
     }
 
+    /// Where the case is from, how it was run, and what its certificate rests on.
+    fn heading(&self) -> String {
+        let solver = &self.certified.certificate.solver;
+        let by = match &self.certified.exact {
+            Some(exact) => format!(
+                "by the oracle, which computed with {} digits; {} are true of every event",
+                exact.digits_computed, exact.digits
+            ),
+            None => "by the ladder of methods alone".to_owned(),
+        };
+        format!(
+            "{}\nmethod {}, rtol {:e}; uncertainties {by}; {:.2} s",
+            self.source,
+            solver.method.name(),
+            solver.rtol,
+            self.seconds
+        )
+    }
+
+    fn known(&self) -> Option<&CaseSensitivities> {
+        known_sensitivities(self.certified)
+    }
+
+    /// What moves what the run comes to.
+    fn result(&self) -> Option<&Sensitivities> {
+        self.known()?.result.as_ref()
+    }
+
+    fn without_sensitivities(&self) -> Option<&str> {
+        without_sensitivities(self.certified)
+    }
+
     /// What "(smooth)" in the ladder means, where it stands.
     fn smooth_stop(&self) -> &'static str {
-        if !self.certificate.ladder.iter().any(|rung| rung.smooth_stop) {
+        if !self.certified.certificate.ladder.iter().any(|rung| rung.smooth_stop) {
             return "";
         }
         "\n(smooth): series alone follows smooth sliding itself, free of rounding, to its exact stop. Where the onset of the \
@@ -101,17 +142,13 @@ impl Report<'_> {
     }
 
     fn events(&self) -> comfy_table::Table {
-        let events = &self.certificate.events;
-        let exact = self.certificate.by_oracle;
-        let mut header = vec![
-            "event",
-            "time, s",
-            "verdict",
-            "uncertainty, s",
-            "digits",
-            "rounding, s",
-            "growth",
-        ];
+        let events = &self.certified.certificate.events;
+        let exact = self.certified.certificate.by_oracle;
+        let mut header = vec!["event", "time, s", "verdict", "uncertainty, s", "digits"];
+        let followed = events.iter().any(|event| !event.rounding.is_nan());
+        if followed {
+            header.extend(["rounding, s", "growth"]);
+        }
         if exact {
             header.extend(["by the methods, s", "true error, s"]);
         }
@@ -124,6 +161,10 @@ impl Report<'_> {
                 continue;
             }
             let mut row = row(event);
+            if followed {
+                row.push(known(event.rounding));
+                row.push(event.growth.map_or_else(|| "none".to_owned(), |g| format!("{g:.1}")));
+            }
             if exact {
                 row.push(known(event.ladder_uncertainty));
                 row.push(
@@ -140,10 +181,10 @@ impl Report<'_> {
 
     fn channels(&self) -> String {
         let mut table = terminal::table(&["channel", "unit", "largest", "band", "at a fixed time"]);
-        for channel in &self.certificate.bands.channels {
+        for channel in &self.certified.certificate.bands.channels {
             table.add_row([
-                channel.name.to_owned(),
-                channel.unit.to_owned(),
+                channel.name.clone(),
+                channel.unit.clone(),
                 format!("{:.3e}", channel.largest),
                 known(channel.band),
                 known(channel.at_fixed_time),
@@ -154,7 +195,7 @@ impl Report<'_> {
     }
 
     fn conditioning(&self) -> String {
-        let c = self.certificate;
+        let c = &self.certified.certificate;
         let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.digits$}"));
         let mut table = terminal::table(&[]);
         table.add_row(["growth exponent G", &number(c.growth_exponent, 2)]);
@@ -195,7 +236,7 @@ impl Report<'_> {
     }
 
     fn verdict(&self) -> String {
-        let c = self.certificate;
+        let c = &self.certified.certificate;
         let verdict = match c.verdict {
             Verdict::Converged => {
                 let worst = c.events.iter().map(|e| e.uncertainty).fold(0.0, f64::max);
@@ -215,8 +256,10 @@ impl Report<'_> {
 
     /// For programs.
     pub fn document(&self) -> Value {
-        let c = self.certificate;
-        let oracle = self.exact.map(|exact| {
+        let c = &self.certified.certificate;
+        let result = self.result();
+        let final_stick = result.filter(|result| result.of == Affected::FinalStick);
+        let oracle = self.certified.exact.as_ref().map(|exact| {
             let events = exact.report.events.iter().enumerate().map(|(index, event)| {
                 let digits = exact.digits_of_event(index);
                 let state: serde_json::Map<String, Value> = event
@@ -243,30 +286,36 @@ impl Report<'_> {
                 "true_errors": c.events.iter().map(|event| event.true_error).collect::<Vec<_>>(),
             })
         });
-        let sensitivity: Vec<Value> = c
-            .linearised
-            .parameters
-            .iter()
-            .enumerate()
-            .map(|(column, p)| {
-                let by: Vec<f64> = c.linearised.events.iter().map(|e| e.by_parameter[column]).collect();
-                let row = self.final_stick.map(|found| &found.rows[column]);
-                json!({
-                    "parameter": p.path,
-                    "unit": p.unit,
-                    "value": p.value,
-                    "half_last_digit": row.and_then(|row| row.half_last_digit),
-                    "time_sensitivity": by,
-                    "final_stick": row.map(influence),
-                })
+        let known = self.known();
+        let row = |(column, parameter): (usize, &CaseNumber)| {
+            let events = known.map_or(&[][..], |known| &known.events);
+            let of = |of: fn(&Slope) -> f64| events.iter().map(|row| of(&row[column])).collect::<Vec<f64>>();
+            let row = self.result().map(|result| &result.rows[column]);
+            let influence = row.map(influence);
+            json!({
+                "parameter": parameter.path,
+                "unit": parameter.unit,
+                "value": parameter.value,
+                "half_last_digit": row.and_then(|row| row.parameter.half_last_digit),
+                "time_sensitivity": of(|slope| slope.value),
+                "time_sensitivity_uncertainty": of(|slope| slope.uncertainty),
+                "final_stick": final_stick.and(influence.as_ref()),
+                "result": influence,
             })
+        };
+        let sensitivity: Vec<Value> = known
+            .iter()
+            .flat_map(|known| known.parameters.iter().enumerate().map(row))
             .collect();
         json!({
             "file": self.file,
             "figure": self.figure,
             "onsets": self.onsets,
             "case": self.source,
-            "title": self.title,
+            "title": self.case.title(),
+            "uncertainty_by": uncertainty_by(c),
+            "converged": c.verdict == Verdict::Converged,
+            "without_oracle": c.without_oracle,
             "verdict": c.verdict,
             "contradiction": c.contradiction,
             "remedy": remedy(c),
@@ -281,13 +330,15 @@ impl Report<'_> {
             "left_out": c.left_out,
             "events": c.events,
             "channels": c.bands.channels.iter().map(channel).collect::<Vec<Value>>(),
-            "stretches": c.bands.stretches.iter().map(stretch).collect::<Vec<Value>>(),
+            "stretches": c.bands.stretches.iter().map(|of| stretch(of, &c.bands.channels)).collect::<Vec<Value>>(),
             "sensitivity": sensitivity,
-            "final_stick": self.final_stick.map(|found| json!({
+            "final_stick": final_stick.map(|found| json!({
                 "time": found.time,
                 "held": found.held,
                 "without_reruns": found.without_reruns,
             })),
+            "result": result.map(|result| json!({ "of": result.of, "value": result.time })),
+            "without_sensitivities": self.without_sensitivities(),
             "warnings": c.warnings.iter().map(ToString::to_string).collect::<Vec<String>>(),
             "oracle": oracle,
             "seconds": self.seconds,
@@ -328,7 +379,7 @@ pub(super) fn sensitivities(found: &Sensitivities) -> String {
             format!("{}, {}", row.parameter.path, row.parameter.unit),
             row.slope
                 .map_or_else(|| "none".to_owned(), |slope| format!("{slope:.2e}")),
-            number(row.half_last_digit),
+            number(row.parameter.half_last_digit),
             number(row.predicted()),
             rerun(0),
             rerun(1),
@@ -387,10 +438,10 @@ fn channel(channel: &ChannelBand) -> Value {
     })
 }
 
-fn stretch(stretch: &Stretch) -> Value {
+fn stretch(stretch: &Stretch, channels: &[ChannelBand]) -> Value {
     let each = |numbers: &[f64]| -> serde_json::Map<String, Value> {
-        let pairs = columns().zip(numbers);
-        pairs.map(|((name, _, _), x)| ((*name).to_owned(), json!(x))).collect()
+        let pairs = channels.iter().zip(numbers);
+        pairs.map(|(channel, x)| (channel.name.clone(), json!(x))).collect()
     };
     json!({
         "start": stretch.start,
@@ -418,22 +469,49 @@ fn row(event: &CertifiedEvent) -> Vec<String> {
         event.verdict.name().to_owned(),
         known(event.uncertainty),
         event.digits().to_string(),
-        format!("{:.1e}", event.rounding),
-        event.growth.map_or_else(|| "none".to_owned(), |g| format!("{g:.1}")),
     ]
 }
 
+fn known_sensitivities(certified: &Certified) -> Option<&CaseSensitivities> {
+    certified.sensitivities.as_ref()?.as_ref().ok()
+}
+
+fn without_sensitivities(certified: &Certified) -> Option<&str> {
+    Some(certified.sensitivities.as_ref()?.as_ref().err()?)
+}
+
+/// What the uncertainties of the events come from.
+fn uncertainty_by(certificate: &Certificate) -> &'static str {
+    if certificate.by_oracle { "oracle" } else { "ladder" }
+}
+
 /// For the file.
-pub(super) fn tables(
-    certificate: &Certificate,
-    result: &[Event],
-    final_stick: Option<&Sensitivities>,
-    exact: Option<&OracleSolution>,
-) -> CertificateTables {
-    let c = certificate;
+pub(super) fn tables(case: CaseRef, certified: &Certified) -> CertificateTables {
+    let c = &certified.certificate;
     let missing = |x: Option<f64>| x.unwrap_or(f64::NAN);
     let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
-    let parameters = &c.linearised.parameters;
+    let known = known_sensitivities(certified);
+    let parameters = known.map_or(&[][..], |known| &known.parameters);
+    // Nothing is known of an event that is not converged.
+    let matrix = |of: fn(&Slope) -> f64| -> Vec<Vec<f64>> {
+        let row = |index: usize| match known.and_then(|known| known.events.get(index)) {
+            Some(row) => row.iter().map(of).collect(),
+            None => vec![f64::NAN; parameters.len()],
+        };
+        (0..c.events.len()).map(row).collect()
+    };
+    let uncertainty = matrix(|slope| slope.uncertainty);
+    let result = known.and_then(|known| known.result.as_ref());
+    let affected = result.map_or(expected(case), |result| result.of);
+    let mut sensitivities = columns_of(result, affected, parameters.len());
+    sensitivities.texts.push(("of", affected.name().to_owned()));
+    let why = without_sensitivities(certified).map(|why| ("without_sensitivities", why.to_owned()));
+    sensitivities.texts.extend(why);
+    let [trajectory, ..] = extended_tables(&extension(case));
+    let mode = trajectory
+        .variables
+        .into_iter()
+        .find(|variable| variable.name == "mode");
     CertificateTables {
         time_uncertainty: c.events.iter().map(|e| finite(e.uncertainty)).collect(),
         verdict: c.events.iter().map(|e| e.verdict.code()).collect(),
@@ -452,10 +530,7 @@ pub(super) fn tables(
             .collect(),
         texts: vec![
             ("verdict_of_all", c.verdict.name().to_owned()),
-            (
-                "uncertainty_by",
-                if c.by_oracle { "oracle" } else { "ladder" }.to_owned(),
-            ),
+            ("uncertainty_by", uncertainty_by(c).to_owned()),
             ("contradiction", c.contradiction.clone().unwrap_or_default()),
             ("remedy", remedy(c)),
         ],
@@ -473,56 +548,69 @@ pub(super) fn tables(
             .iter()
             .map(|s| (s.start, s.end, s.mode.code(), s.time_uncertainty))
             .collect(),
-        modes: mode_flags(),
-        bands: columns()
+        modes: mode.map(|mode| mode.flags).unwrap_or_default(),
+        bands: c
+            .bands
+            .channels
+            .iter()
             .enumerate()
-            .map(|(column, (name, unit, _))| BandColumns {
-                name: (*name).to_owned(),
-                unit: (*unit).to_owned(),
+            .map(|(column, channel)| BandColumns {
+                name: channel.name.clone(),
+                unit: channel.unit.clone(),
                 band: c.bands.stretches.iter().map(|s| s.bands[column]).collect(),
-                rate: Some(c.bands.stretches.iter().map(|s| s.rates[column]).collect()),
+                rate: c.bands.stretches.iter().map(|s| s.rates.get(column).copied()).collect(),
             })
             .collect(),
-        oracle: exact.map(csv).unwrap_or_default(),
+        oracle: certified
+            .exact
+            .as_ref()
+            .map(|exact| csv(case.form(), exact))
+            .unwrap_or_default(),
         parameters: parameters.iter().map(|p| (p.path.clone(), p.unit.to_owned())).collect(),
-        sensitivities: columns_of(final_stick, Affected::FinalStick, parameters.len()),
-        sensitivity_uncertainty: None,
-        sensitivity: (0..result.len())
-            .map(|index| match c.linearised.events.get(index) {
-                // Of the same event of the same sequence only.
-                Some(event) if event.kind == result[index].kind => event.by_parameter.clone(),
-                _ => vec![f64::NAN; parameters.len()],
-            })
-            .collect(),
+        sensitivities,
+        sensitivity: matrix(|slope| slope.value),
+        sensitivity_uncertainty: uncertainty.iter().flatten().any(|x| !x.is_nan()).then_some(uncertainty),
     }
 }
 
-/// The oracle's events, a line each.
-fn csv(exact: &OracleSolution) -> String {
-    let mut lines = Vec::with_capacity(exact.report.events.len() + 1);
-    let names = exact.report.events.first().map(|e| {
-        e.state
-            .components()
-            .iter()
-            .map(|(name, _)| *name)
-            .collect::<Vec<_>>()
-            .join(",")
-    });
-    lines.push(format!("time,kind,{}", names.unwrap_or_default()));
-    for (index, event) in exact.report.events.iter().enumerate() {
-        let digits = exact.digits_of_event(index) as usize;
-        let state = event
-            .state
-            .components()
-            .iter()
-            .map(|(_, value)| value.to_decimal(digits))
-            .collect::<Vec<_>>()
-            .join(",");
-        lines.push(format!(
-            "{},{},{state}",
-            event.time.to_decimal(digits),
-            event.kind.name()
-        ));
+/// What a run of the case comes to, where it did not.
+fn expected(case: CaseRef) -> Affected {
+    match case.form() {
+        Form::Brake => Affected::FinalStick,
+        Form::Trains(_) => Affected::LastEvent,
     }
-    lines.join("\n") + "\n"
+}
+
+/// The oracle's events, a line each: with the state behind them of the short form, with the mode of trains.
+fn csv(form: Form, exact: &OracleSolution) -> String {
+    let line = |index: usize, event: &OracleEvent| -> Vec<(&str, String)> {
+        let digits = exact.digits_of_event(index).max(1) as usize;
+        let mut line = vec![
+            ("time", event.time.to_decimal(digits)),
+            ("kind", event.kind.name().to_owned()),
+        ];
+        match form {
+            Form::Brake => {
+                let state = event.state.components().into_iter();
+                line.extend(state.map(|(name, value)| (name, value.to_decimal(digits))));
+            }
+            Form::Trains(_) => line.push(("mode_after", event.mode_after.name().to_owned())),
+        }
+        line
+    };
+    let lines: Vec<_> = exact
+        .report
+        .events
+        .iter()
+        .enumerate()
+        .map(|(index, event)| line(index, event))
+        .collect();
+    let names = lines
+        .first()
+        .map(|line| line.iter().map(|(name, _)| (*name).to_owned()).collect());
+    let values = lines
+        .into_iter()
+        .map(|line| line.into_iter().map(|(_, value)| value).collect());
+    let rows = names.into_iter().chain(values);
+    rows.map(|row: Vec<String>| row.join(",") + "\n").collect()
 }

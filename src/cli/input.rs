@@ -13,8 +13,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Input {
     pub source: CaseSource,
     pub case: Case,
-    /// The case text for /input/case: that of the first run, if one is repeated.
-    pub text: String,
     /// Files that must not be overwritten.
     pub files: Vec<PathBuf>,
 }
@@ -99,7 +97,6 @@ impl Given {
         Ok(Input {
             case: Case::parse(&self.source, changes).map_err(bad_case)?,
             source: self.source,
-            text: self.text,
             files: self.files,
         })
     }

@@ -27,7 +27,6 @@ mod run;
 mod sweep;
 mod terminal;
 mod train_modes;
-mod trains;
 mod work_precision;
 
 pub use arguments::{Arguments, Refusal};

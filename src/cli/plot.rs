@@ -4,14 +4,14 @@ use super::arguments::{Common, Format, PlotOptions};
 use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, terminal};
-use crate::case::Motion;
+use crate::case::{CaseRef, Motion};
 use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES};
 use crate::plot::comparison::Beside;
 use crate::plot::entry::{Entry, Subject, in_words_of};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
-    Figure, Layout, PlotError, Run, certified, own, page, raster, studies, svg, trains, vector, work_precision,
+    Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, svg, vector, work_precision,
 };
 use crate::results::{ResultError, ResultFile, Status};
 use serde::Serialize;
@@ -100,17 +100,15 @@ pub(super) fn plot(options: &PlotOptions, common: &Common) -> Result<End, Comman
     Ok(End::Done)
 }
 
-/// Runs over each other have the same quantities: all of a brake, or all of trains with the same motion.
+/// Runs over each other have the same quantities: all are of the same motion.
 fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
-    let kind = |run: &Run| run.trains.as_ref().map(|case| case.motion);
-    let name = |run: &Run| {
-        kind(run).map_or("of a brake", |motion| match motion {
-            Motion::Rotation => "of trains in rotation",
-            Motion::Translation => "of trains in translation",
-        })
+    let motion = |run: &Run| CaseRef::from(&run.case).motion();
+    let name = |run: &Run| match motion(run) {
+        Motion::Rotation => "of a rotation",
+        Motion::Translation => "of a translation",
     };
     let Some(first) = runs.first() else { return Ok(()) };
-    match runs.iter().find(|run| kind(run) != kind(first)) {
+    match runs.iter().find(|run| motion(run) != motion(first)) {
         Some(other) => Err(CommandError::Input(format!(
             "{} is {}, and {} is {}: they have no axes in common; draw each by itself",
             first.path().display(),
@@ -369,7 +367,7 @@ fn listed(entry: &Entry, of: &'static str) -> Listed {
 
 fn all_listed() -> Vec<Listed> {
     let runs = ENTRIES.iter().map(|entry| listed(entry, "run"));
-    let trains = trains::ENTRIES.iter().map(|entry| listed(entry, "run of trains"));
+    let trains = portraits::ENTRIES.iter().map(|entry| listed(entry, "run of trains"));
     let certified = certified::ENTRIES.iter().map(|entry| listed(entry, "certified run"));
     let studies = studies::ENTRIES.iter().map(|entry| Listed {
         figure: entry.name.to_owned(),
@@ -393,7 +391,7 @@ fn listed_of(path: &Path, options: &PlotOptions) -> Result<Vec<Listed>, CommandE
     let (drawn, of) = match plot_studies::kind(path).map_err(bad)? {
         Kind::Run => {
             let run = Run::open(path).map_err(no_run)?;
-            let of = if run.trains.is_some() { "run of trains" } else { "run" };
+            let of = if run.stops() { "run" } else { "run of trains" };
             return Ok(catalogue::of_run(&run)
                 .into_iter()
                 .map(|entry| Listed {

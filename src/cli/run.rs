@@ -4,8 +4,7 @@ use super::arguments::{Common, RunOptions};
 use super::input::{Given, bad_case, bad_file, finish, interrupt_flag, overrides, run_output};
 use super::progress::RunBar;
 use super::{CommandError, End, complain, print, print_json, strictly, terminal};
-use crate::analysis::witness::Testimony;
-use crate::analysis::{KeptWitness, SavedReport, SavedRun, Summary, Warning};
+use crate::analysis::{SavedReport, SavedRun, Summary, Warning, Witness};
 use crate::case::{AnyCase, CaseRef};
 use crate::hybrid::RunError;
 use crate::results::{Overwrite, SavedRows};
@@ -33,7 +32,7 @@ struct RunDocument<'a> {
     saved: Option<SavedRows>,
     /// What another method made of the same case; not of a run that is not complete.
     #[serde(skip_serializing_if = "Option::is_none")]
-    witness: Option<&'a KeptWitness>,
+    witness: Option<&'a Witness>,
     warnings: &'a [String],
     /// Of a failed run only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -109,10 +108,8 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
         })?;
     } else if !common.quiet && error.is_none() {
         print(&terminal::run_report(case, &summary, wall_time))?;
-        if let Some(statement) = witness.as_ref().map(KeptWitness::statement)
-            && !warnings.iter().any(|warning| warning == statement)
-        {
-            print(&format!("\n{statement}\n"))?;
+        if let Some(witness) = &witness {
+            print(&format!("\n{}\n", witness.statement))?;
         }
         print(&format!("\n{}\n", file.display()))?;
     }
@@ -121,18 +118,11 @@ pub(super) fn run(options: &RunOptions, common: &Common) -> Result<End, CommandE
             complain(&format!("warning: {warning}"));
         }
     }
-    // Of a run whose onset is noise the warning says it.
-    let mut doubts = warnings;
-    if let Some(witness) = witness.filter(|witness| witness.testimony() == Testimony::SequenceDiffers)
-        && !doubts.iter().any(|doubt| doubt == witness.statement())
-    {
-        doubts.push(witness.statement().to_owned());
-    }
     match unsaved {
         Some(error) => Err(CommandError::Computation(error)),
         None => {
             let end = finish(failure.as_deref(), &report, &file, common.quiet)?;
-            strictly(end, options.strict, &doubts, !common.quiet, &file)
+            strictly(end, options.strict, &warnings, !common.quiet, &file)
         }
     }
 }

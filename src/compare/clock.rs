@@ -35,7 +35,7 @@ const FEWEST: usize = 4;
 const SAME: f64 = 1e-3;
 /// And by this part of the natural period, where they are longer than that.
 const CLOSE: f64 = 0.02;
-/// Errors of a brake's events up to this, s, need no explanation.
+/// Errors of events up to this, s, need no explanation.
 const AGREED: f64 = 1e-8;
 
 /// The offset with which most events of the candidate have one of the reference of the same kind close by, `within` (s); of several those
@@ -108,35 +108,27 @@ impl OtherClock {
     pub fn words(&self) -> String {
         let from = match self.counts_from {
             Some(from) => format!("its times count from {from}"),
-            None => UNKNOWN_START.to_owned(),
+            None => "its times count from another start, or it begins in another state".to_owned(),
         };
         format!(
             "all its events are {:.9} s {}: {from}; but for that they agree within {:.1e} s",
             self.offset.abs(),
-            way(self.offset),
+            if self.offset > 0.0 { "later" } else { "earlier" },
             self.left
         )
     }
 }
 
-/// Of times that count from nothing that the reference has.
-pub(super) const UNKNOWN_START: &str = "its times count from another start, or it begins in another state";
-
-/// In which direction errors of this sign (s, candidate minus reference) are.
-pub(super) fn way(error: f64) -> &'static str {
-    if error > 0.0 { "later" } else { "earlier" }
-}
-
 /// The error (s, candidate minus reference) that the events have in common, and by how much the others differ from it at most: if
-/// there are enough of them, they need an explanation, by more than `agreed` (s), and are all the same.
-pub(super) fn common_error(mut errors: Vec<f64>, agreed: f64) -> Option<(f64, f64)> {
+/// there are enough of them, they need an explanation, and are all the same.
+fn common_error(mut errors: Vec<f64>) -> Option<(f64, f64)> {
     if errors.len() < FEWEST {
         return None;
     }
     let middle = errors.len() / 2;
     let error = *errors.select_nth_unstable_by(middle, f64::total_cmp).1;
     let left = errors.iter().map(|one| (one - error).abs()).fold(0.0, f64::max);
-    (error.abs() > agreed && left <= SAME * error.abs()).then_some((error, left))
+    (error.abs() > AGREED && left <= SAME * error.abs()).then_some((error, left))
 }
 
 /// The other clock, if the events differ by nothing else. `anchors` are times of the reference (s) that one may count from;
@@ -151,7 +143,7 @@ pub(super) fn other_clock(
     if candidate.len() > reference.len() || pairs().any(|(r, c)| r.kind != c.kind) {
         return None;
     }
-    let (offset, left) = common_error(pairs().map(|(r, c)| c.time - r.time).collect(), AGREED)?;
+    let (offset, left) = common_error(pairs().map(|(r, c)| c.time - r.time).collect())?;
     if left > CLOSE * period {
         return None;
     }

@@ -44,7 +44,7 @@ pub struct Comparison {
     pub causes: Vec<Diagnosis>,
     /// Keys of the case in which the two runs differ, in SI; empty if the candidate's case is unknown.
     pub case_differences: Vec<CaseDifference>,
-    /// Of a brake's candidate by another program: numbers of the case that it has otherwise.
+    /// Of a candidate by another program: numbers of the case that it has otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameters: Option<OtherParameters>,
     /// Of the same: its kick, if it is another than the reference's.
@@ -97,16 +97,16 @@ pub struct Comparison {
     pub was_rerun: bool,
     /// The energy balance of the candidate's own channels, if it has the twists, their rates and the rotor speed.
     pub energy_drift: Option<EnergyDrift>,
-    /// By which times are measured in a case of trains; a brake has its natural period.
+    /// By which times are measured; `None` of a system that slows down by itself, which has its natural period.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_scale: Option<TimeScale>,
-    /// Of trains: how the errors of events grow, if there are some cycles.
+    /// Of a system that does not slow down by itself: how the errors of events grow, if there are some cycles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycles: Option<CycleErrors>,
-    /// Of trains: the periodic motion of reference and candidate, each `None` where there is none.
+    /// Of the same: the periodic motion of reference and candidate, each `None` where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attractors: Option<[Option<Attractor>; 2]>,
-    /// Of trains: what is not here, with the reason.
+    /// Of the same: what is not here, with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absent>,
 }
@@ -171,7 +171,7 @@ pub(super) struct Parts<'a> {
     pub uncovered: usize,
     pub alignment: Alignment,
     pub errors: EventErrors,
-    pub states: Option<&'a States>,
+    pub states: Option<&'a States<'a>>,
     pub interval: Option<f64>,
     pub rerun: bool,
     pub physics: &'a Physics,
@@ -186,7 +186,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         .map_or_else(Vec::new, |states| channel_errors(states, parts.physics));
     let verdict = verdict(&parts, &channels);
     let Span { from_start, to_end, .. } = parts.span;
-    let is_general = parts.physics.short_form().is_none();
+    let coasts = parts.physics.coasts();
     let mut statistics = statistics(reference, candidate, from_start, to_end, parts.uncovered);
     if let Some(attractors) = &parts.attractors {
         // In a cycle there is no last stick.
@@ -196,8 +196,8 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         let unit = parts.physics.vocabulary().motion().dimension(Dimension::Angle).unit();
         statistics.extend(of_attractors(attractors, unit));
     }
-    let absent = if is_general { absent(&parts) } else { Vec::new() };
-    let cycles = is_general.then(|| CycleErrors::of(&parts.errors)).flatten();
+    let absent = if coasts { Vec::new() } else { absent(&parts) };
+    let cycles = (!coasts).then(|| CycleErrors::of(&parts.errors)).flatten();
     Comparison {
         reference: parts.reference.display().to_string(),
         candidate: parts.candidate.path().display().to_string(),
@@ -237,7 +237,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
         reference_repeated: parts.states.is_some_and(|states| states.integrated) || parts.rerun,
         was_rerun: parts.rerun,
         energy_drift: parts.states.and_then(|s| s.energy),
-        time_scale: is_general.then(|| parts.physics.scale.clone()),
+        time_scale: (!coasts).then(|| parts.physics.scale.clone()),
         cycles,
         attractors: parts.attractors,
         absent,
@@ -245,7 +245,7 @@ pub(super) fn compose(parts: Parts<'_>) -> Comparison {
     }
 }
 
-/// What a comparison of trains does not have, and why.
+/// What a comparison does not have, and why.
 fn absent(parts: &Parts<'_>) -> Vec<Absent> {
     let mut found = Vec::new();
     let mut add = |what: &'static str, why: String| found.push(Absent { what, why });

@@ -3,14 +3,13 @@
 //! Each cause has a rule, stated at its function. A rule that does not hold says nothing; none guesses.
 
 use super::case_differences::{CaseDifference, NOT_SET};
-use super::clock::{self, FoundOffset, OtherClock};
+use super::clock::{FoundOffset, OtherClock};
 use super::creep::Creep;
 use super::detect::Found;
 use super::event_errors::EventErrors;
 use super::parameters::{FoundBy, OtherKick, OtherParameters, Rerun};
 use super::reference::Physics;
 use super::states::{Grid, Probe};
-use super::terms::OtherTerm;
 use super::torques::breakaway_ratios;
 use super::units::UnitFault;
 use crate::case::Motion;
@@ -40,15 +39,13 @@ pub enum Cause {
     StickTest,
     /// Angles instead of twists: their rounding is a floor under the torques.
     AbsoluteAngles,
-    /// Of a brake: a number of the case is another.
+    /// A number of the case is another.
     AnotherParameter,
-    /// Of a brake: the kick is of another size, or split otherwise.
+    /// The kick is of another size, or split otherwise.
     AnotherKick,
     /// Friction is smooth at rest, so that sticks creep.
     RegularisedLaw,
-    /// Of trains: a term of the equations has another factor, or is missing.
-    AnotherTerm,
-    /// Of trains: sticks end at the step after the one at which they should.
+    /// Sticks end at the step after the one at which they should.
     EventsLate,
     /// All times differ by the same.
     TimeOffset,
@@ -69,7 +66,6 @@ impl Cause {
             Cause::AnotherParameter => "another parameter",
             Cause::AnotherKick => "another kick",
             Cause::RegularisedLaw => "regularised friction law",
-            Cause::AnotherTerm => "another term in the equations",
             Cause::EventsLate => "events late by a step",
             Cause::TimeOffset => "times offset",
         }
@@ -116,8 +112,6 @@ pub(super) struct Evidence<'a> {
     pub plateau: f64,
     /// Whether events were found by the relative velocity, and not given.
     pub detected: bool,
-    /// Of a candidate of trains by another program.
-    pub terms: &'a [OtherTerm],
     /// Of a candidate by another program.
     pub creep: Option<Creep>,
 }
@@ -136,18 +130,8 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
     if agrees {
         return causes;
     }
-    if e.physics.short_form().is_none() {
-        // By another clock nothing else can be said.
-        if e.units.iter().any(|fault| fault.name == "time") {
-            return causes;
-        }
-        // What torques say, a state in other units makes wrong.
-        if e.units.is_empty() && e.physics.sticks() {
-            let of_torques = [another_term, regularised, stick_test, events_late];
-            causes.extend(of_torques.iter().filter_map(|rule| rule(e)));
-        }
-        let rules = [unperturbed, unresolved, step_too_large, velocity_tolerance, time_offset];
-        causes.extend(rules.iter().filter_map(|rule| rule(e)));
+    // By another clock nothing else can be said.
+    if e.units.iter().any(|fault| fault.name == "time") {
         return causes;
     }
     let rules = [
@@ -158,9 +142,15 @@ pub(super) fn diagnose(e: &Evidence<'_>) -> Vec<Diagnosis> {
         velocity_tolerance,
         stick_test,
         absolute_angles,
+        events_late,
     ];
     causes.extend(rules.iter().filter_map(|rule| rule(e)));
     causes
+}
+
+/// Whether torques can be judged: they follow from a state in the right units, and are compared with what stick can carry.
+fn torques_count(e: &Evidence<'_>) -> bool {
+    e.units.is_empty() && e.physics.sticks()
 }
 
 /// Its events agree when a time is added to them.
@@ -176,26 +166,6 @@ fn other_clock(e: &Evidence<'_>) -> Option<Diagnosis> {
     )
 }
 
-/// Its samples satisfy the equations of an inertia with another factor of one term; see [`super::terms`].
-fn another_term(e: &Evidence<'_>) -> Option<Diagnosis> {
-    let say = |OtherTerm { of, term, factor }: &OtherTerm| match factor {
-        None => format!("the equation of {of} has {term}, which the case does not have"),
-        Some(factor) if factor.abs() < 0.01 => format!("the equation of {of} is without {term}"),
-        Some(factor) if (factor + 1.0).abs() < 0.01 => {
-            format!("the equation of {of} has {term} with the opposite sign")
-        }
-        Some(factor) => format!("the equation of {of} has {factor:.4} times {term}"),
-    };
-    let all: Vec<String> = e.terms.iter().map(say).collect();
-    if all.is_empty() {
-        return None;
-    }
-    diagnosis(
-        Cause::AnotherTerm,
-        format!("in its samples in slip {}", all.join(", and ")),
-    )
-}
-
 /// Where it should stick it creeps, at a speed that follows from T_f as with a smooth function in the place of the sign; see
 /// [`super::creep`].
 fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
@@ -203,7 +173,7 @@ fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
         function,
         speed,
         largest,
-    } = e.creep?;
+    } = e.creep.filter(|_| torques_count(e))?;
     let unit = e.physics.vocabulary().unit(super::Channel::RelativeVelocity);
     diagnosis(
         Cause::RegularisedLaw,
@@ -219,7 +189,8 @@ fn regularised(e: &Evidence<'_>) -> Option<Diagnosis> {
 fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
     /// In steps: what a breakaway that is found in samples may be early, what it is late at least on average, and at most.
     const STEPS: (f64, f64, f64) = (0.05, 0.1, 1.5);
-    let interval = e.interval?;
+    // Where an instability amplifies what a step is late by, that is not all.
+    let interval = e.interval.filter(|_| torques_count(e) && !e.physics.coasts())?;
     let system = e.physics.system();
     // Where the friction jumps at the breakaway, the samples after it do not tell its time so well.
     if e.detected && system.breakaway > (1.0 + 1e-9) * system.law.coefficient(0.0) {
@@ -245,22 +216,6 @@ fn events_late(e: &Evidence<'_>) -> Option<Diagnosis> {
              events are taken at the end of a step",
             limit_of(e.physics),
             typical * interval
-        ),
-    )
-}
-
-/// The errors of all events are the same.
-fn time_offset(e: &Evidence<'_>) -> Option<Diagnosis> {
-    // What the first event does, the later ones of a cycle that needs no clock repeat.
-    let errors = e.errors.events.iter().map(|event| event.error).collect();
-    let (error, _) = clock::common_error(errors, AGREED)?;
-    diagnosis(
-        Cause::TimeOffset,
-        format!(
-            "all its events are {} by {:.6e} s: {}",
-            clock::way(error),
-            error.abs(),
-            clock::UNKNOWN_START
         ),
     )
 }
@@ -341,9 +296,10 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
             kick.delta,
             e.physics.vocabulary().unit(super::Channel::RelativeVelocity),
             kick.time,
-            match e.physics.short_form() {
-                Some(_) => ": its onset is amplified rounding",
-                None => "",
+            if e.physics.coasts() {
+                ": its onset is amplified rounding"
+            } else {
+                ""
             }
         ),
     )
@@ -354,7 +310,7 @@ fn unperturbed(e: &Evidence<'_>) -> Option<Diagnosis> {
 fn unresolved(e: &Evidence<'_>) -> Option<Diagnosis> {
     const PER_PERIOD: f64 = 8.0;
     let period = e.physics.natural_period();
-    if e.physics.short_form().is_none() {
+    if !e.physics.coasts() {
         let scale = &e.physics.scale;
         let interval = e
             .interval
@@ -408,23 +364,18 @@ fn step_too_large(e: &Evidence<'_>) -> Option<Diagnosis> {
         .filter(|d| *d < STEPS * interval)
         .collect();
     let shortest = short.iter().copied().min_by(f64::total_cmp)?;
-    if e.physics.short_form().is_none() {
-        let count = short.len();
-        return diagnosis(
-            Cause::StepTooLarge,
-            format!(
-                "{count} missing sticks are shorter than four of its steps of {interval:.1e} s, the shortest {shortest:.1e} s"
-            ),
-        );
-    }
+    let in_words = |time: f64| match interval < 1e-3 {
+        true => format!("{:.1} us", time * 1e6),
+        false => format!("{time:.1e} s"),
+    };
     diagnosis(
         Cause::StepTooLarge,
         format!(
-            "{} missing stick{} shorter than four of its steps of {:.1} us, the shortest {:.1} us",
+            "{} missing stick{} shorter than four of its steps of {}, the shortest {}",
             short.len(),
             if short.len() == 1 { " is" } else { "s are" },
-            interval * 1e6,
-            shortest * 1e6
+            in_words(interval),
+            in_words(shortest)
         ),
     )
 }
@@ -438,7 +389,7 @@ fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
     }
     let speed = e.physics.speed();
     let unit = e.physics.vocabulary().unit(super::Channel::RelativeVelocity);
-    let bodies = e.physics.short_form().map_or("surfaces", |_| "disks");
+    let bodies = e.physics.vocabulary().bodies();
     if e.plateau > 0.0 && e.plateau < speed {
         return diagnosis(
             Cause::VelocityTolerance,
@@ -470,7 +421,7 @@ fn velocity_tolerance(e: &Evidence<'_>) -> Option<Diagnosis> {
 /// At the candidate's breakaways another torque than the one that the reference tests stands at mu_0 r F_n, much closer
 /// and in most of them; or the tested torque stands at another multiple of it.
 fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
-    if e.creep.is_some() {
+    if e.creep.is_some() || !torques_count(e) {
         return None;
     }
     let tests = [BreakawayTest::Transmitted, BreakawayTest::Stator, BreakawayTest::Rotor];
@@ -508,19 +459,18 @@ fn stick_test(e: &Evidence<'_>) -> Option<Diagnosis> {
         return None;
     }
     let mut evidence = format!("it breaks away at {middle:.3} {}", limit_of(e.physics));
-    if e.physics.short_form().is_none() {
-        let system = e.physics.system();
-        let (at_rest, sliding) = (system.breakaway, system.law.coefficient(0.0));
-        if (middle * at_rest / sliding - 1.0).abs() < 0.01 {
-            evidence += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {at_rest}");
-        }
+    let system = e.physics.system();
+    let (at_rest, sliding) = (system.breakaway, system.law.coefficient(0.0));
+    if (middle * at_rest / sliding - 1.0).abs() < 0.01 {
+        evidence += &format!(": that is the limit of slip, mu(0) = {sliding}, and not mu_0 = {at_rest}");
     }
     diagnosis(Cause::StickTest, evidence)
 }
 
 /// The rotor twist is a multiple of the last digit of the rotor's angle, in nearly all samples.
 fn absolute_angles(e: &Evidence<'_>) -> Option<Diagnosis> {
-    if e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
+    // Rounding is a cause where an instability amplifies it.
+    if !e.physics.coasts() || e.grid.of < 16 || (e.grid.on as f64) < 0.999 * e.grid.of as f64 {
         return None;
     }
     let stiffness = e.physics.system().rotor.stiffness.first()?;

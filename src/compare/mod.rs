@@ -31,9 +31,7 @@ mod parameters;
 mod range;
 mod requirement;
 mod resolution;
-mod saved_case;
 mod statistics;
-mod terms;
 mod torques;
 mod trace;
 mod units;
@@ -60,6 +58,7 @@ pub use statistics::Statistic;
 pub use trace::Pair;
 pub use vocabulary::Vocabulary;
 
+use crate::case::{AnyCase, CaseRef, CaseSource, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{Event, EventKind};
 use crate::results::{ResultFile, open_sound};
@@ -72,13 +71,11 @@ use diagnosis::{Evidence, Kick};
 use energy::{EnergyDrift, EnergyPass};
 use event_errors::EventErrors;
 use impulse::ImpulsePass;
-use parameters::{Found as Numbers, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
+use parameters::{Found as Explained, JumpPass, Material, Start, StretchPass, other_kick, other_parameters};
 use range::Range;
 use reference::{Physics, Rerun, states_at_events};
-use saved_case::saved_case;
 use states::{Grid, Probe, StatePass, Tally};
 use std::path::Path;
-use terms::{OtherTerm, TermPass};
 use torques::TorqueWatch;
 
 /// Event times that agree to this, s, need no explanation; where they are found in samples, to that.
@@ -161,10 +158,7 @@ impl Reference {
             .collect();
         let resolved = case.resolved();
         let physics = Physics::new(case, &word, end);
-        let attractor = match physics.short_form() {
-            Some(_) => None,
-            None => Attractor::of_file(&file)?,
-        };
+        let attractor = Attractor::of_file(&file)?;
         let first = file.states(0..rows.min(1))?;
         let starts_in_slip = first.iter().any(|(_, mode, _)| mode.sense() != 0);
         Ok(Reference {
@@ -283,7 +277,7 @@ impl Reference {
         let period = self.physics.natural_period();
         let mut alignment = Alignment::of(&reference_word, &word, period);
         // In a run of many cycles a drift of the times is no exchange of events.
-        if self.physics.short_form().is_none() && !alignment.differences.is_empty() {
+        if !self.physics.coasts() && !alignment.differences.is_empty() {
             alignment = Alignment::drifting(&reference_word, &word, period, alignment);
         }
         let errors = EventErrors::of(&reference_word, &word, &alignment);
@@ -316,7 +310,7 @@ impl Reference {
         } else {
             None
         };
-        let attractors = self.physics.short_form().is_none().then(|| {
+        let attractors = (!self.physics.coasts()).then(|| {
             let found = candidate.attractor().or_else(|| {
                 let own = candidate.resolved().is_some();
                 let (attractor, _) = self.attractor_of(&all, slack).filter(|_| !own)?;
@@ -349,7 +343,6 @@ impl Reference {
             interval: survey.interval,
             plateau: survey.plateau,
             detected: !events_given,
-            terms: states.as_ref().map_or(&[][..], |s| &s.terms),
             creep: states.as_ref().and_then(|s| s.creep),
         };
         let mut causes = diagnosis::diagnose(&evidence);
@@ -359,7 +352,7 @@ impl Reference {
                 .is_none_or(|max| max > if events_given { AGREED } else { AGREED_IN_SAMPLES });
         let passes = states.as_mut().and_then(|states| states.passes.take());
         let other = match candidate.resolved() {
-            None => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes),
+            None => self.other_inputs(&candidate, passes, (&found, &all), span, differs, &mut causes)?,
             Some(_) => Others::default(),
         };
         let comparable = candidate.resolved().filter(|resolved| !resolved.is_empty());
@@ -389,11 +382,12 @@ impl Reference {
         }))
     }
 
-    /// What is collected of a candidate by another program to find another number of the case in, which is of the short form.
-    fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes> {
-        let (physics, Some(_), None) = (&self.physics, self.physics.short_form(), candidate.resolved()) else {
+    /// What is collected of a candidate by another program to find another number of the case in.
+    fn passes(&self, candidate: &Candidate, found: &[Found], detection: Detection) -> Option<Passes<'_>> {
+        if candidate.resolved().is_some() {
             return None;
-        };
+        }
+        let physics = &self.physics;
         let channels = candidate.channels(&self.physics);
         let period = physics.natural_period();
         let breaks = found.iter().map(|f| f.time);
@@ -408,15 +402,19 @@ impl Reference {
             _ => self.stretch(),
         };
         let stretches = StretchPass::new(
+            physics,
             &channels,
             detection.velocity_tolerance,
-            period,
             stick_slip,
             breaks.collect(),
         );
         Some(Passes {
             stretches,
-            jump: JumpPass::new(&channels, self.kick_event().map_or(f64::INFINITY, |kick| kick.time)),
+            jump: JumpPass::new(
+                physics,
+                &channels,
+                self.kick_event().map_or(f64::INFINITY, |kick| kick.time),
+            ),
         })
     }
 
@@ -428,41 +426,57 @@ impl Reference {
             .rfind(|e| e.kind == EventKind::Kick && e.time < onset)
     }
 
-    /// Another clock, another kick, another number of the case: what explains a candidate by another program, where the case is in the
-    /// short form. The causes that it makes needless are taken out, and it is put among them.
+    /// Another clock, another kick, another number of the case: what explains a candidate by another program. The causes that it makes
+    /// needless are taken out, and it is put among them.
+    ///
+    /// # Errors
+    /// Of the file.
     fn other_inputs(
         &self,
         candidate: &Candidate,
-        passes: Option<Passes>,
+        passes: Option<Passes<'_>>,
         (found, all): (&[Found], &[SequenceEvent]),
         span: Span,
         differs: bool,
         causes: &mut Vec<Diagnosis>,
-    ) -> Others {
-        let (physics, Some(case)) = (&self.physics, self.physics.short_form()) else {
-            return Others::default();
-        };
+    ) -> Result<Others, CompareError> {
         if causes.iter().any(|known| known.cause == Cause::WrongUnits) {
-            return Others::default();
+            return Ok(Others::default());
         }
+        let physics = &self.physics;
         let period = physics.natural_period();
         let kick = self.kick_event();
         let mut others = Others::default();
         if differs {
             let mut anchors: Vec<(&'static str, f64)> = kick.map(|kick| ("the kick", kick.time)).into_iter().collect();
-            anchors.extend(self.word.first().map(|e| ("the first stick", e.time)));
+            anchors.extend(self.word.first().map(|e| match e.kind {
+                EventKind::Stick => ("the first stick", e.time),
+                _ => ("the first event", e.time),
+            }));
             let corners = self
                 .events
                 .iter()
                 .filter(|e| e.kind == EventKind::Corner && e.time > 0.0);
-            anchors.extend(corners.map(|e| ("a corner of F(t)", e.time)));
+            let of = match physics.coasts() {
+                true => "a corner of F(t)",
+                false => "a corner of a signal",
+            };
+            anchors.extend(corners.map(|e| (of, e.time)));
             others.clock = clock::other_clock(&self.word, all, &anchors, period);
         }
         if let Some(clock) = others.clock.as_ref().filter(|clock| clock.counts_from.is_some()) {
             diagnosis::add_clock(causes, clock);
-            return others;
+            return Ok(others);
         }
-        let jumped = passes.as_ref().and_then(|passes| passes.jump.finish(physics));
+        let kick = match kick {
+            None => None,
+            Some(kick) => {
+                let states = states_at_events(&self.file, &physics.course, &self.events)?;
+                let mut of_kick = self.events.iter().zip(states).filter(|(event, _)| *event == kick);
+                of_kick.next().map(|(event, states)| (event.time, states))
+            }
+        };
+        let jumped = passes.as_ref().and_then(|passes| passes.jump.finish());
         let first = passes.as_ref().and_then(|passes| passes.jump.first());
         let from = if candidate.has_rows() {
             span.from
@@ -471,13 +485,15 @@ impl Reference {
         };
         let mut starts = Vec::new();
         match first {
-            Some((time, motion)) if time > self.start => starts.extend([Start::At(time, motion), Start::Case]),
+            Some((time, state)) if time > self.start => starts.extend([Start::At(time, state), Start::Case]),
             Some(_) => starts.push(Start::Case),
             None => {
-                let at_kick = kick.map(|kick| Start::At(kick.time, kick.after.torsional()));
-                let begins = kick.is_some_and(|kick| (kick.time - period..kick.time + period).contains(&from));
+                let at_kick = kick.as_ref().map(|(time, (_, after))| Start::At(*time, after.clone()));
+                let begins = kick
+                    .as_ref()
+                    .is_some_and(|(time, _)| (time - period..time + period).contains(&from));
                 if begins {
-                    starts.extend(at_kick);
+                    starts.extend(at_kick.clone());
                 }
                 starts.push(Start::Case);
                 if !begins && !candidate.has_rows() {
@@ -488,8 +504,11 @@ impl Reference {
         // Beyond the reference's end nobody knows what comes.
         let last = all.last().map_or(f64::NEG_INFINITY, |e| e.time);
         let to = span.to.max(last).min(self.end.max(last));
+        let numbers = WrittenCase::of(CaseRef::from(&physics.case));
         let material = Material {
-            case,
+            numbers: &numbers,
+            system: &physics.trains,
+            places: physics.places(),
             stretches: passes.map(|passes| passes.stretches).filter(StretchPass::is_of_use),
             starts,
             word: all,
@@ -497,41 +516,44 @@ impl Reference {
             period,
             breakaway: self.breakaway(found),
             events_differ: differs,
-            by_events: !causes
-                .iter()
-                .any(|known| matches!(known.cause, Cause::AbsoluteAngles | Cause::RegularisedLaw)),
+            by_events: !causes.iter().any(|known| {
+                matches!(
+                    known.cause,
+                    Cause::AbsoluteAngles | Cause::RegularisedLaw | Cause::EventsLate
+                )
+            }),
         };
-        if let Some((event, jumped)) = kick.zip(jumped) {
-            others.kick = other_kick(physics, event, &jumped).map(|mut other| {
-                let reference = Start::At(event.time, event.after.torsional());
-                other.rerun = material.confirmed_from(reference, Start::At(event.time, jumped.after));
+        if let Some(((time, states), jumped)) = kick.zip(jumped) {
+            others.kick = other_kick(physics, (time, &states), &jumped).map(|mut other| {
+                let reference = Start::At(time, states.1);
+                other.rerun = material.confirmed_from(reference, Start::At(time, jumped.after));
                 other
             });
         }
         if let Some(kick) = others.kick.as_ref().filter(|kick| kick.rerun.is_some()) {
             diagnosis::add_kick(causes, kick);
-            return others;
+            return Ok(others);
         }
         match (
             other_parameters(material, others.kick.is_some()),
             &others.kick,
             &others.clock,
         ) {
-            (Numbers::Numbers(parameters), ..) => {
+            (Explained::Numbers(parameters), ..) => {
                 others.clock = None;
                 // Other equations lead to another state at the kick.
                 others.kick = None;
                 diagnosis::add_parameters(causes, &parameters);
                 others.parameters = Some(parameters);
             }
-            (Numbers::Satisfied, Some(kick), _) => diagnosis::add_kick(causes, kick),
+            (Explained::Satisfied, Some(kick), _) => diagnosis::add_kick(causes, kick),
             (_, _, Some(clock)) => {
                 diagnosis::add_clock(causes, clock);
                 others.kick = None;
             }
             _ => others.kick = None,
         }
-        others
+        Ok(others)
     }
 
     /// mu_0 by the torque that the reference tests, at the middle one of the candidate's breakaways, and what half of them differ by.
@@ -733,15 +755,15 @@ impl Reference {
         })
     }
 
-    fn states(
-        &self,
+    fn states<'a>(
+        &'a self,
         candidate: &Candidate,
         windows: Vec<windows::Window>,
         (detection, onset): (Detection, f64),
         position: Option<(Channel, (f64, f64))>,
-        mut passes: Option<Passes>,
+        mut passes: Option<Passes<'a>>,
         watch_progress: &mut dyn FnMut(u8, f64),
-    ) -> Result<States, CompareError> {
+    ) -> Result<States<'a>, CompareError> {
         let mut channels = candidate.channels(&self.physics);
         // Impulses stand last: they are compared by themselves.
         channels.sort_by_key(|channel| channel.is_impulse());
@@ -767,12 +789,7 @@ impl Reference {
         let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.
         let foreign = energy_columns.as_ref().filter(|_| candidate.resolved().is_none());
-        let mut own = foreign.map(|columns| {
-            // In the short form its numbers are looked for instead.
-            let terms = self.physics.short_form().is_none();
-            let terms = terms.then(|| TermPass::new(&self.physics, detection.velocity_tolerance));
-            (terms, CreepPass::new(&self.physics), columns)
-        });
+        let mut creep = foreign.map(|columns| (CreepPass::new(&self.physics), columns));
         let mut rows = candidate.rows(&channels, &self.physics)?;
         let mut block = Block::default();
         while rows.next(&mut block)? {
@@ -784,10 +801,7 @@ impl Reference {
             if let Some(impulses) = &mut impulses {
                 impulses.add(&block)?;
             }
-            if let Some((terms, creep, columns)) = &mut own {
-                if let Some(terms) = terms {
-                    terms.add(&block, columns);
-                }
+            if let Some((creep, columns)) = &mut creep {
                 creep.add(&block, columns);
             }
             watch_progress(PASSES, block.time[block.time.len() - 1]);
@@ -798,13 +812,13 @@ impl Reference {
                 range.add(&block, *column);
             }
         }
-        let (terms, creep) = own.map_or((None, None), |(terms, creep, _)| (terms, creep.finish()));
         channels.truncate(compared);
         Ok(States {
             passes,
             impulses: impulses.map_or_else(Vec::new, |impulses| impulses.finish(&self.physics)),
-            terms: terms.map_or_else(Vec::new, TermPass::finish),
-            creep: creep.filter(|_| self.physics.sticks()),
+            creep: creep
+                .and_then(|(creep, _)| creep.finish())
+                .filter(|_| self.physics.sticks()),
             integrated: pass.was_integrated(),
             amplitude: range.and_then(|(_, range)| range.amplitude()),
             channels,
@@ -825,7 +839,7 @@ impl Reference {
 
     /// Of what a candidate's attractor has its amplitude, and over which time (s).
     fn position(&self, candidate: &Candidate, events: &[SequenceEvent], slack: f64) -> Option<(Channel, (f64, f64))> {
-        if self.physics.short_form().is_some() {
+        if self.physics.coasts() {
             return None;
         }
         let position = self.physics.position().filter(|&channel| candidate.has(channel))?;
@@ -840,7 +854,7 @@ impl Reference {
     fn kick_works(&self) -> Result<Vec<(f64, f64)>, CompareError> {
         let is_kick = |event: &&Event| event.kind == EventKind::Kick;
         let physics = &self.physics;
-        let states = states_at_events(&self.file, physics, &self.events)?;
+        let states = states_at_events(&self.file, &physics.course, &self.events)?;
         let kinetic = |t: f64, y: &[f64]| physics.system().kinetic_energy(&physics.course.driving(t), y);
         let kicks = self.events.iter().zip(&states).filter(|(e, _)| is_kick(e));
         Ok(kicks
@@ -849,10 +863,22 @@ impl Reference {
     }
 }
 
+/// The case that a result file holds.
+///
+/// # Errors
+/// Of the file, or of the case in it.
+fn saved_case(path: &Path, file: &ResultFile) -> Result<AnyCase, CompareError> {
+    let source = CaseSource::result(path, file.resolved()?);
+    AnyCase::read(&source, &[]).map_err(|source| CompareError::Case {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 /// What is collected of a candidate to find another number of the case in.
-struct Passes {
+struct Passes<'a> {
     stretches: StretchPass,
-    jump: JumpPass,
+    jump: JumpPass<'a>,
 }
 
 /// What a candidate has otherwise than the case says.
@@ -893,8 +919,8 @@ fn resolution_of(candidate: &Candidate, survey: &Survey, errors: &EventErrors) -
 }
 
 /// What the pass over the states gives.
-struct States {
-    passes: Option<Passes>,
+struct States<'a> {
+    passes: Option<Passes<'a>>,
     impulses: Vec<ImpulseErrors>,
     channels: Vec<Channel>,
     /// By phase, then by channel.
@@ -904,8 +930,7 @@ struct States {
     probes: Vec<Probe>,
     grid: Grid,
     energy: Option<EnergyDrift>,
-    /// Of a candidate by another program: terms of its equations with other factors, and how it creeps.
-    terms: Vec<OtherTerm>,
+    /// Of a candidate by another program: how it creeps.
     creep: Option<Creep>,
     /// The equations were integrated again between samples.
     integrated: bool,

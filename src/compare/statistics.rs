@@ -1,7 +1,7 @@
 //! The paper's numbers of both runs, side by side.
 
 use super::attractor::Attractor;
-use crate::analysis::StickSlip;
+use crate::record::CycleStatistics;
 use crate::record::sequence::SequenceEvent;
 use serde::Serialize;
 
@@ -32,7 +32,7 @@ impl Statistic {
     }
 }
 
-type Quantity = fn(&StickSlip) -> Option<f64>;
+type Quantity = fn(&CycleStatistics) -> Option<f64>;
 
 /// Name, unit and value of the statistics.
 pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
@@ -40,18 +40,12 @@ pub(super) const STATISTICS: [(&str, &str, Quantity); 10] = [
     ("final_stick", "s", |s| s.final_stick_time),
     ("sticks", "1", |s| Some(s.stick_count as f64)),
     ("slips", "1", |s| Some(s.slip_count as f64)),
-    ("first_period", "s", StickSlip::first_period),
-    ("last_period", "s", StickSlip::last_period),
-    ("first_stick_duration", "s", |s| {
-        s.cycles.first().map(|c| c.stick_duration)
-    }),
-    ("last_stick_duration", "s", |s| {
-        s.cycles.last().map(|c| c.stick_duration)
-    }),
-    ("first_slip_duration", "s", |s| {
-        s.cycles.first().map(|c| c.slip_duration)
-    }),
-    ("last_slip_duration", "s", |s| s.cycles.last().map(|c| c.slip_duration)),
+    ("first_period", "s", CycleStatistics::first_period),
+    ("last_period", "s", CycleStatistics::last_period),
+    ("first_stick_duration", "s", |s| s.first.map(|c| c.stick_duration)),
+    ("last_stick_duration", "s", |s| s.last.map(|c| c.stick_duration)),
+    ("first_slip_duration", "s", |s| s.first.map(|c| c.slip_duration)),
+    ("last_slip_duration", "s", |s| s.last.map(|c| c.slip_duration)),
 ];
 
 /// Name, and unit (of the amplitude that of a position), of what is compared of two periodic motions.
@@ -87,7 +81,7 @@ pub(super) fn statistics(
     to_end: bool,
     uncovered: usize,
 ) -> Vec<Statistic> {
-    let of = |word: &[SequenceEvent]| StickSlip::from_word(word.iter().map(|e| (e.time, e.kind)));
+    let of = |word: &[SequenceEvent]| CycleStatistics::of_events(word.iter().map(|e| (e.time, e.kind))).0;
     let (r, c) = (of(reference), of(candidate));
     let covered = |name: &str| {
         let of_start = name == "onset" || name.starts_with("first");

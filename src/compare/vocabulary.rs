@@ -1,9 +1,8 @@
 //! The channels of a reference: their names, their units, and how one follows from others.
 
 use super::Channel;
-use super::saved_case::motion;
 use crate::case::quantity::Dimension;
-use crate::case::{AnyCase, Motion};
+use crate::case::{self, Motion};
 use crate::model::trains::{ContactLaw, End, Pressing, Trains};
 use crate::simulation::trains::{Part, Which};
 
@@ -11,6 +10,8 @@ use crate::simulation::trains::{Part, Which};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vocabulary {
     motion: Motion,
+    /// What touches, in words.
+    bodies: &'static str,
     entries: Vec<Entry>,
     /// Other channels with the one that is the same.
     same: Vec<(Channel, Channel)>,
@@ -59,6 +60,7 @@ impl Default for Vocabulary {
         };
         Vocabulary {
             motion: Motion::Rotation,
+            bodies: "surfaces",
             entries: Channel::ALL.into_iter().chain(impulses()).map(entry).collect(),
             same: Vec::new(),
         }
@@ -189,10 +191,11 @@ impl Form {
 }
 
 impl Vocabulary {
-    /// Of a case with its general form.
-    pub(crate) fn of(case: &AnyCase, trains: &Trains) -> Vocabulary {
+    /// Of a system, with the letters of the form in which its case is written.
+    pub(crate) fn of(form: case::Form, trains: &Trains) -> Vocabulary {
         let forms = Forms { trains };
-        let names = |channel: Channel| names(channel, matches!(case, AnyCase::Brake(_)));
+        let is_short = form == case::Form::Brake;
+        let names = |channel: Channel| names(channel, is_short);
         let mut entries: Vec<Entry> = Vec::new();
         let mut same = Vec::new();
         for (channel, form) in forms.all() {
@@ -250,7 +253,8 @@ impl Vocabulary {
             }
         }
         Vocabulary {
-            motion: motion(case),
+            motion: form.motion(),
+            bodies: if is_short { "disks" } else { "surfaces" },
             entries,
             same,
         }
@@ -259,6 +263,18 @@ impl Vocabulary {
     /// What the coordinates are.
     pub fn motion(&self) -> Motion {
         self.motion
+    }
+
+    /// What touches: "disks" or "surfaces".
+    pub(super) fn bodies(&self) -> &'static str {
+        self.bodies
+    }
+
+    /// The names of what the relative velocity follows from: "phi1_dot and phi2_dot".
+    pub(super) fn surface_speeds(&self) -> String {
+        let speeds = [Channel::Phi1Dot, Channel::Phi2Dot].into_iter();
+        let speeds = speeds.filter_map(|speed| self.canonical(speed));
+        speeds.map(|speed| speed.name()).collect::<Vec<_>>().join(" and ")
     }
 
     /// Every channel, in the order of reports.
@@ -408,12 +424,11 @@ fn names(channel: Channel, short: bool) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::CaseSource;
-    use crate::compare::saved_case::general;
+    use crate::case::{AnyCase, CaseRef, CaseSource};
 
     fn of(case: &str) -> Vocabulary {
         let case = AnyCase::read(&CaseSource::built_in(case).unwrap(), &[]).unwrap();
-        Vocabulary::of(&case, &general(&case))
+        Vocabulary::of(CaseRef::from(&case).form(), &CaseRef::from(&case).system())
     }
 
     /// What the short form names by itself are the inertias and shafts of its general form.

@@ -68,6 +68,8 @@ pub enum RunError {
         ahead: f64,
         most: f64,
     },
+    #[error("{0}")]
+    Refused(&'static str),
     #[error(transparent)]
     Observer(ObserverError),
 }

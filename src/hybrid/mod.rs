@@ -20,6 +20,7 @@ mod dips;
 mod engine;
 mod error;
 mod last_step;
+mod rounding;
 mod run;
 mod solver;
 mod sundials;
@@ -32,7 +33,7 @@ pub(crate) use error::Overflow;
 pub use error::RunError;
 pub use run::{Finish, Start, run};
 pub use solver::{ChosenSolver, SolverKind};
-pub(crate) use variation::{Carried, CarryingRules, MovedCopy};
+pub(crate) use variation::{Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced};
 
 use nalgebra::DMatrixViewMut;
 use std::fmt::Debug;
@@ -121,7 +122,7 @@ pub trait Rules<D: Dynamics> {
     ) -> Vec<Transition<Self::Kind, D::Location>>;
 
     /// Why the model is not given in a location with a state that a transition has led to; `None` where it is.
-    fn outside(&self, _location: &D::Location, _y: &[f64]) -> Option<String> {
+    fn outside(&self, _location: &D::Location, _t: f64, _y: &[f64]) -> Option<String> {
         None
     }
 

@@ -336,7 +336,7 @@ impl<D: Dynamics, O> Run<'_, D, O> {
             }
             self.location = transition.location;
             self.state = transition.state;
-            if let Some(what) = rules.outside(&self.location, &self.state) {
+            if let Some(what) = rules.outside(&self.location, self.time, &self.state) {
                 return Err(RunError::Outside {
                     time: self.time,
                     location: self.dynamics.describe(&self.location),

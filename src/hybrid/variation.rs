@@ -10,14 +10,19 @@
 //!
 //! (saltation). F_p, h_p, M_p and T' are differences between copies of the whole system with the number moved, on the path of the
 //! run: of equations, signals and transitions nothing is differentiated by hand. h and M are linear in the state.
+//!
+//! Deviations of the state itself are columns of the same kind: unit deviations since the last event, by which rounding is carried
+//! ([`super::rounding`]), and since the last loss of stability, by which growth is told.
 
+use super::rounding::{Rounded, Rounding};
 use super::{
     Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Rules, Segment, SolverKind, StateAt, Transition,
 };
 use crate::numerics::eigenvalues::eigenvalues;
 use crate::numerics::radau_tableau::RadauTableau;
 use crate::sundials::Counters;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+use std::ops::{AddAssign, Range};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Stages of Radau IIA: order 13.
@@ -68,9 +73,57 @@ struct Moved<D, R> {
     next: Option<f64>,
 }
 
-/// A number, with the derivative of the state by it.
+/// A number that is moved.
+pub(crate) struct MovedNumber<D, R> {
+    pub copies: Vec<MovedCopy<D, R>>,
+    /// Whether the equations of the copies are others than those of the run.
+    pub in_equations: bool,
+    /// Its value, where its rounding counts.
+    pub rounded: Option<f64>,
+}
+
+/// What the derivatives of a model are measured by.
+pub(crate) trait Measures<L, K>: Send {
+    /// What each component is multiplied by to compare with the others.
+    fn weights(&self) -> &[f64];
+
+    /// Whether the equations of a location have constants that are derived apart from those of other locations.
+    fn derives_apart(&self, location: &L) -> bool;
+
+    /// Whether the growth of deviations counts from such an event on.
+    fn starts_growth(&self, kind: &K) -> bool;
+
+    /// Where the rules have put another state in the place of that before an event: how far that can be off, and of a deviation
+    /// what it keeps.
+    fn replaced(&self, location: &L, t: f64, y: &[f64], transitions: &[Transition<K, L>]) -> Option<Replaced>;
+}
+
+/// See [`Measures::replaced`].
+pub(crate) struct Replaced {
+    /// Of each component.
+    pub error: Vec<f64>,
+    /// The gradient of the one quantity that is kept.
+    pub kept: DVector<f64>,
+}
+
+/// What small changes do to an event.
+pub(crate) struct Passage {
+    /// d(time)/d(number), s per unit.
+    pub times: Vec<f64>,
+    /// ln of the largest factor between a deviation at the start of growth and just behind the event; `None` before that.
+    pub growth: Option<f64>,
+    /// How far a deviation of 1 at the start of growth, in the worst direction, would move the event, s.
+    pub per_deviation: Option<f64>,
+    /// How far rounding to double precision moves the event, s.
+    pub rounding: f64,
+}
+
+/// A number or a component of the state, with the derivative of the state by it.
 struct Column<D, R> {
     copies: Vec<Moved<D, R>>,
+    /// Of a number.
+    in_equations: bool,
+    rounded: Option<f64>,
     slope: DVector<f64>,
 }
 
@@ -101,19 +154,36 @@ impl<D, R> Column<D, R> {
 }
 
 /// The derivatives, and what carries them.
-pub(crate) struct Carried<D, R> {
+pub(crate) struct Carried<D: Dynamics, R: Rules<D>> {
     dynamics: Arc<D>,
+    measures: Box<dyn Measures<D::Location, R::Kind>>,
     /// Components of the state that the motion depends on: the first.
     moving: usize,
+    /// Of each number; of each number what it does where constants are derived apart; unit deviations since the last event; and
+    /// since growth counts.
     columns: Vec<Column<D, R>>,
+    numbers: usize,
+    growing: bool,
+    /// The last event, s, and how far it moves by each column.
+    last: Option<(f64, Vec<f64>)>,
+    rounding: Rounding,
     /// Of the run, s.
     end: f64,
-    /// d(time)/d(number) of every event so far.
-    times: Vec<Vec<f64>>,
+    /// Of every event so far.
+    passages: Vec<Passage>,
+    factors: Option<Factors>,
     /// Magnitude of the fastest eigenvalue where the run stands, 1/s, and the largest magnitude in the matrix that it is of.
     fastest: f64,
     of_size: f64,
     nodes: RadauTableau<STAGES>,
+}
+
+/// The factored matrix of a linear step.
+struct Factors {
+    /// s.
+    step: f64,
+    jacobian: DMatrix<f64>,
+    lu: LU<f64, Dyn, Dyn>,
 }
 
 /// The largest magnitude of an eigenvalue.
@@ -127,27 +197,88 @@ fn fastest(jacobian: &DMatrix<f64>) -> f64 {
 impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
     /// Of a run of `dynamics` by the numbers that are moved in each of `numbers`; the motion depends on the first `moving`
     /// components of its state, and it ends at `end` (s).
-    pub(crate) fn new(dynamics: Arc<D>, moving: usize, end: f64, numbers: Vec<Vec<MovedCopy<D, R>>>) -> Self {
-        let column = |copies: Vec<MovedCopy<D, R>>| {
+    pub(crate) fn new(
+        dynamics: Arc<D>,
+        measures: Box<dyn Measures<D::Location, R::Kind>>,
+        moving: usize,
+        end: f64,
+        numbers: Vec<MovedNumber<D, R>>,
+    ) -> Self {
+        let count = numbers.len();
+        let column = |number: MovedNumber<D, R>| {
+            let copies = number.copies;
             let slope = DVector::from_fn(moving, |k, _| copies.iter().map(|of| of.weight * of.start[k]).sum());
-            let copies = copies.into_iter().map(|of| Moved { of, next: None }).collect();
-            Column { copies, slope }
+            Column {
+                copies: copies.into_iter().map(|of| Moved { of, next: None }).collect(),
+                in_equations: number.in_equations,
+                rounded: number.rounded,
+                slope,
+            }
         };
-        Carried {
-            columns: numbers.into_iter().map(column).collect(),
+        let mut columns: Vec<_> = numbers.into_iter().map(column).collect();
+        columns.extend((0..count + 2 * moving).map(|_| Column {
+            copies: Vec::new(),
+            in_equations: false,
+            rounded: None,
+            slope: DVector::zeros(moving),
+        }));
+        let mut carried = Carried {
+            columns,
+            numbers: count,
+            growing: false,
+            last: None,
+            rounding: Rounding::new(moving),
             dynamics,
+            measures,
             moving,
             end,
-            times: Vec::new(),
+            passages: Vec::new(),
+            factors: None,
             fastest: 0.0,
             of_size: 0.0,
             nodes: RadauTableau::new(),
+        };
+        carried.restart(carried.since());
+        carried
+    }
+
+    /// What small changes do to every event, in the order of the run.
+    pub(crate) fn into_passages(self) -> Vec<Passage> {
+        self.passages
+    }
+
+    /// The columns of unit deviations since the last event.
+    fn since(&self) -> Range<usize> {
+        2 * self.numbers..2 * self.numbers + self.moving
+    }
+
+    /// The columns of unit deviations since growth counts.
+    fn grown(&self) -> Range<usize> {
+        let first = 2 * self.numbers + self.moving;
+        first..first + self.moving
+    }
+
+    /// Unit deviations from here on.
+    fn restart(&mut self, columns: Range<usize>) {
+        for (k, column) in self.columns[columns].iter_mut().enumerate() {
+            column.slope.fill(0.0);
+            column.slope[k] = 1.0;
         }
     }
 
-    /// d(time)/d(number) of every event, in the order of the run.
-    pub(crate) fn into_times(self) -> Vec<Vec<f64>> {
-        self.times
+    fn deviations(&self, columns: Range<usize>) -> DMatrix<f64> {
+        let first = columns.start;
+        DMatrix::from_fn(self.moving, columns.len(), |i, j| self.columns[first + j].slope[i])
+    }
+
+    /// ln of the largest factor between a deviation at the start of growth and now.
+    fn growth(&self) -> f64 {
+        let (grown, weights) = (self.deviations(self.grown()), self.measures.weights());
+        let scaled = DMatrix::from_fn(self.moving, self.moving, |i, j| grown[(i, j)] * weights[i] / weights[j]);
+        match scaled.iter().all(|x| x.is_finite()) {
+            true => scaled.singular_values().max().ln(),
+            false => f64::NAN,
+        }
     }
 
     fn rates(&self, dynamics: &D, location: &D::Location, t: f64, y: &[f64]) -> Vec<f64> {
@@ -188,50 +319,84 @@ impl<D: Dynamics, R: Rules<D>> Carried<D, R> {
         self.measure(location, origin + to, &y, false);
         let turned = (to - from) * self.fastest;
         let steps = if strides && turned > STRIDE {
-            STEPS_OF_STRIDE
+            std::env::var("XSTEPS").ok().and_then(|s| s.parse().ok()).unwrap_or(STEPS_OF_STRIDE)
         } else {
             (turned / REACH).ceil().max(LEAST_STEPS)
         };
         let h = (to - from) / steps;
+        if std::env::var("XTRACE").is_ok() { eprintln!("{} {} {} {steps} {turned} strides {strides}", origin, from, to); }
+        let forcing: Vec<usize> = (0..self.numbers).filter(|&k| self.columns[k].in_equations).collect();
+        let apart = self.measures.derives_apart(location);
+        let slopes: Vec<DVector<f64>> = self.columns.iter().map(|column| column.slope.clone()).collect();
+        let mut slopes = DMatrix::from_columns(&slopes);
+        let mut rates = vec![0.0; dimension];
         for step in 0..steps as usize {
             let start = from + step as f64 * h;
-            let mut matrix = DMatrix::identity(STAGES * n, STAGES * n);
             let mut jacobians = Vec::with_capacity(STAGES);
-            let mut forced = vec![DVector::zeros(STAGES * n); self.columns.len()];
+            // What the step does to unit deviations, and what it adds by each number.
+            let mut stages = DMatrix::zeros(STAGES * n, n + forcing.len());
             for i in 0..STAGES {
                 let tau = start + self.nodes.c[i] * h;
                 at(tau, &mut y)?;
                 let jacobian = self.jacobian(location, origin + tau, &y);
-                for j in 0..STAGES {
-                    let mut block = matrix.view_mut((i * n, j * n), (n, n));
-                    block -= &jacobian * (h * self.nodes.a[(i, j)]);
-                }
+                stages.view_mut((i * n, 0), (n, n)).copy_from(&jacobian);
                 jacobians.push(jacobian);
-                for (column, forced) in self.columns.iter().zip(&mut forced) {
-                    for moved in &column.copies {
-                        let rates = self.rates(&moved.of.dynamics, location, origin + tau, &y);
+                for (column, &number) in forcing.iter().enumerate() {
+                    for moved in &self.columns[number].copies {
+                        moved.of.dynamics.rhs(location, origin + tau, &y, &mut rates);
                         for k in 0..n {
-                            forced[i * n + k] += moved.of.weight * rates[k];
+                            stages[(i * n + k, n + column)] += moved.of.weight * rates[k];
                         }
                     }
                 }
             }
-            let factors = matrix.lu();
-            for (column, mut forced) in self.columns.iter_mut().zip(forced) {
-                for (i, jacobian) in jacobians.iter().enumerate() {
-                    let mut rows = forced.rows_mut(i * n, n);
-                    rows += jacobian * &column.slope;
-                }
-                let Some(slopes) = factors.solve(&forced) else {
-                    column.slope.fill(f64::NAN);
-                    continue;
-                };
-                for i in 0..STAGES {
-                    column.slope.axpy(h * self.nodes.b[i], &slopes.rows(i * n, n), 1.0);
+            if !self.factors(h, &jacobians).solve_mut(&mut stages) {
+                slopes.fill(f64::NAN);
+                break;
+            }
+            let mut change = DMatrix::zeros(n, n + forcing.len());
+            for i in 0..STAGES {
+                change += stages.rows(i * n, n) * (h * self.nodes.b[i]);
+            }
+            slopes += change.columns(0, n) * &slopes;
+            for (column, &number) in forcing.iter().enumerate() {
+                let added = change.column(n + column);
+                slopes.column_mut(number).add_assign(&added);
+                if apart {
+                    slopes.column_mut(self.numbers + number).add_assign(&added);
                 }
             }
         }
+        for (column, slope) in self.columns.iter_mut().zip(slopes.column_iter()) {
+            column.slope.copy_from(&slope);
+        }
         Ok(())
+    }
+
+    /// The factors of the matrix of a step, kept from the last where the equations are linear.
+    fn factors(&mut self, h: f64, jacobians: &[DMatrix<f64>]) -> &LU<f64, Dyn, Dyn> {
+        let first = &jacobians[0];
+        let linear = jacobians.iter().all(|jacobian| jacobian == first);
+        let kept = self
+            .factors
+            .take()
+            .filter(|kept| linear && kept.step == h && kept.jacobian == *first);
+        let factors = kept.unwrap_or_else(|| {
+            let n = self.moving;
+            let mut matrix = DMatrix::identity(STAGES * n, STAGES * n);
+            for (i, jacobian) in jacobians.iter().enumerate() {
+                for j in 0..STAGES {
+                    let mut block = matrix.view_mut((i * n, j * n), (n, n));
+                    block -= jacobian * (h * self.nodes.a[(i, j)]);
+                }
+            }
+            Factors {
+                step: h,
+                jacobian: first.clone(),
+                lu: matrix.lu(),
+            }
+        });
+        &self.factors.insert(factors).lu
     }
 
     /// The size of each component where the run stands: what it is, and what it comes to within the fastest time.
@@ -285,7 +450,7 @@ fn state_after<K: PartialEq, L>(transitions: &[Transition<K, L>], kinds: &[Optio
 }
 
 /// The rules of a run, which carry the derivatives over each event.
-pub(crate) struct CarryingRules<D: Dynamics, R> {
+pub(crate) struct CarryingRules<D: Dynamics, R: Rules<D>> {
     own: R,
     /// The maps of the events, without what is there for rounding alone.
     maps: R,
@@ -314,25 +479,50 @@ where
     R: Rules<D>,
     R::Kind: PartialEq,
 {
-    /// Takes the derivatives over an event. `shift` gives d(time) of a column with the slope before; `image` gives the state that
-    /// the run's own map makes of a state at a time, and `of_copy` that of a copy's.
+    /// Takes the derivatives over an event, whose time is one of the case where it `is_set`. `shift` gives d(time) of a column with
+    /// the slope before; `image` gives the state that the run's own map makes of a state at a time, and `of_copy` that of a copy's.
     fn pass(
         &mut self,
         event: &Instant<'_, D::Location, R::Kind>,
+        is_set: bool,
         mut shift: impl FnMut(&Self, &mut Column<D, R>, &[f64]) -> f64,
         image: impl Fn(f64, &[f64]) -> Option<Vec<f64>>,
         mut of_copy: impl FnMut(&mut Moved<D, R>) -> Vec<Transition<R::Kind, D::Location>>,
     ) {
         let Some(last) = event.transitions.last() else { return };
         let kinds: Vec<Option<R::Kind>> = event.transitions.iter().map(|one| one.kind).collect();
+        let recorded = kinds.iter().flatten().count();
         let (t, y) = (event.t, event.y);
         let before = self.rates(&self.dynamics, event.location, t, y);
         let after = self.rates(&self.dynamics, &last.location, t, &last.state);
         let sizes = self.sizes(y, &before);
+        let flow = DVector::from_column_slice(&before[..self.moving]);
+        if recorded > 0 {
+            let since = self.deviations(self.since());
+            self.rounding.state(&since, y);
+            self.restart(self.since());
+            if is_set {
+                self.rounding.set_clock(&flow);
+            } else {
+                self.rounding.read_clock(t);
+            }
+        }
         let mut columns = std::mem::take(&mut self.columns);
-        let mut shifts = Vec::with_capacity(columns.len());
-        for column in &mut columns {
-            let dt = shift(self, column, &before);
+        // Of events at one instant the first says how far all of them move.
+        let inherited = self.last.take().filter(|last| last.0 == t);
+        let shifts: Vec<f64> = match inherited {
+            Some((_, shifts)) => shifts,
+            None => columns.iter_mut().map(|column| shift(self, column, &before)).collect(),
+        };
+        let replaced = self.measures.replaced(event.location, t, y, event.transitions);
+        if let Some(replaced) = &replaced {
+            // The state that took the place of this one goes along the flow.
+            let rate = replaced.kept.dot(&flow);
+            for column in columns[self.since()].iter_mut().filter(|_| rate != 0.0) {
+                column.slope = &flow * (replaced.kept.dot(&column.slope) / rate);
+            }
+        }
+        for (column, &dt) in columns.iter_mut().zip(&shifts) {
             let mut moved = column.slope.clone();
             for (moved, rate) in moved.iter_mut().zip(&before) {
                 *moved += rate * dt;
@@ -356,11 +546,47 @@ where
                     *slope += copy.of.weight * state.as_ref().map_or(f64::NAN, |state| state[k]);
                 }
             }
-            shifts.push(dt);
         }
         self.columns = columns;
-        let recorded = kinds.iter().flatten().count();
-        self.times.extend(std::iter::repeat_n(shifts, recorded));
+        if recorded == 0 {
+            return;
+        }
+        if kinds.iter().flatten().any(|kind| self.measures.starts_growth(kind)) {
+            self.growing = true;
+            self.restart(self.grown());
+        }
+        let of_numbers = self.columns[..self.numbers].iter().enumerate();
+        let rounded = of_numbers.filter_map(|(k, column)| {
+            Some(Rounded {
+                value: column.rounded?,
+                everywhere: shifts[k],
+                apart: shifts[self.numbers + k],
+                in_equations: column.in_equations,
+            })
+        });
+        let since = DVector::from_column_slice(&shifts[self.since()]);
+        let rounding = self.rounding.of_event(&since, rounded);
+        let shares = shifts[self.grown()].iter().zip(self.measures.weights());
+        let worst = shares
+            .map(|(shift, weight)| (shift / weight).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let growth = self.growing.then(|| self.growth());
+        for _ in 0..recorded {
+            self.passages.push(Passage {
+                times: shifts[..self.numbers].to_vec(),
+                growth,
+                per_deviation: self.growing.then_some(worst),
+                rounding,
+            });
+        }
+        self.last = Some((t, shifts));
+        let since = self.deviations(self.since());
+        self.rounding.state(&since, &last.state);
+        if let Some(replaced) = replaced {
+            self.rounding.add(&replaced.error);
+        }
+        self.restart(self.since());
     }
 }
 
@@ -411,6 +637,7 @@ where
         let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
         carried.pass(
             &event,
+            true,
             |_, column, _| column.shift_of_time(t),
             // The time is a number's, and moves with the copies.
             |_, y| state_after(&maps.clone().at_time_event(location, t, y), &kinds),
@@ -443,6 +670,7 @@ where
         let mut carried = self.carried.lock().unwrap_or_else(PoisonError::into_inner);
         carried.pass(
             &event,
+            false,
             |carried, column, before| {
                 let e = NEAR * extent(&column.slope, &carried.sizes(y, before));
                 let at = |e: f64| carried.guard(&carried.dynamics, location, t, &along(y, &column.slope, e), guard);
@@ -456,8 +684,8 @@ where
         transitions
     }
 
-    fn outside(&self, location: &D::Location, y: &[f64]) -> Option<String> {
-        self.own.outside(location, y)
+    fn outside(&self, location: &D::Location, t: f64, y: &[f64]) -> Option<String> {
+        self.own.outside(location, t, y)
     }
 
     fn solver(&self, location: &D::Location, t: f64, y: &[f64]) -> ChosenSolver {
@@ -484,7 +712,7 @@ where
 }
 
 /// An engine of the model, which carries the derivatives over each step.
-struct CarryingEngine<D: Dynamics, R> {
+struct CarryingEngine<D: Dynamics, R: Rules<D>> {
     own: Box<dyn Engine<D::Location>>,
     carried: Arc<Mutex<Carried<D, R>>>,
     /// Whether a step may be longer than the fastest mode, because that is quiet.

@@ -2,12 +2,11 @@
 //!
 //! This is how the equations are printed, and what an ordinary program makes of them: the torques are differences of
 //! angles that reach hundreds of radians, and the friction changes its sign inside the right-hand side. The reference
-//! runs are not computed with it; [`super::torsion`] says why.
+//! runs are not computed with it; [`super::trains::system`] says why.
 
-use super::state::{Components, TorsionState};
-use super::torsion::TorsionModel;
-use super::{Axial, Mode, Parameters};
-use crate::friction::Law;
+use super::trains::{ContactLaw, End, KickSide, Pressing, Train, Trains};
+use super::{Axial, BreakawayTest, Mode};
+use crate::friction::{FrictionLaw, Law};
 use crate::signal::Pieces;
 
 /// Number of components of the state.
@@ -42,31 +41,82 @@ pub(crate) const WORK: usize = 10;
 /// The state: the constants of this module name its components.
 pub(crate) type AbsoluteState = [f64; DIMENSION];
 
-/// The equations, shared by all steps.
+/// The paper's two disks: a free rotor on a shaft that ends in its surface, and a surface on an equal shaft that ends in the ground.
 #[derive(Debug)]
 pub(crate) struct AbsoluteModel {
-    /// Parameters of the torsional system and its friction.
-    pub torsion: TorsionModel,
+    /// I, kg m^2.
+    rotor_inertia: f64,
+    /// J, kg m^2, of each surface.
+    surface_inertia: f64,
+    /// k_t, N m/rad, of each shaft.
+    stiffness: f64,
+    /// c_t, N m s/rad, of each shaft.
+    damping: f64,
+    /// r, m.
+    radius: f64,
+    breakaway: f64,
+    breakaway_test: BreakawayTest,
+    /// mu(x).
+    pub law: FrictionLaw,
     axial: Axial,
     /// F(t), N.
     pub force: Pieces,
+    /// Of the rotor and its surface at t = 0, rad/s.
+    speed: f64,
 }
 
 impl AbsoluteModel {
-    /// For these parameters.
-    pub fn new(parameters: &Parameters) -> Self {
-        AbsoluteModel {
-            torsion: TorsionModel::new(parameters),
-            axial: parameters.axial,
-            force: parameters.actuation.pieces(),
-        }
+    /// Of a system, if it is two disks with nothing but the axial motion and kicks to both surfaces acting on them, which begin without
+    /// twist.
+    pub fn new(trains: &Trains) -> Option<Self> {
+        let (rotor, stator, initial) = (&trains.rotor, &trains.stator, &trains.initial);
+        let Pressing::Axial { axial, actuation } = &trains.pressing else {
+            return None;
+        };
+        let ([surface_inertia, rotor_inertia], [of_stator]) = (&rotor.inertia[..], &stator.inertia[..]) else {
+            return None;
+        };
+        let ([stiffness], [damping]) = (&rotor.stiffness[..], &rotor.damping[..]) else {
+            return None;
+        };
+        let undriven = |train: &Train| train.torque.is_none() && train.viscous.iter().all(|&viscous| viscous == 0.0);
+        let rest = |values: &[f64]| values.iter().all(|&value| value == 0.0);
+        let &speed = initial.rotor_speed.first()?;
+        let is_two_disks = matches!((&rotor.end, &stator.end), (End::Free, End::Fixed))
+            && of_stator == surface_inertia
+            && (&rotor.stiffness, &rotor.damping) == (&stator.stiffness, &stator.damping)
+            && undriven(rotor)
+            && undriven(stator)
+            && trains.contact == ContactLaw::StickSlip
+            && trains.kicks.iter().all(|kick| kick.on == KickSide::Both)
+            && initial.rotor_speed.iter().all(|&other| other == speed)
+            && [&initial.rotor_twist, &initial.stator_twist, &initial.stator_speed].map(|values| rest(values))
+                == [true; 3];
+        is_two_disks.then(|| AbsoluteModel {
+            rotor_inertia: *rotor_inertia,
+            surface_inertia: *surface_inertia,
+            stiffness: *stiffness,
+            damping: *damping,
+            radius: trains.radius,
+            breakaway: trains.breakaway,
+            breakaway_test: trains.breakaway_test,
+            law: trains.law.clone(),
+            axial: axial.axial(),
+            force: actuation.pieces(),
+            speed,
+        })
     }
 
-    /// The state at t = 0: at rest but for the rotor and its surface, which turn at `speed` (rad/s).
-    pub fn start(speed: f64) -> AbsoluteState {
+    /// T_n = 2 pi sqrt(J/k_t), s.
+    pub fn natural_period(&self) -> f64 {
+        std::f64::consts::TAU / (self.stiffness / self.surface_inertia).sqrt()
+    }
+
+    /// The state at t = 0: at rest but for the rotor and its surface.
+    pub fn start(&self) -> AbsoluteState {
         let mut state = [0.0; DIMENSION];
-        state[THETA_DOT] = speed;
-        state[PHI2_DOT] = speed;
+        state[THETA_DOT] = self.speed;
+        state[PHI2_DOT] = self.speed;
         state
     }
 
@@ -80,19 +130,48 @@ impl AbsoluteModel {
         y[PHI2_DOT] - y[PHI1_DOT]
     }
 
-    /// The twist state (see [`super::torsion`]) of an absolute one: its differences are taken here, with what is left of
-    /// their digits.
-    pub fn twists(&self, y: &AbsoluteState) -> TorsionState {
-        Components {
-            rotor_twist: y[THETA] - y[PHI2],
-            rotor_twist_rate: y[THETA_DOT] - y[PHI2_DOT],
-            stator_twist: y[PHI1],
-            stator_twist_rate: y[PHI1_DOT],
-            rotor_speed: y[THETA_DOT],
-            slip: y[PHI2] - y[PHI1],
-            ..Components::default()
+    /// (T_r, T_s), equation (2), N m: differences of angles are taken here, with what is left of their digits.
+    fn torques(&self, y: &AbsoluteState) -> (f64, f64) {
+        let (rate, twist) = (y[THETA_DOT] - y[PHI2_DOT], y[THETA] - y[PHI2]);
+        (
+            self.damping * rate + self.stiffness * twist,
+            self.damping * y[PHI1_DOT] + self.stiffness * y[PHI1],
+        )
+    }
+
+    /// T_f = (T_r + T_s)/2, N m.
+    pub fn transmitted_torque(&self, y: &AbsoluteState) -> f64 {
+        let (rotor, stator) = self.torques(y);
+        (rotor + stator) / 2.0
+    }
+
+    /// T_f / r, N.
+    pub fn internal_force(&self, y: &AbsoluteState) -> f64 {
+        self.transmitted_torque(y) / self.radius
+    }
+
+    /// The torque of the interface in a mode under F_n (N), N m.
+    pub fn friction_torque(&self, mode: Mode, y: &AbsoluteState, normal_force: f64) -> f64 {
+        match mode {
+            Mode::Separated | Mode::Engaged => 0.0,
+            Mode::Stick => self.transmitted_torque(y),
+            Mode::SlipForward | Mode::SlipBackward => {
+                let (sense, twist_rate) = (f64::from(mode.sense()), y[THETA_DOT] - y[PHI2_DOT]);
+                let mu = self.law.coefficient(sense * (y[THETA_DOT] - twist_rate - y[PHI1_DOT]));
+                sense * mu * self.radius * normal_force
+            }
         }
-        .state()
+    }
+
+    /// c_t + 2 r F_n mu'(|omega_r|), N m s/rad, in slip with sense `s`.
+    pub fn stability_margin(&self, sense: f64, relative_velocity: f64, normal_force: f64) -> f64 {
+        let (_, slope) = self.law.coefficient_and_slope(sense * relative_velocity);
+        self.damping + 2.0 * self.radius * normal_force * slope
+    }
+
+    /// mu_0 r F_n, N m.
+    fn breakaway_torque(&self, normal_force: f64) -> f64 {
+        self.breakaway * self.radius * normal_force
     }
 
     /// The state of the contact by (5) and (9): stick where |omega_r| < `epsilon` (rad/s) and the tested torque is within
@@ -103,10 +182,14 @@ impl AbsoluteModel {
             return Mode::Separated;
         }
         let w = self.relative_velocity(y);
-        let torque = self.torsion.tested_torque(&self.twists(y));
+        let torque = match self.breakaway_test {
+            BreakawayTest::Transmitted => self.transmitted_torque(y),
+            BreakawayTest::Stator => self.torques(y).1,
+            BreakawayTest::Rotor => self.torques(y).0,
+        };
         if w.abs() >= epsilon {
             Mode::sliding(w)
-        } else if torque.abs() <= self.torsion.breakaway_torque(force) {
+        } else if torque.abs() <= self.breakaway_torque(force) {
             Mode::Stick
         } else {
             Mode::sliding(torque)
@@ -116,27 +199,31 @@ impl AbsoluteModel {
     /// dy/dt with the contact in this mode for a step: (1), (2), (5) and (3), (4) or neither. The sense of friction is that of
     /// omega_r at each evaluation; that of the mode is taken where omega_r is exactly zero.
     pub fn rhs(&self, mode: Mode, t: f64, y: &AbsoluteState, dydt: &mut AbsoluteState) {
-        let (torsion, twists) = (&self.torsion.torsion, self.twists(y));
         let w = self.relative_velocity(y);
         let interface = if mode.sense() == 0 {
             0.0
         } else {
             let normal_force = self.pressing_force(y).max(0.0);
             let sense = if w == 0.0 { f64::from(mode.sense()) } else { w.signum() };
-            let mu = self.torsion.friction.law.coefficient(w.abs());
-            sense * mu * self.torsion.contact.radius * normal_force
+            let mu = self.law.coefficient(w.abs());
+            sense * mu * self.radius * normal_force
         };
-        let torques = (torsion.rotor_torque(&twists), torsion.stator_torque(&twists));
-        let (phi2_ddot, phi1_ddot) = torsion.surface_accelerations(mode == Mode::Stick, torques, interface);
+        let ((t_r, t_s), j) = (self.torques(y), self.surface_inertia);
+        let (phi2_ddot, phi1_ddot) = if mode == Mode::Stick {
+            let both = (t_r - t_s) / (2.0 * j);
+            (both, both)
+        } else {
+            ((t_r - interface) / j, (interface - t_s) / j)
+        };
         let Axial {
             mass,
             stiffness,
             damping,
             ..
         } = self.axial;
-        let force = self.force.value(t);
+        let (force, twist_rate) = (self.force.value(t), y[THETA_DOT] - y[PHI2_DOT]);
         dydt[THETA] = y[THETA_DOT];
-        dydt[THETA_DOT] = -torques.0 / torsion.rotor_inertia;
+        dydt[THETA_DOT] = -t_r / self.rotor_inertia;
         dydt[PHI1] = y[PHI1_DOT];
         dydt[PHI1_DOT] = phi1_ddot;
         dydt[PHI2] = y[PHI2_DOT];
@@ -144,7 +231,8 @@ impl AbsoluteModel {
         dydt[Z] = y[Z_DOT];
         dydt[Z_DOT] = (-force - damping * y[Z_DOT] - stiffness * y[Z]) / mass;
         dydt[FRICTION_LOSS] = interface * w;
-        dydt[DAMPING_LOSS] = torsion.damping_power(&twists) + damping * y[Z_DOT] * y[Z_DOT];
+        dydt[DAMPING_LOSS] =
+            self.damping * (twist_rate * twist_rate + y[PHI1_DOT] * y[PHI1_DOT]) + damping * y[Z_DOT] * y[Z_DOT];
         dydt[WORK] = -force * y[Z_DOT];
     }
 
@@ -169,14 +257,14 @@ impl AbsoluteModel {
 
     /// Kinetic energy of the disks and of the axial motion, J.
     pub fn kinetic_energy(&self, y: &AbsoluteState) -> f64 {
-        let torsion = &self.torsion.torsion;
-        let surfaces = torsion.surface_inertia * (y[PHI1_DOT] * y[PHI1_DOT] + y[PHI2_DOT] * y[PHI2_DOT]);
-        0.5 * (torsion.rotor_inertia * y[THETA_DOT] * y[THETA_DOT] + surfaces + self.axial.mass * y[Z_DOT] * y[Z_DOT])
+        let surfaces = self.surface_inertia * (y[PHI1_DOT] * y[PHI1_DOT] + y[PHI2_DOT] * y[PHI2_DOT]);
+        0.5 * (self.rotor_inertia * y[THETA_DOT] * y[THETA_DOT] + surfaces + self.axial.mass * y[Z_DOT] * y[Z_DOT])
     }
 
     /// Elastic energy of both twists and of the axial motion, J.
     pub fn elastic_energy(&self, y: &AbsoluteState) -> f64 {
-        self.torsion.torsion.elastic_energy(&self.twists(y)) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
+        let twist = y[THETA] - y[PHI2];
+        0.5 * self.stiffness * (twist * twist + y[PHI1] * y[PHI1]) + 0.5 * self.axial.stiffness * y[Z] * y[Z]
     }
 }
 
@@ -184,15 +272,27 @@ impl AbsoluteModel {
 mod tests {
     use super::*;
     use crate::case::{Case, CaseSource};
-    use crate::model::state::index::{ROTOR_SPEED, ROTOR_TWIST_RATE, STATOR_TWIST_RATE};
+    use crate::model::trains::system::{Outside, TrainSystem};
 
     /// Far from any switch both sets of equations are one: the accelerations of the twist coordinates are the differences
     /// of those of the angles, here at small angles, where no digits are lost.
     #[test]
     fn property_same_accelerations_as_in_twist_coordinates() {
         let source = CaseSource::built_in("paper").unwrap();
-        let parameters = Case::parse(&source, &[]).unwrap().parameters;
-        let model = AbsoluteModel::new(&parameters);
+        let trains = Trains::from(&Case::parse(&source, &[]).unwrap().parameters);
+        let model = AbsoluteModel::new(&trains).unwrap();
+        let system = TrainSystem::new(&trains);
+        let speed = system.rotor.speed.unwrap();
+        let (rotor, stator) = (system.rotor.twists, system.stator.twists);
+        let twists = |y: &AbsoluteState| {
+            let mut twists = vec![0.0; system.dimension];
+            twists[rotor] = y[THETA] - y[PHI2];
+            twists[rotor + 1] = y[THETA_DOT] - y[PHI2_DOT];
+            twists[stator] = y[PHI1];
+            twists[stator + 1] = y[PHI1_DOT];
+            twists[speed] = y[THETA_DOT];
+            twists
+        };
         let mut y = [0.0; DIMENSION];
         for (component, value) in [
             (THETA, 3e-5),
@@ -206,7 +306,6 @@ mod tests {
         ] {
             y[component] = value;
         }
-        let twists = model.twists(&y);
         let mut rates = [0.0; DIMENSION];
         for (mode, backward) in [
             (Mode::SlipForward, false),
@@ -214,16 +313,19 @@ mod tests {
             (Mode::Stick, false),
             (Mode::Separated, false),
         ] {
-            let (mut y, mut twists) = (y, twists);
+            let mut y = y;
             if backward {
                 y[PHI1_DOT] = 7.0;
-                twists = model.twists(&y);
             }
             model.rhs(mode, 2.0, &y, &mut rates);
             let mode = if backward { Mode::SlipBackward } else { mode };
-            let expected = model.torsion.rates_at(mode, || model.pressing_force(&y), &twists);
-            let found = model.twists(&rates);
-            for k in [ROTOR_TWIST_RATE, STATOR_TWIST_RATE, ROTOR_SPEED] {
+            let outside = Outside {
+                normal_force: model.pressing_force(&y),
+                ..Outside::default()
+            };
+            let (mut expected, found) = (vec![0.0; system.dimension], twists(&rates));
+            system.rates(mode, f64::from(mode.sense()), 0, &outside, &twists(&y), &mut expected);
+            for k in [rotor + 1, stator + 1, speed] {
                 assert!(
                     (found[k] - expected[k]).abs() < 1e-12 * expected[k].abs().max(1.0),
                     "{mode:?}: component {k}: {} and {}",
@@ -237,12 +339,12 @@ mod tests {
     #[test]
     fn analytic_the_state_of_the_contact_is_that_of_equation_9() {
         let source = CaseSource::built_in("paper").unwrap();
-        let parameters = Case::parse(&source, &[]).unwrap().parameters;
-        let model = AbsoluteModel::new(&parameters);
+        let trains = Trains::from(&Case::parse(&source, &[]).unwrap().parameters);
+        let model = AbsoluteModel::new(&trains).unwrap();
         let mut y = [0.0; DIMENSION];
         y[Z] = -4e-5;
-        let limit = model.torsion.breakaway_torque(model.pressing_force(&y));
-        let twist = |share: f64| share * limit / parameters.torsion.stiffness;
+        let limit = model.breakaway_torque(model.pressing_force(&y));
+        let twist = |share: f64| share * limit / model.stiffness;
         let at = |w: f64, share: f64| {
             let mut y = y;
             y[PHI2_DOT] = w;

@@ -238,7 +238,13 @@ impl AxialMotion {
     /// The pressing force -c_a z' - k_e z at `t`, N: all that the torsional equations need.
     #[inline]
     pub fn pressing_force(&self, t: f64) -> f64 {
-        let piece = self.piece_at(t);
+        self.pressing_on(self.force.index(t), t)
+    }
+
+    /// The pressing force (N) at `t` by the motion on a piece of F, continued beyond its ends.
+    #[inline]
+    pub(crate) fn pressing_on(&self, piece: usize, t: f64) -> f64 {
+        let piece = &self.pieces[piece];
         let tau = t - piece.force.start;
         let force = piece.force.at(tau);
         if tau >= piece.silent_after {
@@ -290,28 +296,6 @@ impl AxialMotion {
         (damping * (twice_energy / mass).sqrt() + stiffness * (twice_energy / stiffness).sqrt()) / mass
     }
 
-    /// How far rounding can move a zero of the pressing force at `t`, s: that of the case's numbers is not in it. Infinite
-    /// where the force turns so close to zero that it may not reach it at all.
-    pub(crate) fn rounding_of_zero(&self, t: f64) -> f64 {
-        let piece = self.piece_at(t);
-        let tau = t - piece.force.start;
-        let (_, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
-        let (q, slope) = self.pressing(piece, tau);
-        // Each part of the sum that the force is, with the roundings that it has been through; and the phase.
-        let parts = 2.0 * piece.force.value.abs()
-            + 4.0 * (piece.force.slope * tau).abs()
-            + 4.0 * self.oscillator.size(piece.ringing.0, piece.ringing.1, tau)
-            + 2.0 * (rate * tau).abs();
-        let error = f64::EPSILON * (parts + q.abs());
-        let curvature = self.oscillator.curvature(self.ringing_at(piece, tau)).abs();
-        // Newton's step from either end of the error finds its zero while it stays well off the turn.
-        if error * curvature > slope * slope / 8.0 {
-            f64::INFINITY
-        } else {
-            error / slope.abs()
-        }
-    }
-
     /// A lower bound of the pressing force from `t` on, for ever, N.
     pub(crate) fn lowest_pressing_force_after(&self, t: f64) -> f64 {
         let piece = self.piece_at(t);
@@ -358,11 +342,6 @@ impl AxialMotion {
         self.piece_at(t).force.start + e_folds / self.oscillator.slowest_decay()
     }
 
-    /// The linear stretch of F that holds `t`, counted from the last, which never ends.
-    pub fn stretch(&self, t: f64) -> usize {
-        self.pieces.len() - 1 - self.force.index(t)
-    }
-
     /// The pressing force (N) at `t`, with a bound from there to the next corner.
     pub(crate) fn bounded(&self, t: f64) -> Bounded {
         let piece = self.piece_at(t);
@@ -372,12 +351,6 @@ impl AxialMotion {
             rate,
             curvature: self.curvature_bound(t),
         }
-    }
-
-    /// The pressing force (N) and its rate (N/s) at `t` by the motion on a stretch, continued beyond its ends.
-    pub(crate) fn pressing_on(&self, stretch: usize, t: f64) -> (f64, f64) {
-        let piece = &self.pieces[(self.pieces.len() - 1).saturating_sub(stretch)];
-        self.pressing(piece, t - piece.force.start)
     }
 
     /// The next time after `t`, no later than `until`, at which the contact opens (`closed`) or closes, if there is one.

@@ -1,13 +1,13 @@
-//! The linear part of the torsional system, in one place: rates, Jacobian, flows and energies from inertias, stiffness and damping.
+//! The linear part of the torsional system, in one place: rates, Jacobian and energies from inertias, stiffness and damping.
 //!
 //! With q = (theta, phi_2, phi_1) it is M q'' + C q' + K q = -b T, where omega_r = b . q' and T is the torque through the
-//! interface ([`Matrices`]). The state has twists instead of angles, so that the rates, their Jacobian and the flows of stick
-//! and separation are written for them, in the order of operations that the results rest on.
+//! interface ([`Matrices`]). The state has twists instead of angles, so that the rates and their Jacobian are written for them, in the
+//! order of operations that the results rest on.
 //! `tests/analytic_linear_part.rs` holds each against M, C, K and b.
 
 use super::Torsion;
 use super::state::index::*;
-use nalgebra::{DMatrixViewMut, Matrix3, Matrix4, Vector3, Vector4};
+use nalgebra::{DMatrixViewMut, Matrix3, Vector3};
 
 /// M q'' + C q' + K q = -b T, q = (theta, phi_2, phi_1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,9 +21,6 @@ pub struct Matrices {
     /// b, the incidence of the contact.
     pub contact: Vector3<f64>,
 }
-
-/// A linear motion x' = A x and the diagonal of P in its energy x^T P x.
-pub type Flow = (Matrix4<f64>, Vector4<f64>);
 
 /// d(omega_r)/dy: (component, derivative).
 pub(super) const RELATIVE_VELOCITY: [(usize, f64); 3] =
@@ -155,47 +152,6 @@ impl Torsion {
         for rate in [ROTOR_TWIST_RATE, STATOR_TWIST_RATE] {
             jac[(DAMPING_LOSS, rate)] = 2.0 * self.damping * y[rate];
         }
-    }
-
-    /// Stick, equation (4), in x = (omega u, theta', omega v, v'), with phi_2' = phi_1' and so u' = theta' - v'. The rotor's
-    /// speed is a coordinate: as the sum u' + v' its slow change, J/I of theirs, would get the rounding of their fast one, the
-    /// same in every stick. Energy I theta'^2 + 2 J v'^2 + k_t (u^2 + v^2).
-    pub fn joined_flow(&self, omega: f64) -> Flow {
-        let (i, j, c_t, k) = (
-            self.rotor_inertia,
-            self.surface_inertia,
-            self.damping,
-            self.stiffness / omega,
-        );
-        let half = 1.0 / (2.0 * j);
-        #[rustfmt::skip]
-        let matrix = Matrix4::new(
-            0.0, omega, 0.0, -omega,
-            -k / i, -c_t / i, 0.0, c_t / i,
-            0.0, 0.0, 0.0, omega,
-            k * half, c_t * half, -k * half, -c_t / j,
-        );
-        let elastic = self.stiffness / (omega * omega);
-        (matrix, Vector4::new(elastic, i, elastic, 2.0 * j))
-    }
-
-    /// Separation in x = (omega u, u', omega v, v').
-    pub fn free_flow(&self, omega: f64) -> Flow {
-        let (i, j, c_t, k) = (
-            self.rotor_inertia,
-            self.surface_inertia,
-            self.damping,
-            self.stiffness / omega,
-        );
-        #[rustfmt::skip]
-        let matrix = Matrix4::new(
-            0.0, omega, 0.0, 0.0,
-            -k / i - k / j, -c_t / i - c_t / j, 0.0, 0.0,
-            0.0, 0.0, 0.0, omega,
-            0.0, 0.0, -k / j, -c_t / j,
-        );
-        let elastic = self.stiffness / (omega * omega);
-        (matrix, Vector4::new(elastic, i * j / (i + j), elastic, j))
     }
 
     /// Kinetic energy of rotor and surfaces, J.

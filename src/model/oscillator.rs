@@ -32,12 +32,6 @@ impl DampedOscillator {
         -2.0 * self.sigma * rate - self.omega0_squared * q
     }
 
-    /// The magnitude of the terms whose sum is q a time `tau` after (`q`, `rate`): what its rounding is relative to.
-    pub fn size(&self, q: f64, rate: f64, tau: f64) -> f64 {
-        let (c, s) = self.kernel(tau);
-        (c * q).abs() + s.abs() * (rate.abs() + self.sigma * q.abs())
-    }
-
     /// The Taylor coefficients of q by powers of time over `unit` (s) from (q, q') = (`q`, `rate`), as many as `out` holds.
     pub fn series(&self, q: f64, rate: f64, unit: f64, out: &mut [f64]) {
         taylor::damped_oscillation(

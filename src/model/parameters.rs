@@ -27,20 +27,6 @@ impl Parameters {
     pub fn largest_force(&self) -> f64 {
         self.actuation.pieces().largest()
     }
-
-    /// The kicks at a time (s) with their jumps of omega_r (rad/s), in the order of their times, and the jumps of those
-    /// that wait for the instability, in the order given.
-    pub(crate) fn kicks(&self) -> (Vec<(f64, f64)>, Vec<f64>) {
-        let (mut timed, mut waiting) = (Vec::new(), Vec::new());
-        for kick in &self.perturbations {
-            match kick.time {
-                KickTime::At(t) => timed.push((t, kick.relative_velocity)),
-                KickTime::Instability => waiting.push(kick.relative_velocity),
-            }
-        }
-        timed.sort_by(|a: &(f64, f64), b| a.0.total_cmp(&b.0));
-        (timed, waiting)
-    }
 }
 
 /// The axial oscillator, equations (1) and (11).

@@ -20,7 +20,6 @@
 //! and these changes tell the error that is left ([`SlowState::error`]).
 
 use super::Torsion;
-use super::slip_series::SlipSeries;
 use super::state::{DIMENSION, DYNAMIC, TorsionState, index::*};
 use super::torsion::TorsionModel;
 use super::trains::slow_manifold::{
@@ -237,42 +236,5 @@ impl<const N: usize> SlowSeries<N> {
     pub fn reach(&self, error: f64) -> f64 {
         let by_term = |n: usize| (error / self.speed[n].abs()).powf(1.0 / n as f64);
         by_term(N - 4).min(by_term(N - 3))
-    }
-
-    /// The same motion as a series of the whole slip, from the quadratures of `y` on.
-    pub fn write(
-        &self,
-        model: &TorsionModel,
-        sense: f64,
-        pressing: (f64, f64),
-        y: &TorsionState,
-        slip: &mut SlipSeries<f64, N>,
-    ) {
-        let (u_dot, v_dot) = (derivative(&self.rotor_twist), derivative(&self.stator_twist));
-        slip.unit = 1.0;
-        slip.state[ROTOR_TWIST] = self.rotor_twist;
-        slip.state[ROTOR_TWIST_RATE] = u_dot;
-        slip.state[STATOR_TWIST] = self.stator_twist;
-        slip.state[STATOR_TWIST_RATE] = v_dot;
-        slip.state[ROTOR_SPEED] = self.rotor_speed;
-        slip.relative_velocity = self.speed.map(|x| sense * x);
-        let slope = self.friction.factors(&1.0, &(2.0 * model.contact.radius)).slope;
-        for component in [SLIP, FRICTION_LOSS, DAMPING_LOSS] {
-            slip.state[component][0] = y[component];
-        }
-        let friction_loss = taylor::product(&self.torque, &slip.relative_velocity);
-        let (rotor, stator) = (taylor::product(&u_dot, &u_dot), taylor::product(&v_dot, &v_dot));
-        for n in 0..N {
-            let shape = |n: usize| self.friction.slope_shape(n);
-            let before = if n > 0 { shape(n - 1) } else { 0.0 };
-            slip.stability_margin[n] = slope * (shape(n) * pressing.0 + before * pressing.1);
-            if n + 1 < N {
-                let step = 1.0 / (n + 1) as f64;
-                slip.state[SLIP][n + 1] = step * slip.relative_velocity[n];
-                slip.state[FRICTION_LOSS][n + 1] = step * friction_loss[n];
-                slip.state[DAMPING_LOSS][n + 1] = step * model.torsion.damping * (rotor[n] + stator[n]);
-            }
-        }
-        slip.stability_margin[0] += model.torsion.damping;
     }
 }

@@ -71,16 +71,6 @@ impl TorsionModel {
         sense * mu * self.contact.radius * normal_force
     }
 
-    /// The rate of [`Self::sliding_torque`], N m/s, for the state's rates `dydt` and `pressing`, F_n (N) with its rate (N/s).
-    pub(crate) fn sliding_torque_rate(&self, sense: f64, y: &[f64], dydt: &[f64], pressing: (f64, f64)) -> f64 {
-        let (mu, slope) = self
-            .friction
-            .law
-            .coefficient_and_slope(sense * self.relative_velocity(y));
-        let acceleration = self.relative_velocity(dydt);
-        self.contact.radius * (slope * acceleration * pressing.0 + sense * mu * pressing.1)
-    }
-
     /// dy/dt in a mode, equations (2) to (4); `normal_force` gives F_n (N), and is asked only where there is friction.
     #[inline]
     pub fn rates(&self, mode: Mode, normal_force: impl FnOnce() -> f64, y: &[f64], dydt: &mut [f64]) {
@@ -178,11 +168,6 @@ impl TorsionModel {
     #[inline]
     pub fn relative_velocity(&self, y: &[f64]) -> f64 {
         linear_part::relative_velocity(y)
-    }
-
-    /// |theta'| + |u'| + |v'|, rad/s: what the rounding of omega_r is relative to.
-    pub(crate) fn relative_velocity_terms(&self, y: &[f64]) -> f64 {
-        y[ROTOR_SPEED].abs() + y[ROTOR_TWIST_RATE].abs() + y[STATOR_TWIST_RATE].abs()
     }
 
     /// The largest twist rate, or twist times omega_n, rad/s.

@@ -4,13 +4,12 @@ use super::certified;
 use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject, without};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::law;
 use super::own::over_time;
 use super::portraits;
 use super::run::Run;
-use super::style::{BLACK, BLUE, GREY, VERMILLION, line_color};
-use super::trains;
-use crate::friction::Law;
-use crate::model::torsion::TorsionModel;
+use super::style::{BLUE, GREY, VERMILLION, line_color};
+use crate::case::CaseRef;
 use crate::simulation::OutputWindow;
 
 /// The figure of the paper that is a critical curve in (alpha, c_t).
@@ -20,7 +19,7 @@ const OF_A_RUN: std::ops::RangeInclusive<u32> = 4..=24;
 
 /// Every figure, in the order of the paper.
 pub const ENTRIES: &[Entry] = &[
-    entry("friction-law", "Friction law", Some(4), friction_law),
+    entry("friction-law", "Friction law", Some(4), law::friction_law),
     entry("axial-displacement", "Axial displacement", Some(5), axial_displacement),
     entry(
         "axial-settling",
@@ -35,10 +34,10 @@ pub const ENTRIES: &[Entry] = &[
         stop(e, s, &[&["theta_dot"]])
     }),
     entry("surface-speeds", "Speeds of the contact surfaces", None, |e, s| {
-        // Surfaces that stick together and slide apart belong into common axes; those of the brake are too far apart.
+        // Surfaces that stick together and slide apart belong into common axes; those of a brake are too far apart.
         let apart: &[&[&str]] = &[&["phi2_dot"], &["phi1_dot"]];
         let common: &[&[&str]] = &[&["phi2_dot", "phi1_dot"]];
-        whole(e, s, if s.run.trains.is_some() { common } else { apart })
+        whole(e, s, if s.run.stops() { apart } else { common })
     }),
     entry(
         "surface-speeds-stop",
@@ -137,15 +136,10 @@ pub const ENTRIES: &[Entry] = &[
     ),
 ];
 
-/// Those that a run can have, in that order: of a brake all of [`ENTRIES`], of trains those that are not about its stop; and of
-/// either what its certificate says.
+/// Those that a run can have, in that order, and what its certificate says.
 pub fn of_run(run: &Run) -> Vec<&'static Entry> {
-    let all = ENTRIES.iter().chain(trains::ENTRIES);
-    let of_brake = |entry: &&Entry| ENTRIES.iter().any(|known| known.name == entry.name);
-    let mut found: Vec<&'static Entry> = match &run.trains {
-        Some(_) => all.filter(|entry| without(entry, run).is_none()).collect(),
-        None => all.filter(of_brake).collect(),
-    };
+    let all = ENTRIES.iter().chain(portraits::ENTRIES);
+    let mut found: Vec<&'static Entry> = all.filter(|entry| without(entry, run).is_none()).collect();
     if run.time_uncertainty().is_some() {
         found.extend(certified::ENTRIES);
     }
@@ -179,14 +173,14 @@ pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
             None => Err(unknown_figure(name)),
         };
     }
-    let all = ENTRIES.iter().chain(trains::ENTRIES).chain(certified::ENTRIES);
+    let all = ENTRIES.iter().chain(portraits::ENTRIES).chain(certified::ENTRIES);
     all.into_iter()
         .find(|e| e.name == name)
         .ok_or_else(|| unknown_figure(name))
 }
 
 fn unknown_figure(name: &str) -> PlotError {
-    let all = ENTRIES.iter().chain(trains::ENTRIES).chain(certified::ENTRIES);
+    let all = ENTRIES.iter().chain(portraits::ENTRIES).chain(certified::ENTRIES);
     let names: Vec<&str> = all.map(|e| e.name).collect();
     PlotError::UnknownFigure {
         name: name.to_owned(),
@@ -199,7 +193,12 @@ fn unknown_figure(name: &str) -> PlotError {
 /// those that are needed. `None` if no sampling helps.
 pub fn sampling(run: &Run, absent: &[&Absent]) -> Option<String> {
     let needed: Vec<OutputWindow> = absent.iter().filter_map(|absent| absent.window).collect();
-    let mut windows: Vec<&OutputWindow> = run.windows.iter().chain(&needed).collect();
+    let mut windows: Vec<&OutputWindow> = CaseRef::from(&run.case)
+        .output()
+        .windows
+        .iter()
+        .chain(&needed)
+        .collect();
     // What another window covers at least as densely is of no use; of equal ones the first stays.
     windows.sort_by(|a, b| a.interval.total_cmp(&b.interval));
     let covers = |a: &OutputWindow, b: &OutputWindow| a.from <= b.from && b.to <= a.to;
@@ -236,64 +235,6 @@ fn close_up(
         Ok(window) => over_time(subject.runs, entry.name, entry.title, panels, window).map(Ok),
         Err(reason) => Ok(Err(reason)),
     }
-}
-
-/// mu(x), from rest to where friction has ceased to change.
-fn friction_law(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    if let Some(case) = &subject.run.trains {
-        return Ok(Ok(trains::friction_law(entry, case, subject.runs)));
-    }
-    let Some(parameters) = &subject.run.parameters else {
-        return Ok(Err("the file has no case".into()));
-    };
-    let mut curves = Vec::new();
-    let several = subject.runs.len() > 1;
-    let scale = parameters.friction.law.extent();
-    let end = if scale.is_finite() { scale } else { 1.0 };
-    for (k, run) in subject.runs.iter().enumerate() {
-        let Some(friction) = run.parameters.as_ref().map(|brake| &brake.friction) else {
-            continue;
-        };
-        let law = (0..=240)
-            .map(|k| end * f64::from(k) / 240.0)
-            .map(|x| (x, friction.law.coefficient(x)));
-        let label = if several {
-            run.label()
-        } else {
-            "sliding, μ(|ωᵣ|)".to_owned()
-        };
-        curves.push(Curve::line(&label, line_color(k), law.collect()));
-    }
-    let friction = &parameters.friction;
-    if !several {
-        let rest = Curve::line("rest, μ₀", VERMILLION, vec![(0.0, friction.breakaway)]);
-        curves.push(rest.styled(CurveStyle::Points));
-        let force = parameters.largest_force();
-        let critical = TorsionModel::new(parameters).critical_speeds(force);
-        if !critical.is_empty() {
-            let points = critical.iter().map(|&x| (x, friction.law.coefficient(x)));
-            let point = Curve::line("critical speed", BLACK, points.collect());
-            curves.push(point.styled(CurveStyle::OpenPoints));
-        }
-    }
-    let sliding = friction.law.bounds_below(end);
-    let largest = friction.breakaway.max(sliding.most);
-    let y = Axis::new("friction coefficient", "1")
-        .with_symbol("μ")
-        .ranging(0.0, 1.1 * largest.max(1e-3));
-    let panel = Panel::new(
-        Axis::new("relative velocity", "rad s-1")
-            .with_symbol("|ωᵣ|")
-            .ranging(0.0, end),
-        y,
-        curves,
-    );
-    Ok(Ok(Figure {
-        name: entry.name.to_owned(),
-        title: entry.title.to_owned(),
-        paper_figure: None,
-        panels: vec![panel],
-    }))
 }
 
 /// As long again as F(t) changes.
@@ -352,7 +293,7 @@ fn transition(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
 }
 
 fn first_cycles(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
-    let cycles = &subject.run.stick_slip.cycles;
+    let cycles = &subject.run.cycles;
     let (Some(onset), false) = (subject.onset, cycles.is_empty()) else {
         return Ok(Err(NO_CYCLE.into()));
     };
@@ -362,7 +303,7 @@ fn first_cycles(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<
 }
 
 fn last_cycles(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    let cycles = &subject.run.stick_slip.cycles;
+    let cycles = &subject.run.cycles;
     let (Some(end), false) = (subject.final_stick, cycles.is_empty()) else {
         return Ok(Err(NO_CYCLE.into()));
     };
@@ -416,14 +357,14 @@ impl ExponentialFit {
 }
 
 fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    if subject.run.stick_slip.cycles.is_empty() {
+    if subject.run.cycles.is_empty() {
         return Ok(Err(NO_CYCLE.into()));
     }
     let several = subject.runs.len() > 1;
     let mut curves = Vec::new();
     for (number, run) in subject.runs.iter().enumerate() {
-        let cycles = &run.stick_slip.cycles;
-        let indexed = |f: fn(&crate::analysis::Cycle) -> f64| -> Vec<(f64, f64)> {
+        let cycles = &run.cycles;
+        let indexed = |f: fn(&crate::record::Cycle) -> f64| -> Vec<(f64, f64)> {
             cycles.iter().enumerate().map(|(k, c)| (k as f64, f(c))).collect()
         };
         let (sticks, slips) = (indexed(|c| c.stick_duration), indexed(|c| c.slip_duration));

@@ -113,9 +113,8 @@ impl Beside<'_> {
             views.push(view("", format!("{name}: reference, candidate and error"), (from, to)));
             let period = self.reference.natural_period();
             let stick_slip = &self.run.stick_slip;
-            if let (Some(onset), Some(end), None) =
-                (stick_slip.onset_time, stick_slip.final_stick_time, &self.run.trains)
-            {
+            let ends = stick_slip.onset_time.zip(stick_slip.final_stick_time);
+            if let Some((onset, end)) = ends.filter(|_| self.run.stops()) {
                 let window = (onset - 12.0 * period, end + 6.0 * period);
                 views.push(view(
                     "-stick-slip",

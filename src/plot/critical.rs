@@ -4,8 +4,8 @@ use super::error::PlotError;
 use super::figure::{Curve, CurveStyle, Figure, Panel};
 use super::studies::data::{drawn_axis, short};
 use super::style::{BLACK, GREY, PALETTE};
-use crate::case::{Case, CaseSource};
-use crate::model::Parameters;
+use crate::case::{AnyCase, CaseRef, CaseSource};
+use crate::model::trains::Trains;
 use crate::results::{ResultError, SweepFile};
 
 /// The figure of a sweep file that has boundaries.
@@ -109,16 +109,19 @@ fn boundary_curves(file: &SweepFile, x: &str, y: &str) -> Result<Vec<Curve>, Plo
 
 /// Whether the base case of a sweep is the paper's, whatever its kick: the study sets that.
 fn of_the_papers_case(file: &SweepFile) -> bool {
-    let parsed = |source: &CaseSource| Case::parse(source, &[]).ok();
+    let system = |source: CaseSource| -> Option<Trains> {
+        let case = AnyCase::read(&source, &[]).ok()?;
+        Some(CaseRef::from(&case).system().into_owned())
+    };
     let base = file.case_text();
-    let base = base.and_then(|text| parsed(&CaseSource::result(file.path(), text)));
-    let papers = CaseSource::built_in("paper").ok().and_then(|source| parsed(&source));
+    let base = base.and_then(|text| system(CaseSource::result(file.path(), text)));
+    let papers = CaseSource::built_in("paper").ok().and_then(system);
     base.zip(papers).is_some_and(|(base, papers)| {
-        let kicked = Parameters {
-            perturbations: base.parameters.perturbations.clone(),
-            ..papers.parameters
+        let kicked = Trains {
+            kicks: base.kicks.clone(),
+            ..papers
         };
-        base.parameters == kicked
+        base == kicked
     })
 }
 

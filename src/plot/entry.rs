@@ -4,8 +4,9 @@ use super::error::PlotError;
 use super::figure::Figure;
 use super::labels::in_translation;
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::case::{Case, CaseSource, Motion};
-use crate::model::Parameters;
+use crate::analysis::headline::is_paper_case;
+use crate::case::{CaseRef, Motion};
+use crate::model::trains::Pressing;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
 use std::f64::consts::TAU;
@@ -45,9 +46,9 @@ pub struct Entry {
 
 /// A title in the words of the motion of a run: in translation there are forces, not torques.
 pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
-    match run.trains.as_ref().map(|case| case.motion) {
-        Some(Motion::Translation) => in_translation(title),
-        _ => title.to_owned(),
+    match CaseRef::from(&run.case).motion() {
+        Motion::Translation => in_translation(title),
+        Motion::Rotation => title.to_owned(),
     }
 }
 
@@ -63,25 +64,19 @@ impl Entry {
         let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {
             title: in_words_of(subject.run, &figure.title),
-            paper_figure: self.paper_figure.filter(|_| is_the_papers(subject.run)),
+            paper_figure: self.paper_figure.filter(|_| is_paper_case(&subject.run.case)),
             ..figure
         }))
     }
 }
 
-/// Whether a run is of the paper's own case: the paper's figures show no other.
-fn is_the_papers(run: &Run) -> bool {
-    let papers = CaseSource::built_in("paper").and_then(|source| Case::parse(&source, &[]));
-    papers.is_ok_and(|papers| run.parameters.as_ref() == Some(&papers.parameters))
-}
-
-/// The figure that only runs of trains have.
+/// The figure of runs that do not stop.
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
 /// The figures of a certificate, which any run can have.
 pub(super) const CERTIFIED: [&str; 2] = ["event-uncertainties", "error-bands"];
 
-/// Those of the brake's catalogue that they have, too.
+/// The figures that all runs have.
 const SHARED: [&str; 6] = [
     "friction-law",
     "rotor-speed",
@@ -94,29 +89,52 @@ const SHARED: [&str; 6] = [
 /// Those of them that show cycles.
 const OF_CYCLES: [&str; 2] = ["surface-speeds-close-up", "stick-slip-close-up"];
 
-/// Why a run of trains does not have a figure; `None` if it has.
+/// Why a run does not have a figure, whatever its events and samples are; `None` if it has.
 pub(super) fn without(entry: &Entry, run: &Run) -> Option<Absent> {
-    let case = run.trains.as_ref()?;
-    if OF_CYCLES.contains(&entry.name) && run.stick_slip.cycles.is_empty() {
-        return Some(NO_CYCLE.into());
+    let (name, rotor, stator) = (entry.name, &run.system.rotor, &run.system.stator);
+    let of_axial_mode = name.contains("axial") || name == "phase-plateau";
+    if name == "rotor-speed" && rotor.is_rigid() {
+        return Some(unlike(run, "its rotor has no inertia and moves as it is driven"));
     }
-    let why = if entry.name == "rotor-speed" && case.parameters.rotor.is_rigid() {
-        "its rotor has no inertia and moves as it is driven"
-    } else if SHARED.contains(&entry.name) || entry.name == PORTRAIT || CERTIFIED.contains(&entry.name) {
-        return None;
-    } else if entry.name.contains("axial") || entry.name == "phase-plateau" {
-        "it shows how the brake's axial mode answers F(t)"
-    } else if entry.name.contains("growth") {
-        "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
-    } else {
-        "its window is found by the stop of the brake"
+    if run.stops() {
+        let why = match name {
+            PORTRAIT => {
+                "it shows the motion that a run of two trains comes to, and this one is of a brake, which stops; see \
+                 phase-stick-slip-stator"
+            }
+            _ if of_axial_mode && !run.has_axial_mode() => {
+                "it shows how an axial mode answers F(t), and here the normal force is given directly"
+            }
+            _ if name.ends_with("-rotor") && rotor.shafts() == 0 => "its rotor has no shaft",
+            _ if name.ends_with("-stator") && stator.shafts() == 0 => "its stator has no shaft",
+            _ => return None,
+        };
+        return Some(why.into());
+    }
+    let why = match name {
+        _ if OF_CYCLES.contains(&name) && run.cycles.is_empty() => return Some(NO_CYCLE.into()),
+        _ if SHARED.contains(&name) || CERTIFIED.contains(&name) => return None,
+        PORTRAIT => return None,
+        _ if of_axial_mode => "it shows how the brake's axial mode answers F(t)",
+        _ if name.contains("growth") => {
+            "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
+        }
+        _ => "its window is found by the stop of the brake",
     };
-    let why = format!(
-        "{why}, and this run is of two trains; such a run has {}, {}, and any channel",
-        SHARED.join(", "),
-        PORTRAIT
-    );
-    Some(Absent::from(why.as_str()))
+    Some(unlike(run, why))
+}
+
+/// Why a run has not a figure that others have.
+fn unlike(run: &Run, why: &str) -> Absent {
+    match run.stops() {
+        true => why.into(),
+        false => {
+            let has = SHARED.join(", ");
+            let why =
+                format!("{why}, and this run is of two trains; such a run has {has}, {PORTRAIT}, and any channel");
+            Absent::from(why.as_str())
+        }
+    }
 }
 
 /// The runs to draw and the moments of the first of them that divide its subject.
@@ -128,7 +146,7 @@ pub struct Subject<'a> {
     pub run: &'a Run,
     /// The natural period, s; where nothing moves by itself, that of the first cycle; NaN without either.
     pub period: f64,
-    /// Period of the axial motion without damping, s; NaN of trains.
+    /// Period of the axial motion without damping, s; NaN without an axial mode.
     pub axial_period: f64,
     /// First and last stick, s.
     pub onset: Option<f64>,
@@ -145,14 +163,17 @@ impl<'a> Subject<'a> {
     pub fn new(runs: &'a [Run]) -> Option<Subject<'a>> {
         let run = runs.first()?;
         let first = |kind: EventKind| run.events.iter().find(|e| e.kind == kind).map(|e| e.time);
-        let of_brake = |period: fn(&Parameters) -> f64| run.parameters.as_ref().map_or(f64::NAN, period);
-        let cycle = run.stick_slip.cycles.first().map(|cycle| cycle.period);
+        let axial_period = match &run.system.pressing {
+            Pressing::Axial { axial, .. } => TAU / (axial.stiffness / axial.mass).sqrt(),
+            Pressing::Force(_) => f64::NAN,
+        };
+        let cycle = run.cycles.first().map(|cycle| cycle.period);
         let corner = run.events.iter().rfind(|e| e.kind == EventKind::Corner);
         Some(Subject {
             runs,
             run,
             period: run.natural_period.or(cycle).unwrap_or(f64::NAN),
-            axial_period: of_brake(|brake| TAU / (brake.axial.stiffness / brake.axial.mass).sqrt()),
+            axial_period,
             onset: run.stick_slip.onset_time,
             final_stick: run.stick_slip.final_stick_time,
             instability: first(EventKind::Destabilised),

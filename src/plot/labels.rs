@@ -38,7 +38,7 @@ const LABELS: &[(&str, &str, &str)] = &[
 pub fn axis(channel: &str) -> Option<Axis> {
     let variables = schema::trajectory().variables;
     let variable = variables.iter().find(|v| v.name == channel)?;
-    Some(of_variable(variable, None))
+    Some(of_variable(variable, Motion::Rotation, true))
 }
 
 /// What words of rotation are called in translation.
@@ -46,18 +46,18 @@ pub(super) fn in_translation(words: &str) -> String {
     words.replace("angle", "position").replace("torque", "force")
 }
 
-/// The axis of a variable of /trajectory, in a run of trains with that motion.
-pub(super) fn of_variable(variable: &schema::Variable, motion: Option<Motion>) -> Axis {
+/// The axis of a variable of /trajectory, in a run with that motion, whose rotor is one shaft between two inertias or another chain.
+pub(super) fn of_variable(variable: &schema::Variable, motion: Motion, one_shaft: bool) -> Axis {
     let known = LABELS.iter().find(|label| label.0 == variable.name);
     let (mut name, mut symbol) = known.map_or_else(
         || (variable.name.replace('_', " "), String::new()),
         |&(_, name, symbol)| (name.to_owned(), symbol.to_owned()),
     );
-    // The twist is that of the first shaft there, wherever the rotor ends.
-    if motion.is_some() && variable.name.starts_with("rotor_twist") {
+    // The twist is that of the first shaft, wherever the rotor ends.
+    if !one_shaft && variable.name.starts_with("rotor_twist") {
         symbol.clear();
     }
-    if motion == Some(Motion::Translation) {
+    if motion == Motion::Translation {
         name = in_translation(&name);
         for (angular, linear) in [("φ", "x"), ("ω", "v"), ("θ", "x")] {
             symbol = symbol.replace(angular, linear);

@@ -85,7 +85,7 @@ pub(crate) fn over_time(
         if let Some(run) = runs.first() {
             panel.modes = run.ground(window);
             panel.events = run.marks(window);
-            if run.trains.is_some() {
+            if run.has_drive() {
                 panel.driven_by = "a signal";
             }
         }

@@ -1,12 +1,13 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject, too_sparse};
+use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, PORTRAIT, Subject, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::{Run, SAMPLES_PER_PERIOD};
 use super::spiral::{Turns, factor_per_turn};
-use crate::analysis::modes::stick_modes;
-use crate::model::torsion::TorsionModel;
+use crate::analysis::trains::TrainModes;
+use crate::case::CaseRef;
+use crate::model::trains::{End, Train, Trains};
 
 /// Turns of the fast mode that a portrait shows before the first stick.
 const TURNS: f64 = 24.0;
@@ -125,11 +126,12 @@ fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<O
     let Some(start) = subject.final_stick else {
         return Ok(Err("the run does not end in a stick".into()));
     };
-    let Some(parameters) = &subject.run.parameters else {
-        return Ok(Err("the run is not of a brake".into()));
-    };
-    let modes = stick_modes(&TorsionModel::new(parameters)).modes;
-    let Some(slow) = modes.iter().filter_map(|mode| mode.natural_frequency).reduce(f64::min) else {
+    let states = TrainModes::of_case(&subject.run.system).states;
+    let in_stick = states.iter().filter(|state| state.state == "stick");
+    let frequencies = in_stick
+        .flat_map(|state| &state.modes)
+        .filter_map(|mode| mode.frequency);
+    let Some(slow) = frequencies.reduce(f64::min) else {
         return Ok(Err("the rotor does not swing: it is overdamped".into()));
     };
     let window = (start, start + SWINGS / slow);
@@ -145,4 +147,82 @@ pub(super) fn final_stick_stator(entry: &Entry, subject: &Subject) -> Result<Out
 
 pub(super) fn final_stick_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     final_stick(entry, subject, ("rotor_twist", "rotor_twist_rate"))
+}
+
+/// The figures of runs that do not stop.
+pub const ENTRIES: &[Entry] = &[Entry {
+    name: PORTRAIT,
+    title: "Relative velocity over position",
+    paper_figure: None,
+    draw: portrait,
+}];
+
+/// The bounded position of a surface, beside the far end of its train: the stator's if that has shafts.
+fn position(trains: &Trains) -> &'static str {
+    let is_fixed = |train: &Train| matches!(train.end, End::Fixed) && !train.is_rigid();
+    if is_fixed(&trains.stator) {
+        "phi1"
+    } else if trains.stator.shafts() > 0 {
+        "stator_twist_0"
+    } else if is_fixed(&trains.rotor) {
+        "phi2"
+    } else if trains.rotor.shafts() > 0 {
+        "rotor_twist_0"
+    } else {
+        "slip_displacement"
+    }
+}
+
+/// Over the last period of a motion that repeats itself, else over the whole run.
+fn portrait(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
+    let Shown { axes, window, periodic } = shown(subject.run);
+    let over = format!("Relative velocity over {}", subject.run.axis(axes.0)?.name);
+    let mut title = if periodic { format!("{over}, last period") } else { over };
+    if let Some(few) = few_samples(subject.run, window)? {
+        title = format!("{title}; {few}");
+    }
+    phase(subject.runs, entry.name, &title, axes, window).map(Ok)
+}
+
+/// What the phase portrait of a run shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shown {
+    /// Two channels: that of the horizontal axis and that of the vertical one.
+    pub(super) axes: (&'static str, &'static str),
+    /// When it begins and ends, s.
+    pub(super) window: (f64, f64),
+    /// Whether that is one period of a motion that repeats itself.
+    pub(super) periodic: bool,
+}
+
+/// Samples from which on a portrait is seen as a curve.
+const MANY: usize = 60;
+
+/// What is to be said of a portrait in a window with few samples.
+pub(super) fn few_samples(run: &Run, window: (f64, f64)) -> Result<Option<String>, PlotError> {
+    let samples = run.rows_in(window)?.len();
+    let few = || format!("it has {samples} samples, joined by straight lines; a smaller output.interval gives more");
+    Ok((samples < MANY).then(few))
+}
+
+/// What the phase portrait of a run shows.
+pub(super) fn shown(run: &Run) -> Shown {
+    let (first, last) = run.times;
+    let axes = (position(&run.system), "relative_velocity");
+    match run.attractor_period {
+        Some(period) if period < last - first => Shown {
+            axes,
+            // One sample more, so that it closes.
+            window: (
+                (last - period - CaseRef::from(&run.case).output().interval).max(first),
+                last,
+            ),
+            periodic: true,
+        },
+        _ => Shown {
+            axes,
+            window: (first, last),
+            periodic: false,
+        },
+    }
 }

@@ -4,15 +4,14 @@ use super::decimate::{MinMax, Portrait};
 use super::error::PlotError;
 use super::figure::Axis;
 use super::labels;
-use super::sides::{self, Sides};
-use crate::analysis::StickSlip;
-use crate::case::{Case, CaseSource, TrainCase};
-use crate::model::torsion::TorsionModel;
-use crate::model::{Mode, Parameters};
-use crate::record::{Event, EventKind, State};
-use crate::results::{AddedGroup, DenseOutput, Header, ResultFile, Side, Status, StickSlipTable, schema};
-use crate::simulation::OutputWindow;
-use crate::simulation::trains::{further, natural_period};
+use super::sides::Sides;
+use crate::case::{AnyCase, CaseRef, CaseSource};
+use crate::model::Mode;
+use crate::model::trains::{Pressing, Trains};
+use crate::provenance;
+use crate::record::{Cycle, CycleStatistics, Event, EventKind, State};
+use crate::results::{AddedGroup, DenseOutput, ResultFile, Side, Status, StickSlipTable, schema};
+use crate::simulation::trains::{self, Course, further};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -77,17 +76,19 @@ pub struct Run {
     /// Every event, in order of time.
     pub events: Vec<Event>,
     /// Sticks and slips, from the events.
-    pub stick_slip: StickSlip,
-    /// Of the case kept in the file, if that is of a brake.
-    pub parameters: Option<Parameters>,
-    /// The case kept in the file, if that is of two trains.
-    pub trains: Option<TrainCase>,
-    /// Period of the motion that a run of trains has come to, s; `None` of one that does not repeat itself.
+    pub stick_slip: CycleStatistics,
+    /// Each stick that ends, with the slip after it.
+    pub cycles: Vec<Cycle>,
+    /// The case kept in the file.
+    pub case: AnyCase,
+    /// The system that it describes.
+    pub system: Trains,
+    /// Its equations and signals.
+    course: Course,
+    /// Period of the motion that the run has come to, s; `None` of one that does not repeat itself.
     pub attractor_period: Option<f64>,
     /// Of the surfaces on their shafts, s; `None` where nothing moves by itself.
     pub(crate) natural_period: Option<f64>,
-    /// Windows in which the run was sampled more densely.
-    pub windows: Vec<OutputWindow>,
     /// What the dense output covers, if the file has one, s.
     dense: Option<(f64, f64)>,
     /// (start, end, mode), joined where the mode goes on.
@@ -136,23 +137,12 @@ impl Run {
         let first = |row: usize| file.column("time", row..row + 1).map(|v| v[0]);
         let times = (first(0)?, first(rows - 1)?);
         let events = file.events()?;
-        let source = CaseSource::result(path, file.resolved()?);
-        let (mut parameters, mut trains) = (None, None);
-        let period;
-        let (windows, tables) = if TrainCase::is_one(&source, &[]) {
-            let case = TrainCase::parse(&source, &[])?;
-            let header = Header::new(&case, String::new());
-            period = natural_period(&case.parameters);
-            let windows = case.output.windows.clone();
-            trains = Some(case);
-            (windows, schema::extended_tables(&header.extension))
-        } else {
-            let case = Case::parse(&source, &[])?;
-            period = Some(TorsionModel::new(&case.parameters).natural_period());
-            parameters = Some(case.parameters);
-            (case.output.windows, schema::tables())
-        };
-        let [trajectory, ..] = tables;
+        let case = AnyCase::read(&CaseSource::result(path, file.resolved()?), &[])?;
+        let system = CaseRef::from(&case).system().into_owned();
+        let course = Course::new(&system, CaseRef::from(&case).threshold(), case.solver());
+        let [trajectory, ..] = schema::extended_tables(&provenance::extension(&case));
+        let pairs = events.iter().map(|event| (event.time, event.kind));
+        let (stick_slip, cycles) = CycleStatistics::of_events(pairs);
         let of_attractor = |table: StickSlipTable| {
             let period = table.extras.iter().find(|extra| extra.name == "attractor_period");
             period.map(|extra| extra.value).filter(|period| *period > 0.0)
@@ -170,19 +160,45 @@ impl Run {
             rows,
             times,
             dense,
-            stick_slip: StickSlip::from_events(&events),
+            stick_slip,
+            cycles,
             events,
-            parameters,
-            trains,
+            natural_period: course.natural_period(),
+            case,
+            system,
+            course,
             attractor_period,
-            natural_period: period,
-            windows,
             variables: trajectory.variables,
             stretches,
             file,
             cache: RefCell::default(),
             at_events: RefCell::default(),
         })
+    }
+
+    /// Whether sliding slows down by itself, to a stop: nothing drives the only train that is free.
+    pub(crate) fn stops(&self) -> bool {
+        self.course.system().twice_resistance.is_some()
+    }
+
+    /// Whether its chains are those of the paper's brake: a rotor of two inertias on one shaft, free, and a surface on a fixed shaft.
+    pub(super) fn is_short(&self) -> bool {
+        trains::is_short(&self.system)
+    }
+
+    /// Whether a signal acts beside the force F(t) of an axial mode.
+    pub(super) fn has_drive(&self) -> bool {
+        !self.has_axial_mode() || !self.system.drives().is_empty()
+    }
+
+    /// Whether an axial mode carries the normal force.
+    pub(crate) fn has_axial_mode(&self) -> bool {
+        matches!(self.system.pressing, Pressing::Axial { .. })
+    }
+
+    /// The equations and signals of the case.
+    pub(super) fn course(&self) -> &Course {
+        &self.course
     }
 
     /// How the run ended.
@@ -248,8 +264,9 @@ impl Run {
     /// If there is no such variable; the text lists those there are.
     pub fn axis(&self, channel: &str) -> Result<Axis, PlotError> {
         let variable = self.variables.iter().find(|variable| variable.name == channel);
-        let motion = self.trains.as_ref().map(|case| case.motion);
-        let axis = variable.map(|variable| labels::of_variable(variable, motion));
+        let motion = CaseRef::from(&self.case).motion();
+        let one_shaft = self.is_short();
+        let axis = variable.map(|variable| labels::of_variable(variable, motion, one_shaft));
         axis.ok_or_else(|| {
             let names: Vec<String> = self.variables.iter().map(|v| v.name.clone()).collect();
             PlotError::UnknownChannel {
@@ -382,20 +399,17 @@ impl Run {
         if let Some(known) = self.at_events.borrow().get(channel) {
             return Ok(known.clone());
         }
-        let further = |case: &TrainCase| further(&case.parameters).into_iter().any(|one| one.name == channel);
+        let known = |name: &str| self.variables.iter().any(|variable| variable.name == name);
+        let further = || known(channel) && further(&self.system).iter().any(|one| one.name == channel);
         let is_state = State::DESCRIPTIONS.iter().any(|state| state.0 == channel);
-        let sides = if is_state || self.trains.as_ref().is_some_and(further) {
+        let sides = if is_state || further() {
             Some(Sides {
                 before: self.file.event_column(&format!("{channel}_before"))?,
                 after: self.file.event_column(&format!("{channel}_after"))?,
             })
         } else {
             let first = self.stretches.first().map(|stretch| stretch.2);
-            match (&self.parameters, &self.trains) {
-                (Some(brake), _) => sides::of_brake(brake, &self.events, first, channel),
-                (None, Some(case)) => sides::of_trains(case, &self.file, &self.events, first, channel)?,
-                (None, None) => None,
-            }
+            Sides::of(&self.course, &self.file, &self.events, first, channel)?
         };
         let sides = sides.map(Rc::new);
         self.at_events.borrow_mut().insert(channel.to_owned(), sides.clone());
@@ -418,8 +432,7 @@ impl Run {
 
     /// Whether nothing is free to move in a stick.
     fn is_rigid_in_stick(&self) -> bool {
-        let inertias = |case: &TrainCase| case.parameters.rotor.inertia.len() + case.parameters.stator.inertia.len();
-        self.trains.as_ref().is_some_and(|case| inertias(case) < 2)
+        self.system.rotor.inertia.len() + self.system.stator.inertia.len() < 2
     }
 
     /// The stretches between two events of the contact in a window that have too few samples, and the growth before the first:
@@ -553,8 +566,7 @@ impl Run {
         let sides = self.at_events(x)?.zip(self.at_events(y)?);
         let mut events = match sides {
             // A window that ends with an event shows what is before it.
-            Some(_) if self.trains.is_none() => self.events_in((window.0.next_up(), window.1.next_down())),
-            Some(_) => self.events_in(window),
+            Some(_) => self.events_in((window.0.next_up(), window.1.next_down())),
             None => 0..0,
         };
         let mut current = self.events[..events.start]
@@ -565,8 +577,8 @@ impl Run {
             while !events.is_empty() && self.events[events.start].time <= t {
                 let k = events.start;
                 events.start += 1;
-                // Of a brake the other kinds are no turn of the motion, and a kick is a jump.
-                if self.trains.is_none() && !self.events[k].kind.in_event_sequence() {
+                // The other kinds are no turn of the motion, and a kick is a jump.
+                if !self.events[k].kind.in_event_sequence() {
                     continue;
                 }
                 take(current.unwrap_or(next), x.before[k], y.before[k]);

@@ -41,6 +41,15 @@ pub struct CycleStatistics {
 }
 
 impl CycleStatistics {
+    /// Of the times (s) and kinds of all events of a run, in order; with the cycles, of which there is one fewer than sticks: the
+    /// final stick has no duration.
+    pub fn of_events(events: impl IntoIterator<Item = (f64, EventKind)>) -> (CycleStatistics, Vec<Cycle>) {
+        let mut statistics = CycleStatistics::default();
+        let events = events.into_iter();
+        let cycles = events.filter_map(|(time, kind)| statistics.push(time, kind)).collect();
+        (statistics, cycles)
+    }
+
     /// Takes the next event, by time (s) and kind; returns the cycle that it completes.
     pub fn push(&mut self, time: f64, kind: EventKind) -> Option<Cycle> {
         self.counts[kind as usize] += 1;
@@ -174,5 +183,34 @@ impl EventDigest {
         if w >= 0.0 {
             self.turned.1 = event.time;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_cycles_of_a_short_sequence() {
+        let (stick, slip) = (|t| (t, EventKind::Stick), |t| (t, EventKind::Slip));
+        let kick = (0.5, EventKind::Kick);
+        let (s, cycles) = CycleStatistics::of_events([kick, stick(1.0), slip(1.25), stick(2.0), slip(2.5), stick(4.0)]);
+        assert_eq!((s.stick_count, s.slip_count, cycles.len()), (3, 2, 2));
+        assert_eq!((s.onset_time, s.final_stick_time), (Some(1.0), Some(4.0)));
+        assert_eq!(
+            cycles[1],
+            Cycle {
+                stick_duration: 0.5,
+                slip_duration: 1.5,
+                period: 2.0
+            }
+        );
+        assert_eq!((s.first_period(), s.last_period()), (Some(1.0), Some(2.0)));
+    }
+
+    #[test]
+    fn analytic_a_run_that_ends_slipping_has_no_final_stick() {
+        let (s, cycles) = CycleStatistics::of_events([(1.0, EventKind::Stick), (2.0, EventKind::Separation)]);
+        assert_eq!((s.stick_count, cycles.len(), s.final_stick_time), (1, 0, None));
     }
 }

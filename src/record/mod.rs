@@ -6,5 +6,5 @@ mod rows;
 pub mod sequence;
 
 pub use digest::{Cycle, CycleStatistics, EventDigest};
-pub use recorder::{MemoryRecorder, NoRecorder, Recorder, RecorderError};
+pub use recorder::{FurtherColumns, MemoryRecorder, NoRecorder, Recorder, RecorderError};
 pub use rows::{Channels, Event, EventKind, Piece, Sample, Segment, State};

@@ -66,11 +66,55 @@ pub struct MemoryRecorder {
     pub events: Vec<Event>,
     /// All segments, in order of time.
     pub segments: Vec<Segment>,
+    /// What the samples have beyond [`State`](super::State) and [`Channels`](super::Channels).
+    pub further: FurtherColumns,
+}
+
+/// Numbers of samples beyond those that every case has.
+#[derive(Debug, Default)]
+pub struct FurtherColumns {
+    /// Row after row, as many for each sample.
+    rows: Vec<f64>,
+    /// Those of the next sample.
+    next: Vec<f64>,
+}
+
+impl MemoryRecorder {
+    /// Of events alone.
+    pub fn of_events(events: Vec<Event>) -> MemoryRecorder {
+        MemoryRecorder {
+            events,
+            ..MemoryRecorder::default()
+        }
+    }
+
+    /// Takes a sample with its further numbers.
+    pub fn push(&mut self, sample: &Sample, further: &[f64]) {
+        self.samples.push(*sample);
+        self.further.rows.extend_from_slice(further);
+    }
+
+    /// Every number of the row of this index: state, channels and the further ones, in the order of a file.
+    pub fn values(&self, index: usize) -> Vec<f64> {
+        let sample = &self.samples[index];
+        let further = &self.further.rows;
+        let count = further.len() / self.samples.len();
+        let known = sample.state.values().into_iter().chain(sample.channels.values());
+        known
+            .chain(further[count * index..count * (index + 1)].iter().copied())
+            .collect()
+    }
 }
 
 impl Recorder for MemoryRecorder {
+    fn further(&mut self, values: &[f64]) -> Result<(), RecorderError> {
+        self.further.next.clear();
+        self.further.next.extend_from_slice(values);
+        Ok(())
+    }
     fn sample(&mut self, sample: &Sample) -> Result<(), RecorderError> {
         self.samples.push(*sample);
+        self.further.rows.extend_from_slice(&self.further.next);
         Ok(())
     }
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {

@@ -1,8 +1,8 @@
 //! What a recorded sample becomes a small time later or earlier in its own mode.
 
-use super::brake::{Brake, Location, Watch};
-use super::readings::{Readings, TwistReadings};
+use super::readings::{Brake, Readings, TwistReadings};
 use crate::model::state::{Components, DIMENSION, TorsionState};
+use crate::model::torsion::TorsionModel;
 use crate::model::{Axial, Parameters};
 use crate::record::{Channels, Sample, State};
 
@@ -37,7 +37,10 @@ impl Nearby {
     /// Of a case.
     pub fn new(parameters: &Parameters) -> Nearby {
         Nearby {
-            brake: Brake::new(parameters),
+            brake: Brake {
+                torsion: TorsionModel::new(parameters),
+                axial: parameters.axial_motion(),
+            },
             axial: parameters.axial,
         }
     }
@@ -71,13 +74,7 @@ impl Nearby {
             brake: &self.brake,
             axial: self.axial,
         };
-        let place = Location {
-            mode,
-            resolved: true,
-            watch: Watch::Off,
-            piece: 0,
-        };
-        let read = |t: f64, y: &TorsionState| joined(&readings.state(t, &place, y), &readings.channels(t, &place, y));
+        let read = |t: f64, y: &TorsionState| joined(&readings.state(t, &mode, y), &readings.channels(t, &mode, y));
         let (before, after) = (read(t, &y), read(t + dt, &later));
         std::array::from_fn(|k| after[k] - before[k])
     }
@@ -98,8 +95,8 @@ mod tests {
     use super::*;
     use crate::case::{Case, CaseSource};
     use crate::record::MemoryRecorder;
-    use crate::simulation::{Following, OutputOptions, simulate};
-    use std::ops::ControlFlow;
+    use crate::run::Run;
+    use crate::simulation::{Following, OutputOptions};
 
     /// From each sample of a run to the next, forward and backward, over a two-hundredth of the natural period, through slip,
     /// stick and separation: the run's own columns, to its tolerance.
@@ -114,10 +111,7 @@ mod tests {
             follow: Following::default(),
         };
         let mut recorder = MemoryRecorder::default();
-        simulate(&case.parameters, &case.solver, &output, &mut recorder, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+        Run::new(&case).output(&output).record(&mut recorder).start().unwrap();
         let nearby = Nearby::new(&case.parameters);
         let mut largest = [0.0_f64; COLUMNS];
         for sample in &recorder.samples {

@@ -8,7 +8,7 @@ use crate::sundials::ErkTable;
 pub enum Method {
     /// The combination chosen by measurement: see [`crate::simulation`].
     Auto,
-    /// CVODE for everything, by the method, order and tolerance that are best in each phase: see [`crate::simulation::plan`].
+    /// CVODE for everything, by the method, order and tolerance that are best in each phase: docs/methods.md says why.
     Cvode,
     /// CVODE BDF for everything.
     CvodeBdf,

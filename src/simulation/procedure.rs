@@ -10,16 +10,16 @@
 //! whatever its error; entering stick gives both surfaces their mean speed, as (4) has one speed for both; the torque in
 //! (10) is that of the case's `contact.breakaway_test`. Kicks are the only times that a step is shortened for.
 
-use super::brake::{Location, Watch};
 use super::observer::Recording;
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::{AbsoluteReadings, Readings as _};
 use super::report::{Progress, RunFailure, RunReport};
-use super::rules::beyond_law;
 use super::runge_kutta::EmbeddedPair;
+use super::trains::{Problem, Watch};
+use crate::friction::Law;
 use crate::hybrid::{Observer, ObserverError, RunError};
 use crate::model::absolute_angles::{AbsoluteModel, AbsoluteState, DIMENSION, UNKNOWNS};
-use crate::model::{Mode, Parameters};
+use crate::model::{KickTime, Mode};
 use crate::record::{EventDigest, EventKind, Recorder};
 use crate::sundials::{Counters, ErkTable};
 use std::ops::ControlFlow;
@@ -71,32 +71,46 @@ impl Settings {
     }
 }
 
-/// Integrates a case by the procedure; the counterpart of [`super::simulate`], with the same contract.
-pub(super) fn run(
-    parameters: &Parameters,
+/// Why the procedure is refused.
+pub(crate) const FOREIGN: &str =
+    "method \"paper\" is the procedure of the paper for its brake, [torsion]: take another for trains";
+
+/// Integrates a system by the procedure; the counterpart of [`super::trains::simulate`], with the same contract. A system that is not the
+/// paper's pair of disks is refused.
+pub(crate) fn run(
+    problem: Problem<'_>,
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
-    let model = AbsoluteModel::new(parameters);
-    let state = AbsoluteModel::start(parameters.initial.speed);
+    let trains = problem.trains;
+    let Some(model) = AbsoluteModel::new(trains) else {
+        let error = RunError::Refused(FOREIGN);
+        let report = RunReport::default();
+        return Err(Box::new(RunFailure { error, report }));
+    };
+    let state = model.start();
     let mode = if model.force.starts_positive() {
         model.contact(&state, false, EPSILON)
     } else {
         Mode::Separated
     };
-    let readings = AbsoluteReadings { model: &model };
-    let (kicks, waiting_kicks) = parameters.kicks();
-    let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
-    let start = Location {
-        mode,
-        resolved: true,
-        watch,
-        piece: 0,
+    let readings = AbsoluteReadings {
+        model: &model,
+        further: problem.further,
     };
-    let digest = EventDigest::new(parameters);
-    let initial_energy = readings.kinetic_energy(0.0, &start, &state);
+    let (mut kicks, mut waiting_kicks) = (Vec::new(), Vec::new());
+    for kick in &trains.kicks {
+        match kick.time {
+            KickTime::At(time) => kicks.push((time, kick.relative_velocity)),
+            KickTime::Instability => waiting_kicks.push(kick.relative_velocity),
+        }
+    }
+    kicks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let watch = if mode == Mode::Stick { Watch::Off } else { Watch::Stable };
+    let digest = EventDigest::watching(model.natural_period());
+    let initial_energy = readings.kinetic_energy(0.0, &mode, &state);
     let mut recording = Recording::new(readings, digest, output, recorder, control, initial_energy);
     recording.limit_wall_time(solver.max_wall_time);
     let mut run = Run {
@@ -119,13 +133,13 @@ pub(super) fn run(
         max_steps: solver.max_steps.map(|steps| steps as u64),
     };
     let result = match run.to(output.end_time) {
-        Ok(true) => run.recording.in_time(run.time, &run.location()).map(|()| true),
+        Ok(true) => run.recording.in_time(run.time, &run.mode).map(|()| true),
         other => other,
     };
     let waiting = run.waiting_kicks.len();
     let end = run.time;
     let mut report = run.recording.into_report();
-    report.count_kicks(parameters.perturbations.len(), waiting);
+    report.count_kicks(trains.kicks.len(), waiting);
     match result {
         Ok(interrupted) => {
             report.end = end;
@@ -182,32 +196,31 @@ impl Run<'_> {
             self.check_law()?;
             self.end_of_step()?;
             steps += 1;
-            let location = self.location();
+            let mode = self.mode;
             if let Some(budget) = self.max_steps.filter(|&budget| steps > budget) {
                 return Err(RunError::TooManySteps {
                     time: self.time,
                     budget,
-                    location: describe(&location),
+                    location: describe(mode),
                 });
             }
             if self.recording.wants_steps() && self.time < end {
                 self.recording
-                    .step(self.time, &location, &self.state)
-                    .map_err(|error| observed(error, &location))?;
+                    .step(self.time, &mode, &self.state)
+                    .map_err(|error| observed(error, mode))?;
             }
-            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &location).is_break()
-            {
+            if steps.is_multiple_of(STEPS_BETWEEN_QUESTIONS) && self.recording.progress(self.time, &mode).is_break() {
                 self.end_segment()?;
                 return Ok(true);
             }
         }
         self.end_segment()?;
         while self.recording.next_sample_time() <= end {
-            let location = self.location();
+            let mode = self.mode;
             let due = self.recording.next_sample_time();
             self.recording
-                .sample(due, &location, &self.state)
-                .map_err(|error| observed(error, &location))?;
+                .sample(due, &mode, &self.state)
+                .map_err(|error| observed(error, mode))?;
         }
         Ok(false)
     }
@@ -256,13 +269,12 @@ impl Run<'_> {
 
     /// Hands out the samples that are due within the last step: the step again, as far as they are.
     fn samples(&mut self, before: (f64, AbsoluteState), step: f64) -> Result<(), RunError> {
-        let location = self.location();
+        let (model, mode) = (self.model, self.mode);
         loop {
             let due = self.recording.next_sample_time();
             if due >= self.time {
                 return Ok(());
             }
-            let (model, mode) = (self.model, self.mode);
             let sample = if due > before.0 {
                 self.pair
                     .step(before.0, &before.1, (due - before.0).min(step), |t, y, dydt| {
@@ -273,8 +285,8 @@ impl Run<'_> {
                 before.1
             };
             self.recording
-                .sample(due, &location, &sample)
-                .map_err(|error| observed(error, &location))?;
+                .sample(due, &mode, &sample)
+                .map_err(|error| observed(error, mode))?;
         }
     }
 
@@ -310,7 +322,7 @@ impl Run<'_> {
         let sense = f64::from(self.mode.sense());
         let force = self.model.pressing_force(&self.state).max(0.0);
         let w = self.model.relative_velocity(&self.state);
-        let stable = self.model.torsion.stability_margin(sense, w, force) >= 0.0;
+        let stable = self.model.stability_margin(sense, w, force) >= 0.0;
         match (self.watch, stable) {
             (Watch::Stable, false) => {
                 self.happen(EventKind::Destabilised, self.mode, Watch::Unstable, self.state)?;
@@ -343,19 +355,19 @@ impl Run<'_> {
         if self.time > self.segment_start {
             self.end_segment()?;
         }
-        let before = self.location();
+        let before = self.mode;
         (self.mode, self.watch) = (mode, watch);
-        let after = self.location();
+        let after = self.mode;
         self.recording
             .event(self.time, kind, (&before, &self.state), (&after, &state))
-            .map_err(|error| observed(error, &after))?;
+            .map_err(|error| observed(error, after))?;
         self.state = state;
         self.counted += usize::from(kind.in_event_sequence());
         if self.counted > self.max_events {
             return Err(RunError::TooManyEvents {
                 time: self.time,
                 budget: self.max_events,
-                location: describe(&before),
+                location: describe(before),
                 guard: "the test at the end of a step".to_owned(),
             });
         }
@@ -366,43 +378,38 @@ impl Run<'_> {
         let counters = std::mem::take(&mut self.counters);
         let span = (self.segment_start, self.time);
         self.segment_start = self.time;
-        let location = self.location();
+        let mode = self.mode;
         self.recording
-            .end_segment(span, &location, SOLVER, &counters)
-            .map_err(|error| observed(error, &location))
-    }
-
-    fn location(&self) -> Location {
-        Location {
-            mode: self.mode,
-            resolved: true,
-            watch: self.watch,
-            piece: 0,
-        }
+            .end_segment(span, &mode, SOLVER, &counters)
+            .map_err(|error| observed(error, mode))
     }
 
     fn check_finite(&self) -> Result<(), RunError> {
-        RunError::check_finite(&self.state, self.time, || describe(&self.location()))
+        RunError::check_finite(&self.state, self.time, || describe(self.mode))
     }
 
     /// Whether the friction law is given at the speed that the step has come to.
     fn check_law(&self) -> Result<(), RunError> {
-        let (location, speed) = (self.location(), self.model.relative_velocity(&self.state).abs());
-        match beyond_law(&self.model.torsion, speed) {
-            Some(what) if location.mode.sense() != 0 => Err(RunError::Outside {
-                time: self.time,
-                location: describe(&location),
-                what,
-            }),
-            _ => Ok(()),
+        let speed = self.model.relative_velocity(&self.state).abs();
+        let end = self.model.law.ends_at();
+        if self.mode.sense() == 0 || speed < end || end.is_infinite() {
+            return Ok(());
         }
+        let what = format!(
+            "the sliding speed has come to {speed:.6} rad/s, and the friction law is valid below {end:?} rad/s"
+        );
+        Err(RunError::Outside {
+            time: self.time,
+            location: describe(self.mode),
+            what,
+        })
     }
 
     /// A step that rounding swallows.
     fn stuck(&self) -> RunError {
         RunError::Standstill {
             time: self.time,
-            location: describe(&self.location()),
+            location: describe(self.mode),
             why: format!(
                 "a step of {:.1e} s is below the resolution of the time",
                 self.counters.last_step
@@ -411,10 +418,10 @@ impl Run<'_> {
     }
 }
 
-fn observed(error: ObserverError, location: &Location) -> RunError {
-    RunError::observed(error, || describe(location))
+fn observed(error: ObserverError, mode: Mode) -> RunError {
+    RunError::observed(error, || describe(mode))
 }
 
-fn describe(location: &Location) -> String {
-    format!("mode {}", location.mode.name())
+fn describe(mode: Mode) -> String {
+    format!("mode {}", mode.name())
 }

@@ -1,10 +1,10 @@
 //! What is read from a state vector, by the coordinates that it is in.
 
-use super::brake::{Brake, Location};
 use crate::model::absolute_angles::{
     AbsoluteModel, AbsoluteState, DAMPING_LOSS, DIMENSION, FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA,
     THETA_DOT, WORK, Z, Z_DOT,
 };
+use crate::model::axial::AxialMotion;
 use crate::model::state::Components;
 use crate::model::torsion::TorsionModel;
 use crate::model::{Axial, Mode};
@@ -22,17 +22,18 @@ pub(super) trait Place: Copy {
     fn in_mode(self, mode: Mode) -> Self;
 }
 
-impl Place for Location {
+/// Of the paper's procedure, whose steps always resolve the fast mode.
+impl Place for Mode {
     fn mode(&self) -> Mode {
-        self.mode
+        *self
     }
 
     fn resolved(&self) -> bool {
-        self.resolved
+        true
     }
 
-    fn in_mode(self, mode: Mode) -> Location {
-        Location { mode, ..self }
+    fn in_mode(self, mode: Mode) -> Mode {
+        mode
     }
 }
 
@@ -65,6 +66,13 @@ fn friction_torque(torsion: &TorsionModel, mode: Mode, twists: &[f64], normal_fo
     }
 }
 
+/// The equations of a brake near a sample.
+#[derive(Debug)]
+pub(super) struct Brake {
+    pub(super) torsion: TorsionModel,
+    pub(super) axial: AxialMotion,
+}
+
 /// Of the twist coordinates, with the axial motion in closed form.
 pub(super) struct TwistReadings<'a> {
     pub(super) brake: &'a Brake,
@@ -72,10 +80,10 @@ pub(super) struct TwistReadings<'a> {
 }
 
 impl Readings for TwistReadings<'_> {
-    type Place = Location;
+    type Place = Mode;
 
-    fn state(&self, t: f64, place: &Location, y: &[f64]) -> State {
-        let mode = place.mode;
+    fn state(&self, t: f64, place: &Mode, y: &[f64]) -> State {
+        let mode = *place;
         let axial = self.brake.axial.at(t);
         let of = Components::of(y);
         let (u, v, v_dot, slip) = (of.rotor_twist, of.stator_twist, of.stator_twist_rate, of.slip);
@@ -101,8 +109,8 @@ impl Readings for TwistReadings<'_> {
         }
     }
 
-    fn channels(&self, t: f64, place: &Location, y: &[f64]) -> Channels {
-        let mode = place.mode;
+    fn channels(&self, t: f64, place: &Mode, y: &[f64]) -> Channels {
+        let mode = *place;
         let (of, axial, torsion) = (Components::of(y), self.brake.axial.at(t), &self.brake.torsion);
         let normal_force = if mode == Mode::Separated {
             0.0
@@ -125,11 +133,11 @@ impl Readings for TwistReadings<'_> {
         }
     }
 
-    fn kinetic_energy(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
+    fn kinetic_energy(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
         self.brake.torsion.torsion.kinetic_energy(y)
     }
 
-    fn internal_force(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
+    fn internal_force(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
         self.brake.torsion.transmitted_torque(y) / self.brake.torsion.contact.radius
     }
 }
@@ -137,6 +145,8 @@ impl Readings for TwistReadings<'_> {
 /// Of the absolute angles.
 pub(super) struct AbsoluteReadings<'a> {
     pub(super) model: &'a AbsoluteModel,
+    /// Whether the quantities that a file of a general system has more are recorded.
+    pub(super) further: bool,
 }
 
 fn absolute(y: &[f64]) -> AbsoluteState {
@@ -146,9 +156,9 @@ fn absolute(y: &[f64]) -> AbsoluteState {
 }
 
 impl Readings for AbsoluteReadings<'_> {
-    type Place = Location;
+    type Place = Mode;
 
-    fn state(&self, _t: f64, _place: &Location, y: &[f64]) -> State {
+    fn state(&self, _t: f64, _place: &Mode, y: &[f64]) -> State {
         State {
             z: y[Z],
             z_dot: y[Z_DOT],
@@ -165,10 +175,9 @@ impl Readings for AbsoluteReadings<'_> {
         }
     }
 
-    fn channels(&self, t: f64, place: &Location, y: &[f64]) -> Channels {
-        let mode = place.mode;
+    fn channels(&self, t: f64, place: &Mode, y: &[f64]) -> Channels {
+        let mode = *place;
         let y = absolute(y);
-        let (torsion, twists) = (&self.model.torsion, self.model.twists(&y));
         let normal_force = if mode == Mode::Separated {
             0.0
         } else {
@@ -177,8 +186,8 @@ impl Readings for AbsoluteReadings<'_> {
         Channels {
             applied_force: self.model.force.value(t),
             normal_force,
-            friction_torque: friction_torque(torsion, mode, &twists, normal_force),
-            transmitted_torque: torsion.transmitted_torque(&twists),
+            friction_torque: self.model.friction_torque(mode, &y, normal_force),
+            transmitted_torque: self.model.transmitted_torque(&y),
             energy_kinetic: self.model.kinetic_energy(&y),
             energy_elastic: self.model.elastic_energy(&y),
             work_applied: y[WORK],
@@ -188,12 +197,23 @@ impl Readings for AbsoluteReadings<'_> {
         }
     }
 
-    fn kinetic_energy(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
+    fn kinetic_energy(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
         self.model.kinetic_energy(&absolute(y))
     }
 
-    fn internal_force(&self, _t: f64, _place: &Location, y: &[f64]) -> f64 {
-        let torsion = &self.model.torsion;
-        torsion.transmitted_torque(&self.model.twists(&absolute(y))) / torsion.contact.radius
+    fn internal_force(&self, _t: f64, _place: &Mode, y: &[f64]) -> f64 {
+        self.model.internal_force(&absolute(y))
+    }
+
+    fn further(&self, _t: f64, _place: &Mode, y: &[f64], out: &mut Vec<f64>) {
+        if self.further {
+            out.extend([
+                y[THETA] - y[PHI2],
+                y[THETA_DOT] - y[PHI2_DOT],
+                y[PHI2_DOT],
+                y[THETA_DOT],
+            ]);
+            out.extend([y[PHI1], y[PHI1_DOT], y[PHI1_DOT]]);
+        }
     }
 }

@@ -135,7 +135,7 @@ fn remedy(error: &RunError, one_sided_test: bool) -> &'static str {
             ". Check the numbers of the case and their units, or try another solver.method or a larger solver.rtol; if so \
              many steps are meant, say how many with solver.max_steps"
         }
-        RunError::Observer(_) => "",
+        RunError::Refused(_) | RunError::Observer(_) => "",
     }
 }
 

@@ -1,14 +1,15 @@
-//! The linear limit: of a brake, where steady sliding loses its stability at a single speed, which is standstill with a law that
-//! is steepest there; of trains, where that under their drives does.
+//! The linear limit: where sliding slows down by itself, where it loses its stability at a single speed, which is standstill with a
+//! law that is steepest there; elsewhere, where steady sliding under the drives does.
 
 use super::axis::Range;
 use super::criterion::BoundarySpec;
 use super::study::Study;
 use super::tracer::place_in_plane;
 use crate::analysis::trains::steady_stability;
-use crate::case::{AnyCase, Case, Form, Setting};
+use crate::case::{CaseRef, Setting};
 use crate::friction::Law;
-use crate::model::torsion::TorsionModel;
+use crate::model::trains::margin::twice_resistance;
+use crate::model::trains::{Pressing, Trains};
 
 /// Values of y at which the linear limit is given.
 const LIMIT_POINTS: usize = 61;
@@ -16,22 +17,20 @@ const LIMIT_POINTS: usize = 61;
 /// Halvings of the range of x: to the rounding of a double.
 const LIMIT_HALVINGS: usize = 50;
 
-/// Where the margin of steady sliding is zero, for even values of y: of a brake the least one, under the largest force. Of
-/// trains at every change of the sign between two nodes of the first grid, in order of x: a law that falls only over a
-/// stretch of speeds has two. Where there is no steady sliding on one side there is no change of its stability.
+/// Where the margin of steady sliding is zero, for even values of y: at every change of the sign between two nodes of the first
+/// grid, in order of x: a law that falls only over a stretch of speeds has two. Of sliding that slows down by itself it is the least
+/// margin, under the largest force. Where there is no steady sliding on one side there is no change of its stability.
 pub(super) fn linear_limit(study: &Study, spec: &BoundarySpec, ranges: [Range; 2], plane: &[Setting]) -> Vec<[f64; 2]> {
     // Whether the margin is positive.
     let is_stable = |x: f64, y: f64| {
         let case = study.case_at(&place_in_plane(plane, spec, ranges, [x, y])).ok()?;
-        match &case {
-            AnyCase::Brake(case) => Some(least_margin(case) > 0.0),
-            AnyCase::Trains(case) => steady_stability(&case.parameters).map(|found| !found.is_unstable()),
+        let system = CaseRef::from(&case).system();
+        match twice_resistance(&system) {
+            Some(resistance) => Some(least_margin(&system, resistance) > 0.0),
+            None => steady_stability(&system).map(|found| !found.is_unstable()),
         }
     };
-    let intervals = match study.form {
-        Form::Brake => 1,
-        Form::Trains(_) => spec.nodes[0].max(2) - 1,
-    };
+    let intervals = spec.nodes[0].max(2) - 1;
     let mut points = Vec::new();
     for k in 0..LIMIT_POINTS {
         let y = k as f64 / (LIMIT_POINTS - 1) as f64;
@@ -63,17 +62,15 @@ fn change(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> O
     Some(0.5 * (low + high))
 }
 
-/// c_t + 2 r F mu', N m s/rad, F the largest force, at the speed where that is least: at standstill, unless the friction law
+/// 2 (R + r F mu'), N m s/rad, F the largest force, at the speed where that is least: at standstill, unless the friction law
 /// falls fastest at another speed.
-fn least_margin(case: &Case) -> f64 {
-    let parameters = &case.parameters;
-    let force = parameters.largest_force();
-    let torsion = TorsionModel::new(parameters);
-    let steepest = torsion.friction.law.slope_bounds(0.0, f64::INFINITY).least;
-    let at_rest = torsion.stability_margin(1.0, 0.0, force);
-    if steepest < 0.0 {
-        at_rest.min(torsion.torsion.damping + torsion.slope_weight(force) * steepest)
-    } else {
-        at_rest
-    }
+fn least_margin(system: &Trains, twice_resistance: f64) -> f64 {
+    let force = match &system.pressing {
+        Pressing::Axial { actuation, .. } => actuation.pieces().largest(),
+        Pressing::Force(force) => force.largest(),
+    };
+    let (_, at_rest) = system.law.coefficient_and_slope(0.0);
+    let steepest = system.law.slope_bounds(0.0, f64::INFINITY).least;
+    let least = if steepest < 0.0 { at_rest.min(steepest) } else { at_rest };
+    twice_resistance + 2.0 * system.radius * force * least
 }

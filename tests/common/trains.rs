@@ -4,10 +4,10 @@ use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::Duration;
 use stickslip::Run;
-use stickslip::analysis::trains::{TrainCertificate, TrainCertifyRequest, TrainRecord, certify};
-use stickslip::case::{CaseSource, Origin, Override, TrainCase};
+use stickslip::analysis::{Certified, Certify};
+use stickslip::case::{AnyCase, CaseSource, Origin, Override, TrainCase};
 use stickslip::oracle::{self, OracleError, OracleRequest, OracleSolution};
-use stickslip::record::Recorder;
+use stickslip::record::{MemoryRecorder, Recorder};
 use stickslip::simulation::{RunFailure, RunReport, SolverOptions};
 
 /// A case that is written in a test.
@@ -38,8 +38,8 @@ pub fn run(
 }
 
 /// What is certified of the run of a case by its own settings.
-pub fn recorded(case: &TrainCase) -> TrainRecord {
-    let mut record = TrainRecord::default();
+pub fn recorded(case: &TrainCase) -> MemoryRecorder {
+    let mut record = MemoryRecorder::default();
     run(case, &case.solver, &mut record).unwrap();
     record
 }
@@ -61,17 +61,12 @@ pub fn truth(
     oracle::solve(&exact, &request, &mut |_| ControlFlow::Continue(()))
 }
 
-/// A case, its run, and the certificate that is asked for.
-pub fn certified(
-    source: &CaseSource,
-    changes: &[Override],
-    request: &TrainCertifyRequest,
-) -> (TrainCase, TrainRecord, TrainCertificate) {
+/// A case, its run, and what is certified of it with so many digits of the oracle, if it comes to them within ten minutes.
+pub fn certified(source: &CaseSource, changes: &[Override], digits: u32) -> (TrainCase, MemoryRecorder, Certified) {
     let case = TrainCase::parse(source, changes).unwrap();
-    let exact = TrainCase::exact_parameters(source, changes).unwrap();
-    let threshold = TrainCase::exact_threshold(source, changes).unwrap();
+    let exact = AnyCase::exact(source, changes).unwrap();
     let record = recorded(&case);
-    let exact = (&exact, threshold.as_ref());
-    let certificate = certify(&case, exact, &record, request, &mut |_| ControlFlow::Continue(()));
-    (case, record, certificate.unwrap())
+    let certify = Certify::new(&case).oracle_within(&exact, digits, Duration::from_secs(600));
+    let certified = certify.start(&record).unwrap();
+    (case, record, certified)
 }

@@ -12,13 +12,11 @@ use study::{FALLBACK, TIGHTEST};
 
 use super::exact::request as oracle_request;
 use super::truth::{Truth, TruthError};
-use crate::case::AnyCase;
-use crate::model::trains::ExactTrains;
+use crate::case::{AnyCase, CaseRef, ExactCase};
 use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::run::Run;
 use crate::simulation::{Method, RunReport};
-use num_rational::BigRational;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -205,8 +203,9 @@ fn reference(
     let reference = match &study.reference {
         ReferenceChoice::Truth(path) => {
             let truth = Truth::read(path)?;
-            if let Some((_, _, AnyCase::Brake(case))) = study.runs.first() {
-                truth.check_case(&case.parameters, case.output.end_time)?;
+            if let Some((_, _, case)) = study.runs.first() {
+                let case = CaseRef::from(case);
+                truth.check_case(&case.system(), case.output().end_time)?;
             }
             Reference {
                 description: format!("{}: {}", path.display(), truth.method),
@@ -214,7 +213,7 @@ fn reference(
                 events: truth.events,
             }
         }
-        ReferenceChoice::Oracle(trains, threshold) => match by_oracle(study, (trains, threshold.as_ref()), control)? {
+        ReferenceChoice::Oracle(exact) => match by_oracle(study, exact, control)? {
             Asked::Found(reference) => reference,
             Asked::Interrupted => return Ok(None),
             Asked::Without(why) => {
@@ -305,22 +304,21 @@ const LONGEST: Duration = Duration::from_secs(30);
 /// Digits of the events by the oracle: more than a double has.
 const DIGITS: u32 = 18;
 
-/// The exact events of two trains.
+/// The exact events.
 fn by_oracle(
     study: &Study,
-    (exact, threshold): (&ExactTrains, Option<&BigRational>),
+    exact: &ExactCase,
     control: &mut dyn FnMut(Method, bool) -> ControlFlow<()>,
 ) -> Result<Asked, StudyError> {
-    let Some((by, _, AnyCase::Trains(case))) = study.runs.first() else {
-        return Ok(Asked::Without("the case is none of trains".to_owned()));
+    let Some((by, _, case)) = study.runs.first() else {
+        return Ok(Asked::Without("the study has no run".to_owned()));
     };
+    let case = CaseRef::from(case);
     let request = OracleRequest {
-        threshold: threshold.cloned(),
-        // Runs have no events of stability.
-        stability: false,
-        ..oracle_request(&case.solver, &case.output, DIGITS, LONGEST)
+        threshold: exact.threshold.clone(),
+        ..oracle_request(case.solver(), case.output(), DIGITS, LONGEST)
     };
-    let solution = match solve(exact, &request, &mut |_| control(*by, false)) {
+    let solution = match solve(&exact.system, &request, &mut |_| control(*by, false)) {
         Ok(solution) => solution,
         Err(OracleError::Interrupted(_)) => return Ok(Asked::Interrupted),
         Err(error) => return Ok(Asked::Without(error.to_string())),

@@ -2,11 +2,12 @@
 
 use crate::case::builtin::{self, BuiltIn};
 use crate::case::document::{self, Node, Value};
-use crate::case::{AnyCase, CaseError, CaseSource, Override, Problem, TrainCase, number_of, suggest, toml_text};
-use crate::model::trains::ExactTrains;
+use crate::case::{
+    AnyCase, CaseError, CaseRef, CaseSource, ExactCase, Override, Problem, number_of, suggest, toml_text,
+};
 use crate::quote::shown;
 use crate::simulation::Method;
-use num_rational::BigRational;
+use crate::simulation::trains::is_short;
 use std::path::{Path, PathBuf};
 
 /// Every built-in study; the first is run if none is named.
@@ -18,7 +19,7 @@ pub const STUDIES: &[BuiltIn] = &[BuiltIn {
 /// Relative tolerance of the reference runs, if the study says nothing.
 pub(super) const TIGHTEST: f64 = 1e-13;
 
-/// The methods of the reference of trains, and of its check, where the oracle takes too long.
+/// The methods of the reference, and of its check, where the oracle takes too long.
 pub(super) const FALLBACK: (Method, Method) = (Method::Series, Method::Auto);
 
 /// Runs of a study: each is a case of its own, kept in memory, and takes milliseconds at the least.
@@ -29,9 +30,8 @@ const MOST_RUNS: usize = 10_000;
 pub enum ReferenceChoice {
     /// A file of true events.
     Truth(PathBuf),
-    /// The exact solution of two trains, with the threshold (rad/s) of a contact without stick; where that takes too long, a run by
-    /// `series` with a check by `auto`.
-    Oracle(Box<ExactTrains>, Option<BigRational>),
+    /// The exact solution; where that takes too long, a run by `series` with a check by `auto`.
+    Oracle(Box<ExactCase>),
     /// A run by `method`; how far another by `check` is from it is the uncertainty. Both at `rtol`.
     Runs {
         /// The reference.
@@ -159,16 +159,14 @@ impl Study {
             .into_iter()
             .map(|(method, knob, key)| Ok((method, knob, case(&key, method, knob)?)))
             .collect::<Result<Vec<_>, CaseError>>()?;
-        let reference = match (&plain, root.at("reference")) {
-            (AnyCase::Trains(_), None) => {
-                let bad = |error| reader.of_case(&root, key, &error);
-                let exact = TrainCase::exact_parameters(&source, &shared).map_err(bad)?;
-                let threshold = TrainCase::exact_threshold(&source, &shared).map_err(bad)?;
-                ReferenceChoice::Oracle(Box::new(exact), threshold)
+        let reference = match root.at("reference") {
+            None => {
+                let exact = AnyCase::exact(&source, &shared).map_err(|error| reader.of_case(&root, key, &error))?;
+                ReferenceChoice::Oracle(Box::new(exact))
             }
-            _ => reader.reference(&root)?,
+            Some(node) => reader.reference(&root, node)?,
         };
-        if let (AnyCase::Trains(_), ReferenceChoice::Truth(_)) = (&plain, &reference) {
+        if matches!(reference, ReferenceChoice::Truth(_)) && !is_short(&CaseRef::from(&plain).system()) {
             let message =
                 "a file of true events is of a brake; leave [reference] out, and the oracle solves the case of trains";
             return Err(reader.problem(&root, "reference.truth", message.to_owned()));
@@ -354,11 +352,7 @@ impl Reader<'_> {
             .collect()
     }
 
-    fn reference(&self, root: &Node) -> Result<ReferenceChoice, CaseError> {
-        let runs = |method, check, rtol| ReferenceChoice::Runs { method, check, rtol };
-        let Some(node) = root.at("reference") else {
-            return Ok(runs(Method::Auto, Method::CvodeAdams, TIGHTEST));
-        };
+    fn reference(&self, root: &Node, node: &Node) -> Result<ReferenceChoice, CaseError> {
         self.keys(node, "reference.", &REFERENCE_KEYS)?;
         if let Some(truth) = node.at("truth") {
             if let Some(other) = REFERENCE_KEYS[1..].iter().find(|key| node.at(key).is_some()) {
@@ -388,6 +382,6 @@ impl Reader<'_> {
             Some(found) => number_of(found, "solver.rtol")
                 .map_err(|message| CaseError::one(found.place.show(self.label), "reference.rtol", message))?,
         };
-        Ok(runs(method, check, rtol))
+        Ok(ReferenceChoice::Runs { method, check, rtol })
     }
 }

@@ -21,7 +21,7 @@ use crate::model::trains::{ExactTrains, Trains};
 use crate::simulation::{OutputOptions, SolverOptions};
 
 pub use keys::{TrainKey, TrainKind};
-pub use numbers::TrainNumber;
+
 pub(super) use places::{close_in_signal, is_signal, misplaced, slot};
 pub(super) use reader::motion_of;
 

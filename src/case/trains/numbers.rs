@@ -7,7 +7,7 @@ use crate::case::document::{Node, Override, Value};
 use crate::case::key_of;
 use crate::case::quantity::{self, Dimension};
 use crate::case::schema;
-use crate::case::{CaseError, CaseSource, Motion};
+use crate::case::{CaseError, CaseNumber, CaseSource, Motion};
 
 /// A list with more numbers than this is a measured curve, of which no single number is looked at.
 const LONGEST_LIST: usize = 32;
@@ -33,21 +33,6 @@ const APART: &[&str] = &[
     schema::AXIAL_RINGING_FLOOR,
 ];
 
-/// A number of a case of trains as it is written.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrainNumber {
-    /// Dotted path, such as `rotor.inertia.1` or `contact.normal_force.amplitude`; without an index where one number stands for
-    /// a list.
-    pub path: String,
-    /// SI, in the notation of the case file.
-    pub unit: &'static str,
-    /// In that unit.
-    pub value: f64,
-    /// Half a unit of its last written digit, in that unit. Of a plain number zeros at its end do not count. `None` where it is
-    /// not known how the number was written.
-    pub half_last_digit: Option<f64>,
-}
-
 impl TrainCase {
     /// Every physical number that is written in a case of trains with these overrides, in the order of the text; not those that
     /// are zero, which have no digits, and of lists none with more than 32 elements. What follows from a number by default, such
@@ -55,7 +40,7 @@ impl TrainCase {
     ///
     /// # Errors
     /// As those of [`TrainCase::parse`].
-    pub fn numbers(source: &CaseSource, overrides: &[Override]) -> Result<Vec<TrainNumber>, CaseError> {
+    pub fn numbers(source: &CaseSource, overrides: &[Override]) -> Result<Vec<CaseNumber>, CaseError> {
         let reader::Read { case, written, .. } = reader::read(source, overrides)?;
         let mut numbers = Vec::new();
         for table in TABLES {
@@ -67,7 +52,7 @@ impl TrainCase {
     }
 }
 
-fn collect(node: &Node, path: &str, motion: Motion, numbers: &mut Vec<TrainNumber>) {
+fn collect(node: &Node, path: &str, motion: Motion, numbers: &mut Vec<CaseNumber>) {
     match &node.value {
         Value::Table(entries) => {
             for (name, entry) in entries {
@@ -94,7 +79,7 @@ fn collect(node: &Node, path: &str, motion: Motion, numbers: &mut Vec<TrainNumbe
             if let Ok((value, half_last_digit)) = printed
                 && value != 0.0
             {
-                numbers.push(TrainNumber {
+                numbers.push(CaseNumber {
                     path: path.to_owned(),
                     unit: dimension.unit(),
                     value,

@@ -40,23 +40,20 @@ pub(in super::super) fn last_in_order(path: &Path, events: &[Event]) -> Result<f
     Ok(last)
 }
 
-/// T_r and T_s before an event, N m.
-pub(super) type Torques = Option<(f64, f64)>;
-
-/// Events of one of this program's results, with the torques before them.
-pub(super) fn own(path: &Path, events: &[Event], states: &[Torques]) -> Result<Vec<Found>, CompareError> {
+/// Events of one of this program's results, with T_f before them; `radius` is r, m.
+pub(super) fn own(path: &Path, events: &[Event], radius: f64) -> Result<Vec<Found>, CompareError> {
     last_in_order(path, events)?;
-    let mut found = Vec::new();
-    for (event, &torques) in events.iter().zip(states) {
-        if event.kind.in_event_sequence() {
-            found.push(Found {
-                torques,
+    let events = events.iter().filter(|event| event.kind.in_event_sequence());
+    Ok(events
+        .map(|event| {
+            let torque = event.internal_force * radius;
+            Found {
+                torques: Some((torque, torque)),
                 dropped: Some(event.before.relative_velocity.abs()),
                 ..Found::new(event.time, event.kind)
-            });
-        }
-    }
-    Ok(found)
+            }
+        })
+        .collect())
 }
 
 /// Events, and to what their times are rounded.

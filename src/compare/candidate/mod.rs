@@ -20,14 +20,12 @@ pub use table::{Pass, Table};
 use super::attractor::Attractor;
 use super::reference::Physics;
 use super::resolution::{Clock, Rounding};
-use super::saved_case::{general, motion, saved_case};
-use super::{Channel, CompareError, Found};
-use crate::case::AnyCase;
+use super::{Channel, CompareError, Found, saved_case};
+use crate::case::CaseRef;
 use crate::case::quantity::Dimension;
 use crate::model::trains::Pressing;
 use crate::quote::shown;
 use crate::results::{ForeignFile, ResultError, ResultFile, check_sound};
-use crate::simulation::trains::{further, is_short};
 use binout::BinoutTable;
 use csv::CsvTable;
 use hdf5::{ForeignTable, OwnTable};
@@ -60,7 +58,7 @@ pub(crate) struct Candidate {
     events_rounding: Option<Rounding>,
     /// The case of one of this program's results, every value in SI; empty where it is of the other form than the reference's.
     resolved: Option<String>,
-    /// What one of this program's results of trains says of its motion.
+    /// The periodic motion that one of this program's results has come to.
     attractor: Option<Attractor>,
 }
 
@@ -144,42 +142,18 @@ impl Candidate {
         let case = saved_case(path, &file)?;
         let events = file.events()?;
         let refuse = |what: &str, remedy: &str| Err(CompareError::content(path, "", what, remedy));
-        let trains = general(&case);
-        let in_short_form = matches!(case, AnyCase::Brake(_));
-        let of_one_form = in_short_form == physics.short_form().is_some();
-        let both_short = is_short(&trains) && physics.is_short();
-        if motion(&case) != physics.vocabulary().motion() && of_one_form {
+        let case = CaseRef::from(&case);
+        let system = case.system();
+        if case.form().motion() != physics.vocabulary().motion() {
             let what = "is a run of another motion than the reference: one is of rotation, one of translation";
             return refuse(what, "compare runs of one motion");
         }
-        if !of_one_form && !both_short {
-            let what = if in_short_form {
-                "is a result of a brake, [torsion], the reference one of trains"
-            } else {
-                "is a result of trains, [rotor] and [stator], the reference one of a brake"
-            };
-            let same = "the same motion can be compared in both forms where it is the brake of the short form: a rotor of two \
-                        inertias on one shaft, free, and a stator of one on a fixed shaft";
-            return refuse(what, same);
-        }
-        let further: Vec<String> = further(&trains).into_iter().map(|one| one.name).collect();
-        let axial = matches!(trains.pressing, Pressing::Axial { .. });
+        let axial = matches!(system.pressing, Pressing::Axial { .. });
         let is_there = |channel: &Channel| match channel {
             Channel::Z | Channel::ZDot => axial,
-            _ => Channel::ALL.contains(channel) || further.iter().any(|name| *name == channel.name()),
+            _ => file.column(&channel.name(), 0..0).is_ok(),
         };
         let channels: Vec<Channel> = physics.vocabulary().channels().filter(is_there).collect();
-        let torques: Vec<_> = events
-            .iter()
-            .map(|event| {
-                let torque = event.internal_force * trains.radius;
-                Some(if both_short && further.is_empty() {
-                    physics.torques(event.time, &physics.course.state(&event.before, &[]))
-                } else {
-                    (torque, torque)
-                })
-            })
-            .collect();
         Ok(Candidate {
             path: path.to_owned(),
             format: "result file",
@@ -194,12 +168,13 @@ impl Candidate {
                 .map(|(k, &channel)| Supply::direct(channel, 1.0, k + 1))
                 .collect(),
             direct: channels,
-            events: Some(events::own(path, &events, &torques)?),
-            resolved: Some(if of_one_form { case.resolved() } else { String::new() }),
-            attractor: match physics.short_form() {
-                Some(_) => None,
-                None => Attractor::of_file(&file)?,
-            },
+            events: Some(events::own(path, &events, system.radius)?),
+            resolved: Some(if case.form() == physics.form() {
+                case.resolved()
+            } else {
+                String::new()
+            }),
+            attractor: Attractor::of_file(&file)?,
             table: Some(Box::new(OwnTable { file })),
         })
     }
@@ -258,11 +233,9 @@ impl Candidate {
                 "has neither events nor a relative velocity to find them by, but {}",
                 given.join(", ")
             );
-            let remedy = match physics.short_form() {
-                Some(_) => "add relative_velocity, or phi1_dot and phi2_dot, or a table of events",
-                None => "add relative_velocity, or the speeds of both surfaces, or a table of events",
-            };
-            return Err(CompareError::content(path, "", what, remedy));
+            let speeds = physics.vocabulary().surface_speeds();
+            let remedy = format!("add relative_velocity, or {speeds}, or a table of events");
+            return Err(CompareError::content(path, "", what, &remedy));
         }
         Ok(candidate)
     }
@@ -376,7 +349,7 @@ impl Candidate {
         self.resolved.as_deref()
     }
 
-    /// What one of this program's results of trains says of its motion.
+    /// The periodic motion that one of this program's results has come to.
     pub fn attractor(&self) -> Option<Attractor> {
         self.attractor
     }

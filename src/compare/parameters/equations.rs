@@ -2,133 +2,236 @@
 //!
 //! | equation | what it holds |
 //! |---|---|
-//! | rotor | I theta'' = -T_r |
-//! | surfaces, in slip | J phi_2'' = T_r - s mu r F_n and J phi_1'' = s mu r F_n - T_s |
-//! | pair, in stick | J (phi_1'' + phi_2'') = T_r - T_s |
-//! | twists | u' and v' are the rates of u and v: an integrator's error shows here, another parameter does not |
+//! | each inertia | J_i w_i' = s (S_i - S_(i-1)) - d_i w_i + M_i; within a surface is the torque of the contact, T = s mu r F_n in slip |
+//! | surfaces, in stick | the sum of theirs, which T cancels in |
+//! | each shaft | q_i' is the rate of its twist q_i: an integrator's error shows here, another parameter does not |
+//! | bristles | z' = w - sigma_0 abs(w) z/g |
 //! | axial | m z'' = -F - c_a z' - k_e z, and z' is the rate of z |
-//! | contact | F_n = max(0, -c_a z' - k_e z) |
-//! | friction, in slip | its torque is s mu r F_n |
+//! | contact | F_n = max(0, -c_a z' - k_e z), or what presses |
+//! | friction, without stick | its torque is T |
 
 use super::stretches::{POINTS, Stretch};
 use crate::friction::Law;
-use crate::model::axial::AxialMotion;
-use crate::model::torsion::TorsionModel;
-use crate::model::{Axial, Mode, Parameters};
+use crate::model::Mode;
+use crate::model::trains::parameters::AxialOf;
+use crate::model::trains::system::{Engagement, Outside, TrainSystem};
+use crate::model::trains::{Pressing, Train, Trains};
+use crate::simulation::trains::Excitation;
+use std::rc::Rc;
 
-/// How many equations there are.
-pub(super) const EQUATIONS: usize = 10;
+/// What acts at a sample: from outside, with the force without a candidate's own, and F, N.
+#[derive(Debug, Clone, Copy, Default)]
+struct Acting {
+    outside: Outside,
+    applied: f64,
+}
 
 /// The equations of a case with one set of numbers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Equations {
-    model: TorsionModel,
-    axial: Axial,
-    motion: AxialMotion,
-    /// The force without a candidate's own, which other numbers than those of the axial motion leave as it is.
-    pressing: Vec<[(f64, f64); POINTS]>,
+    trains: Trains,
+    system: TrainSystem,
+    /// Where the state has the channels of [`Stretch::motion`].
+    places: Vec<usize>,
+    /// At the samples of every stretch.
+    acting: Rc<[[Acting; POINTS]]>,
 }
 
 /// What an equation misses, and the size of its terms; `None` where it cannot be read.
-pub(super) type Missed = [Option<(f64, f64)>; EQUATIONS];
+pub(super) type Missed = Option<(f64, f64)>;
+
+/// What acts from outside while `stretches` go by.
+fn acting(trains: &Trains, stretches: &[Stretch]) -> Rc<[[Acting; POINTS]]> {
+    let excitation = Excitation::new(trains);
+    let at = |t: f64| {
+        let mut outside = excitation.at(excitation.stretch(t), t);
+        outside.normal_force = outside.normal_force.max(0.0);
+        Acting {
+            outside,
+            applied: excitation.axial().map_or(0.0, |axial| axial.at(t).force),
+        }
+    };
+    stretches.iter().map(|stretch| stretch.time.map(at)).collect()
+}
+
+/// Whether the same acts from outside.
+fn alike(a: &Trains, b: &Trains) -> bool {
+    let alike = |a: &Train, b: &Train| a.end == b.end && a.torque == b.torque;
+    a.pressing == b.pressing && alike(&a.rotor, &b.rotor) && alike(&a.stator, &b.stator)
+}
+
+fn balance(terms: &[f64]) -> Missed {
+    let size = terms.iter().map(|term| term * term).sum::<f64>().sqrt();
+    Some((terms.iter().sum::<f64>(), size))
+}
 
 impl Equations {
-    /// Of the parameters, to be asked about `stretches`.
-    pub fn new(parameters: &Parameters, stretches: &[Stretch]) -> Equations {
-        let motion = parameters.axial_motion();
-        let at = |stretch: &Stretch| {
-            stretch.time.map(|t| {
-                let state = motion.at(t);
-                (state.pressing_force.max(0.0), state.force)
-            })
-        };
+    /// Of a system, to be asked about `stretches`, whose motion stands at `places` of the state.
+    pub fn new(trains: Trains, places: &[usize], stretches: &[Stretch]) -> Equations {
         Equations {
-            model: TorsionModel::new(parameters),
-            axial: parameters.axial,
-            pressing: stretches.iter().map(at).collect(),
-            motion,
+            system: TrainSystem::new(&trains),
+            places: places.to_vec(),
+            acting: acting(&trains, stretches),
+            trains,
         }
     }
 
-    /// The same with other parameters, of which those of the axial motion and its force are the same.
-    pub fn with(&self, parameters: &Parameters) -> Equations {
+    /// The same with other numbers of the system.
+    pub fn with(&self, trains: Trains, stretches: &[Stretch]) -> Equations {
         Equations {
-            model: TorsionModel::new(parameters),
-            axial: parameters.axial,
-            motion: self.motion.clone(),
-            pressing: self.pressing.clone(),
+            system: TrainSystem::new(&trains),
+            places: self.places.clone(),
+            acting: match alike(&trains, &self.trains) {
+                true => self.acting.clone(),
+                false => acting(&trains, stretches),
+            },
+            trains,
         }
     }
 
-    /// What stretch number `index` misses; `coarse` by the quadrature through three of its samples.
-    pub fn missed(&self, stretch: &Stretch, index: usize, coarse: bool) -> Missed {
+    /// How many equations there are.
+    pub fn count(&self) -> usize {
+        let sides = [&self.system.rotor, &self.system.stator];
+        let of_sides: usize = sides.iter().map(|side| side.inertia.len() + side.shafts()).sum();
+        // The pair in stick, bristles, two of the axial motion, the contact, the torque of friction.
+        of_sides + 6
+    }
+
+    /// What stretch number `index` misses of every equation; `coarse` by the quadrature through three of its samples.
+    pub fn missed(&self, stretch: &Stretch, index: usize, coarse: bool) -> Vec<Missed> {
+        let (system, acting) = (&self.system, &self.acting[index]);
         let weights = if coarse { &stretch.coarse } else { &stretch.fine };
         let integral = |values: &[f64; POINTS]| -> f64 { values.iter().zip(weights).map(|(x, w)| x * w).sum() };
         let change = |values: &[f64; POINTS]| values[POINTS - 1] - values[0];
         let each = |f: &dyn Fn(usize) -> f64| -> [f64; POINTS] { std::array::from_fn(f) };
-        let balance = |terms: &[f64]| {
-            let size = terms.iter().map(|term| term * term).sum::<f64>().sqrt();
-            Some((terms.iter().sum::<f64>(), size))
+        let axial = match &self.trains.pressing {
+            Pressing::Axial { axial, .. } => stretch.axial.as_ref().map(|motion| (axial, motion)),
+            Pressing::Force(_) => None,
         };
-        let mut missed: Missed = [None; EQUATIONS];
-        let of_axial = |[z, z_dot]: &[[f64; POINTS]; 2]| {
-            let Axial { stiffness, damping, .. } = self.axial;
-            each(&|k| (-damping * z_dot[k] - stiffness * z[k]).max(0.0))
+        let pressed_by = |(axial, [z, z_dot]): (&AxialOf, &[[f64; POINTS]; 2])| {
+            each(&|k| (-axial.damping * z_dot[k] - axial.stiffness * z[k]).max(0.0))
         };
-        let own = stretch.force.or(stretch.axial.as_ref().map(of_axial));
-        let force = own.unwrap_or_else(|| self.pressing[index].map(|(pressing, _)| pressing));
+        let expected = axial.map_or_else(|| acting.map(|at| at.outside.normal_force), pressed_by);
+        let force = stretch.force.unwrap_or(expected);
+        let mut missed = Vec::with_capacity(self.count());
         if force.iter().any(|force| *force <= 0.0) {
+            missed.resize(self.count(), None);
             return missed;
         }
-        let sense = f64::from(stretch.mode.sense());
-        let radius = self.model.contact.radius;
-        let law = &self.model.friction.law;
-        let friction = each(&|k| sense * law.coefficient(stretch.velocity[k].abs()) * radius * force[k]);
-        let slips = stretch.mode != Mode::Stick;
-        if let Some([u, u_dot, v, v_dot, speed]) = &stretch.motion {
-            let p = &self.model.torsion;
-            let (rotor, stator) = (p.rotor_inertia, p.surface_inertia);
-            let spring = |x: &[f64; POINTS]| p.stiffness * integral(x);
-            let damper = |x: &[f64; POINTS]| p.damping * integral(x);
-            let surface = stator * (change(speed) - change(u_dot));
-            let bottom = stator * change(v_dot);
-            missed[0] = balance(&[rotor * change(speed), spring(u), damper(u_dot)]);
-            if slips {
-                let pressed = integral(&friction);
-                missed[1] = balance(&[surface, -spring(u), -damper(u_dot), pressed]);
-                missed[2] = balance(&[bottom, spring(v), damper(v_dot), -pressed]);
-            } else {
-                missed[3] = balance(&[surface + bottom, -spring(u), -damper(u_dot), spring(v), damper(v_dot)]);
+        let states: Option<[Vec<f64>; POINTS]> = stretch.motion.as_ref().map(|motion| {
+            std::array::from_fn(|k| {
+                let mut y = vec![0.0; system.dimension];
+                for (&place, values) in self.places.iter().zip(motion) {
+                    y[place] = values[k];
+                }
+                y
+            })
+        });
+        let friction = self.friction(stretch, states.as_ref(), &force);
+        match &states {
+            None => missed.resize(self.count() - 5, None),
+            Some(states) => {
+                let of = |f: &dyn Fn(usize, &[f64]) -> f64| each(&|k| f(k, &states[k]));
+                // What the torque of the contact does not cancel in.
+                let mut pair = Some(Vec::new());
+                for side in [&system.rotor, &system.stator] {
+                    let driving = |k: usize| match side.sign > 0.0 {
+                        true => acting[k].outside.rotor,
+                        false => acting[k].outside.stator,
+                    };
+                    let speeds: [Vec<f64>; POINTS] = std::array::from_fn(|k| side.speeds(&driving(k), &states[k]));
+                    for (i, (inertia, viscous)) in side.inertia.iter().zip(&side.viscous).enumerate() {
+                        let speed = each(&|k| speeds[k][i]);
+                        let mut terms = vec![inertia * change(&speed), viscous * integral(&speed)];
+                        let inside = i.checked_sub(1).map(|inside| (inside, side.sign));
+                        let outside = (i < side.shafts()).then_some((i, -side.sign));
+                        for (shaft, sign) in inside.into_iter().chain(outside) {
+                            let twist = of(&|_, y| side.twist(shaft, y));
+                            let rate = of(&|_, y| side.twist_rate(shaft, y));
+                            terms.push(sign * side.stiffness[shaft] * integral(&twist));
+                            terms.push(sign * side.damping[shaft] * integral(&rate));
+                        }
+                        if side.torque_on == Some(i) {
+                            terms.push(-integral(&each(&|k| driving(k).torque)));
+                        }
+                        if i > 0 {
+                            missed.push(balance(&terms));
+                        } else if let Some(friction) = &friction {
+                            terms.push(side.sign * integral(friction));
+                            missed.push(balance(&terms));
+                        } else {
+                            missed.push(None);
+                            pair.iter_mut().for_each(|pair| pair.extend(&terms));
+                        }
+                    }
+                    if side.inertia.is_empty() {
+                        pair = None;
+                    }
+                    for shaft in 0..side.shafts() {
+                        let (twist, rate) = (of(&|_, y| side.twist(shaft, y)), of(&|_, y| side.twist_rate(shaft, y)));
+                        missed.push(balance(&[change(&twist), -integral(&rate)]));
+                    }
+                }
+                missed.push(
+                    pair.filter(|_| stretch.mode == Mode::Stick)
+                        .and_then(|pair| balance(&pair)),
+                );
             }
-            missed[4] = balance(&[change(u), -integral(u_dot)]);
-            missed[5] = balance(&[change(v), -integral(v_dot)]);
         }
-        if let Some([z, z_dot]) = &stretch.axial {
-            let Axial {
-                mass,
-                stiffness,
-                damping,
-                ..
-            } = self.axial;
-            let applied = integral(&self.pressing[index].map(|(_, force)| force));
-            missed[6] = balance(&[
-                mass * change(z_dot),
-                damping * integral(z_dot),
-                stiffness * integral(z),
-                applied,
-            ]);
-            missed[7] = balance(&[change(z), -integral(z_dot)]);
-        }
-        if let Some(stated) = &stretch.force {
-            let expected = match &stretch.axial {
-                Some(axial) => of_axial(axial),
-                None => self.pressing[index].map(|(pressing, _)| pressing),
+        missed.push(states.as_ref().and_then(|states| {
+            let Engagement::Bristles(.., at) = system.engagement else {
+                return None;
             };
-            missed[8] = balance(&[integral(stated), -integral(&expected)]);
-        }
-        if let (Some(stated), true) = (&stretch.friction, slips) {
-            missed[9] = balance(&[integral(stated), -integral(&friction)]);
-        }
+            let (deflection, rate) = (
+                each(&|k| states[k][at]),
+                each(&|k| self.engaged(stretch, k, &states[k]).1),
+            );
+            balance(&[change(&deflection), -integral(&rate)])
+        }));
+        missed.extend(match axial {
+            Some((axial, [z, z_dot])) => [
+                balance(&[
+                    axial.mass * change(z_dot),
+                    axial.damping * integral(z_dot),
+                    axial.stiffness * integral(z),
+                    integral(&acting.map(|at| at.applied)),
+                ]),
+                balance(&[change(z), -integral(z_dot)]),
+            ],
+            None => [None, None],
+        });
+        let stated = stretch.force.as_ref();
+        missed.push(stated.and_then(|stated| balance(&[integral(stated), -integral(&expected)])));
+        let stated = stretch.friction.as_ref().zip(friction.as_ref());
+        missed.push(stated.and_then(|(stated, friction)| balance(&[integral(stated), -integral(friction)])));
         missed
+    }
+
+    /// The torque of the contact over r F_n at a sample without stick, and the rate of the bristles.
+    fn engaged(&self, stretch: &Stretch, k: usize, y: &[f64]) -> (f64, f64) {
+        let w = stretch.velocity[k];
+        let law = self.system.law_in(self.system.piece_of(w));
+        self.system.engaged(law, w.signum(), w, y)
+    }
+
+    /// The torque of the contact in slip, N m; `None` in stick, and of bristles whose deflection is not known.
+    fn friction(
+        &self,
+        stretch: &Stretch,
+        states: Option<&[Vec<f64>; POINTS]>,
+        force: &[f64; POINTS],
+    ) -> Option<[f64; POINTS]> {
+        let system = &self.system;
+        let share = |k: usize| match (system.engagement, states) {
+            (Engagement::StickSlip, _) => {
+                let w = stretch.velocity[k];
+                w.signum() * system.law.coefficient(w.abs())
+            }
+            (_, Some(states)) => self.engaged(stretch, k, &states[k]).0,
+            (_, None) => self.engaged(stretch, k, &[]).0,
+        };
+        let unknown = states.is_none() && matches!(system.engagement, Engagement::Bristles(..));
+        let known = stretch.mode != Mode::Stick && !unknown;
+        known.then(|| std::array::from_fn(|k| share(k) * system.radius * force[k]))
     }
 }

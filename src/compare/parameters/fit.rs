@@ -1,9 +1,9 @@
 //! Numbers of a case fitted to the equations that a candidate's samples satisfy.
 
-use super::equations::{EQUATIONS, Equations};
-use super::mistake::of_axial_motion;
+use super::equations::Equations;
+use super::mistake::of_normal_force;
 use super::stretches::Stretch;
-use crate::case::Case;
+use crate::case::WrittenCase;
 
 /// Less than this part of its terms no equation is missed by, in the root mean square: quadrature and rounding; nor by less than this
 /// part of what the quadrature through fewer samples makes of it.
@@ -21,6 +21,8 @@ const KNOWN: f64 = 20.0;
 const STEP: f64 = 1e-6;
 /// Steps of Gauss and Newton.
 const STEPS: usize = 8;
+/// What a number that F_n follows from is at least, in parts of itself.
+const LEAST_FORCE: f64 = 1e-2;
 /// How many of the numbers that come closest are fitted to the end.
 const CLOSEST: usize = 5;
 /// Fewer stretches are no evidence.
@@ -52,11 +54,13 @@ pub(super) enum Fitted {
 }
 
 struct Problem<'a> {
-    case: &'a Case,
+    numbers: &'a WrittenCase,
+    /// Numbers that are 0 in the case, with the change that moves the equations by their terms.
+    absent: Vec<(&'a str, f64)>,
     stretches: &'a [Stretch],
     base: Equations,
     /// 1 over the root mean square of the terms of each equation.
-    scale: [f64; EQUATIONS],
+    scale: Vec<f64>,
 }
 
 /// Numbers with their values, and the sum of the squares that they leave.
@@ -68,26 +72,20 @@ struct Solution {
 }
 
 impl Problem<'_> {
-    /// What all stretches miss of the equations with these numbers, in parts of their terms.
+    /// What all stretches miss of the equations with these numbers, in parts of their terms; not a number where there are no such
+    /// equations.
     fn missed(&self, changes: &[(&str, f64)], coarse: bool) -> Vec<f64> {
-        let mut case;
         let changed;
         let equations = if changes.is_empty() {
             &self.base
         } else {
-            case = self.case.clone();
-            for (path, value) in changes {
-                case.parameters = case.parameters_with(path, *value);
-            }
-            let axial = changes.iter().any(|(path, _)| of_axial_motion(path));
-            changed = if axial {
-                Equations::new(&case.parameters, self.stretches)
-            } else {
-                self.base.with(&case.parameters)
+            let Some((trains, _)) = self.numbers.moved_all(changes) else {
+                return vec![f64::NAN; self.stretches.len() * self.scale.len()];
             };
+            changed = self.base.with(trains, self.stretches);
             &changed
         };
-        let mut all = Vec::with_capacity(self.stretches.len() * EQUATIONS);
+        let mut all = Vec::with_capacity(self.stretches.len() * self.scale.len());
         for (index, stretch) in self.stretches.iter().enumerate() {
             let missed = equations.missed(stretch, index, coarse);
             let scaled = missed.iter().zip(&self.scale);
@@ -96,23 +94,38 @@ impl Problem<'_> {
         all
     }
 
-    /// d(missed)/d(ln number) at the values.
+    /// The value of a number in the case.
+    fn value(&self, path: &str) -> f64 {
+        self.numbers.number(path).map_or(0.0, |number| number.value)
+    }
+
+    /// What a number is changed in parts of: its value, unless that is 0.
+    fn unit(&self, path: &str) -> f64 {
+        let absent = self.absent.iter().find(|(known, _)| *known == path);
+        absent.map_or_else(|| self.value(path), |(_, unit)| *unit)
+    }
+
+    /// d(missed)/d(number), in parts of its unit, at the values.
     fn slope(&self, changes: &[(&str, f64)], which: usize, coarse: bool) -> Vec<f64> {
+        let unit = self.unit(changes[which].0);
         let moved = |by: f64| {
             let mut changes = changes.to_vec();
-            changes[which].1 *= 1.0 + by;
+            changes[which].1 += by * unit;
             self.missed(&changes, coarse)
         };
-        let (above, below) = (moved(STEP), moved(-STEP));
-        above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * STEP)).collect()
+        let known = |missed: &[f64]| missed.iter().all(|x| x.is_finite());
+        let (mut ends, mut width) = ([moved(-STEP), moved(STEP)], 2.0 * STEP);
+        // At the end of what is valid there is one side alone.
+        if let Some(side) = ends.iter().position(|missed| !known(missed)) {
+            (ends[side], width) = (moved(0.0), STEP);
+        }
+        let [below, above] = ends;
+        above.iter().zip(&below).map(|(a, b)| (a - b) / width).collect()
     }
 
     /// The values of some numbers that leave least, from those of the case on; `None` if there are none.
     fn solve(&self, paths: &[&str], mask: &[bool], coarse: bool) -> Option<Solution> {
-        let mut values: Vec<f64> = paths
-            .iter()
-            .map(|path| self.case.number(path).ok())
-            .collect::<Option<_>>()?;
+        let mut values: Vec<f64> = paths.iter().map(|path| self.value(path)).collect();
         let named =
             |values: &[f64]| -> Vec<(&str, f64)> { paths.iter().copied().zip(values.iter().copied()).collect() };
         let mut now = masked(self.missed(&named(&values), coarse), mask);
@@ -127,9 +140,14 @@ impl Problem<'_> {
             let mut shrink = 1.0;
             let mut better = None;
             for _ in 0..6 {
-                let moved = values.iter().zip(&step);
+                let moved = values.iter().zip(&step).zip(paths);
                 let moved: Vec<f64> = moved
-                    .map(|(value, step)| value * (shrink * step).clamp(-1.0, 1.0).exp())
+                    .map(|((value, step), path)| {
+                        let unit = self.unit(path);
+                        // A term may be missing, but for a force, without which nothing can be read.
+                        let least = if of_normal_force(path) { LEAST_FORCE } else { 0.0 };
+                        (value / unit + (shrink * step).clamp(-1.0, 1.0)).max(least) * unit
+                    })
                     .collect();
                 let missed = masked(self.missed(&named(&moved), coarse), mask);
                 let sum = square(&missed);
@@ -152,11 +170,8 @@ impl Problem<'_> {
                 break;
             }
         }
-        let deviations = deviations
-            .iter()
-            .zip(&values)
-            .map(|(d, value)| d * value.abs())
-            .collect();
+        let deviations = deviations.iter().zip(paths);
+        let deviations = deviations.map(|(d, path)| d * self.unit(path).abs()).collect();
         Some(Solution {
             values,
             deviations,
@@ -202,13 +217,21 @@ fn least_squares(slopes: &[Vec<f64>], now: &[f64]) -> Option<(Vec<f64>, Vec<f64>
     }
 }
 
-/// Fits the numbers of `paths`, none of which is 0, to the stretches.
-pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitted {
-    if stretches.len() < FEWEST {
+/// Fits the numbers of `paths`, and each of the `absent` ones, which are 0 in the case, to the stretches, whose motion stands at
+/// `places` of the state.
+pub(super) fn fit<'a>(
+    numbers: &'a WrittenCase,
+    places: &[usize],
+    stretches: &[Stretch],
+    paths: &[&'a str],
+    absent: &'a [String],
+) -> Fitted {
+    let case = numbers.moved_all(&[]).filter(|_| stretches.len() >= FEWEST);
+    let Some((case, _)) = case else {
         return Fitted::Nothing;
-    }
-    let base = Equations::new(&case.parameters, stretches);
-    let mut sizes = [(0.0, 0u32); EQUATIONS];
+    };
+    let base = Equations::new(case, places, stretches);
+    let mut sizes = vec![(0.0, 0u32); base.count()];
     for (index, stretch) in stretches.iter().enumerate() {
         let missed = base.missed(stretch, index, false);
         for (size, (_, terms)) in sizes
@@ -219,15 +242,14 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
             *size = (size.0 + terms * terms, size.1 + 1);
         }
     }
-    let scale = sizes.map(|(sum, count)| {
-        if sum > 0.0 {
-            (f64::from(count) / sum).sqrt()
-        } else {
-            0.0
-        }
+    let scale = sizes.iter().map(|&(sum, count)| match sum > 0.0 {
+        true => (f64::from(count) / sum).sqrt(),
+        false => 0.0,
     });
-    let problem = Problem {
-        case,
+    let scale = scale.collect();
+    let mut problem = Problem {
+        numbers,
+        absent: absent.iter().map(|path| (path.as_str(), 1.0)).collect(),
         stretches,
         base,
         scale,
@@ -236,12 +258,8 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
     let present: Vec<bool> = stretches
         .iter()
         .enumerate()
-        .flat_map(|(index, stretch)| {
-            problem
-                .base
-                .missed(stretch, index, false)
-                .map(|missed| missed.is_some())
-        })
+        .flat_map(|(index, stretch)| problem.base.missed(stretch, index, false))
+        .map(|missed| missed.is_some())
         .collect();
     let count = present.iter().filter(|there| **there).count();
     if count < FEWEST {
@@ -250,19 +268,32 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
     let root = |sum: f64| (sum / count as f64).sqrt();
     // Slopes at the case's own values: which numbers the samples hold, and which may explain them.
     let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
-    for path in paths {
-        let Ok(value) = case.number(path) else { continue };
-        let slope = problem.slope(&[(path, value)], 0, false);
+    for &path in paths {
+        let slope = problem.slope(&[(path, problem.value(path))], 0, false);
         if slope.iter().all(|x| x.is_finite()) && root(square(&slope)) > TOUCHED {
             columns.push((path, slope));
         }
     }
+    let in_case = columns.len();
+    for index in 0..problem.absent.len() {
+        let (path, _) = problem.absent[index];
+        let mut slope = problem.slope(&[(path, 0.0)], 0, false);
+        let size = root(square(&slope));
+        if size.is_finite() && size > 0.0 {
+            slope.iter_mut().for_each(|x| *x /= size);
+            problem.absent[index].1 = 1.0 / size;
+            columns.push((path, slope));
+        }
+    }
     let held = || {
-        let held = columns.iter().filter(|(_, slope)| root(square(slope)) > HELD);
+        let held = columns[..in_case]
+            .iter()
+            .filter(|(_, slope)| root(square(slope)) > HELD);
         held.map(|(path, _)| (*path).to_owned()).collect()
     };
     let mut mask = present.clone();
-    if is_satisfied(&raw, &problem.missed(&[], true), &present) {
+    let equations = problem.scale.len();
+    if is_satisfied(&raw, &problem.missed(&[], true), &present, equations) {
         return Fitted::Satisfied(held());
     }
     let linear = |slopes: &[Vec<f64>], mask: &[bool]| -> f64 {
@@ -293,7 +324,7 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
     // What the best leaves tells accidents from it.
     if let Some((path, best)) = solved.iter().min_by(|a, b| a.1.left.total_cmp(&b.1.left)) {
         let left = problem.missed(&[(path, best.values[0])], false);
-        let fewer = without_accidents(&left, &present);
+        let fewer = without_accidents(&left, &present, equations);
         let dropped = count - fewer.iter().filter(|on| **on).count();
         if dropped > 0 && dropped as f64 <= ACCIDENTS * count as f64 {
             mask = fewer;
@@ -309,7 +340,7 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
     let explains = |solution: &Solution, paths: &[&str]| {
         let known = paths.iter().zip(solution.values.iter().zip(&solution.deviations));
         let mut known = known.map(|(path, (value, deviation))| {
-            let change = value - case.number(path).unwrap_or(f64::NAN);
+            let change = value - problem.value(path);
             change.abs() > KNOWN * deviation
         });
         solution.left <= LEFT * LEFT * before && known.all(|known| known)
@@ -329,7 +360,7 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
     let least = solved.first().map_or(0.0, |(_, best)| best.left);
     let last = |(path, solution): &(&str, Solution)| {
         let as_much = solution.left + floor <= AS_MUCH * (least + floor);
-        (!as_much, as_much && of_axial_motion(path))
+        (!as_much, as_much && of_normal_force(path))
     };
     solved.sort_by_key(last);
     if let Some((path, best)) = solved.first().filter(|(path, best)| explains(best, &[path])) {
@@ -345,8 +376,8 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
         };
     }
     let mut pairs: Vec<(f64, [usize; 2])> = Vec::new();
-    for a in 0..columns.len() {
-        for b in a + 1..columns.len() {
+    for a in 0..in_case {
+        for b in a + 1..in_case {
             let slopes = [&columns[a].1, &columns[b].1].map(|slope| masked(slope.clone(), &mask));
             pairs.push((linear(&slopes, &mask), [a, b]));
         }
@@ -375,10 +406,10 @@ pub(super) fn fit(case: &Case, stretches: &[Stretch], paths: &[String]) -> Fitte
     }
 }
 
-/// Whether no equation is missed by more than what the quadrature errs by.
-fn is_satisfied(fine: &[f64], coarse: &[f64], present: &[bool]) -> bool {
-    (0..EQUATIONS).all(|equation| {
-        let entries = || (equation..fine.len()).step_by(EQUATIONS).filter(|&k| present[k]);
+/// Whether none of so many equations is missed by more than what the quadrature errs by.
+fn is_satisfied(fine: &[f64], coarse: &[f64], present: &[bool], equations: usize) -> bool {
+    (0..equations).all(|equation| {
+        let entries = || (equation..fine.len()).step_by(equations).filter(|&k| present[k]);
         let root = |of: &dyn Fn(usize) -> f64| {
             let squares: f64 = entries().map(|k| of(k) * of(k)).sum();
             (squares / entries().count().max(1) as f64).sqrt()
@@ -387,11 +418,11 @@ fn is_satisfied(fine: &[f64], coarse: &[f64], present: &[bool]) -> bool {
     })
 }
 
-/// Which entries are there and no accident.
-fn without_accidents(missed: &[f64], present: &[bool]) -> Vec<bool> {
+/// Which entries are there and no accident, of so many equations.
+fn without_accidents(missed: &[f64], present: &[bool], equations: usize) -> Vec<bool> {
     let mut mask = present.to_vec();
-    for equation in 0..EQUATIONS {
-        let entries = || (equation..missed.len()).step_by(EQUATIONS);
+    for equation in 0..equations {
+        let entries = || (equation..missed.len()).step_by(equations);
         let mut sizes: Vec<f64> = entries().filter(|&k| present[k]).map(|k| missed[k].abs()).collect();
         if sizes.is_empty() {
             continue;

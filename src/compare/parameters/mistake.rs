@@ -1,7 +1,7 @@
 //! What is said of a number that a candidate has otherwise.
 
-use crate::case::Case;
-use crate::case::schema::Key;
+use crate::case::quantity::Dimension;
+use crate::case::{WrittenCase, key_of};
 use serde::Serialize;
 
 /// Where a number was read from.
@@ -80,31 +80,32 @@ pub struct Agreement {
 }
 
 /// Numbers that F_n follows from.
-pub(super) fn of_axial_motion(path: &str) -> bool {
-    path.starts_with("axial.") || path.starts_with("actuation.")
+pub(super) fn of_normal_force(path: &str) -> bool {
+    let of = ["axial.", "actuation.", "contact.normal_force"];
+    of.iter().any(|table| path.starts_with(table))
 }
 
-/// The letter that a description begins with, as in "c_t, torsional contact damping".
-fn symbol<'a>(key: &'a Key, path: &'a str) -> &'a str {
-    match key.description.split_once(", ") {
+/// The letter that the description of a key begins with, as in "c_t, torsional contact damping".
+fn symbol(path: &str) -> &str {
+    match key_of(path).and_then(|key| key.description.split_once(", ")) {
         Some((letter, _)) if letter.len() <= 8 && !letter.contains(' ') => letter,
         _ => path,
     }
 }
 
 impl OtherNumber {
-    /// Of a case's number; `None` if it has none of that path.
-    pub(super) fn of(case: &Case, path: &str, value: f64, error: f64) -> Option<OtherNumber> {
-        let paths = case.number_paths();
-        let (_, key) = paths.iter().find(|(known, _)| known == path)?;
-        Some(OtherNumber {
+    /// Of a case's number, or of a damping that is 0 there.
+    pub(super) fn of(numbers: &WrittenCase, path: &str, value: f64, error: f64) -> OtherNumber {
+        let number = numbers.number(path);
+        let damping = numbers.case().motion().dimension(Dimension::TorsionalDamping);
+        OtherNumber {
             path: path.to_owned(),
-            symbol: symbol(key, path).to_owned(),
-            unit: key.dimension().map_or("1", |dimension| dimension.unit()),
-            reference: case.number(path).ok()?,
+            symbol: symbol(path).to_owned(),
+            unit: number.map_or(damping.unit(), |number| number.unit),
+            reference: number.map_or(0.0, |number| number.value),
             value,
             error,
-        })
+        }
     }
 
     /// The value down to the last digit that its error leaves, and the error.
@@ -141,6 +142,9 @@ pub(super) fn with_error(value: f64, error: f64) -> (String, String) {
 fn digits_like(value: f64, error: f64) -> String {
     if value == 0.0 || error.is_nan() || error <= 0.0 {
         return format!("{value}");
+    }
+    if value.abs() < error {
+        return "0".to_owned();
     }
     let digits = (value.abs().log10().floor() - error.log10().floor()).clamp(2.0, 9.0) as usize;
     let rounded: f64 = format!("{value:.digits$e}").parse().unwrap_or(value);

@@ -1,6 +1,6 @@
 //! Which number of the case a candidate has otherwise.
 //!
-//! Between events the equations of a brake are smooth in its numbers, so they are fitted to the candidate's own channels
+//! Between events the equations of a case are smooth in its numbers, so they are fitted to the candidate's own channels
 //! ([`fit`], [`equations`], [`stretches`]). Where a candidate satisfies them, or has events alone, its events are met by runs of the case
 //! with one other number ([`search`]). What is found is tried: the case is run again with it, from where the candidate begins ([`trials`]).
 //! A kick is read from the jump of the states, and a clock that starts elsewhere from events that are all early or late by the same.
@@ -20,8 +20,9 @@ pub(super) use jump::{JumpPass, other_kick};
 pub(super) use stretches::StretchPass;
 pub(super) use trials::Start;
 
-use crate::case::{Case, schema};
+use crate::case::WrittenCase;
 use crate::model::KickTime;
+use crate::model::trains::{Kick, Trains};
 use crate::record::sequence::SequenceEvent;
 use fit::Fitted;
 use search::{explains, search};
@@ -29,7 +30,11 @@ use trials::Trials;
 
 /// What the numbers are looked for in.
 pub(super) struct Material<'a> {
-    pub case: &'a Case,
+    pub numbers: &'a WrittenCase,
+    /// What it describes.
+    pub system: &'a Trains,
+    /// Where the state has the channels of a motion.
+    pub places: &'a [usize],
     /// Of the candidate; `None` of a table of events.
     pub stretches: Option<StretchPass>,
     /// Where the candidate begins, the likeliest first.
@@ -48,19 +53,29 @@ pub(super) struct Material<'a> {
     pub by_events: bool,
 }
 
-/// Numbers of the case that may be another's mistake: not conventions, and not 0, of which no factor is another.
-fn paths(case: &Case) -> Vec<String> {
-    let physical = |path: &str| {
-        let convention = path.starts_with("solver.") || path.starts_with("output.");
-        !convention && ![schema::AXIAL_RINGING_FLOOR, schema::FIRST_SPEED].contains(&path)
-    };
-    let all = case.number_paths().into_iter().map(|(path, _)| path);
-    all.filter(|path| physical(path) && case.number(path).is_ok_and(|value| value != 0.0))
-        .collect()
+/// Numbers that may be another's mistake: none is 0, of which no factor is another.
+fn paths(case: &WrittenCase) -> impl Iterator<Item = &str> {
+    let numbers = case.numbers().iter().filter(|number| number.value != 0.0);
+    numbers.map(|number| number.path.as_str())
+}
+
+/// The dampings of shafts and bearings that are 0.
+fn absent(system: &Trains) -> Vec<String> {
+    let mut found = Vec::new();
+    for (name, train) in [("rotor", &system.rotor), ("stator", &system.stator)] {
+        for (key, values) in [("damping", &train.damping), ("viscous", &train.viscous)] {
+            let zeros = (0..values.len()).filter(|&index| values[index] == 0.0);
+            found.extend(zeros.map(|index| format!("{name}.{key}.{index}")));
+        }
+    }
+    found
 }
 
 /// Events closer than this part of the natural period are those of the same equations.
 const SAME_RUN: f64 = 1e-5;
+
+/// Steps of a run times the numbers that are looked for by runs, some thirty for each: beyond it that takes more than half a minute.
+const MOST_STEPS: u64 = 60_000;
 
 const BREAKAWAY: &str = "friction.breakaway";
 
@@ -78,11 +93,12 @@ pub(super) enum Found {
 /// What explains the candidate. The events are not asked where another kick is known, unless the equations are not satisfied either.
 pub(super) fn other_parameters(mut material: Material<'_>, other_kick: bool) -> Found {
     let stretches = material.stretches.take().map(StretchPass::finish).unwrap_or_default();
-    let in_equations: Vec<String> = paths(material.case)
-        .into_iter()
-        .filter(|path| !path.starts_with("perturbation.") && path != "initial.speed" && path != BREAKAWAY)
+    let paths = paths(material.numbers);
+    let in_equations: Vec<&str> = paths
+        .filter(|path| !path.starts_with("perturbation.") && !is_initial(path) && *path != BREAKAWAY)
         .collect();
-    let fitted = fit::fit(material.case, &stretches, &in_equations);
+    let absent = absent(material.system);
+    let fitted = fit::fit(material.numbers, material.places, &stretches, &in_equations, &absent);
     let satisfied = matches!(fitted, Fitted::Satisfied(_));
     let numbers = if satisfied && other_kick {
         None
@@ -98,8 +114,10 @@ pub(super) fn other_parameters(mut material: Material<'_>, other_kick: bool) -> 
 
 /// What the fit says, tried; else what the events say.
 fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
-    let Material { case, word, .. } = *material;
-    let trials = |start: &Start| Trials::new(case, *start, word, material.covered, material.period);
+    let Material {
+        numbers: case, word, ..
+    } = *material;
+    let trials = |start: &Start| Trials::new(case, start.clone(), word, material.covered, material.period);
     let number = |(path, value, error): &(String, f64, f64)| OtherNumber::of(case, path, *value, *error);
     let (held, by_channels) = match fitted {
         Fitted::Explained { numbers, explained, or } => {
@@ -110,10 +128,10 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
                 .filter_map(|start| confirmed(&trials(start), &changes))
                 .max_by(|a, b| a.explained.total_cmp(&b.explained));
             return Some(OtherParameters {
-                numbers: numbers.iter().filter_map(number).collect(),
+                numbers: numbers.iter().map(number).collect(),
                 found_by: FoundBy::Equations,
                 explained,
-                or: or.iter().filter_map(number).collect(),
+                or: or.iter().map(number).collect(),
                 rerun,
             });
         }
@@ -125,7 +143,7 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
         return None;
     }
     let wanted: Vec<(String, Vec<f64>)> = paths(case)
-        .into_iter()
+        .map(str::to_owned)
         .filter(|path| !held.contains(path))
         .map(|path| {
             let guess = material.breakaway.filter(|_| path == BREAKAWAY);
@@ -137,7 +155,7 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
         let trials = trials(start);
         // A run that begins later has neither the initial speed nor what came before.
         let later = matches!(start, Start::At(..));
-        let of_start = |path: &str| path == "initial.speed" || past_kick(case, path, start);
+        let of_start = |path: &str| is_initial(path) || past_kick(&material.system.kicks, path, start);
         let wanted: Vec<_> = wanted
             .iter()
             .filter(|(path, _)| !(later && of_start(path)))
@@ -145,7 +163,9 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
             .collect();
         // From where the candidate begins its events may be those of the case: then it is in what came before.
         let as_it_is = |found: &Agreement| found.unmatched == 0 && found.rms <= SAME_RUN * material.period;
-        if trials.run(&[]).is_none_or(|run| as_it_is(&trials.agreement(&run))) {
+        let too_long = |steps: u64| steps.saturating_mul(wanted.len() as u64) > MOST_STEPS;
+        let run = trials.run_counted(&[]).filter(|(_, steps)| !too_long(*steps));
+        if run.is_none_or(|(run, _)| as_it_is(&trials.agreement(&run))) {
             continue;
         }
         let Some((before, hits)) = search(&trials, &wanted, supported) else {
@@ -158,14 +178,14 @@ fn numbers(material: &Material<'_>, fitted: Fitted) -> Option<OtherParameters> {
         let from_torque = by_channels && supported == Some(best.path.as_str());
         let explained = 1.0 - best.after.cost / before.cost;
         return Some(OtherParameters {
-            numbers: vec![to_number(best)?],
+            numbers: vec![to_number(best)],
             found_by: if from_torque {
                 FoundBy::Breakaways
             } else {
                 FoundBy::Events
             },
             explained,
-            or: or.iter().filter_map(to_number).collect(),
+            or: or.iter().map(to_number).collect(),
             rerun: Some(Rerun {
                 events: word.len(),
                 before,
@@ -182,29 +202,32 @@ fn another_breakaway(material: &Material<'_>) -> bool {
     /// Of mu_0, the least change, and of the change, the scatter of half of the breakaways.
     const LEAST: f64 = 0.01;
     const SCATTER: f64 = 0.1;
-    let own = material.case.parameters.friction.breakaway;
-    material.breakaway.is_some_and(|(value, scatter)| {
+    let own = material.numbers.number(BREAKAWAY).map(|number| number.value);
+    own.zip(material.breakaway).is_some_and(|(own, (value, scatter))| {
         let change = (value - own).abs();
         change >= LEAST * own && scatter < SCATTER * change
     })
 }
 
+/// Whether a number belongs to the state at t = 0 alone.
+fn is_initial(path: &str) -> bool {
+    path.starts_with("initial.")
+}
+
 /// Whether a number belongs to a kick that has been where a run starts.
-fn past_kick(case: &Case, path: &str, start: &Start) -> bool {
+fn past_kick(kicks: &[Kick], path: &str, start: &Start) -> bool {
     let Start::At(from, _) = start else { return false };
     let index = path
         .strip_prefix("perturbation.")
         .and_then(|rest| rest.split('.').next()?.parse::<usize>().ok());
-    index.is_some_and(
-        |index| match case.parameters.perturbations.get(index).map(|kick| kick.time) {
-            Some(KickTime::At(time)) => time <= *from,
-            _ => true,
-        },
-    )
+    index.is_some_and(|index| match kicks.get(index).map(|kick| kick.time) {
+        Some(KickTime::At(time)) => time <= *from,
+        _ => true,
+    })
 }
 
 /// The case run with the changes.
-fn confirmed(trials: &Trials, changes: &[(&str, f64)]) -> Option<Rerun> {
+fn confirmed(trials: &Trials<'_>, changes: &[(&str, f64)]) -> Option<Rerun> {
     if trials.word().is_empty() {
         return None;
     }
@@ -226,7 +249,7 @@ impl Material<'_> {
     /// The case run from the reference's state just after a kick, and from the candidate's; `None` unless that explains the candidate's
     /// events.
     pub fn confirmed_from(&self, reference: Start, candidate: Start) -> Option<Rerun> {
-        let trials = Trials::new(self.case, reference, self.word, self.covered, self.period);
+        let trials = Trials::new(self.numbers, reference, self.word, self.covered, self.period);
         if self.word.is_empty() {
             return None;
         }

@@ -3,7 +3,7 @@
 //! First a landmark (the last event, the first one, the duration of a cycle) is brought to where the candidate has it, by the rule of
 //! the secant; where the events then have partners, Gauss and Newton fit all of their times.
 
-use super::mistake::{Agreement, of_axial_motion};
+use super::mistake::{Agreement, of_normal_force};
 use super::trials::{Trials, landmarks};
 use crate::record::sequence::SequenceEvent;
 use crate::workers::over_processors;
@@ -42,7 +42,7 @@ const LEAST_BY_EVENTS: f64 = 5e-4;
 
 /// Runs of one number, as a factor of its value in the case.
 struct Line<'a> {
-    trials: &'a Trials,
+    trials: &'a Trials<'a>,
     path: &'a str,
     value: f64,
 }
@@ -164,7 +164,7 @@ impl Line<'_> {
 /// the case as it is. A path may come with values to try. `None` if the case cannot be run.
 /// `supported` is a path that something else than events speaks for.
 pub(super) fn search(
-    trials: &Trials,
+    trials: &Trials<'_>,
     paths: &[(String, Vec<f64>)],
     supported: Option<&str>,
 ) -> Option<(Agreement, Vec<Hit>)> {
@@ -177,7 +177,7 @@ pub(super) fn search(
     };
     let found = over_processors(paths.len(), &|| false, |index| {
         let (path, guesses) = &paths[index];
-        let value = trials.case().number(path).ok().filter(|value| *value != 0.0)?;
+        let value = trials.numbers().number(path)?.value;
         let line = Line { trials, path, value };
         // Twice or half of a number is what one mistakes it for most.
         let mut logarithms = vec![2f64.ln(), 0.5f64.ln()];
@@ -196,7 +196,10 @@ pub(super) fn search(
             trials.period(),
             supported == Some(path.as_str()),
         )
-        .then(|| Hit {
+        // A single event is met by any number.
+        .then_some(deviation)
+        .filter(|deviation| deviation.is_finite())
+        .map(|deviation| Hit {
             path: path.clone(),
             value: value * point.s.exp(),
             change: point.s,
@@ -209,7 +212,7 @@ pub(super) fn search(
     if let Some(least) = hits.first().map(|hit| hit.after.rms) {
         hits.retain(|hit| hit.after.rms + FLOOR <= AS_MUCH * (least + FLOOR));
         // Of those that do as well, the force and its times come last.
-        hits.sort_by_key(|hit| of_axial_motion(&hit.path));
+        hits.sort_by_key(|hit| of_normal_force(&hit.path));
         // What explains the events best may be the error of a method; then the others are as well.
         let is_small = |hit: &Hit| supported != Some(hit.path.as_str()) && hit.change.abs() < LEAST_BY_EVENTS;
         if hits.iter().any(is_small) {

@@ -2,6 +2,7 @@
 
 use super::super::Channel;
 use super::super::candidate::Block;
+use super::super::reference::Physics;
 use crate::model::Mode;
 use nalgebra::{DMatrix, DVector};
 
@@ -14,15 +15,6 @@ const PER_PERIOD: f64 = 20.0;
 /// Stretches kept of the stick-slip, and of all else. Where there are more, every second one is dropped, and so on.
 const KEPT: [usize; 2] = [3072, 1024];
 
-/// The channels of a state of the torsion, in the order of [`Stretch::motion`].
-pub(super) const MOTION: [Channel; 5] = [
-    Channel::RotorTwist,
-    Channel::RotorTwistRate,
-    Channel::Phi1,
-    Channel::Phi1Dot,
-    Channel::ThetaDot,
-];
-
 /// Five samples in a row of one mode.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
@@ -31,8 +23,8 @@ pub(super) struct Stretch {
     pub mode: Mode,
     /// omega_r, rad/s.
     pub velocity: [f64; POINTS],
-    /// u, u', v, v' and theta'.
-    pub motion: Option<[[f64; POINTS]; 5]>,
+    /// The channels of the state, in their order.
+    pub motion: Option<Vec<[f64; POINTS]>>,
     /// F_n, N.
     pub force: Option<[f64; POINTS]>,
     /// z and z'.
@@ -48,7 +40,7 @@ pub(super) struct Stretch {
 #[derive(Debug, Clone, Default)]
 struct Columns {
     velocity: Option<usize>,
-    motion: Option<[usize; 5]>,
+    motion: Option<Vec<usize>>,
     force: Option<usize>,
     axial: Option<[usize; 2]>,
     friction: Option<usize>,
@@ -67,8 +59,8 @@ struct Kept {
 #[derive(Debug)]
 pub(in super::super) struct StretchPass {
     columns: Columns,
-    /// |omega_r| up to which it sticks, rad/s.
-    tolerance: f64,
+    /// |omega_r| up to which it sticks, rad/s; `None` of a contact without stick.
+    tolerance: Option<f64>,
     /// The longest time between two samples, s.
     longest: f64,
     /// The stick-slip of the candidate, s.
@@ -93,12 +85,12 @@ fn weights(time: &[f64; POINTS], of: &[usize]) -> Option<[f64; POINTS]> {
 }
 
 impl StretchPass {
-    /// Before the first sample. `channels` are those of the blocks, `tolerance` (rad/s) that of a stick, `period` (s) the natural one;
+    /// Before the first sample. `channels` are those of the blocks, `tolerance` (rad/s) that of a stick;
     /// `stick_slip` (s) is looked at most closely, and no stretch holds one of `breaks` (s).
     pub fn new(
+        physics: &Physics,
         channels: &[Channel],
         tolerance: f64,
-        period: f64,
         stick_slip: (f64, f64),
         mut breaks: Vec<f64>,
     ) -> Self {
@@ -108,13 +100,13 @@ impl StretchPass {
         StretchPass {
             columns: Columns {
                 velocity: place(Channel::RelativeVelocity),
-                motion: all(&MOTION).and_then(|found| found.try_into().ok()),
+                motion: all(&physics.state).filter(|found| !found.is_empty()),
                 force: place(Channel::NormalForce),
                 axial: all(&[Channel::Z, Channel::ZDot]).and_then(|found| found.try_into().ok()),
                 friction: place(Channel::FrictionTorque),
             },
-            tolerance,
-            longest: period / PER_PERIOD,
+            tolerance: physics.sticks().then_some(tolerance),
+            longest: physics.natural_period() / PER_PERIOD,
             stick_slip,
             breaks,
             kept: Default::default(),
@@ -144,15 +136,13 @@ impl StretchPass {
                 continue;
             }
             let speeds = &velocity[row..row + POINTS];
-            let mode = if speeds.iter().all(|w| w.abs() <= self.tolerance) {
-                Some(Mode::Stick)
-            } else if speeds
-                .iter()
-                .all(|w| w.abs() > self.tolerance && w.signum() == speeds[0].signum())
-            {
-                Some(Mode::sliding(speeds[0]))
+            let tolerance = self.tolerance.unwrap_or(0.0);
+            let slides = |w: &f64| w.abs() > tolerance && w.signum() == speeds[0].signum();
+            let mode = if speeds.iter().all(slides) {
+                Some(self.tolerance.map_or(Mode::Engaged, |_| Mode::sliding(speeds[0])))
             } else {
-                None
+                let sticks = self.tolerance.is_some() && speeds.iter().all(|w| w.abs() <= tolerance);
+                sticks.then_some(Mode::Stick)
             };
             let dense = time.windows(2).all(|pair| pair[1] - pair[0] <= self.longest);
             let margin = time[1] - time[0];
@@ -179,7 +169,10 @@ impl StretchPass {
             time,
             mode,
             velocity: c.velocity.map_or([0.0; POINTS], of),
-            motion: c.motion.map(|columns| columns.map(of)),
+            motion: c
+                .motion
+                .as_ref()
+                .map(|columns| columns.iter().map(|&column| of(column)).collect()),
             force: c.force.map(of),
             axial: c.axial.map(|columns| columns.map(of)),
             friction: c.friction.map(of),

@@ -1,11 +1,11 @@
 //! The case run again from where a candidate begins, with other numbers, and held against its events.
 
 use super::mistake::Agreement;
-use crate::case::Case;
-use crate::model::state::Components;
+use crate::case::{CaseRef, WrittenCase};
 use crate::record::sequence::{Alignment, SequenceEvent};
 use crate::record::{EventKind, NoRecorder};
-use crate::simulation::{Method, OutputOptions, Progress, SolverOptions, simulate_from};
+use crate::simulation::trains::{Problem, simulate_from};
+use crate::simulation::{Method, OutputOptions, Progress, SolverOptions};
 use std::ops::ControlFlow;
 
 /// As in a certificate's reruns: within 1e-12 s of exact events.
@@ -20,56 +20,60 @@ const RELATED: f64 = 0.25;
 const BEYOND: f64 = 20.0;
 
 /// Where trials start.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(in super::super) enum Start {
     /// At t = 0, as the case does.
     Case,
-    /// At a time (s), with a motion.
-    At(f64, Components),
+    /// At a time (s), with a state.
+    At(f64, Vec<f64>),
 }
 
 /// Runs of a case against the events of a candidate.
 #[derive(Debug, Clone)]
-pub(super) struct Trials {
-    case: Case,
+pub(super) struct Trials<'a> {
+    numbers: &'a WrittenCase,
     start: Start,
     /// s.
     end: f64,
     /// The part of the time that the candidate covers, s.
     covered: (f64, f64),
-    word: Vec<SequenceEvent>,
+    word: &'a [SequenceEvent],
     period: f64,
 }
 
-impl Trials {
+impl<'a> Trials<'a> {
     /// Of a case from `start` on against the candidate's events `word`, which covers the times from and to (s).
-    pub fn new(case: &Case, start: Start, word: &[SequenceEvent], covered: (f64, f64), period: f64) -> Trials {
-        let mut case = case.clone();
-        case.solver = SolverOptions {
-            method: Method::Series,
-            rtol: RTOL,
-            ..SolverOptions::default()
-        };
+    pub fn new(
+        numbers: &'a WrittenCase,
+        start: Start,
+        word: &'a [SequenceEvent],
+        covered: (f64, f64),
+        period: f64,
+    ) -> Trials<'a> {
         let last = word.last().map_or(covered.0, |event| event.time);
         let end = (last + BEYOND * period).min(covered.1);
         Trials {
-            end: if end.is_finite() { end } else { case.output.end_time },
-            case,
+            end: if end.is_finite() {
+                end
+            } else {
+                numbers.case().output().end_time
+            },
+            numbers,
             start,
             covered,
-            word: word.to_vec(),
+            word,
             period,
         }
     }
 
-    /// The case that is run.
-    pub fn case(&self) -> &Case {
-        &self.case
+    /// The numbers of the case that is run.
+    pub fn numbers(&self) -> &'a WrittenCase {
+        self.numbers
     }
 
     /// The candidate's events.
-    pub fn word(&self) -> &[SequenceEvent] {
-        &self.word
+    pub fn word(&self) -> &'a [SequenceEvent] {
+        self.word
     }
 
     /// The natural period, s.
@@ -78,19 +82,32 @@ impl Trials {
     }
 
     /// The same from another start.
-    pub fn from(&self, start: Start) -> Trials {
+    pub fn from(&self, start: Start) -> Trials<'a> {
         Trials { start, ..self.clone() }
     }
 
     /// The events of the case with other numbers, as far as the candidate covers them; `None` if there is no such run.
     pub fn run(&self, changes: &[(&str, f64)]) -> Option<Vec<SequenceEvent>> {
-        let mut case = self.case.clone();
-        for (path, value) in changes {
-            case.set_number(path, *value).ok()?;
-        }
-        let start = match self.start {
+        self.run_counted(changes).map(|(events, _)| events)
+    }
+
+    /// As [`Self::run`], with how many steps the run took.
+    pub fn run_counted(&self, changes: &[(&str, f64)]) -> Option<(Vec<SequenceEvent>, u64)> {
+        let case = self.numbers.with_all(changes).ok()?;
+        let case = CaseRef::from(&case);
+        let problem = Problem {
+            trains: &case.system(),
+            threshold: case.threshold(),
+            further: false,
+        };
+        let start = match &self.start {
             Start::Case => None,
-            Start::At(time, motion) => Some((time, motion)),
+            Start::At(time, state) => Some((*time, &state[..])),
+        };
+        let solver = SolverOptions {
+            method: Method::Series,
+            rtol: RTOL,
+            ..SolverOptions::default()
         };
         let output = OutputOptions::at_the_ends(self.end);
         let most = MOST_EVENTS.0 * self.word.len() + MOST_EVENTS.1;
@@ -103,7 +120,7 @@ impl Trials {
                 false => ControlFlow::Continue(()),
             }
         };
-        let report = simulate_from(&case.parameters, &case.solver, &output, start, &mut NoRecorder, control).ok()?;
+        let report = simulate_from(problem, start, &solver, &output, &mut NoRecorder, control).ok()?;
         if report.interrupted {
             return None;
         }
@@ -112,19 +129,16 @@ impl Trials {
             .events
             .iter()
             .filter(|e| e.kind.in_event_sequence() && covered(e.time));
-        Some(
-            events
-                .map(|e| SequenceEvent {
-                    time: e.time,
-                    kind: e.kind,
-                })
-                .collect(),
-        )
+        let events = events.map(|e| SequenceEvent {
+            time: e.time,
+            kind: e.kind,
+        });
+        Some((events.collect(), report.work.iter().map(|work| work.steps).sum()))
     }
 
     /// How far a run agrees with the candidate.
     pub fn agreement(&self, run: &[SequenceEvent]) -> Agreement {
-        let alignment = Alignment::of(run, &self.word, self.period);
+        let alignment = Alignment::of(run, self.word, self.period);
         let related = RELATED * self.period;
         let errors: Vec<f64> = alignment
             .matched()

@@ -4,6 +4,7 @@ use super::Physics;
 use crate::model::Mode;
 use crate::record::{Event, EventKind, State};
 use crate::results::{ResultError, ResultFile};
+use crate::simulation::trains::Course;
 use std::ops::Range;
 
 /// Samples read at a time.
@@ -31,10 +32,10 @@ type BeforeAndAfter = (Vec<f64>, Vec<f64>);
 /// Those of each event of a file.
 pub(crate) fn states_at_events(
     file: &ResultFile,
-    physics: &Physics,
+    course: &Course,
     events: &[Event],
 ) -> Result<Vec<BeforeAndAfter>, ResultError> {
-    let names = physics.course.further();
+    let names = course.further();
     let side = |side: &str| -> Result<Vec<Vec<f64>>, ResultError> {
         names
             .iter()
@@ -44,7 +45,7 @@ pub(crate) fn states_at_events(
     let (before, after) = (side("before")?, side("after")?);
     let y = |state: &State, columns: &[Vec<f64>], row: usize| {
         let further: Vec<f64> = columns.iter().map(|column| column[row]).collect();
-        physics.course.state(state, &further)
+        course.state(state, &further)
     };
     let states = events.iter().enumerate();
     Ok(states
@@ -76,7 +77,7 @@ impl<'a> Nodes<'a> {
     /// # Errors
     /// Of the file.
     pub fn new(file: &'a ResultFile, physics: &'a Physics, events: &[Event]) -> Result<Nodes<'a>, ResultError> {
-        let at_events = states_at_events(file, physics, events)?;
+        let at_events = states_at_events(file, &physics.course, events)?;
         let node = |event: &Event, closes: bool, y: Vec<f64>| Node {
             time: event.time,
             mode: event.mode_after,

@@ -1,15 +1,14 @@
 //! The physics of a reference: its equations, its channels and what they are measured by.
 
 use super::super::Channel;
-use super::super::saved_case::general;
 use super::super::vocabulary::{Known, Vocabulary};
-use crate::case::{AnyCase, Case};
+use crate::case::{AnyCase, CaseRef, Form};
 use crate::friction::Law;
 use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
 use crate::model::trains::{End, Pressing, Trains};
 use crate::model::{BreakawayTest, Mode};
 use crate::record::sequence::SequenceEvent;
-use crate::simulation::trains::{Course, Part, Quantity, Which, is_short};
+use crate::simulation::trains::{Course, Part, Quantity, Which};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -29,14 +28,7 @@ pub struct TimeScale {
 }
 
 fn course(case: &AnyCase, trains: &Trains) -> Course {
-    Course::new(trains, threshold_of(case).unwrap_or(0.0), case.solver())
-}
-
-fn threshold_of(case: &AnyCase) -> Option<f64> {
-    match case {
-        AnyCase::Brake(_) => None,
-        AnyCase::Trains(case) => case.threshold,
-    }
+    Course::new(trains, CaseRef::from(case).threshold(), case.solver())
 }
 
 /// The physics of a reference.
@@ -88,9 +80,9 @@ fn coasting(trains: &Trains) -> Option<f64> {
 impl Physics {
     /// Of a case whose run has these events and this end (s).
     pub fn new(case: AnyCase, word: &[SequenceEvent], end: f64) -> Physics {
-        let trains = general(&case).into_owned();
+        let trains = CaseRef::from(&case).system().into_owned();
         let course = course(&case, &trains);
-        let vocabulary = Vocabulary::of(&case, &trains);
+        let vocabulary = Vocabulary::of(CaseRef::from(&case).form(), &trains);
         let (mut state, mut places) = (Vec::new(), Vec::new());
         let system = course.system();
         for (of, side) in [(Which::Rotor, &system.rotor), (Which::Stator, &system.stator)] {
@@ -137,23 +129,20 @@ impl Physics {
         &self.vocabulary
     }
 
-    /// Its case, if it is written in the short form.
-    pub(crate) fn short_form(&self) -> Option<&Case> {
-        match &self.case {
-            AnyCase::Brake(case) => Some(case),
-            AnyCase::Trains(_) => None,
-        }
+    /// How its case is written.
+    pub(crate) fn form(&self) -> Form {
+        CaseRef::from(&self.case).form()
     }
 
-    /// Whether it could be written in the short form, as far as its inertias and shafts are concerned.
-    pub(crate) fn is_short(&self) -> bool {
-        is_short(&self.trains)
+    /// Whether it is one free train that nothing drives, as a brake is: it slows down by itself, and its stick-slip, which comes
+    /// from an instability on the way, has an end and no period.
+    pub(crate) fn coasts(&self) -> bool {
+        self.coasting.is_some()
     }
 
     /// Which torque decides between stick and slip.
     pub(crate) fn breakaway_test(&self) -> BreakawayTest {
-        self.short_form()
-            .map_or_else(BreakawayTest::default, |case| case.parameters.contact.breakaway_test)
+        self.trains.breakaway_test
     }
 
     /// Whether something else than the normal force acts from outside.
@@ -195,10 +184,9 @@ impl Physics {
         }
     }
 
-    /// T_f of a state, N m.
-    #[cfg(feature = "plot")]
-    pub(crate) fn transmitted(&self, t: f64, y: &[f64]) -> f64 {
-        self.system().transmitted_torque(&self.course.driving(t), y)
+    /// Where the state has the channels of [`Self::state`].
+    pub(crate) fn places(&self) -> &[usize] {
+        &self.places
     }
 
     /// What [`Self::torques_by`] takes, in its order.
@@ -239,7 +227,7 @@ impl Physics {
 
     /// The speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub(crate) fn threshold(&self) -> Option<f64> {
-        threshold_of(&self.case).filter(|_| !self.sticks())
+        (!self.sticks()).then(|| CaseRef::from(&self.case).threshold())
     }
 
     /// What a contact does at a relative velocity that counts as zero up to `tolerance`, rad/s.
@@ -307,38 +295,34 @@ impl Physics {
     }
 
     fn size_in_stick_slip(&self, channel: Channel) -> f64 {
-        use Which::{Rotor, Stator};
         let (system, sizes) = (self.system(), self.course.sizes());
-        let size = match channel {
-            Channel::RelativeVelocity => self.speed(),
-            Channel::RotorTwist => sizes[system.rotor.twists],
-            Channel::RotorTwistRate => sizes[system.rotor.twists + 1],
-            Channel::Twist(Part { of, index }) => sizes[self.side(of).twists + 2 * index],
-            Channel::TwistRate(Part { of, index }) => sizes[self.side(of).twists + 2 * index + 1],
-            Channel::Speed(Part { of, .. }) => self.speed_of(of),
-            Channel::Phi2Dot | Channel::ThetaDot => self.speed_of(Rotor),
-            Channel::Phi1Dot => self.speed_of(Stator),
-            Channel::Angle(Part { of, .. }) => self.angle_of(of),
-            Channel::Phi2 | Channel::Theta => self.angle_of(Rotor),
-            Channel::Phi1 => self.angle_of(Stator),
-            Channel::SlipDisplacement => 1.0,
-            Channel::Deflection => match system.engagement {
+        let twist = |Part { of, index }: Part| self.side(of).twists + 2 * index;
+        let size = match self.quantity(channel) {
+            _ if channel.is_impulse() => 1.0,
+            Quantity::RelativeVelocity => self.speed(),
+            Quantity::Twist(part) => sizes[twist(part)],
+            Quantity::TwistRate(part) => sizes[twist(part) + 1],
+            Quantity::Speed(part) => self.speed_of(part.of),
+            Quantity::Angle(part) => self.angle_of(part.of),
+            Quantity::Slip => 1.0,
+            Quantity::Deflection => match system.engagement {
                 Engagement::Bristles(.., place) => sizes[place],
                 _ => 1.0,
             },
-            Channel::NormalForce => self.largest_force(),
-            Channel::FrictionTorque | Channel::TransmittedTorque => {
+            Quantity::NormalForce => self.largest_force(),
+            Quantity::Interface | Quantity::Transmitted => {
                 let mu = system.breakaway.max(system.law.typical_coefficient(self.speed()));
                 mu * system.radius * self.largest_force()
             }
-            Channel::Z | Channel::ZDot => match &self.trains.pressing {
-                Pressing::Axial { axial, .. } if channel == Channel::Z => self.largest_force() / axial.stiffness,
+            quantity @ (Quantity::AxialDisplacement | Quantity::AxialVelocity) => match &self.trains.pressing {
+                Pressing::Axial { axial, .. } if quantity == Quantity::AxialDisplacement => {
+                    self.largest_force() / axial.stiffness
+                }
                 Pressing::Axial { axial, .. } => {
                     self.largest_force() / axial.stiffness * self.natural_angular_frequency()
                 }
                 Pressing::Force(_) => 1.0,
             },
-            Channel::NormalImpulse | Channel::FrictionImpulse => 1.0,
         };
         if size > 0.0 { size } else { 1.0 }
     }

@@ -11,6 +11,7 @@
 //! | `margin` | when steady sliding loses its stability |
 //! | `system` | the equations in twist coordinates |
 //! | `slow_manifold` | sliding without the fast oscillations |
+//! | `slow_motion` | stick and separation without them |
 //! | `chains`, `closed_form` | stick and separation in closed form |
 //! | `stability` | the loss of stability of sliding that slows down by itself, foreseen |
 
@@ -21,6 +22,7 @@ pub mod parameters;
 #[cfg(test)]
 mod samples;
 pub(crate) mod slow_manifold;
+pub(crate) mod slow_motion;
 pub(crate) mod stability;
 pub mod system;
 

@@ -530,7 +530,7 @@ impl TrainSystem {
     }
 
     /// The torque of an engaged contact over r F_n, with the rate of the bristles' deflection.
-    fn engaged(&self, law: &FrictionLaw, sense: f64, w: f64, y: &[f64]) -> (f64, f64) {
+    pub(crate) fn engaged(&self, law: &FrictionLaw, sense: f64, w: f64, y: &[f64]) -> (f64, f64) {
         let x = sense * w;
         match self.engagement {
             Engagement::StickSlip => (0.0, 0.0),
@@ -644,6 +644,39 @@ impl TrainSystem {
         let (maps, n) = (&self.linear, self.mechanical());
         DMatrix::from_fn(n, n, |i, j| {
             maps.free[(i, j)] + contact_damping * maps.interface[i] * maps.relative_velocity[j]
+        })
+    }
+
+    /// The matrix of the rates in stick or in separation, of what the motion depends on.
+    pub(crate) fn linear_matrix(&self, mode: Mode) -> DMatrix<f64> {
+        let n = self.dimension;
+        let mut matrix = DMatrix::zeros(n, n);
+        let rest = vec![0.0; n];
+        self.jacobian(mode, 0.0, 0, &Outside::default(), &rest, &mut matrix.as_view_mut());
+        matrix.resize(self.mechanical(), self.mechanical(), 0.0)
+    }
+
+    /// What a component of the motion is multiplied by to be a speed.
+    fn weight(&self, index: usize) -> f64 {
+        let of = |side: &Side| {
+            let shaft = index.checked_sub(side.twists)?;
+            (shaft % 2 == 0 && shaft / 2 < side.shafts()).then(|| side.own_frequency(shaft / 2))
+        };
+        let weight = of(&self.rotor).or_else(|| of(&self.stator)).unwrap_or(1.0);
+        if weight > 0.0 { weight } else { 1.0 }
+    }
+
+    /// A matrix of the motion for components that are all speeds, whose eigenvalues round less.
+    pub(crate) fn balanced(&self, matrix: DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            matrix[(i, j)] * self.weight(i) / self.weight(j)
+        })
+    }
+
+    /// The matrix that [`Self::balanced`] makes this of.
+    pub(crate) fn unbalanced(&self, matrix: DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            matrix[(i, j)] * self.weight(j) / self.weight(i)
         })
     }
 

@@ -3,14 +3,14 @@
 use serde::Serialize;
 
 use super::encoding;
-use super::form::{Form, FormCase};
+use super::form::Form;
+use super::orbit::{Orbit, orbit};
 use super::sparse::Sparse;
-use super::trains::{self, Orbit};
 use crate::analysis::certificate::Verdict;
 use crate::analysis::headline::HeadlineRow;
 use crate::model::Mode;
 use crate::plot::PlotError;
-use crate::record::{Cycle, CycleStatistics, Event, EventKind};
+use crate::record::{CycleStatistics, Event, EventKind};
 use crate::results::schema::{self, group, root};
 use crate::results::{AttributeValue, ResultError, ResultFile, Status};
 
@@ -55,7 +55,7 @@ pub(super) struct Document {
     sparse: Sparse,
     /// How to get what sparse stretches lack.
     remedy: Option<String>,
-    /// Of trains.
+    /// Of a run that does not stop.
     #[serde(skip_serializing_if = "Option::is_none")]
     orbit: Option<Orbit>,
     notes: Vec<String>,
@@ -141,10 +141,10 @@ impl Document {
             ));
         }
         let case_text = file.case_text()?;
-        let orbit = match &form.case {
-            FormCase::Brake(_) => None,
-            FormCase::Trains { case, run } => {
-                let (orbit, note) = trains::orbit(case, run)?;
+        let orbit = match form.run.as_ref().filter(|run| !run.stops()) {
+            None => None,
+            Some(run) => {
+                let (orbit, note) = orbit(run)?;
                 notes.extend(note);
                 Some(orbit)
             }
@@ -306,11 +306,7 @@ pub(super) fn events(file: &ResultFile, form: &Form, events: &[Event], count: us
 
 /// The cycles of all events that begin with one of `events`, the first of them.
 fn cycles(all: &[Event], events: &[Event]) -> Cycles {
-    let mut statistics = CycleStatistics::default();
-    let cycles: Vec<Cycle> = all
-        .iter()
-        .filter_map(|event| statistics.push(event.time, event.kind))
-        .collect();
+    let (_, cycles) = CycleStatistics::of_events(all.iter().map(|event| (event.time, event.kind)));
     let sticks = events.iter().filter(|e| e.kind == EventKind::Stick).map(|e| e.time);
     let (mut start, mut stick, mut slip) = (Vec::new(), Vec::new(), Vec::new());
     for (time, cycle) in sticks.zip(&cycles) {

@@ -1,12 +1,11 @@
-//! What of a page depends on the form of its file, the brake's or that of trains, as data: which channels it has, how they
-//! are grouped, and what they are called. Everything else on a page is the same for all.
+//! What of a page depends on its run, as data: which channels it has, how they are grouped, and what they are called. Everything
+//! else on a page is the same for all.
 
 use std::fmt::{self, Display};
 
 use super::sparse::Sparse;
 use crate::analysis::headline::{self, HeadlineRow, is_paper_case};
-use crate::case::{Case, CaseRef, TrainCase};
-use crate::model::torsion::TorsionModel;
+use crate::case::CaseRef;
 use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
 use crate::results::{ResultError, ResultFile, schema};
@@ -160,23 +159,12 @@ pub(super) fn card(heading: &str, id: &str, hint: &str) -> String {
     )
 }
 
-/// The case of a file.
-#[derive(Debug)]
-pub(super) enum FormCase {
-    /// Of a brake, with the file once more, as figures need it; a case that this version cannot read costs the page two numbers
-    /// and what is derived from it, not more.
-    Brake(Option<(Box<Case>, Box<Run>)>),
-    Trains {
-        case: Box<TrainCase>,
-        /// The file once more, as figures need it.
-        run: Box<Run>,
-    },
-}
-
-/// The parts of a page that depend on the form of its file.
+/// The parts of a page that depend on its run.
 #[derive(Debug)]
 pub(super) struct Form {
-    pub(super) case: FormCase,
+    /// The file once more, as figures need it; a case that this version cannot read costs the page two numbers and what is derived
+    /// from it, not more.
+    pub(super) run: Option<Box<Run>>,
     /// The columns of the trajectory that the page has, in the order of the file.
     pub(super) variables: Vec<schema::Variable>,
     pub(super) panels: Vec<Panel>,
@@ -185,12 +173,12 @@ pub(super) struct Form {
     pub(super) breakaway_arm: Option<f64>,
     /// Of what the interface transmits, UDUNITS.
     pub(super) torque_unit: &'static str,
-    /// Buttons beyond the brake's, as they stand in the page.
+    /// Further buttons, as they stand in the page.
     pub(super) buttons: &'static str,
     /// Small figures before the portraits, and tables, as they stand in the page.
     pub(super) cards: String,
     pub(super) tables: &'static str,
-    /// A script beyond the brake's.
+    /// A further script.
     pub(super) script: &'static str,
     /// The time from which on every sample is on the page, whatever its length, s: the last period of a motion that repeats
     /// itself.
@@ -204,19 +192,13 @@ impl Form {
 
     /// What the case and the events come to in words.
     pub(super) fn headline(&self, file: &ResultFile, events: &[Event]) -> Result<Vec<HeadlineRow>, ResultError> {
-        let case = match &self.case {
-            FormCase::Brake(case) => case.as_ref().map(|(case, _)| CaseRef::Brake(case)),
-            FormCase::Trains { case, .. } => Some(CaseRef::Trains(case)),
-        };
+        let case = self.run.as_ref().map(|run| CaseRef::from(&run.case));
         headline::of_file(file, case, events)
     }
 
     /// Whether the paper's numbers stand beside those of the run.
     pub(super) fn is_beside_paper(&self) -> bool {
-        match &self.case {
-            FormCase::Brake(case) => case.as_ref().is_some_and(|(case, _)| is_paper_case(&case.parameters)),
-            FormCase::Trains { .. } => false,
-        }
+        self.run.as_ref().is_some_and(|run| is_paper_case(&run.case))
     }
 
     /// What stands for a name in double braces in the page and its scripts.
@@ -235,28 +217,16 @@ impl Form {
         })
     }
 
-    /// The run as figures read it, where the case is known.
-    fn run(&self) -> Option<&Run> {
-        match &self.case {
-            FormCase::Brake(case) => case.as_ref().map(|(_, run)| &**run),
-            FormCase::Trains { run, .. } => Some(run),
-        }
-    }
-
-    /// T_n of a brake, s.
+    /// T_n, s; `None` of what does not stop.
     pub(super) fn natural_period(&self) -> Option<f64> {
-        match &self.case {
-            FormCase::Brake(case) => {
-                let (case, _) = case.as_ref()?;
-                Some(TorsionModel::new(&case.parameters).natural_period())
-            }
-            FormCase::Trains { .. } => None,
-        }
+        self.run.as_ref().filter(|run| run.stops())?.natural_period
     }
 
     /// Stretches with too few samples.
     pub(super) fn sparse(&self) -> Result<Sparse, PlotError> {
-        self.run().map_or_else(|| Ok(Sparse::default()), Sparse::of)
+        self.run
+            .as_ref()
+            .map_or_else(|| Ok(Sparse::default()), |run| Sparse::of(run))
     }
 
     /// The channels that are known on both sides of every event, those of every run first.
@@ -264,7 +234,7 @@ impl Form {
         let is_state = |name: &str| State::DESCRIPTIONS.iter().any(|state| state.0 == name);
         let states = State::DESCRIPTIONS.iter().map(|state| state.0.to_owned());
         let mut names: Vec<String> = states.filter(|name| self.has(name)).collect();
-        if let Some(run) = self.run() {
+        if let Some(run) = &self.run {
             for variable in self.variables.iter().filter(|variable| !is_state(&variable.name)) {
                 if run.at_events(&variable.name)?.is_some() {
                     names.push(variable.name.clone());
@@ -276,7 +246,7 @@ impl Form {
 
     /// A channel before and after every event, if it is known there: as the file has it, or by the equations.
     pub(super) fn sides(&self, file: &ResultFile, name: &str) -> Result<Option<BothSides>, PlotError> {
-        match self.run() {
+        match &self.run {
             Some(run) => Ok(run
                 .at_events(name)?
                 .map(|sides| (sides.before.clone(), sides.after.clone()))),

@@ -1,18 +1,18 @@
 //! The interactive page of a run: one HTML file that a browser opens from disk, without a network.
 //!
 //! Rust decides what of the file is on the page and writes it as one JSON document; the scripts beside this file
-//! draw it. What differs between a brake and two trains is a `form`, which `brake` and `trains` make: channels, panels,
-//! portraits and words; the rest is the same for both. Every text of the file reaches the page through that document and is put there as text, never as markup.
+//! draw it. What differs between runs is a `form`, which `panels` makes: channels, panels, portraits and words; the rest is the
+//! same for all. Every text of the file reaches the page through that document and is put there as text, never as markup.
 
-mod brake;
 mod document;
 mod encoding;
 mod form;
+mod orbit;
 mod pair;
+mod panels;
 mod second;
 mod sparse;
 mod thinning;
-mod trains;
 mod trajectory;
 
 use std::path::Path;
@@ -21,7 +21,7 @@ use serde::Serialize;
 
 use super::target::{self, Product};
 use super::{PlotError, Run};
-use crate::case::{Case, CaseSource, TrainCase};
+use crate::case::{AnyCase, CaseSource, TrainCase};
 use crate::results::{ResultFile, Status};
 use document::Document;
 use form::Form;
@@ -164,14 +164,11 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
 /// It cannot be read, or is of trains with a case that this version cannot read.
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
-    if TrainCase::is_one(&source, &[]) {
-        let case = TrainCase::parse(&source, &[])?;
-        return trains::form(case, Run::open(file.path())?);
-    }
-    Ok(brake::form(match Case::parse(&source, &[]) {
-        Ok(case) => Some((case, Run::open(file.path())?)),
+    panels::form(match AnyCase::read(&source, &[]) {
+        Ok(_) => Some(Run::open(file.path())?),
+        Err(error) if TrainCase::is_one(&source, &[]) => return Err(error.into()),
         Err(_) => None,
-    }))
+    })
 }
 
 /// A text with what stands for the names in double braces; other braces stay.

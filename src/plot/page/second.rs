@@ -93,9 +93,6 @@ fn paired(ours: &[Event], theirs: &[Event], natural_period: Option<f64>) -> Vec<
 
 /// The length of the last cycle, s.
 fn cycle(events: &[Event]) -> Option<f64> {
-    let mut statistics = CycleStatistics::default();
-    let cycles = events
-        .iter()
-        .filter_map(|event| statistics.push(event.time, event.kind));
-    cycles.last().map(|cycle| cycle.stick_duration + cycle.slip_duration)
+    let (statistics, _) = CycleStatistics::of_events(events.iter().map(|event| (event.time, event.kind)));
+    statistics.last_period()
 }

@@ -70,14 +70,11 @@ mod tests {
     use super::*;
     use crate::friction::{Exponential, FrictionLaw};
     use crate::hybrid::{Advance, ChosenSolver, ClosedFormEngine, Engine, Segment, SolverKind};
-    use crate::model::closed_form as brake;
-    use crate::model::state::index;
-    use crate::model::torsion::TorsionModel;
+    use crate::model::BreakawayTest;
     use crate::model::trains::system::{ANGLE, DAMPING_LOSS, FRICTION_LOSS, WORK};
     use crate::model::trains::{ContactLaw, End, Initial, Pressing, Torque, Train, Trains};
-    use crate::model::{BreakawayTest, Contact, Torsion};
     use crate::signal::{Drive, Frequency, Shape, Wave};
-    use crate::simulation::brake::Watch;
+    use crate::simulation::trains::dynamics::Watch;
     use crate::simulation::trains::series::TaylorEngine;
     use crate::sundials::Tolerances;
     use proptest::prelude::*;
@@ -361,60 +358,6 @@ mod tests {
                     let rounding = 1e-13 * limit / slope;
                     prop_assert!((time - other).abs() <= 1e-14 * time + rounding, "{time} {other} {rounding}");
                 }
-            }
-        }
-
-        /// A lowered brake moves as the brake does.
-        #[test]
-        fn property_a_brake_is_two_trains(y in prop::array::uniform5(-1.0..1.0f64), tau in 0.0..0.05f64, stuck: bool) {
-            let torsion = Torsion {
-                rotor_inertia: 2.262,
-                surface_inertia: 0.0113,
-                stiffness: 7.71e6,
-                damping: 22.606,
-            };
-            let disk = |inertia: Vec<f64>, end: End| Train {
-                viscous: vec![0.0; inertia.len()],
-                inertia,
-                stiffness: vec![torsion.stiffness],
-                damping: vec![torsion.damping],
-                end,
-                torque: None,
-            };
-            let rotor = disk(vec![torsion.surface_inertia, torsion.rotor_inertia], End::Free);
-            let stator = disk(vec![torsion.surface_inertia], End::Fixed);
-            let dynamics = TrainDynamics::new(&trains(rotor, stator, Drive::Value(1e9)), 0.0);
-            let model = TorsionModel {
-                torsion,
-                contact: Contact { radius: 1.0, breakaway_test: BreakawayTest::Transmitted },
-                friction: crate::friction::Friction { breakaway: 0.5, law: law() },
-            };
-            let closed = brake::ClosedForm::new(&model);
-            let w = if stuck { 0.0 } else { 5.0 * y[4] };
-            let (u, u_rate, v, v_rate) = (1e-5 * y[0], 0.2 * y[1], 1e-5 * y[2], 0.2 * y[3]);
-            let mut of_brake = [0.0; crate::model::state::DIMENSION];
-            of_brake[index::ROTOR_TWIST] = u;
-            of_brake[index::ROTOR_TWIST_RATE] = u_rate;
-            of_brake[index::STATOR_TWIST] = v;
-            of_brake[index::STATOR_TWIST_RATE] = v_rate;
-            of_brake[index::ROTOR_SPEED] = u_rate + v_rate + w;
-            let by_brake = if stuck { closed.stick(&of_brake, tau) } else { closed.separated(&of_brake, tau) };
-            let mode = if stuck { Mode::Stick } else { Mode::Separated };
-            let of_trains = [u, u_rate, u_rate + v_rate + w, v, v_rate, 0.0, 0.0, 0.0, 0.0];
-            let mut by_trains = [0.0; 9];
-            dynamics.closed_state(&location(mode), 0.0, &of_trains, tau, &mut by_trains);
-            let pairs = [
-                (index::ROTOR_TWIST, 0, 1e-5),
-                (index::ROTOR_TWIST_RATE, 1, 0.3),
-                (index::ROTOR_SPEED, 2, 0.3),
-                (index::STATOR_TWIST, 3, 1e-5),
-                (index::STATOR_TWIST_RATE, 4, 0.3),
-                (index::SLIP, 5, 0.25),
-                (index::DAMPING_LOSS, 7, 0.1),
-            ];
-            for (brake, train, size) in pairs {
-                let error = (by_brake[brake] - by_trains[train]).abs();
-                prop_assert!(error <= 1e-13 * size, "{train}: {} {}", by_brake[brake], by_trains[train]);
             }
         }
     }

@@ -1,8 +1,11 @@
 //! The motion from a known state on, within one mode: what a comparison holds other solvers against.
 
+use super::dynamics::Watch;
 use super::expansion::{Expansion, Series};
 use super::plan::TrainPlan;
 use super::portrait::{shown, state_of};
+#[cfg(feature = "plot")]
+use super::readings::TrainReadings;
 use super::readings::{Further, further_names};
 use super::{TrainDynamics, TrainLocation};
 use crate::model::Mode;
@@ -10,9 +13,12 @@ use crate::model::axial::AxialMotion;
 use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Outside, Side, TrainSystem, WORK};
 use crate::model::trains::{End, Trains};
 use crate::numerics::taylor;
+#[cfg(feature = "plot")]
+use crate::record::Channels;
 use crate::record::State;
-use crate::simulation::brake::Watch;
 use crate::simulation::options::SolverOptions;
+#[cfg(feature = "plot")]
+use crate::simulation::readings::Readings as _;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -248,6 +254,22 @@ impl Course {
             location.piece = self.system().piece_of(self.system().relative_velocity(&outside, y));
         }
         location
+    }
+
+    /// Forces, torques, and kinetic and elastic energy of a state; what the history gives is 0.
+    #[cfg(feature = "plot")]
+    pub fn channels(&self, mode: Mode, t: f64, y: &[f64]) -> Channels {
+        let readings = TrainReadings {
+            dynamics: &self.dynamics,
+            further: false,
+        };
+        readings.channels(t, &self.place(mode, t, y, true), y)
+    }
+
+    /// The period (s) by which samples are dense or sparse; `None` where nothing moves by itself.
+    #[cfg(feature = "plot")]
+    pub fn natural_period(&self) -> Option<f64> {
+        self.dynamics.natural_period()
     }
 
     /// The power of friction (W), and that of the dampers less that of the drives, each with its rate (W/s).

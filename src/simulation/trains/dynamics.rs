@@ -5,12 +5,24 @@ use crate::friction::Law;
 use crate::hybrid::{Direction, Dynamics, Guard};
 use crate::model::trains::Trains;
 use crate::model::trains::closed_form;
+use crate::model::trains::slow_motion::{SlowMotion, SlowMotions};
+use crate::model::trains::stability::least_fast_frequency;
 use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::eigenvalues::eigenvalues;
-use crate::simulation::brake::{DESTABILISED, LARGEST_DIP, RESTABILISED, Watch};
 use nalgebra::{DMatrix, DMatrixViewMut};
 use std::f64::consts::TAU;
+
+/// Whether the stability of steady sliding is watched: it is until the first stick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Watch {
+    /// Sliding is stable; its loss is an event.
+    Stable,
+    /// Sliding is unstable; its return is an event.
+    Unstable,
+    /// After the first stick: crossings are part of each slip and no events.
+    Off,
+}
 
 /// The discrete state of the trains.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +62,8 @@ pub struct TrainDynamics {
     rates: Rates,
     /// Stick and separation in closed form.
     pub(super) closed_form: closed_form::ClosedForm,
+    /// Both without their fast modes.
+    slow_motions: SlowMotions,
 }
 
 /// How fast the trains move by themselves, from the eigenvalues of their modes under the largest force.
@@ -57,9 +71,10 @@ pub struct TrainDynamics {
 struct Rates {
     /// The largest magnitude in any mode, 1/s.
     fastest: f64,
-    /// The fastest damping where friction slides, over the slowest motion. Of a contact without stick that is the slowest motion
-    /// of the open trains: at rest the contact's own damping makes the slowest motion slower by as much as it is fast, and
-    /// no event follows that creep.
+    /// The fastest damping where friction slides, over the slowest motion that steps have to resolve. Of a contact without stick
+    /// that is the slowest motion of the open trains: at rest the contact's own damping makes the slowest motion slower by as
+    /// much as it is fast, and no event follows that creep. Of sliding that slows down by itself it is the slowest of the fast
+    /// modes: where these have died the method is another.
     stiffness: f64,
 }
 
@@ -94,8 +109,12 @@ impl Rates {
             }
             if matches!(mode, Mode::SlipForward | Mode::Engaged) {
                 let damping = moving().map(|value| -value.re).fold(0.0, f64::max);
-                let of_trains = mode == Mode::Engaged && open.is_finite();
-                rates.stiffness = damping / if of_trains { open } else { slowest };
+                let resolved = match mode {
+                    Mode::Engaged if open.is_finite() => open,
+                    Mode::SlipForward if system.twice_resistance.is_some() => least_fast_frequency(system),
+                    _ => slowest,
+                };
+                rates.stiffness = damping / resolved;
             }
         }
         rates
@@ -105,6 +124,14 @@ impl Rates {
 const STOPPING: Guard = Guard {
     name: "relative velocity reaches zero",
     direction: Direction::Falling,
+};
+const DESTABILISED: Guard = Guard {
+    name: "steady sliding loses stability",
+    direction: Direction::Falling,
+};
+const RESTABILISED: Guard = Guard {
+    name: "steady sliding regains stability",
+    direction: Direction::Rising,
 };
 const THRESHOLD: Guard = Guard {
     name: "relative velocity reaches the threshold of stick",
@@ -126,6 +153,12 @@ const BREAKAWAY_BACKWARD: Guard = Guard {
     name: "tested torque reaches -mu_0 r F_n",
     direction: Direction::Falling,
 };
+
+/// A breakaway by a one-sided test may start against its own sense, because the torque that is tested is not the one that
+/// accelerates. Where the relative velocity goes back by less than this share of the oscillation's speed before it turns,
+/// the slip goes on; else the breakaway is undone at once. The share is of the size of the paper's tolerance on the
+/// relative velocity, the epsilon = 1e-5 rad/s of its equation (9).
+const LARGEST_DIP: f64 = 7.5e-5;
 
 /// Index of the guard of a slip that ends.
 pub(super) const GUARD_STOPPING: usize = 0;
@@ -174,10 +207,16 @@ impl TrainDynamics {
         TrainDynamics {
             rates: Rates::new(&system, &excitation),
             closed_form: closed_form::ClosedForm::new(trains.breakaway_test),
+            slow_motions: SlowMotions::default(),
             system,
             excitation,
             threshold,
         }
+    }
+
+    /// Stick or separation without their fast modes; `None` of another mode, and where none is slow against the others.
+    pub(super) fn slow_motion(&self, mode: Mode) -> Option<&SlowMotion> {
+        self.slow_motions.of(&self.system, mode)
     }
 
     /// The unit of time of a series in a stretch, s: that of the fastest thing that moves.
@@ -332,9 +371,18 @@ impl Dynamics for TrainDynamics {
     }
 
     fn rhs(&self, location: &TrainLocation, t: f64, y: &[f64], dydt: &mut [f64]) {
-        let outside = self.outside(location, t);
+        let outside = match location.mode {
+            // The normal force does not act on them.
+            Mode::Stick | Mode::Separated => self.excitation.driving_alone(location.stretch, t),
+            _ => self.outside(location, t),
+        };
         self.system
             .rates(location.mode, location.sign(), location.piece, &outside, y, dydt);
+        if !location.resolved
+            && let Some(slow) = self.slow_motion(location.mode)
+        {
+            slow.project(dydt);
+        }
     }
 
     fn jacobian(&self, location: &TrainLocation, t: f64, y: &[f64], mut jacobian: DMatrixViewMut<'_, f64>) {
@@ -347,6 +395,11 @@ impl Dynamics for TrainDynamics {
             y,
             &mut jacobian,
         );
+        if !location.resolved
+            && let Some(slow) = self.slow_motion(location.mode)
+        {
+            slow.project_columns(&mut jacobian);
+        }
     }
 
     fn guards(&self, location: &TrainLocation) -> &'static [Guard] {
@@ -421,6 +474,8 @@ impl Dynamics for TrainDynamics {
             // The short steps of a multistep method through the smoothed zero of friction, which is on the way to every speed,
             // see the rest as well. Limits make it begin anew near knots of a law, with steps of nothing but rounding.
             Mode::Engaged if !one_step => return f64::INFINITY,
+            // Sliding that slows down by itself comes to every speed slowly, and its fast modes have a longest step.
+            _ if self.system.twice_resistance.is_some() => return f64::INFINITY,
             _ => {}
         }
         let (system, unit) = (&self.system, self.unit(location.stretch));

@@ -7,7 +7,7 @@ use crate::model::trains::system::{Driving, Outside};
 use crate::model::trains::{End, Pressing, Trains};
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::taylor;
-use crate::signal::Timeline;
+use crate::signal::{Drive, Timeline};
 
 /// Coefficients of the expansions by which zeros of the normal force are found.
 const TERMS: usize = 20;
@@ -36,7 +36,8 @@ struct Places {
 enum NormalForce {
     /// A signal, by its index; with a lower and an upper bound after each stretch.
     Direct(usize, Vec<(f64, f64)>),
-    Axial(Box<AxialMotion>),
+    /// An axial motion, with the piece of the actuating force that each stretch is on.
+    Axial(Box<AxialMotion>, Vec<usize>),
 }
 
 /// All signals of a case.
@@ -46,8 +47,6 @@ pub struct Excitation {
     rotor: Places,
     stator: Places,
     normal_force: NormalForce,
-    /// s, increasing: of all signals and the actuating force.
-    corners: Vec<f64>,
     /// The largest |F_n| or |F|, N.
     largest_force: f64,
 }
@@ -112,9 +111,14 @@ impl Excitation {
             torque: next(train.torque.is_some()),
         });
         let direct = count;
-        let drives = trains.drives();
+        let actuation = match &trains.pressing {
+            Pressing::Force(_) => None,
+            Pressing::Axial { actuation, .. } => Some(Drive::Linear(actuation.clone())),
+        };
+        // The last is the force that presses, or what actuates it.
+        let mut drives = trains.drives();
+        drives.extend(&actuation);
         let timeline = Timeline::new(&drives);
-        let mut corners = timeline.corners().to_vec();
         let (normal_force, largest_force) = match &trains.pressing {
             Pressing::Force(force) => (
                 NormalForce::Direct(direct, bounds_after(&timeline, direct)),
@@ -122,19 +126,18 @@ impl Excitation {
             ),
             Pressing::Axial { axial, actuation } => {
                 let motion = AxialMotion::new(&axial.axial(), actuation);
-                corners.extend(motion.force.corners());
                 let largest = motion.force.largest();
-                (NormalForce::Axial(Box::new(motion)), largest)
+                let stretches = 0..=timeline.corners().len();
+                let pieces = stretches.map(|stretch| motion.force.index(timeline.start(stretch)));
+                let pieces = pieces.collect();
+                (NormalForce::Axial(Box::new(motion), pieces), largest)
             }
         };
-        corners.sort_by(f64::total_cmp);
-        corners.dedup();
         Excitation {
             timeline,
             rotor,
             stator,
             normal_force,
-            corners,
             largest_force,
         }
     }
@@ -147,7 +150,7 @@ impl Excitation {
     /// By how much rounding of the normal force can move its zero at `t`, s: in every method alike. 0 at a corner, whose time is
     /// that of the case.
     pub fn rounding_of_zero(&self, t: f64) -> f64 {
-        if self.corners.contains(&t) {
+        if self.corners().contains(&t) {
             return 0.0;
         }
         let mut series = OutsideSeries::<4>::new();
@@ -160,7 +163,7 @@ impl Excitation {
 
     /// Corners of any signal, s, increasing.
     pub fn corners(&self) -> &[f64] {
-        &self.corners
+        self.timeline.corners()
     }
 
     /// The largest magnitude of the force that presses, N.
@@ -181,7 +184,7 @@ impl Excitation {
     /// The axial motion, if the normal force comes from one.
     pub fn axial(&self) -> Option<&AxialMotion> {
         match &self.normal_force {
-            NormalForce::Axial(motion) => Some(motion),
+            NormalForce::Axial(motion, _) => Some(motion),
             NormalForce::Direct(..) => None,
         }
     }
@@ -217,7 +220,7 @@ impl Excitation {
     pub fn normal_force(&self, stretch: usize, t: f64) -> f64 {
         match &self.normal_force {
             NormalForce::Direct(index, _) => self.timeline.value(*index, stretch, t),
-            NormalForce::Axial(motion) => motion.pressing_force(t),
+            NormalForce::Axial(motion, pieces) => motion.pressing_on(pieces[stretch], t),
         }
     }
 
@@ -245,7 +248,7 @@ impl Excitation {
                 rate: self.timeline.slope(*index, stretch, t),
                 curvature: self.timeline.amplitude(*index, stretch, 2),
             },
-            NormalForce::Axial(motion) => motion.bounded(t),
+            NormalForce::Axial(motion, _) => motion.bounded(t),
         }
     }
 
@@ -256,7 +259,7 @@ impl Excitation {
                 let mean = |t: f64| self.timeline.mean(*index, stretch, t);
                 mean(t).min(mean(until)) - self.timeline.amplitude(*index, stretch, 0)
             }
-            NormalForce::Axial(motion) => motion.lowest_pressing_force_after(t),
+            NormalForce::Axial(motion, _) => motion.lowest_pressing_force_after(t),
         }
     }
 
@@ -300,7 +303,7 @@ impl Excitation {
                 self.timeline.series(*index, stretch, t, unit, &mut out.normal_force);
                 out.degree = degree(&out.normal_force);
             }
-            NormalForce::Axial(motion) => out.degree = motion.pressing_series(t, unit, &mut out.normal_force),
+            NormalForce::Axial(motion, _) => out.degree = motion.pressing_series(t, unit, &mut out.normal_force),
         }
     }
 
@@ -314,7 +317,7 @@ impl Excitation {
     /// Whether the contact is closed from t = 0 on.
     pub fn starts_closed(&self) -> bool {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.force.starts_positive(),
+            NormalForce::Axial(motion, _) => motion.force.starts_positive(),
             NormalForce::Direct(index, _) => {
                 let mut c = [0.0; TERMS];
                 self.timeline.series(*index, self.stretch(0.0), 0.0, 1.0, &mut c);
@@ -326,7 +329,7 @@ impl Excitation {
     /// The first corner of the force that presses after `t`, s.
     pub(crate) fn next_corner(&self, t: f64) -> Option<f64> {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.force.next_corner(t),
+            NormalForce::Axial(motion, _) => motion.force.next_corner(t),
             NormalForce::Direct(..) => Some(self.timeline.end(self.timeline.stretch(t))).filter(|end| end.is_finite()),
         }
     }
@@ -334,7 +337,7 @@ impl Excitation {
     /// A lower bound of F_n from `t` on, for ever, N.
     pub(crate) fn lowest_pressing_force_after(&self, t: f64) -> f64 {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.lowest_pressing_force_after(t),
+            NormalForce::Axial(motion, _) => motion.lowest_pressing_force_after(t),
             NormalForce::Direct(index, later) => {
                 let stretch = self.timeline.stretch(t);
                 later[stretch].0.min(self.timeline.bounds(*index, stretch, t).0)
@@ -345,7 +348,7 @@ impl Excitation {
     /// An upper bound of F_n from `t` on, for ever, N.
     pub(crate) fn highest_pressing_force_after(&self, t: f64) -> f64 {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.highest_pressing_force_after(t),
+            NormalForce::Axial(motion, _) => motion.highest_pressing_force_after(t),
             NormalForce::Direct(index, later) => {
                 let stretch = self.timeline.stretch(t);
                 later[stretch].1.max(self.timeline.bounds(*index, stretch, t).1)
@@ -356,7 +359,7 @@ impl Excitation {
     /// A bound on |d^2/dt^2| of F_n from `t` to the next corner, N/s^2.
     pub(crate) fn curvature_bound(&self, t: f64) -> f64 {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.curvature_bound(t),
+            NormalForce::Axial(motion, _) => motion.curvature_bound(t),
             NormalForce::Direct(index, _) => self.timeline.amplitude(*index, self.timeline.stretch(t), 2),
         }
     }
@@ -364,7 +367,7 @@ impl Excitation {
     /// Whether F_n is a straight line from `t` to the next corner, up to rounding.
     pub(crate) fn is_silent(&self, t: f64) -> bool {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.is_silent(t),
+            NormalForce::Axial(motion, _) => motion.is_silent(t),
             NormalForce::Direct(..) => t >= self.silent_from(t),
         }
     }
@@ -372,7 +375,7 @@ impl Excitation {
     /// From when on F_n is a straight line in the stretch that holds `t`, s; infinite if it never is.
     pub(crate) fn silent_from(&self, t: f64) -> f64 {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.silent_from(t),
+            NormalForce::Axial(motion, _) => motion.silent_from(t),
             NormalForce::Direct(index, _) => {
                 let stretch = self.timeline.stretch(t);
                 if self.timeline.amplitude(*index, stretch, 0) > 0.0 {
@@ -384,10 +387,18 @@ impl Excitation {
         }
     }
 
+    /// When what rings in F_n since its last corner has died by so many e-folds, s; infinite if it never does.
+    pub(crate) fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
+        match &self.normal_force {
+            NormalForce::Axial(motion, _) => motion.dies_by(t, e_folds),
+            NormalForce::Direct(..) => self.silent_from(t),
+        }
+    }
+
     /// The force that presses at `t`, as a forecast needs it: of an axial mode the actuating one.
     pub(crate) fn smooth_force(&self, t: f64) -> SmoothForce {
         match &self.normal_force {
-            NormalForce::Axial(motion) => SmoothForce {
+            NormalForce::Axial(motion, _) => SmoothForce {
                 value: motion.force.value(t),
                 swing: 0.0,
             },
@@ -405,7 +416,7 @@ impl Excitation {
     /// [`AxialMotion::next_contact_change`].
     pub fn next_contact_change(&self, t: f64, closed: bool, departing: bool, until: f64) -> Option<ContactChange> {
         match &self.normal_force {
-            NormalForce::Axial(motion) => motion.next_contact_change(t, closed, departing, until),
+            NormalForce::Axial(motion, _) => motion.next_contact_change(t, closed, departing, until),
             NormalForce::Direct(index, _) => self.next_zero(*index, t, closed, departing, until),
         }
     }

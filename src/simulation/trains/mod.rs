@@ -29,21 +29,21 @@ mod variation;
 
 pub(crate) use course::{Course, Quantity, TERMS, is_short};
 pub use course::{Part, Which};
-pub use dynamics::{TrainDynamics, TrainLocation};
+pub use dynamics::{TrainDynamics, TrainLocation, Watch};
 pub(crate) use excitation::Excitation;
 pub(crate) use plan::method_without_series;
 pub(crate) use portrait::{PortraitPoint, Section, portrait, position_of};
 pub use readings::Further;
-pub(crate) use variation::{MovedTrains, variation};
+pub(crate) use variation::{MovedCases, MovedTrains, variation};
 
 use super::options::{OutputOptions, SolverOptions};
 use super::readings::Readings as _;
 use super::report::{Progress, RunFailure, RunReport};
 use super::{CHATTER_COUNT, FORESEEN_STEPS, automaton, foreseen, observer::Recording};
 use crate::hybrid::Start;
-use crate::model::BreakawayTest;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Side, TrainSystem};
+use crate::model::{BreakawayTest, Mode};
 use crate::record::{EventDigest, NoRecorder, Recorder};
 use plan::TrainPlan;
 use readings::TrainReadings;
@@ -57,10 +57,55 @@ pub(crate) fn further(trains: &Trains) -> Vec<Further> {
     readings::further_names(&TrainSystem::new(trains))
 }
 
-/// The period (s) by which samples of a case are dense or sparse; `None` where nothing moves by itself.
-#[cfg(feature = "plot")]
+/// The shorter period of a surface on its shaft, or else of the fastest thing that moves, s; `None` where nothing moves by itself.
 pub(crate) fn natural_period(trains: &Trains) -> Option<f64> {
     TrainDynamics::new(trains, 0.0).natural_period()
+}
+
+/// What a solver is given in slip.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SolverSettings {
+    /// Relative tolerance.
+    pub relative: f64,
+    /// Absolute tolerance of the twist of the rotor's first shaft (rad), and of its rate (rad/s); 0 of a rotor without shafts.
+    pub twist: f64,
+    /// See `twist`.
+    pub rate: f64,
+    /// Absolute tolerance of the free train's speed, rad/s; 0 of tied trains.
+    pub speed: f64,
+    /// Longest step, s.
+    pub max_step: Option<f64>,
+}
+
+/// What the solvers of a case are given in slip with the speed of its start, after the last corner of its signals: where steps stride
+/// over the fast modes, if the method does anywhere, and where they resolve them.
+pub(crate) fn solver_settings(trains: &Trains, solver: &SolverOptions) -> [SolverSettings; 2] {
+    let dynamics = Arc::new(TrainDynamics::new(trains, 0.0));
+    let start = start(trains, &dynamics);
+    let plan = TrainPlan::new(trains, &dynamics, &start, solver);
+    let (system, corners) = (&dynamics.system, dynamics.excitation.corners());
+    let strides = plan.regimes(0.0).is_some();
+    [false, true].map(|resolved| {
+        let location = TrainLocation {
+            mode: Mode::SlipForward,
+            sense: 1,
+            piece: 0,
+            stretch: corners.len(),
+            slow: false,
+            watch: Watch::Off,
+            resolved: resolved || !strides,
+        };
+        let chosen = plan.solver(&location, corners.last().copied().unwrap_or(0.0), &start);
+        let absolute = |place: Option<usize>| place.map_or(0.0, |place| chosen.tolerances.absolute[place]);
+        let twist = (system.rotor.shafts() > 0).then_some(system.rotor.twists);
+        SolverSettings {
+            relative: chosen.tolerances.relative,
+            twist: absolute(twist),
+            rate: absolute(twist.map(|twist| twist + 1)),
+            speed: absolute(system.rotor.speed.or(system.stator.speed)),
+            max_step: chosen.max_step,
+        }
+    })
 }
 
 /// The state at t = 0.
@@ -100,24 +145,68 @@ fn start(trains: &Trains, dynamics: &TrainDynamics) -> Vec<f64> {
     y
 }
 
-/// Integrates one case of trains from t = 0 to the end time of `output`; the counterpart of [`super::simulate`], with the same
-/// contract. `threshold` (rad/s) is what counts as a stick of a contact without one.
+/// What is run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Problem<'a> {
+    /// The system.
+    pub trains: &'a Trains,
+    /// What counts as a stick of a contact without one, rad/s.
+    pub threshold: f64,
+    /// Rows have what the state has beyond [`State`](crate::record::State), too ([`further`]).
+    pub further: bool,
+}
+
+/// Integrates a system from t = 0 to the end time of `output`.
+///
+/// Rows go to `recorder` in order of time. `control` is asked now and then; `Break` ends the run in good order.
+///
+/// # Errors
+/// Solver failures, chattering, an exhausted event budget, or an error of the recorder, each with time and mode.
 pub(crate) fn simulate(
-    trains: &Trains,
-    threshold: f64,
+    problem: Problem<'_>,
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
     control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<RunReport, Box<RunFailure>> {
+    simulate_from(problem, None, solver, output, recorder, control)
+}
+
+/// Like [`simulate`], from `from`: a time (s) and a state with a closed contact. `None` starts at t = 0. Kicks up to that time are
+/// not given, nor are those that wait for a loss of stability: the state has them.
+///
+/// # Errors
+/// Those of [`simulate`].
+pub(crate) fn simulate_from(
+    problem: Problem<'_>,
+    from: Option<(f64, &[f64])>,
+    solver: &SolverOptions,
+    output: &OutputOptions,
+    recorder: &mut dyn Recorder,
+    control: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<RunReport, Box<RunFailure>> {
+    let Problem {
+        trains,
+        threshold,
+        further,
+    } = problem;
     let dynamics = Arc::new(TrainDynamics::new(trains, threshold));
-    let mut state = start(trains, &dynamics);
+    let (time, mut state) = match from {
+        Some((time, state)) => (time, state.to_vec()),
+        None => (0.0, start(trains, &dynamics)),
+    };
     let plan = TrainPlan::new(trains, &dynamics, &state, solver);
-    let mut rules = TrainRules::new(dynamics.clone(), trains, plan, 0.0, output.end_time);
-    let location = rules.initial_location(&mut state);
-    let readings = TrainReadings { dynamics: &dynamics };
+    let mut rules = TrainRules::new(dynamics.clone(), trains, plan, time, output.end_time);
+    let location = match from {
+        Some(_) => rules.location_at(time, &mut state),
+        None => rules.initial_location(&mut state),
+    };
+    let readings = TrainReadings {
+        dynamics: &dynamics,
+        further,
+    };
     let initial_energy = {
-        let channels = readings.channels(0.0, &location, &state);
+        let channels = readings.channels(time, &location, &state);
         channels.energy_kinetic + channels.energy_elastic
     };
     let digest = match dynamics.natural_period() {
@@ -129,16 +218,13 @@ pub(crate) fn simulate(
     recording.limit_wall_time(solver.max_wall_time);
     let foreseen = foreseen(output, solver, stores_motion, |solver, output| {
         let mut go_on = |_| ControlFlow::Continue(());
-        simulate(trains, threshold, solver, output, &mut NoRecorder, &mut go_on)
+        simulate_from(problem, from, solver, output, &mut NoRecorder, &mut go_on)
     });
     let shortest = TAU * dynamics.unit(0);
     let periods = (dynamics.natural_period().unwrap_or(shortest), shortest);
     recording.follow(output, dynamics.system.dimension, periods, solver.rtol, &foreseen);
-    let start = Start {
-        time: 0.0,
-        location,
-        state,
-    };
+    recording.begin_at(time);
+    let start = Start { time, location, state };
     let (result, mut report) = automaton(&dynamics, &mut rules, start, solver, output, recording);
     report.stopped_smoothly = rules.stopped_smoothly();
     report.one_sided_test = trains.breakaway_test != BreakawayTest::Transmitted;

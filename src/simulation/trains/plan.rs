@@ -1,18 +1,16 @@
 //! Which solver integrates which location of two trains, and how accurately.
 
 use super::dynamics::{TrainDynamics, TrainLocation};
-use super::regime::Regimes;
+use super::regime::{Regimes, Steps, Stride};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
 use crate::model::Mode;
+use crate::model::trains::slow_manifold::has_slow_manifold;
+use crate::model::trains::stability::least_fast_frequency;
 use crate::model::trains::system::{ANGLE, Driving, Engagement, Outside};
 use crate::model::trains::{End, Trains};
 use crate::simulation::options::{Method, SolverOptions};
-use crate::simulation::plan::{
-    CVODE_ADAMS, CVODE_TIGHTENING, SERIES_RESOLVED_TIGHTENING, SERIES_SLIDING_TIGHTENING, SETTLING, SLIDING_TIGHTENING,
-    SMALLEST_SERIES_RESOLVED, SMALLEST_SERIES_SLIDING, SMALLEST_SLIDING,
-};
-use crate::sundials::{CvodeOptions, EsdirkTable, Tolerances};
+use crate::sundials::{CvodeOptions, EsdirkTable, ShortSteps, Tolerances};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -26,6 +24,35 @@ const SMALLEST: f64 = 1e-14;
 /// The same for CVODE and the implicit Runge-Kutta method, whose iterations end at the level of rounding.
 const SMALLEST_IMPLICIT: f64 = 1e-13;
 
+/// The same in smooth sliding that slows down by itself: errors there shift all events alike.
+const SLIDING_TIGHTENING: f64 = 0.049;
+
+/// Below this, steps of smooth sliding multiply, their rounding adds up, and nothing is gained.
+const SMALLEST_SLIDING: f64 = 1e-12;
+
+/// The same of series in a slip that slows down by itself, where a few digits more cost next to nothing: in smooth sliding, and where
+/// the fast modes are resolved.
+const SERIES_SLIDING_TIGHTENING: f64 = 0.01;
+const SERIES_RESOLVED_TIGHTENING: f64 = 1e-6;
+const SMALLEST_SERIES_SLIDING: f64 = 1e-12;
+const SMALLEST_SERIES_RESOLVED: f64 = 1e-17;
+
+/// Of `cvode`, the relative tolerance as a multiple of `rtol`. A multistep method errs by some hundred tolerances in a
+/// hundred restarts.
+const CVODE_TIGHTENING: f64 = 1e-3;
+
+/// Of the shortest period, for how long after its start a slip of `cvode` counts its guards as being on their allowed side. A
+/// multistep method begins with steps of 1e-11 s, after which the relative velocity of a breakaway is not yet
+/// above its rounding; a step of a one-step method is long past that.
+const SETTLING: f64 = 1e-7;
+
+/// Adams' method of `cvode`. With CVODE's own coefficient, 0.1, its iteration often ends after one round: that
+/// is an explicit method, whose stability holds order and step down.
+const CVODE_ADAMS: CvodeOptions = CvodeOptions {
+    convergence: Some(0.01),
+    ..CvodeOptions::ADAMS
+};
+
 /// The relative tolerance of the series, at which a step errs by less than a rounding.
 const SERIES_TOLERANCE: f64 = 1e-17;
 
@@ -37,6 +64,24 @@ const ABSOLUTE_SHARE: f64 = 0.1;
 
 /// The same of `cvode`: a multistep method has most of its errors at its restarts, where a motion is still small.
 const CVODE_ABSOLUTE_SHARE: f64 = 0.01;
+
+/// The same of its twists and their rates in a slip whose oscillation is resolved. A kick may be small against the twist that the
+/// friction torque causes, and it is the kick that grows: what a multistep method errs by while it is small grows with it.
+const CVODE_RINGING_SHARE: f64 = 0.001;
+
+/// |h lambda| of the slowest of the fast modes from which BDF of order 4 is stable near the imaginary axis (4.7), and a little.
+const STRIDE: f64 = 5.0;
+
+/// The absolute tolerance of the slip displacement in strides of `cvode`, rad, as a multiple of `rtol`: nothing depends on it, and of
+/// order 2 it alone would hold the step below a stride.
+const STRIDING_SLIP: f64 = 20.0;
+
+/// The relative tolerance of `cvode-bdf` where nothing rings, as a multiple of `rtol`. Of order 2, in slip, it needs ten times the
+/// steps for two digits.
+const BDF_QUIET_TIGHTENING: f64 = 1.0;
+
+/// The same of `cvode` for the slow modes of stick and separation alone, which no event follows but far later ones.
+const CVODE_SLOW_TIGHTENING: f64 = 1.0;
 
 /// Relative tolerance of `cvode` in a contact without stick, as a multiple of `rtol`, and its least value. A contact at rest
 /// creeps, and errors of the creep move the next slip.
@@ -73,6 +118,10 @@ pub(super) struct TrainPlan {
     stiff: bool,
     /// Sliding slows down by itself, to a margin of stability.
     slows_down: bool,
+    /// Steps stride over the fast modes where these have died.
+    has_regimes: bool,
+    /// The shortest stride of `cvode`, s.
+    stride: f64,
     /// What absolute tolerances of unresolved steps are shares of.
     quiet_sizes: Vec<f64>,
 }
@@ -192,6 +241,11 @@ impl TrainPlan {
         }
         let slopes = system.law.slope_bounds(0.0, f64::INFINITY);
         let fastest = dynamics.fastest_rate();
+        let stiff = dynamics.stiffness() > STIFF;
+        // Of what is stiff by itself BDF follows every mode.
+        let has_regimes = system.twice_resistance.is_some()
+            && has_slow_manifold(system)
+            && !(stiff && matches!(options.method, Method::Cvode | Method::CvodeBdf));
         TrainPlan {
             dynamics: dynamics.clone(),
             method: options.method,
@@ -202,18 +256,29 @@ impl TrainPlan {
             fixed_step: options.fixed_step,
             period: if fastest > 0.0 { TAU / fastest } else { 1.0 },
             linear_slip: !dynamics.is_engaged() && slopes.least == 0.0 && slopes.most == 0.0,
-            stiff: dynamics.stiffness() > STIFF,
+            stiff,
             slows_down: system.twice_resistance.is_some(),
+            has_regimes,
+            stride: match has_regimes && options.method == Method::Cvode {
+                true => STRIDE / least_fast_frequency(system),
+                false => f64::INFINITY,
+            },
             quiet_sizes,
         }
     }
 
-    /// Where steps have to resolve the fast modes, of a method that can stride over them.
+    /// Where steps have to resolve the fast modes.
     pub fn regimes(&self, end_time: f64) -> Option<Regimes> {
-        match self.method {
-            Method::Series | Method::Auto => Regimes::new(&self.dynamics, end_time, self.method == Method::Series),
-            _ => None,
-        }
+        let steps = Steps {
+            follows_smooth_sliding: self.method == Method::Series,
+            integrates_linear_motion: !matches!(self.method, Method::Series | Method::Auto),
+            stride: (self.method == Method::Cvode).then(|| Stride {
+                step: self.stride,
+                relative: (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
+            }),
+        };
+        let regimes = self.has_regimes.then(|| Regimes::new(&self.dynamics, end_time, steps));
+        regimes.flatten()
     }
 
     /// The size of every component of the state over the whole case.
@@ -227,6 +292,21 @@ impl TrainPlan {
             Mode::Stick | Mode::Separated => true,
             Mode::SlipForward | Mode::SlipBackward => self.linear_slip,
             Mode::Engaged => false,
+        }
+    }
+
+    /// BDF for smooth sliding: over the fast modes at order 2, and higher once the steps are long enough to be stable.
+    fn striding_bdf(&self) -> SolverKind {
+        SolverKind::Cvode {
+            options: CvodeOptions {
+                max_order: Some(4),
+                short_steps: Some(ShortSteps {
+                    max_order: 2,
+                    until: self.stride,
+                }),
+                ..CvodeOptions::BDF
+            },
+            settling: 0.0,
         }
     }
 
@@ -244,6 +324,8 @@ impl TrainPlan {
     pub fn solver(&self, location: &TrainLocation, t: f64, y: &[f64]) -> ChosenSolver {
         // Of `cvode`: a contact without stick is stiff at rest, below what counts as stiff for the steps of order 8.
         let implicit = self.stiff || location.mode == Mode::Engaged;
+        let slips = location.mode.sense() != 0;
+        let strides = slips && !location.resolved;
         let esdirk = SolverKind::Esdirk(EsdirkTable::Esdirk547L2sa2_7s45);
         let exact = matches!(self.method, Method::Auto | Method::Series);
         let kind = match self.method {
@@ -255,9 +337,12 @@ impl TrainPlan {
             Method::ErkPair(table) => SolverKind::Erk(table),
             Method::Esdirk => esdirk,
             Method::CvodeAdams => self.multistep(CvodeOptions::ADAMS, location.mode),
+            Method::Cvode if strides => self.striding_bdf(),
+            // Beyond order 2 BDF is unstable near the imaginary axis, where the fast modes are.
+            Method::CvodeBdf if strides => SolverKind::CvodeBdf { max_order: 2 },
             Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
             Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),
-            Method::Paper => unreachable!("a case of trains does not have the paper's procedure"),
+            Method::Paper => unreachable!("the paper's procedure steps by itself"),
         };
         let relative = match kind {
             SolverKind::Series if !location.resolved => {
@@ -267,6 +352,13 @@ impl TrainPlan {
                 (SERIES_RESOLVED_TIGHTENING * self.rtol).max(SMALLEST_SERIES_RESOLVED)
             }
             SolverKind::Series | SolverKind::ClosedForm => SERIES_TOLERANCE,
+            _ if strides && self.method == Method::Cvode => (CVODE_TIGHTENING * self.rtol).max(SMALLEST),
+            _ if !location.resolved && self.method == Method::CvodeBdf => {
+                (BDF_QUIET_TIGHTENING * self.rtol).max(SMALLEST_IMPLICIT)
+            }
+            _ if !location.resolved && self.method == Method::Cvode => {
+                (CVODE_SLOW_TIGHTENING * self.rtol).max(SMALLEST_SLIDING)
+            }
             _ if !location.resolved => (SLIDING_TIGHTENING * self.rtol).max(SMALLEST_SLIDING),
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
             _ if self.method == Method::Cvode && location.mode == Mode::Engaged => {
@@ -280,27 +372,33 @@ impl TrainPlan {
         let fixed_step = self.fixed_step.filter(|_| matches!(kind, SolverKind::Erk(_)));
         let fastest = self.dynamics.excitation.fastest(location.stretch);
         let of_signals = (fastest > 0.0 && kind != SolverKind::Series).then(|| TAU / fastest / STEPS_PER_PERIOD);
-        // As for a brake: errors of resolved steps are amplified until the first stick.
-        let follows_modes = self.method == Method::Auto && self.slows_down && location.mode.sense() != 0;
+        // Errors of resolved steps are amplified until the first stick.
+        let follows_modes = match self.method {
+            Method::Auto => self.slows_down && slips,
+            _ => self.has_regimes && kind != SolverKind::Series,
+        };
         let period = self
             .dynamics
             .natural_period()
             .filter(|_| follows_modes && location.resolved);
-        let of_modes = period.map(|period| period / STEPS_PER_PERIOD);
+        let of_modes = period.map(|period| period / STEPS_PER_PERIOD * share_of_step(self.method));
         let present = sizes(&self.dynamics, location.stretch, &self.dynamics.outside(location, t), y);
         let present = present
             .iter()
             .zip(&self.sizes)
             .map(|(size, most)| size.max(LEAST_SIZE * most));
+        // The errors of a motion that comes to rest by itself count against the largest that it has.
+        let over_all = !location.resolved || self.has_regimes && kind != SolverKind::Series;
         let present = present
             .zip(&self.quiet_sizes)
-            .map(|(present, quiet)| match location.resolved {
-                true => present,
-                false => *quiet,
-            });
-        let share = match self.method {
-            Method::Cvode => CVODE_ABSOLUTE_SHARE,
-            _ => ABSOLUTE_SHARE,
+            .map(|(present, quiet)| if over_all { *quiet } else { present });
+        let (first, rtol) = (self.dynamics.system.slip, self.rtol.max(SMALLEST_SLIDING));
+        let share = |index: usize| match self.method {
+            Method::Cvode if strides && index == first => STRIDING_SLIP * rtol * ABSOLUTE_SHARE / SLIP,
+            Method::Cvode if strides => ABSOLUTE_SHARE * if index > first { rtol } else { relative },
+            Method::Cvode if self.has_regimes && slips && index < first => CVODE_RINGING_SHARE * relative,
+            Method::Cvode if !self.has_regimes => CVODE_ABSOLUTE_SHARE * relative,
+            _ => ABSOLUTE_SHARE * relative,
         };
         let longest = [of_signals, of_modes, self.max_step];
         let longest = longest.into_iter().flatten().reduce(f64::min);
@@ -310,7 +408,8 @@ impl TrainPlan {
                 relative,
                 absolute: present
                     .zip(&self.absolute)
-                    .map(|(size, set)| set.unwrap_or(share * relative * size))
+                    .enumerate()
+                    .map(|(index, (size, set))| set.unwrap_or(share(index) * size))
                     .collect(),
             },
             max_step: longest.filter(|_| fixed_step.is_none()),
@@ -322,4 +421,19 @@ impl TrainPlan {
     pub fn chatter_window(&self) -> f64 {
         0.05 * self.period
     }
+}
+
+/// What the longest step is multiplied by, a number near 1 of each method's own. Thousands of steps of one length change
+/// the rotor's speed and the clock by the same amount each, so that their sums are rounded in the same direction over and
+/// over. Of methods with the same step the errors would be the same, and no distance between them would tell.
+fn share_of_step(method: Method) -> f64 {
+    let number = match method {
+        Method::Auto | Method::Series | Method::Paper => 0.0,
+        Method::Erk | Method::ErkPair(_) => 1.0,
+        Method::CvodeAdams => 2.0,
+        Method::CvodeBdf => 3.0,
+        Method::Esdirk => 4.0,
+        Method::Cvode => 5.0,
+    };
+    1.0 - number / f64::from(1 << 20)
 }

@@ -1,5 +1,6 @@
 //! One period of a motion, densely: from a state that a run has come to.
 
+use super::dynamics::Watch;
 use super::plan::TrainPlan;
 use super::rules::TrainRules;
 use super::{TrainDynamics, TrainLocation};
@@ -8,7 +9,6 @@ use crate::model::Mode;
 use crate::model::trains::Trains;
 use crate::model::trains::system::{Engagement, Side};
 use crate::record::EventKind;
-use crate::simulation::brake::Watch;
 use crate::simulation::options::{Method, SolverOptions};
 use std::ops::ControlFlow;
 use std::sync::Arc;

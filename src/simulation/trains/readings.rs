@@ -27,6 +27,8 @@ impl Place for TrainLocation {
 /// Of the twist coordinates.
 pub(super) struct TrainReadings<'a> {
     pub dynamics: &'a TrainDynamics,
+    /// Whether there is anything beyond [`State`].
+    pub further: bool,
 }
 
 /// A further quantity: its name, whether it is an angle, and its description.
@@ -162,6 +164,9 @@ impl Readings for TrainReadings<'_> {
     }
 
     fn further(&self, t: f64, place: &TrainLocation, y: &[f64], out: &mut Vec<f64>) {
+        if !self.further {
+            return;
+        }
         let system = &self.dynamics.system;
         let outside = self.dynamics.outside(place, t);
         for (side, driving) in [(&system.rotor, &outside.rotor), (&system.stator, &outside.stator)] {

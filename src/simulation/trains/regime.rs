@@ -4,14 +4,76 @@ use super::dynamics::{TrainDynamics, TrainLocation};
 use crate::friction::{Bounds, Law};
 use crate::model::Mode;
 use crate::model::trains::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, oscillation};
-use crate::model::trains::stability::{FastModes, Forecast, QuietStretch};
-use crate::simulation::rules::{
-    CALM_E_FOLDS, ERROR_OF_MANIFOLD, LARGEST_TIME_SCALE_RATIO, NOISE_OF_KICK, QUIET_E_FOLDS, REPLAN_PERIODS, Regime,
-};
+use crate::model::trains::stability::{FastModes, Forecast, QuietStretch, bent_sliding};
 use std::sync::Arc;
+
+/// Damping, in e-folds, after which an excitation of the fast mode is gone: e^-40 is below the rounding of any double.
+/// The same amount must lie between the last unresolved step and the instability, so that the errors of unresolved
+/// steps are gone before anything can amplify them.
+const QUIET_E_FOLDS: f64 = 40.0;
+
+/// Damping after which exact sliding is on the slow manifold to every digit, even if e^20 of growth follow.
+const CALM_E_FOLDS: f64 = 60.0;
+
+/// [`QuietStretch::time_scale_ratio`] up to which sliding is followed along its slow manifold. At this the series of the
+/// manifold still gives a stop to 1e-12 s; at four times it, to 1e-9 s.
+pub(super) const LARGEST_TIME_SCALE_RATIO: f64 = 0.01;
+
+/// A deviation from the slow manifold below this share of a kick is taken for noise.
+const NOISE_OF_KICK: f64 = 1e-3;
+
+/// The error of the slow manifold's series may be this share of the deviation of the computed state from it, for the
+/// deviation to be the state's.
+const ERROR_OF_MANIFOLD: f64 = 0.1;
+
+/// While the fast mode is resolved, how often (in its periods) it is asked whether it still has to be.
+const REPLAN_PERIODS: f64 = 50.0;
+
+/// The next change of step regime.
+#[derive(Debug, Clone, Copy)]
+enum Regime {
+    /// From unresolved to resolved steps.
+    Resolve(f64),
+    /// To unresolved steps, if it is still true that this is allowed.
+    Relax(f64),
+    /// Ask again.
+    Ask(f64),
+    /// Nothing foreseen.
+    Keep,
+}
+
+impl Regime {
+    /// When it ends or is asked for again, s.
+    fn time(&self) -> Option<f64> {
+        match *self {
+            Regime::Resolve(t) | Regime::Relax(t) | Regime::Ask(t) => Some(t),
+            Regime::Keep => None,
+        }
+    }
+}
 
 /// Shortest stretch of unresolved steps that is worth a change, in natural periods.
 const SHORTEST_STRETCH: f64 = 5.0;
+
+/// What the steps of a method can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Steps {
+    /// The method stays on smooth sliding even where that is unstable.
+    pub follows_smooth_sliding: bool,
+    /// Stick and separation are integrated; else they are taken as the linear motions that they are.
+    pub integrates_linear_motion: bool,
+    /// Of a method that strides over a dead oscillation but not over a live one, by high order.
+    pub stride: Option<Stride>,
+}
+
+/// See [`Steps::stride`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stride {
+    /// The shortest step of that kind, s.
+    pub step: f64,
+    /// The relative tolerance.
+    pub relative: f64,
+}
 
 /// The step regime of a system whose sliding slows down by itself, with its memory.
 #[derive(Clone)]
@@ -21,8 +83,7 @@ pub(super) struct Regimes {
     /// The natural period, s.
     period: f64,
     end_time: f64,
-    /// Whether the method stays on smooth sliding even where that is unstable.
-    follows_smooth_sliding: bool,
+    steps: Steps,
     regime: Regime,
     /// From when on the fast modes have died since the last disturbance, by [`CALM_E_FOLDS`].
     calm_from: f64,
@@ -34,7 +95,7 @@ pub(super) struct Regimes {
 
 impl Regimes {
     /// `None` of a system that does not slow down by itself, or that a spring does not hold everywhere.
-    pub fn new(dynamics: &Arc<TrainDynamics>, end_time: f64, follows_smooth_sliding: bool) -> Option<Regimes> {
+    pub fn new(dynamics: &Arc<TrainDynamics>, end_time: f64, steps: Steps) -> Option<Regimes> {
         let system = &dynamics.system;
         let twice_resistance = system.twice_resistance.filter(|_| has_slow_manifold(system))?;
         Some(Regimes {
@@ -42,7 +103,7 @@ impl Regimes {
             period: dynamics.natural_period()?,
             dynamics: dynamics.clone(),
             end_time,
-            follows_smooth_sliding,
+            steps,
             regime: Regime::Ask(0.0),
             calm_from: f64::INFINITY,
             smooth_until: f64::NEG_INFINITY,
@@ -77,17 +138,19 @@ impl Regimes {
     pub fn look_ahead(&mut self, location: &mut TrainLocation, t: f64, y: &[f64], excited: bool) {
         let ask_again = Regime::Ask(t + REPLAN_PERIODS * self.period);
         let (resolved, regime) = if location.mode.sense() == 0 {
-            // Stick and separation are linear.
-            (true, Regime::Keep)
+            self.in_linear_motion(location, t, excited)
         } else if self.is_smooth(t) {
             (false, Regime::Keep)
         } else if self.dynamics.stability_margin(location, t, y) < 0.0 {
             (true, ask_again)
         } else {
             let w = self.relative_velocity(location, t, y);
+            let (bent, silent) = self.stride_ahead(t, w).unwrap_or((f64::NEG_INFINITY, t));
             let (quiet_until, calm) = self.forecast(t, w).map_or((t, None), |forecast| {
                 let quiet = forecast.last_quiet_time(QUIET_E_FOLDS).unwrap_or(f64::INFINITY);
-                (quiet, forecast.time_of_damping(QUIET_E_FOLDS))
+                let bends = forecast.time_of_speed(bent).unwrap_or(f64::INFINITY);
+                let calm = forecast.time_of_damping(QUIET_E_FOLDS);
+                (quiet.min(bends), calm.map(|calm| calm.max(silent)))
             });
             match calm {
                 Some(calm) if excited && calm < quiet_until => (true, Regime::Relax(calm)),
@@ -98,6 +161,26 @@ impl Regimes {
         };
         self.regime = regime;
         location.resolved = resolved;
+    }
+
+    /// The same in stick and in separation.
+    fn in_linear_motion(&self, location: &TrainLocation, t: f64, excited: bool) -> (bool, Regime) {
+        let slow = self.dynamics.slow_motion(location.mode);
+        match slow.filter(|slow| self.steps.integrates_linear_motion && slow.fast_decay > 0.0) {
+            Some(slow) if excited => (true, Regime::Relax(t + QUIET_E_FOLDS / slow.fast_decay)),
+            Some(_) => (false, Regime::Keep),
+            None => (true, Regime::Keep),
+        }
+    }
+
+    /// For long strides in the slip at `t` with the relative velocity `w` (rad/s): the speed (rad/s) below which it bends too much,
+    /// and when the ringing of the normal force has died.
+    fn stride_ahead(&self, t: f64, w: f64) -> Option<(f64, f64)> {
+        let Stride { step, relative } = self.steps.stride?;
+        let TrainDynamics { system, excitation, .. } = &*self.dynamics;
+        let force = excitation.highest_pressing_force_after(t);
+        let bent = bent_sliding(system, force, w.abs(), step, relative)?;
+        Some((bent, excitation.dies_by(t, QUIET_E_FOLDS)))
     }
 
     /// The loss of stability of the slip at `t` with this relative velocity (rad/s), foreseen.
@@ -115,8 +198,15 @@ impl Regimes {
         Some(&self.forecast.insert(forecast).2)
     }
 
+    /// Plans the steps after something that may have set the fast modes going a little: a corner of a signal, or of the law.
+    pub fn pass_corner(&mut self, location: &mut TrainLocation, t: f64, y: &[f64], resolved: bool) {
+        self.disturb(location, t, y);
+        let excited = resolved || self.steps.stride.is_some() && location.mode.sense() != 0;
+        self.look_ahead(location, t, y, excited);
+    }
+
     /// Notes that something has set the fast modes going, or may have.
-    pub fn disturb(&mut self, location: &TrainLocation, t: f64, y: &[f64]) {
+    fn disturb(&mut self, location: &TrainLocation, t: f64, y: &[f64]) {
         self.smooth_until = f64::NEG_INFINITY;
         if self.foresee_smooth_sliding(location, t, y) {
             return;
@@ -145,7 +235,7 @@ impl Regimes {
         // At a knot of the friction law the slow manifold has a step, which excites the fast modes a little.
         let ends_at = system.law.ends_at();
         let is_smooth = system.law.knots().iter().all(|knot| *knot >= ends_at);
-        if !self.follows_smooth_sliding || location.mode.sense() == 0 || !is_smooth {
+        if !self.steps.follows_smooth_sliding || location.mode.sense() == 0 || !is_smooth {
             return false;
         }
         let force = Bounds {
@@ -180,8 +270,9 @@ impl Regimes {
             // Within the lead to the instability a question would be answered the same way again.
             location.resolved = true;
         } else {
-            // At the start nothing rings.
-            let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved && t > 0.0;
+            // A slip that starts with its case does not ring, as far as that is left to the steps.
+            let rings = t > 0.0 || location.mode.sense() == 0 || self.steps.stride.is_some();
+            let excited = matches!(self.regime, Regime::Ask(_)) && location.resolved && rings;
             self.look_ahead(location, t, y, excited);
         }
     }

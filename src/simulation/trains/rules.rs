@@ -1,6 +1,6 @@
 //! What happens at the guards and time events of two trains.
 
-use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
+use super::dynamics::{GUARD_FORWARD, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watch, Watched};
 use super::plan::TrainPlan;
 use super::regime::Regimes;
 use super::series::TaylorEngine;
@@ -11,7 +11,6 @@ use crate::model::trains::system::Engagement;
 use crate::model::trains::{Kick, KickSide, Trains};
 use crate::model::{KickTime, Mode};
 use crate::record::EventKind;
-use crate::simulation::brake::Watch;
 use std::sync::Arc;
 
 /// The rules, with their memory.
@@ -90,6 +89,20 @@ impl TrainRules {
         // Nothing has excited the fast modes; the first question is asked at once.
         self.regimes = self.plan.regimes(self.end_time);
         location
+    }
+
+    /// Location of a run that begins at a time later than t = 0 in a closed contact: kicks up to it have been given, and so have
+    /// those that wait for a loss of stability.
+    pub fn location_at(&mut self, t: f64, y: &mut [f64]) -> TrainLocation {
+        self.next_kick = self.kicks.partition_point(|kick| kick.0 <= t);
+        self.waiting_kicks.clear();
+        self.departing = false;
+        self.regimes = self.plan.regimes(self.end_time);
+        let mut location = self.blank(t);
+        if self.dynamics.system.twice_resistance.is_some() {
+            location.watch = Watch::Stable;
+        }
+        self.in_contact(&location, t, y)
     }
 
     /// Separated at a time.
@@ -263,8 +276,7 @@ impl TrainRules {
             };
         }
         if let Some(regimes) = &mut self.regimes {
-            regimes.disturb(&after, t, &state);
-            regimes.look_ahead(&mut after, t, &state, location.resolved);
+            regimes.pass_corner(&mut after, t, &state, location.resolved);
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Corner),
@@ -313,6 +325,8 @@ impl TrainRules {
             if location.sign() * w > 0.0 {
                 self.plan_steps(&mut after, t, &state);
             }
+        } else {
+            self.plan_steps(&mut after, t, &state);
         }
         let mut transitions = vec![Transition {
             kind: Some(EventKind::Kick),
@@ -483,10 +497,9 @@ impl Rules<TrainDynamics> for TrainRules {
                 Watch::Unstable => margin > 0.0,
                 Watch::Off => false,
             };
-            let excited = location.resolved;
             if let Some(regimes) = &mut self.regimes {
-                regimes.disturb(&location, t, y);
-                regimes.look_ahead(&mut location, t, y, excited);
+                let resolved = location.resolved;
+                regimes.pass_corner(&mut location, t, y, resolved);
             }
             transitions.push(silent(location, y));
         }
@@ -511,13 +524,15 @@ impl Rules<TrainDynamics> for TrainRules {
         transitions
     }
 
-    fn outside(&self, location: &TrainLocation, _: &[f64]) -> Option<String> {
-        let law = &self.dynamics.system.law;
-        let slides = location.sense != 0;
-        (slides && law.ends_at().is_finite() && law.knots().len() <= location.piece).then(|| {
+    fn outside(&self, location: &TrainLocation, t: f64, y: &[f64]) -> Option<String> {
+        let system = &self.dynamics.system;
+        let (end, slides) = (system.law.ends_at(), location.sense != 0);
+        (slides && end.is_finite() && system.law.knots().len() <= location.piece).then(|| {
+            // A state that has just come to the end of the law is there by rounding.
+            let speed = system.relative_velocity(&self.dynamics.outside(location, t), y).abs();
             format!(
-                "the sliding speed has come to {:?} rad/s, up to which the friction law is valid",
-                law.ends_at()
+                "the sliding speed has come to {:.6} rad/s, and the friction law is valid below {end:?} rad/s",
+                speed.max(end)
             )
         })
     }

@@ -1,16 +1,22 @@
 //! What numbers of a case do to the events of its run: [`hybrid::Carried`](crate::hybrid::Carried) for trains.
 
-use super::dynamics::TrainDynamics;
+use super::dynamics::{TrainDynamics, TrainLocation};
 use super::plan::TrainPlan;
 use super::readings::TrainReadings;
 use super::rules::TrainRules;
 use super::start;
-use crate::hybrid::{Carried, CarryingRules, MovedCopy, RunError, Start};
+use crate::hybrid::{
+    Carried, CarryingRules, Measures, MovedCopy, MovedNumber, Passage, Replaced, RunError, Start, Transition,
+};
+use crate::model::Mode;
 use crate::model::trains::Trains;
-use crate::record::{EventDigest, Recorder};
+use crate::model::trains::slow_manifold::{Slip, has_slow_manifold, on_slow_manifold, slow_momenta};
+use crate::model::trains::system::{Outside, Side};
+use crate::record::{EventDigest, EventKind, Recorder};
 use crate::simulation::observer::Recording;
 use crate::simulation::readings::Readings as _;
 use crate::simulation::{Method, OutputOptions, Progress, RunFailure, RunReport, SolverOptions, automaton};
+use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -26,12 +32,103 @@ pub(crate) struct MovedTrains {
     pub bend: f64,
 }
 
+/// A number, moved.
+pub(crate) struct MovedCases {
+    /// The copies in which it is.
+    pub copies: Vec<MovedTrains>,
+    /// Its value, where its rounding counts.
+    pub rounded: Option<f64>,
+}
+
 /// What a run gives beside its events.
 pub(crate) struct Variation {
-    /// d(time)/d(number) of every event, a row of all numbers for each; NaN where the copies have another event.
-    pub times: Vec<Vec<f64>>,
+    /// What small changes do to each event; d(time)/d(number) is NaN where the copies have another event.
+    pub events: Vec<Passage>,
     /// Of each number, whether its copies begin in the mode of the run.
     pub alike: Vec<bool>,
+}
+
+/// Twists count by the frequencies of their inertias on their shafts; growth counts from each loss of stability on.
+struct Contact {
+    dynamics: Arc<TrainDynamics>,
+    weights: Vec<f64>,
+}
+
+impl Contact {
+    fn new(dynamics: &Arc<TrainDynamics>) -> Contact {
+        let system = &dynamics.system;
+        let mut weights = vec![1.0; system.mechanical()];
+        for side in [&system.rotor, &system.stator] {
+            for i in 0..side.shafts() {
+                weights[side.twists + 2 * i] = side.own_frequency(i);
+            }
+        }
+        Contact {
+            dynamics: dynamics.clone(),
+            weights,
+        }
+    }
+
+    fn rates_of_twists(&self) -> impl Iterator<Item = usize> {
+        let of = |side: &Side| (0..side.shafts()).map(|i| side.twists + 2 * i + 1).collect::<Vec<_>>();
+        let system = &self.dynamics.system;
+        of(&system.rotor).into_iter().chain(of(&system.stator))
+    }
+}
+
+impl Measures<TrainLocation, EventKind> for Contact {
+    fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    fn derives_apart(&self, location: &TrainLocation) -> bool {
+        location.mode == Mode::Stick
+    }
+
+    fn starts_growth(&self, kind: &EventKind) -> bool {
+        *kind == EventKind::Destabilised
+    }
+
+    /// A kick is added to the slow manifold, of which the momentum says where on it the state is.
+    fn replaced(
+        &self,
+        location: &TrainLocation,
+        t: f64,
+        y: &[f64],
+        transitions: &[Transition<EventKind, TrainLocation>],
+    ) -> Option<Replaced> {
+        let TrainDynamics { system, excitation, .. } = &*self.dynamics;
+        let kick = transitions.iter().find(|one| one.kind == Some(EventKind::Kick))?;
+        // A kick changes rates only.
+        let kept = self.rates_of_twists().all(|rate| kick.state[rate - 1] == y[rate - 1]);
+        if kept || location.mode.sense() == 0 || !has_slow_manifold(system) {
+            return None;
+        }
+        let pressing = excitation.line(location.stretch, t);
+        let slip = Slip::undriven(location.sign(), location.piece, &pressing);
+        let slow = on_slow_manifold(system, &slip, y);
+        let momentum = |k: usize| {
+            let mut unit = vec![0.0; system.dimension];
+            unit[k] = 1.0;
+            slow_momenta(system, &Outside::default(), &unit).iter().sum()
+        };
+        // Rounding is counted elsewhere.
+        let error = if slow.settled { Vec::new() } else { slow.error };
+        Some(Replaced {
+            error: error.into_iter().take(system.mechanical()).collect(),
+            kept: DVector::from_fn(system.mechanical(), |k, _| momentum(k)),
+        })
+    }
+}
+
+/// Whether two cases have the same equations, and differ in what happens in between at most.
+fn alike_between_events(one: &Trains, other: &Trains) -> bool {
+    let other = Trains {
+        kicks: one.kicks.clone(),
+        initial: one.initial.clone(),
+        ..other.clone()
+    };
+    *one == other
 }
 
 /// Runs the trains by `series`, into `recorder`, and gives what each of the numbers does.
@@ -40,7 +137,7 @@ pub(crate) struct Variation {
 /// Those of a run.
 pub(crate) fn variation(
     (trains, threshold): (&Trains, f64),
-    numbers: &[Vec<MovedTrains>],
+    numbers: &[MovedCases],
     solver: &SolverOptions,
     output: &OutputOptions,
     recorder: &mut dyn Recorder,
@@ -62,8 +159,12 @@ pub(crate) fn variation(
     let mut alike = vec![true; numbers.len()];
     let mut columns = Vec::with_capacity(numbers.len());
     for (moved, alike) in numbers.iter().zip(&mut alike) {
-        let mut copies = Vec::with_capacity(moved.len());
-        for moved in moved {
+        let mut copies = Vec::with_capacity(moved.copies.len());
+        let in_equations = moved
+            .copies
+            .iter()
+            .any(|copy| !alike_between_events(trains, &copy.trains));
+        for moved in &moved.copies {
             let (dynamics, rules, begins, start) = prepared(&moved.trains, moved.threshold);
             *alike &= begins.mode == location.mode;
             copies.push(MovedCopy {
@@ -74,15 +175,24 @@ pub(crate) fn variation(
                 start,
             });
         }
-        columns.push(copies);
+        columns.push(MovedNumber {
+            copies,
+            in_equations,
+            rounded: moved.rounded,
+        });
     }
-    let carried = Carried::new(dynamics.clone(), dynamics.system.mechanical(), output.end_time, columns);
+    let measures = Box::new(Contact::new(&dynamics));
+    let mechanical = dynamics.system.mechanical();
+    let carried = Carried::new(dynamics.clone(), measures, mechanical, output.end_time, columns);
     let carried = Arc::new(Mutex::new(carried));
     let mut rules = CarryingRules::new(rules.clone(), rules.resolving_all(), carried.clone());
-    let readings = TrainReadings { dynamics: &dynamics };
+    let readings = TrainReadings {
+        dynamics: &dynamics,
+        further: false,
+    };
     let channels = readings.channels(0.0, &location, &state);
     let energy = channels.energy_kinetic + channels.energy_elastic;
-    let recording = Recording::new(
+    let mut recording = Recording::new(
         readings,
         EventDigest::without_instability(),
         output,
@@ -90,6 +200,7 @@ pub(crate) fn variation(
         control,
         energy,
     );
+    recording.limit_wall_time(solver.max_wall_time);
     let start = Start {
         time: 0.0,
         location,
@@ -101,7 +212,7 @@ pub(crate) fn variation(
     drop(rules);
     let carried = Arc::into_inner(carried).map(|carried| carried.into_inner().unwrap_or_else(PoisonError::into_inner));
     Ok(Variation {
-        times: carried.map_or_else(Vec::new, Carried::into_times),
+        events: carried.map_or_else(Vec::new, Carried::into_passages),
         alike,
     })
 }
@@ -141,7 +252,10 @@ mod tests {
                     weight,
                     bend: 1.0,
                 });
-                columns.push(copies.collect());
+                columns.push(MovedCases {
+                    copies: copies.collect(),
+                    rounded: None,
+                });
             }
             let output = OutputOptions::at_the_ends(case.output.end_time);
             let found = variation(
@@ -167,7 +281,7 @@ mod tests {
             let mut compared = 0;
             for (column, number) in numbers.iter().enumerate() {
                 let size = number.value.abs();
-                if columns[column].len() < 2 || !found.alike[column] {
+                if columns[column].copies.len() < 2 || !found.alike[column] {
                     continue;
                 }
                 let difference = |width: f64| -> Vec<f64> {
@@ -176,8 +290,8 @@ mod tests {
                     pairs.map(|(a, b)| (a - b) / (2.0 * width * size)).collect()
                 };
                 let (wide, narrow) = (difference(1e-5), difference(1e-6));
-                assert_eq!(found.times.len(), narrow.len(), "{name} {}", number.path);
-                for (event, row) in found.times.iter().enumerate() {
+                assert_eq!(found.events.len(), narrow.len(), "{name} {}", number.path);
+                for (event, row) in found.events.iter().map(|event| &event.times).enumerate() {
                     let best = narrow[event] + (narrow[event] - wide[event]) / 99.0;
                     // Rounding of the times in the narrow difference.
                     let noise = 1e-8 * case.output.end_time / size;

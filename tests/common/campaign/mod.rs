@@ -9,8 +9,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use stickslip::Run;
 use stickslip::analysis::certificate::{Verdict, certify};
-use stickslip::analysis::exact::settle;
-use stickslip::case::{Case, CaseSource};
+use stickslip::analysis::exact::{LONGEST, settle};
+use stickslip::case::{AnyCase, Case, CaseSource};
 use stickslip::oracle::OracleEvent;
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 use stickslip::simulation::{Method, SolverOptions};
@@ -105,13 +105,13 @@ fn fill(drawn: &Drawn, outcome: &mut Outcome) -> Result<(), (Fate, String)> {
     let result = events_of(&case, &case.solver).map_err(failed)?;
     let certificate = certify(&case, &result, &|| false).map_err(|error| failed(error.to_string()))?;
     outcome.fate = Fate::Certified(certificate.verdict.name());
-    let exact = Case::exact_parameters(&source, &overrides).map_err(|error| failed(error.to_string()))?;
+    let exact = AnyCase::exact(&source, &overrides).map_err(|error| failed(error.to_string()))?;
     let solution = settle(
         &mut certificate.clone(),
         &case,
         &exact,
         &result.events,
-        DIGITS,
+        (DIGITS, LONGEST),
         &|| false,
         &mut |_| {},
     );

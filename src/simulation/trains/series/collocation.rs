@@ -1,12 +1,11 @@
 //! Radau steps.
 
-use super::{Last, TaylorEngine};
+use super::{Last, STAGES, STEP_NOISE, TaylorEngine, tableau};
 use crate::friction::Law;
 use crate::hybrid::{Advance, Dynamics, EngineError, Fired};
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::radau::{Attempt, Radau, StiffProblem};
 use crate::numerics::taylor;
-use crate::simulation::semi_analytic::{STAGES, STEP_NOISE, tableau};
 use crate::simulation::trains::dynamics::{TrainDynamics, TrainLocation, Watched};
 use nalgebra::{DMatrixViewMut, SMatrix, SVector};
 use std::sync::OnceLock;

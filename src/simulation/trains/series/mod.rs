@@ -15,8 +15,9 @@
 
 mod collocation;
 
-use super::dynamics::{GUARD_STOPPING, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watched};
+use super::dynamics::{GUARD_STOPPING, TrainDynamics, TrainLocation, VELOCITY_NOISE, Watch, Watched};
 use super::expansion::{Expansion, Series, TERMS};
+use super::regime::LARGEST_TIME_SCALE_RATIO;
 use crate::friction::Law;
 use crate::hybrid::{Advance, ChosenSolver, Dynamics, Engine, EngineError, Fired, Segment};
 use crate::model::Mode;
@@ -24,18 +25,35 @@ use crate::model::trains::slow_manifold::{Slip, SlowSeries, has_slow_manifold, s
 use crate::model::trains::system::Outside;
 use crate::numerics::polynomial_roots::first_falling;
 use crate::numerics::radau::{Radau, Step, Work};
+use crate::numerics::radau_tableau::RadauTableau;
 use crate::numerics::taylor;
-use crate::simulation::brake::Watch;
-use crate::simulation::rules::LARGEST_TIME_SCALE_RATIO;
-use crate::simulation::semi_analytic::{
-    FORCE_NOISE, MARGIN_NOISE, SHORTEST_SLOW, SLOW_ORDER, STAGES, STEP_NOISE, tableau, with_work_of,
-};
 use crate::sundials::Counters;
 use std::f64::consts::TAU;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+
+/// Stages of Radau IIA: order 13.
+const STAGES: usize = 7;
+
+/// Share of c_t within which the stability margin counts as zero where a segment begins. The root that began it was
+/// located to 1e-14 s or better.
+const MARGIN_NOISE: f64 = 1e-9;
+
+/// The same for the contact force: a share of the parts that it is the sum of. Without c_t the zero of the force, where the
+/// contact closes, is the margin's.
+const FORCE_NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// What counts as zero of its rate: a share of the torques that accelerate the surfaces.
 const DEPARTURE_NOISE: f64 = 1e-9;
+
+/// What a Radau step may leave beside the slow manifold, over what is tolerated of its error; a perturbation that means
+/// anything is larger by as much again.
+const STEP_NOISE: f64 = 1e3;
+
+/// The last coefficient of a series along the slow manifold that is to be trusted.
+const SLOW_ORDER: usize = TERMS - 4;
+
+/// Shortest step along the slow manifold, in natural periods: below it there is none to speak of.
+const SHORTEST_SLOW: f64 = 2.0;
 
 /// Coefficients by which the size of a quantity is judged that may start at zero.
 const LEADING: usize = 6;
@@ -89,6 +107,24 @@ pub(super) struct TaylorEngine {
     whole: Step<STAGES>,
     stage: Vec<f64>,
     end: Vec<f64>,
+}
+
+fn tableau() -> &'static Arc<RadauTableau<STAGES>> {
+    static TABLEAU: OnceLock<Arc<RadauTableau<STAGES>>> = OnceLock::new();
+    TABLEAU.get_or_init(|| Arc::new(RadauTableau::new()))
+}
+
+/// Counters of Taylor steps with the work of Radau steps since it was `before`.
+fn with_work_of(counters: Counters, work: Work, before: Work) -> Counters {
+    let jacobians = work.jacobian_evaluations - before.jacobian_evaluations;
+    Counters {
+        rhs_evaluations: counters.rhs_evaluations + work.rhs_evaluations - before.rhs_evaluations,
+        jacobian_evaluations: jacobians,
+        linear_solver_setups: jacobians,
+        nonlinear_iterations: work.iterations - before.iterations,
+        nonlinear_convergence_failures: work.convergence_failures - before.convergence_failures,
+        ..counters
+    }
 }
 
 impl TaylorEngine {

@@ -13,9 +13,7 @@
 //! The first two kinds of rounding are the same in every segment, and are added by their size. Those of states and of the
 //! clock are as many as there are events and have no preferred sign: their squares are added.
 
-use super::equations::Dynamic;
-use crate::model::state::DYNAMIC;
-use nalgebra::SMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Half a unit in the last place of 1.
 const HALF_UNIT: f64 = f64::EPSILON / 2.0;
@@ -35,17 +33,17 @@ pub(super) struct Rounded {
     pub value: f64,
     /// In all.
     pub everywhere: f64,
-    /// By the equations of stick.
-    pub in_stick: f64,
+    /// By the equations whose constants are derived apart.
+    pub apart: f64,
     /// Whether the equations have it in constants of theirs; else it is used as it is.
     pub in_equations: bool,
 }
 
 /// The variances of what rounding has done so far, one rounding to a number counting as uniform within half a unit.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Rounding {
     /// Of the state, at the last event.
-    state: SMatrix<f64, DYNAMIC, DYNAMIC>,
+    state: DMatrix<f64>,
     /// Of the clock, s^2.
     clock: f64,
 }
@@ -56,46 +54,60 @@ fn variance(size: f64) -> f64 {
 }
 
 impl Rounding {
+    /// Of so many components, before the first rounding.
+    pub fn new(components: usize) -> Rounding {
+        Rounding {
+            state: DMatrix::zeros(components, components),
+            clock: 0.0,
+        }
+    }
+
+    fn add_variances(&mut self, of: impl Iterator<Item = f64>) {
+        for (k, variance) in of.take(self.state.nrows()).enumerate() {
+            self.state[(k, k)] += variance;
+        }
+    }
+
     /// Takes the roundings to where unit deviations have become `since`, and rounds the state `y` there.
-    pub fn state(&mut self, since: &SMatrix<f64, DYNAMIC, DYNAMIC>, y: &Dynamic) {
-        let fresh = y.map(|size| ROUNDINGS_OF_STATE * variance(size));
-        self.state = since * self.state * since.transpose() + SMatrix::from_diagonal(&fresh);
+    pub fn state(&mut self, since: &DMatrix<f64>, y: &[f64]) {
+        self.state = since * &self.state * since.transpose();
+        self.add_variances(y.iter().map(|size| ROUNDINGS_OF_STATE * variance(*size)));
     }
 
     /// Each component is off by so much besides.
-    pub fn add(&mut self, error: &Dynamic) {
-        self.state += SMatrix::from_diagonal(&error.map(|size| size * size));
+    pub fn add(&mut self, error: &[f64]) {
+        self.add_variances(error.iter().map(|size| size * size));
     }
 
     /// The clock reads `t` (s) at an event that the state sets off: a sum.
-    pub(crate) fn read_clock(&mut self, t: f64) {
+    pub fn read_clock(&mut self, t: f64) {
         self.clock += variance(t);
     }
 
     /// The clock is at a time of the case. What it was off by, the state is off by along the flow.
-    pub(crate) fn set_clock(&mut self, flow: &Dynamic) {
+    pub fn set_clock(&mut self, flow: &DVector<f64>) {
         self.state += flow * flow.transpose() * self.clock;
         self.clock = 0.0;
     }
 
     /// How far an event can be off, s. It moves by `shift` with the components of the state at the last event.
-    pub(crate) fn of_event(&self, shift: &Dynamic, numbers: impl Iterator<Item = Rounded>) -> f64 {
+    pub fn of_event(&self, shift: &DVector<f64>, numbers: impl Iterator<Item = Rounded>) -> f64 {
         let given: f64 = numbers
             .map(|number| {
                 let Rounded {
                     value,
                     everywhere,
-                    in_stick,
+                    apart,
                     in_equations,
                 } = number;
                 let derived = if in_equations { ROUNDINGS_OF_CONSTANT } else { 0.0 };
-                let apart = in_stick.abs() + (everywhere - in_stick).abs();
-                (everywhere.abs() + derived * apart) * value.abs() * HALF_UNIT
+                let on_their_own = apart.abs() + (everywhere - apart).abs();
+                (everywhere.abs() + derived * on_their_own) * value.abs() * HALF_UNIT
             })
-            // The rise time of a step is no number that an event could be differentiated by.
+            // Some numbers are none that an event could be differentiated by, such as the rise time of a step.
             .filter(|moved| moved.is_finite())
             .sum();
-        let states = (shift.transpose() * self.state * shift)[0].max(0.0);
+        let states = (shift.transpose() * &self.state * shift)[0].max(0.0);
         given + DEVIATIONS * (states + self.clock).sqrt()
     }
 }
