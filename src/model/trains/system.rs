@@ -55,6 +55,9 @@ pub struct Side {
     pub viscous: Vec<f64>,
     /// The inertia that an external torque acts on.
     pub torque_on: Option<usize>,
+    /// Whether the external torque acts on inertia i. The equations ask this: compared with `Some(i)`, the index of `None` is
+    /// read before it is known to be there, as memory checkers report.
+    takes_torque: Vec<bool>,
     /// The state holds twist i at `twists + 2 i` and its rate behind it.
     pub twists: usize,
     /// Where the speed of the outermost inertia is; `None` for a tied train.
@@ -74,13 +77,15 @@ impl Side {
     fn new(train: &Train, sign: f64, offset: usize) -> Side {
         let shafts = train.shafts();
         let free = matches!(train.end, End::Free);
+        let torque_on = train.torque.as_ref().map(|torque| torque.on);
         Side {
             sign,
             inertia: train.inertia.clone(),
             stiffness: train.stiffness.clone(),
             damping: train.damping.clone(),
             viscous: train.viscous.clone(),
-            torque_on: train.torque.as_ref().map(|torque| torque.on),
+            torque_on,
+            takes_torque: (0..train.inertia.len()).map(|i| torque_on == Some(i)).collect(),
             twists: offset,
             speed: free.then_some(offset + 2 * shafts),
         }
@@ -166,7 +171,7 @@ impl Side {
 
     #[inline]
     fn own_torque(&self, i: usize, speed: f64, driving: &Driving) -> f64 {
-        let external = if self.torque_on == Some(i) { driving.torque } else { 0.0 };
+        let external = if self.takes_torque[i] { driving.torque } else { 0.0 };
         external - self.viscous[i] * speed
     }
 
@@ -216,7 +221,7 @@ impl Side {
             } else if let Some(index) = self.speed {
                 dydt[index] = acceleration;
             }
-            if self.torque_on == Some(i) {
+            if self.takes_torque[i] {
                 work += driving.torque * speed;
             }
             loss += self.viscous[i] * speed * speed;
