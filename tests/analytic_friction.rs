@@ -93,15 +93,15 @@ fn series_are_the_law(law: &impl Law, x: [f64; 3]) -> Result<(), TestCaseError> 
         let mut speed = [0.0; TERMS];
         speed[..3].copy_from_slice(&x);
         let unit = if by_rates { -0.25 } else { 1.0 };
-        series.start(&x[0], &unit);
+        series.start(x[0], unit);
         for n in 1..TERMS {
             if by_rates {
-                series.extend(n, &(n as f64 * speed[n] / unit), &(1.0 / n as f64));
+                series.extend(n, n as f64 * speed[n] / unit, 1.0 / n as f64);
             } else {
                 series.extend_from(n, &speed);
             }
         }
-        let factors = series.factors(&1.0, &1.0);
+        let factors = series.factors(1.0, 1.0);
         let force: [f64; TERMS] = std::array::from_fn(|n| [3.0, 0.5].get(n).copied().unwrap_or(0.0));
         let mut mu: [f64; TERMS] = std::array::from_fn(|n| factors.shape * series.shape(n));
         mu[0] += factors.constant;
@@ -109,7 +109,7 @@ fn series_are_the_law(law: &impl Law, x: [f64; 3]) -> Result<(), TestCaseError> 
         let pressed: [f64; TERMS] = std::array::from_fn(|n| factors.shape * series.pressed(&force, n, 1).shape);
         let pressed_slope: [f64; TERMS] = std::array::from_fn(|n| factors.slope * series.pressed(&force, n, 1).slope);
         for t in grid(-end, end, 20) {
-            let (value, rate) = law.coefficient_and_slope(taylor::value(&speed, &t));
+            let (value, rate) = law.coefficient_and_slope(taylor::value(&speed, t));
             let force = 3.0 + 0.5 * t;
             for (coefficients, expected, scale) in [
                 (&mu, value, mu_scale),
@@ -118,7 +118,7 @@ fn series_are_the_law(law: &impl Law, x: [f64; 3]) -> Result<(), TestCaseError> 
                 (&pressed_slope, rate * force, 4.0 * slope_scale),
             ] {
                 let term = |n: usize| (coefficients[n] * t.powi(n as i32)).abs();
-                let error = (taylor::value(coefficients, &t) - expected).abs();
+                let error = (taylor::value(coefficients, t) - expected).abs();
                 let last: f64 = (TERMS - 4..TERMS).map(term).sum();
                 let allowed = 4.0 * last + 1e-12 * (scale + expected.abs());
                 prop_assert!(error < allowed, "{t}: {error:e} over {allowed:e}");
@@ -154,9 +154,9 @@ proptest! {
         prop_assert!(!law.falls() && law.damping_zeros(20.0, 100.0).is_empty());
         prop_assert_eq!(law.damped_from(20.0, 100.0), 0.0);
         let mut series = law.series::<f64, TERMS>();
-        series.start(&x, &1.0);
-        series.extend(1, &x, &1.0);
-        let factors = series.factors(&2.0, &2.0);
+        series.start(x, 1.0);
+        series.extend(1, x, 1.0);
+        let factors = series.factors(2.0, 2.0);
         let pressed = series.pressed(&[3.0; TERMS], 1, 1);
         prop_assert_eq!((factors.constant, factors.slope * pressed.slope), (2.0 * kinetic, 0.0));
         prop_assert_eq!(factors.shape * series.shape(0) + factors.shape * pressed.shape, 0.0);
@@ -280,18 +280,18 @@ proptest! {
             let mut series = law.series::<f64, TERMS>();
             let mut motion = [0.0; TERMS];
             motion[..3].copy_from_slice(&x);
-            series.start(&x[0], &1.0);
+            series.start(x[0], 1.0);
             for n in 1..TERMS {
                 series.extend_from(n, &motion);
             }
-            let factors = series.factors(&1.0, &1.0);
+            let factors = series.factors(1.0, 1.0);
             let of_mu: [f64; TERMS] = std::array::from_fn(|n| factors.shape * series.shape(n));
             let of_slope: [f64; TERMS] = std::array::from_fn(|n| factors.slope * series.slope_shape(n));
             for t in [-1.0, -0.3, 0.5, 1.0] {
-                let (value, slope) = law.coefficient_and_slope(taylor::value(&motion, &t));
-                let found = factors.constant + taylor::value(&of_mu, &t);
+                let (value, slope) = law.coefficient_and_slope(taylor::value(&motion, t));
+                let found = factors.constant + taylor::value(&of_mu, t);
                 prop_assert!((found - value).abs() < 1e-13, "{found} {value}");
-                prop_assert!((taylor::value(&of_slope, &t) - slope).abs() < 1e-13 / width);
+                prop_assert!((taylor::value(&of_slope, t) - slope).abs() < 1e-13 / width);
             }
         }
         // The curve itself has a slope without jumps.

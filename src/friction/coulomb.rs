@@ -73,19 +73,19 @@ pub struct CoulombSeries<T> {
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for CoulombSeries<T> {
-    fn factors(&self, of_coefficient: &T, _: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, _: T) -> Factors<T> {
         Factors {
-            constant: of_coefficient.clone() * self.kinetic.clone(),
+            constant: of_coefficient * self.kinetic,
             shape: T::of(0.0),
             slope: T::of(0.0),
         }
     }
 
     #[inline]
-    fn start(&mut self, _: &T, _: &T) {}
+    fn start(&mut self, _: T, _: T) {}
 
     #[inline]
-    fn extend(&mut self, _: usize, _: &T, _: &T) {}
+    fn extend(&mut self, _: usize, _: T, _: T) {}
 
     #[inline]
     fn shape(&self, _: usize) -> T {

@@ -117,19 +117,15 @@ impl<T: Number, const N: usize> CubicSeries<T, N> {
     /// Coefficients n of everything from that of d.
     #[inline]
     fn complete(&mut self, n: usize, distance: T) {
-        self.distance.set(n, distance.clone());
+        self.distance.set(n, distance);
         self.plain[n] = distance;
         self.square[n] = self.distance.product(&self.plain, n, 0, n);
         let cube = self.distance.product(&self.square, n, 0, n);
-        let [a, b, c, e] = &self.coefficients;
-        let (d, square) = (self.plain[n].clone(), self.square[n].clone());
-        let value = b.clone() * d.clone() + c.clone() * square.clone() + e.clone() * cube;
-        let slope = T::of(2.0) * c.clone() * d + T::of(3.0) * e.clone() * square;
-        let (value, slope) = if n == 0 {
-            (a.clone() + value, b.clone() + slope)
-        } else {
-            (value, slope)
-        };
+        let [a, b, c, e] = self.coefficients;
+        let (d, square) = (self.plain[n], self.square[n]);
+        let value = b * d + c * square + e * cube;
+        let slope = T::of(2.0) * c * d + T::of(3.0) * e * square;
+        let (value, slope) = if n == 0 { (a + value, b + slope) } else { (value, slope) };
         self.coefficient.set(n, value);
         self.slope.set(n, slope);
     }
@@ -137,25 +133,25 @@ impl<T: Number, const N: usize> CubicSeries<T, N> {
 
 impl<T: Number, const N: usize> LawSeries<T, N> for CubicSeries<T, N> {
     #[inline]
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
             constant: T::of(0.0),
-            shape: of_coefficient.clone(),
-            slope: of_slope.clone(),
+            shape: of_coefficient,
+            slope: of_slope,
         }
     }
 
     #[inline]
-    fn start(&mut self, x: &T, unit: &T) {
-        self.unit = unit.clone();
+    fn start(&mut self, x: T, unit: T) {
+        self.unit = unit;
         // What stands there from another motion may not be finite.
         (self.plain, self.square) = (zeros(), zeros());
-        self.complete(0, x.clone() - self.origin.clone());
+        self.complete(0, x - self.origin);
     }
 
     #[inline]
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
-        self.complete(n, self.unit.clone() * rate.clone() * reciprocal.clone());
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
+        self.complete(n, self.unit * rate * reciprocal);
     }
 
     #[inline]

@@ -132,7 +132,7 @@ impl Law for Exponential {
     fn series<T: Number, const N: usize>(&self) -> ExponentialSeries<T, N> {
         let (low, high) = (T::of(self.low_speed), T::of(self.high_speed));
         ExponentialSeries {
-            friction_drop: low - high.clone(),
+            friction_drop: low - high,
             high_speed: high,
             decay: T::of(self.decay),
             step: T::of(0.0),
@@ -158,26 +158,26 @@ pub struct ExponentialSeries<T, const N: usize> {
 
 impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
     #[inline]
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
-            constant: of_coefficient.clone() * self.high_speed.clone(),
-            shape: of_coefficient.clone() * self.friction_drop.clone(),
-            slope: -(of_slope.clone() * self.decay.clone() * self.friction_drop.clone()),
+            constant: of_coefficient * self.high_speed,
+            shape: of_coefficient * self.friction_drop,
+            slope: -(of_slope * self.decay * self.friction_drop),
         }
     }
 
     #[inline]
-    fn start(&mut self, x: &T, unit: &T) {
-        self.step = -(self.decay.clone() * unit.clone());
+    fn start(&mut self, x: T, unit: T) {
+        self.step = -(self.decay * unit);
         // What stands there from another motion may not be finite.
         self.exponent_rate = zeros();
-        let exponent = -(self.decay.clone() * x.clone());
+        let exponent = -(self.decay * x);
         self.exponential.set(0, exponent.exp());
     }
 
     #[inline]
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
-        self.exponent_rate[n] = self.step.clone() * rate.clone();
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
+        self.exponent_rate[n] = self.step * rate;
         self.exponential.exponential(&self.exponent_rate, n, reciprocal);
     }
 
@@ -185,7 +185,7 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
     #[inline]
     fn extend_from(&mut self, n: usize, x: &[T; N]) {
         let sum = (1..=n).fold(T::of(0.0), |sum, k| {
-            let rate = -self.decay.clone() * T::of(k as f64) * x[k].clone();
+            let rate = -self.decay * T::of(k as f64) * x[k];
             sum + rate * self.exponential.get(n - k)
         });
         self.exponential.set(n, sum / T::of(n as f64));
@@ -204,9 +204,6 @@ impl<T: Number, const N: usize> LawSeries<T, N> for ExponentialSeries<T, N> {
     #[inline]
     fn pressed(&self, force: &[T; N], n: usize, degree: usize) -> Pressed<T> {
         let shape = pressed_product(&self.exponential, force, n, degree);
-        Pressed {
-            slope: shape.clone(),
-            shape,
-        }
+        Pressed { slope: shape, shape }
     }
 }

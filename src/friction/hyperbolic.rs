@@ -127,7 +127,7 @@ impl Law for Hyperbolic {
     fn series<T: Number, const N: usize>(&self) -> HyperbolicSeries<T, N> {
         let (low, high) = (T::of(self.low_speed), T::of(self.high_speed));
         HyperbolicSeries {
-            friction_drop: low - high.clone(),
+            friction_drop: low - high,
             high_speed: high,
             scale: T::of(self.scale),
             step: T::of(0.0),
@@ -159,30 +159,30 @@ pub struct HyperbolicSeries<T, const N: usize> {
 
 impl<T: Number, const N: usize> LawSeries<T, N> for HyperbolicSeries<T, N> {
     #[inline]
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
-            constant: of_coefficient.clone() * self.high_speed.clone(),
-            shape: of_coefficient.clone() * self.friction_drop.clone(),
-            slope: -(of_slope.clone() * self.friction_drop.clone() / self.scale.clone()),
+            constant: of_coefficient * self.high_speed,
+            shape: of_coefficient * self.friction_drop,
+            slope: -(of_slope * self.friction_drop / self.scale),
         }
     }
 
     #[inline]
-    fn start(&mut self, x: &T, unit: &T) {
-        self.step = unit.clone() / self.scale.clone();
+    fn start(&mut self, x: T, unit: T) {
+        self.step = unit / self.scale;
         // What stands there from another motion may not be finite.
         (self.ratio, self.plain) = (zeros(), zeros());
-        let shape = T::of(1.0) / (T::of(1.0) + x.clone() / self.scale.clone());
-        self.plain[0] = shape.clone();
-        self.square.set(0, shape.clone() * shape.clone());
+        let shape = T::of(1.0) / (T::of(1.0) + x / self.scale);
+        self.plain[0] = shape;
+        self.square.set(0, shape * shape);
         self.shape.set(0, shape);
     }
 
     #[inline]
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
-        self.ratio[n] = self.step.clone() * rate.clone() * reciprocal.clone();
-        let next = -(self.plain[0].clone() * self.shape.product(&self.ratio, n, 1, n));
-        self.shape.set(n, next.clone());
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
+        self.ratio[n] = self.step * rate * reciprocal;
+        let next = -(self.plain[0] * self.shape.product(&self.ratio, n, 1, n));
+        self.shape.set(n, next);
         self.plain[n] = next;
         let square = self.shape.product(&self.plain, n, 0, n);
         self.square.set(n, square);

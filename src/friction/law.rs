@@ -119,19 +119,19 @@ pub trait Law {
 /// coefficients are what takes the work, and the [`Factors`] may take those of the caller in.
 pub trait LawSeries<T: Number, const N: usize> {
     /// The factors of the law, times `of_coefficient` those of mu and times `of_slope` that of mu'.
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T>;
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T>;
 
     /// Makes coefficients 0 known, of a motion at the speed `x` now. The rates that follow are in multiples of `unit`.
-    fn start(&mut self, x: &T, unit: &T);
+    fn start(&mut self, x: T, unit: T);
 
     /// Makes coefficients `n` >= 1 known, when those up to n - 1 are. `rate` times the unit of [`Self::start`] is
     /// coefficient n - 1 of x', or n times coefficient n of x; `reciprocal` is 1/n.
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T);
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T);
 
     /// The same from the coefficients of x up to n, where the unit of [`Self::start`] is 1.
     fn extend_from(&mut self, n: usize, x: &[T; N]) {
         let order = T::of(n as f64);
-        self.extend(n, &(order.clone() * x[n].clone()), &(T::of(1.0) / order));
+        self.extend(n, order * x[n], T::of(1.0) / order);
     }
 
     /// Coefficient `n` of the shape of mu, once known.
@@ -200,11 +200,11 @@ pub fn pressed_product<T: Number, const N: usize>(
     n: usize,
     degree: usize,
 ) -> T {
-    let newest = force[0].clone() * shape.get(n);
+    let newest = force[0] * shape.get(n);
     match degree.min(n) {
         0 => newest,
         // A straight line, as F_n is once the axial motion has died away.
-        1 => force[1].clone() * shape.get(n - 1) + newest,
+        1 => force[1] * shape.get(n - 1) + newest,
         _ => shape.product(force, n, 1, degree) + newest,
     }
 }

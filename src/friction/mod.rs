@@ -273,17 +273,17 @@ impl Law for FrictionLaw {
 
 impl<T: Number, const N: usize> LawSeries<T, N> for FrictionSeries<T, N> {
     #[inline]
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         of_series!(self, series => LawSeries::<T, N>::factors(series, of_coefficient, of_slope))
     }
 
     #[inline]
-    fn start(&mut self, x: &T, unit: &T) {
+    fn start(&mut self, x: T, unit: T) {
         of_series!(self, series => LawSeries::<T, N>::start(series, x, unit));
     }
 
     #[inline(always)]
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         of_series!(self, series => LawSeries::<T, N>::extend(series, n, rate, reciprocal));
     }
 

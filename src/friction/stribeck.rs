@@ -264,11 +264,11 @@ impl Law for Stribeck {
         let scale = T::of(self.scale);
         StribeckSeries {
             high_speed: T::of(self.high_speed),
-            slope_factor: -(drop.clone() * T::of(self.exponent) / scale.clone()),
+            slope_factor: -(drop * T::of(self.exponent) / scale),
             friction_drop: drop,
             viscous: T::of(self.viscous),
             // mu_v x = mu_v x_s u
-            viscous_share: T::of(self.viscous) * scale.clone(),
+            viscous_share: T::of(self.viscous) * scale,
             per_scale: T::of(1.0) / scale,
             step: T::of(0.0),
             power: self.power(),
@@ -310,7 +310,7 @@ impl<T: Number, const N: usize> StribeckSeries<T, N> {
     /// Coefficients n of the powers of u, once that of u is known.
     #[inline]
     fn raise(&mut self, n: usize, of_ratio: T) {
-        self.ratio.set(n, of_ratio.clone());
+        self.ratio.set(n, of_ratio);
         self.powers[0][n] = of_ratio;
         for k in 1..self.power {
             self.powers[k][n] = self.ratio.product(&self.powers[k - 1], n, 0, n);
@@ -321,50 +321,42 @@ impl<T: Number, const N: usize> StribeckSeries<T, N> {
     #[inline]
     fn complete(&mut self, n: usize) {
         let exponential = self.exponential.get(n);
-        let rise = self.viscous_share.clone() * self.powers[0][n].clone();
-        self.coefficient
-            .set(n, self.friction_drop.clone() * exponential.clone() + rise);
+        let rise = self.viscous_share * self.powers[0][n];
+        self.coefficient.set(n, self.friction_drop * exponential + rise);
         let falling = match self.power {
             1 => exponential,
             power => self.exponential.product(&self.powers[power - 2], n, 0, n),
         };
-        let falling = self.slope_factor.clone() * falling;
-        self.slope.set(
-            n,
-            if n == 0 {
-                falling + self.viscous.clone()
-            } else {
-                falling
-            },
-        );
+        let falling = self.slope_factor * falling;
+        self.slope.set(n, if n == 0 { falling + self.viscous } else { falling });
     }
 }
 
 impl<T: Number, const N: usize> LawSeries<T, N> for StribeckSeries<T, N> {
     #[inline]
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         Factors {
-            constant: of_coefficient.clone() * self.high_speed.clone(),
-            shape: of_coefficient.clone(),
-            slope: of_slope.clone(),
+            constant: of_coefficient * self.high_speed,
+            shape: of_coefficient,
+            slope: of_slope,
         }
     }
 
     #[inline]
-    fn start(&mut self, x: &T, unit: &T) {
-        self.step = unit.clone() * self.per_scale.clone();
+    fn start(&mut self, x: T, unit: T) {
+        self.step = unit * self.per_scale;
         // What stands there from another motion may not be finite.
         self.powers = std::array::from_fn(|_| zeros());
         self.exponent_rate = zeros();
-        self.raise(0, x.clone() * self.per_scale.clone());
-        self.exponential.set(0, (-self.powers[self.power - 1][0].clone()).exp());
+        self.raise(0, x * self.per_scale);
+        self.exponential.set(0, (-self.powers[self.power - 1][0]).exp());
         self.complete(0);
     }
 
     #[inline]
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
-        self.raise(n, self.step.clone() * rate.clone() * reciprocal.clone());
-        self.exponent_rate[n] = -(T::of(n as f64) * self.powers[self.power - 1][n].clone());
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
+        self.raise(n, self.step * rate * reciprocal);
+        self.exponent_rate[n] = -(T::of(n as f64) * self.powers[self.power - 1][n]);
         self.exponential.exponential(&self.exponent_rate, n, reciprocal);
         self.complete(n);
     }

@@ -392,19 +392,19 @@ pub struct TableSeries<T, const N: usize> {
 
 impl<T: Number, const N: usize> LawSeries<T, N> for TableSeries<T, N> {
     #[inline]
-    fn factors(&self, of_coefficient: &T, of_slope: &T) -> Factors<T> {
+    fn factors(&self, of_coefficient: T, of_slope: T) -> Factors<T> {
         self.series.factors(of_coefficient, of_slope)
     }
 
     #[inline]
-    fn start(&mut self, x: &T, unit: &T) {
-        let piece = self.knots.partition_point(|knot| knot < x);
+    fn start(&mut self, x: T, unit: T) {
+        let piece = self.knots.partition_point(|knot| *knot < x);
         self.series.follow(&self.pieces[piece]);
         self.series.start(x, unit);
     }
 
     #[inline]
-    fn extend(&mut self, n: usize, rate: &T, reciprocal: &T) {
+    fn extend(&mut self, n: usize, rate: T, reciprocal: T) {
         self.series.extend(n, rate, reciprocal);
     }
 

@@ -9,6 +9,7 @@ use super::bounds::positive_for;
 use super::breakaway::Bounded;
 use super::oscillator::DampedOscillator;
 use super::{Axial, Parameters};
+use crate::numerics::Number;
 use crate::signal::{self, Pieces, Signal};
 
 /// Two happenings closer than this (s) count as one instant: far below the spacing of the doubles that hold their times,
@@ -73,11 +74,46 @@ impl ContactChange {
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxialMotion {
     axial: Axial,
-    oscillator: DampedOscillator,
+    ringing: Ringing,
     /// F(t), N.
     pub force: Pieces,
     /// The motion on each of its stretches.
     pieces: Vec<Piece>,
+}
+
+/// What the free part of the motion adds to F in the pressing force, in any type of [`Number`].
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Ringing<T = f64> {
+    oscillator: DampedOscillator<T>,
+    /// m h'' (N) and m h''' (N/s) at the start of each stretch of F. From one stretch to the next they are carried on as they are,
+    /// not found anew from z: what is left of them after a rest decides when the contact closes, and beside z it would be rounding.
+    starts: Vec<(T, T)>,
+}
+
+impl<T: Number> Ringing<T> {
+    fn new(axial: &Axial, force: &Pieces) -> Self {
+        let [mass, damping, stiffness] = [axial.mass, axial.damping, axial.stiffness].map(T::of);
+        let oscillator = DampedOscillator::new(mass, damping, stiffness);
+        let mut starts: Vec<(T, T)> = Vec::with_capacity(force.all().len());
+        let mut before: Option<&signal::Piece> = None;
+        for piece in force.all() {
+            let slope = T::of(piece.slope);
+            starts.push(match (before, starts.last()) {
+                (Some(before), Some(&(q, rate))) => {
+                    let (q, rate) = oscillator.advance(q, rate, T::of(before.end) - T::of(before.start));
+                    // The rate takes up the change of slope.
+                    (q, rate - (slope - T::of(before.slope)))
+                }
+                // From rest at t = 0, where the pressing force is zero and its rate c_a F / m.
+                _ => {
+                    let value = T::of(piece.value);
+                    (-value, damping * value / mass - slope)
+                }
+            });
+            before = Some(piece);
+        }
+        Ringing { oscillator, starts }
+    }
 }
 
 /// One stretch of linear F(t).
@@ -90,9 +126,7 @@ struct Piece {
     drift: f64,
     /// Free part h at `start`: displacement and velocity.
     free: (f64, f64),
-    /// m h'' and m h''' at `start`: what the free part adds to F in the pressing force. From one stretch to the next it is
-    /// carried on as it is, not found anew from z: what is left of it after a rest decides when the contact closes, and
-    /// beside z it would be rounding.
+    /// That of [`Ringing`] at `start`.
     ringing: (f64, f64),
     /// After this the free part is below the rounding of the rest.
     silent_after: f64,
@@ -135,17 +169,17 @@ impl Parameters {
 impl AxialMotion {
     /// The motion under F(t), from rest at t = 0.
     pub fn new(axial: &Axial, force: &Signal) -> Self {
-        let oscillator = DampedOscillator::new(axial.mass, axial.damping, axial.stiffness);
+        let force = force.pieces();
         let mut motion = AxialMotion {
             axial: *axial,
-            oscillator,
-            force: force.pieces(),
+            ringing: Ringing::new(axial, &force),
             pieces: Vec::new(),
+            force,
         };
-        for &force in motion.force.all() {
+        for (&force, &ringing) in motion.force.all().iter().zip(&motion.ringing.starts) {
             let piece = match motion.pieces.last() {
-                None => motion.first_piece(force),
-                Some(last) => motion.next_piece(last, force),
+                None => motion.first_piece(force, ringing),
+                Some(last) => motion.next_piece(last, force, ringing),
             };
             motion.pieces.push(piece);
         }
@@ -160,26 +194,21 @@ impl AxialMotion {
         motion
     }
 
-    /// From rest at t = 0, where the pressing force is zero and its rate c_a F / m.
-    fn first_piece(&self, force: signal::Piece) -> Piece {
-        let Axial { mass, damping, .. } = self.axial;
+    /// From rest at t = 0.
+    fn first_piece(&self, force: signal::Piece, ringing: (f64, f64)) -> Piece {
         let (drift, offset) = self.particular(&force);
-        let ringing = (-force.value, damping * force.value / mass - force.slope);
         self.piece(force, (-offset, -drift), ringing, (0.0, 0.0))
     }
 
-    /// Where F turns, z, z', the pressing force and its rate go on. So does the ringing in the force; its rate takes up
-    /// the change of slope. No difference of large numbers is taken.
-    fn next_piece(&self, last: &Piece, force: signal::Piece) -> Piece {
+    /// Where F turns, z, z', the pressing force and its rate go on. No difference of large numbers is taken.
+    fn next_piece(&self, last: &Piece, force: signal::Piece, ringing: (f64, f64)) -> Piece {
         let Axial { stiffness, damping, .. } = self.axial;
         let tau = last.force.end - last.force.start;
         let state = self.evaluate(last, last.force.end);
-        let (q, rate) = self.ringing_at(last, tau);
-        let (h, h_rate) = self.oscillator.advance(last.free.0, last.free.1, tau);
+        let (h, h_rate) = self.ringing.oscillator.advance(last.free.0, last.free.1, tau);
         // What the particular solution jumps by, since z does not.
         let turn = (force.slope - last.force.slope) / stiffness;
         let free = (h - damping * turn / stiffness, h_rate + turn);
-        let ringing = (q, rate - (force.slope - last.force.slope));
         self.piece(force, free, ringing, (state.work, state.dissipated))
     }
 
@@ -194,7 +223,7 @@ impl AxialMotion {
         let (drift, offset) = self.particular(&force);
         let amplitude = ringing_amplitude(&self.axial, ringing);
         let scale = force.value.abs();
-        let decay = self.oscillator.slowest_decay();
+        let decay = self.ringing.oscillator.slowest_decay();
         let silent_after = if amplitude == 0.0 {
             0.0
         } else if scale > 0.0 && force.slope == 0.0 && decay > 0.0 {
@@ -250,25 +279,41 @@ impl AxialMotion {
         if tau >= piece.silent_after {
             force
         } else {
-            force + self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau).0
+            force + self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau).0
         }
     }
 
+    /// The ringing in any numbers.
+    pub(crate) fn ringing<T: Number>(&self) -> Ringing<T> {
+        Ringing::new(&self.axial, &self.force)
+    }
+
+    /// The ringing in doubles.
+    pub(crate) fn ringing_in_doubles(&self) -> &Ringing {
+        &self.ringing
+    }
+
     /// The Taylor coefficients of the pressing force (N) about `t`, by powers of time over `unit` (s), as many as `out`
-    /// holds (at least two), and the degree beyond which they are zero. They hold until the next corner of F.
-    pub(crate) fn pressing_series(&self, t: f64, unit: f64, out: &mut [f64]) -> usize {
-        let piece = self.piece_at(t);
-        let tau = t - piece.force.start;
-        let degree = if tau >= piece.silent_after {
-            out.fill(0.0);
-            usize::from(piece.force.slope != 0.0)
+    /// holds (at least two), and the degree beyond which they are zero. They hold until the next corner of F. `ringing` is that
+    /// of this motion.
+    ///
+    /// Ringing of less than e^-45 of F, 3e-20, is left out in all numbers.
+    pub(crate) fn pressing_series<T: Number>(&self, ringing: &Ringing<T>, t: f64, unit: f64, out: &mut [T]) -> usize {
+        let index = self.force.index(t);
+        let (piece, force) = (&self.pieces[index], &self.pieces[index].force);
+        let [start, value, slope, unit] = [force.start, force.value, force.slope, unit].map(T::of);
+        let tau = T::of(t) - start;
+        let degree = if t - force.start >= piece.silent_after {
+            out.fill(T::of(0.0));
+            usize::from(force.slope != 0.0)
         } else {
-            let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
-            self.oscillator.series(q, rate, unit, out);
+            let (q, rate) = ringing.starts[index];
+            let (q, rate) = ringing.oscillator.advance(q, rate, tau);
+            ringing.oscillator.series(q, rate, unit, out);
             out.len() - 1
         };
-        out[0] += piece.force.at(tau);
-        out[1] += piece.force.slope * unit;
+        out[0] = out[0] + (value + slope * tau);
+        out[1] = out[1] + slope * unit;
         degree
     }
 
@@ -279,7 +324,7 @@ impl AxialMotion {
         if tau >= piece.silent_after {
             return 0.0;
         }
-        let (q, rate) = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+        let (q, rate) = self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
         self.second_derivative_bound(q, rate)
     }
 
@@ -318,7 +363,7 @@ impl AxialMotion {
         } else {
             ringing_amplitude(
                 &self.axial,
-                self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau),
+                self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau),
             )
         };
         (from.min(to) - ringing, from.max(to) + ringing)
@@ -339,7 +384,7 @@ impl AxialMotion {
     /// When the ringing that the last corner before `t` has set going has died by so many e-folds, s; infinite if it never
     /// does.
     pub(crate) fn dies_by(&self, t: f64, e_folds: f64) -> f64 {
-        self.piece_at(t).force.start + e_folds / self.oscillator.slowest_decay()
+        self.piece_at(t).force.start + e_folds / self.ringing.oscillator.slowest_decay()
     }
 
     /// The pressing force (N) at `t`, with a bound from there to the next corner.
@@ -418,7 +463,7 @@ impl AxialMotion {
     /// At the corner where a stretch begins after a rest: to which side the pressing force leaves zero, or stands.
     fn leaving(&self, piece: &Piece) -> (ChangeCause, f64) {
         let (force, rate) = self.pressing(piece, 0.0);
-        let curvature = self.oscillator.curvature(piece.ringing);
+        let curvature = self.ringing.oscillator.curvature(piece.ringing);
         let reach = (rate.abs() + curvature.abs() * SAME_INSTANT / 2.0) * SAME_INSTANT;
         if force.abs() > reach {
             return (ChangeCause::Beyond, force.signum());
@@ -493,7 +538,7 @@ impl AxialMotion {
     fn departure(&self, piece: &Piece, ringing: (f64, f64), sign: f64, rate: f64, curvature: f64) -> Option<f64> {
         let rounding = RATE_ROUNDING * piece.force.slope.abs();
         let by_rate = if rate > rounding { rate / curvature } else { 0.0 };
-        let turn = self.oscillator.curvature(ringing);
+        let turn = self.ringing.oscillator.curvature(ringing);
         let bend = sign * turn;
         let by_bend = if bend > 0.0 && rate >= -rounding {
             // The third derivative is bounded as the second is, one derivative on.
@@ -507,7 +552,7 @@ impl AxialMotion {
 
     /// The ringing and its rate at `tau` (s) into a piece, N and N/s.
     fn ringing_at(&self, piece: &Piece, tau: f64) -> (f64, f64) {
-        self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau)
+        self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau)
     }
 
     /// The pressing force and its rate at `tau` (s) into a piece, N and N/s.
@@ -522,7 +567,7 @@ impl AxialMotion {
 
     /// Amplitude bound of the free part of z at `tau` (s) into a piece, m.
     fn free_amplitude(&self, piece: &Piece, tau: f64) -> f64 {
-        let (h, rate) = self.oscillator.advance(piece.free.0, piece.free.1, tau);
+        let (h, rate) = self.ringing.oscillator.advance(piece.free.0, piece.free.1, tau);
         (h * h + rate * rate * self.axial.mass / self.axial.stiffness).sqrt()
     }
 
@@ -542,8 +587,8 @@ impl AxialMotion {
         let force = piece.force.at(tau);
         let (mut free, mut ringing) = ((0.0, 0.0), (0.0, 0.0));
         if tau < piece.silent_after {
-            free = self.oscillator.advance(piece.free.0, piece.free.1, tau);
-            ringing = self.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
+            free = self.ringing.oscillator.advance(piece.free.0, piece.free.1, tau);
+            ringing = self.ringing.oscillator.advance(piece.ringing.0, piece.ringing.1, tau);
         }
         let displacement = piece.offset + piece.drift * tau + free.0;
         let (h0, v0) = piece.free;

@@ -1,25 +1,25 @@
 //! The free damped oscillator in closed form, uniform in the damping ratio.
 
-use crate::numerics::taylor;
+use crate::numerics::{Number, taylor};
 
 /// q'' + 2 sigma q' + omega0^2 q = 0, with sigma >= 0 (1/s) and omega0 > 0 (rad/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DampedOscillator {
-    sigma: f64,
-    omega0_squared: f64,
+pub(crate) struct DampedOscillator<T = f64> {
+    sigma: T,
+    omega0_squared: T,
 }
 
-impl DampedOscillator {
+impl<T: Number> DampedOscillator<T> {
     /// From mass, damping and stiffness of m q'' + c q' + k q = 0.
-    pub fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
+    pub fn new(mass: T, damping: T, stiffness: T) -> Self {
         DampedOscillator {
-            sigma: damping / (2.0 * mass),
+            sigma: damping / (T::of(2.0) * mass),
             omega0_squared: stiffness / mass,
         }
     }
 
     /// (q, q') a time `tau >= 0` after (q, q') = (`q`, `rate`).
-    pub fn advance(&self, q: f64, rate: f64, tau: f64) -> (f64, f64) {
+    pub fn advance(&self, q: T, rate: T, tau: T) -> (T, T) {
         let (c, s) = self.kernel(tau);
         (
             c * q + s * (rate + self.sigma * q),
@@ -28,15 +28,15 @@ impl DampedOscillator {
     }
 
     /// q'' of (q, q').
-    pub fn curvature(&self, (q, rate): (f64, f64)) -> f64 {
-        -2.0 * self.sigma * rate - self.omega0_squared * q
+    pub fn curvature(&self, (q, rate): (T, T)) -> T {
+        T::of(-2.0) * self.sigma * rate - self.omega0_squared * q
     }
 
     /// The Taylor coefficients of q by powers of time over `unit` (s) from (q, q') = (`q`, `rate`), as many as `out` holds.
-    pub fn series(&self, q: f64, rate: f64, unit: f64, out: &mut [f64]) {
+    pub fn series(&self, q: T, rate: T, unit: T, out: &mut [T]) {
         taylor::damped_oscillation(
-            &(self.sigma * unit),
-            &(self.omega0_squared * unit * unit),
+            self.sigma * unit,
+            self.omega0_squared * unit * unit,
             q,
             rate * unit,
             out,
@@ -44,9 +44,9 @@ impl DampedOscillator {
     }
 
     /// The slowest rate of decay, 1/s.
-    pub(crate) fn slowest_decay(&self) -> f64 {
+    pub(crate) fn slowest_decay(&self) -> T {
         let discriminant = self.omega0_squared - self.sigma * self.sigma;
-        if discriminant >= 0.0 {
+        if discriminant >= T::of(0.0) {
             self.sigma
         } else {
             // sigma - sqrt(sigma^2 - omega0^2) without cancellation
@@ -56,17 +56,18 @@ impl DampedOscillator {
 
     /// exp(-sigma tau) times (cos w tau, sin(w tau)/w), with the hyperbolic functions above critical damping and
     /// their common limit at it.
-    fn kernel(&self, tau: f64) -> (f64, f64) {
+    fn kernel(&self, tau: T) -> (T, T) {
+        let [one, two] = [1.0, 2.0].map(T::of);
         let discriminant = self.omega0_squared - self.sigma * self.sigma;
-        if (discriminant * tau * tau).abs() < 1e-7 {
-            let x = discriminant * tau * tau;
+        let x = discriminant * tau * tau;
+        if x.is_within(1e-7) {
             let decay = (-self.sigma * tau).exp();
             return (
-                decay * (1.0 - x / 2.0 + x * x / 24.0),
-                decay * tau * (1.0 - x / 6.0 + x * x / 120.0),
+                decay * (one - x / two + x * x / T::of(24.0)),
+                decay * tau * (one - x / T::of(6.0) + x * x / T::of(120.0)),
             );
         }
-        if discriminant > 0.0 {
+        if discriminant > T::of(0.0) {
             let w = discriminant.sqrt();
             let decay = (-self.sigma * tau).exp();
             let (sin, cos) = (w * tau).sin_cos();
@@ -75,8 +76,8 @@ impl DampedOscillator {
             let w = (-discriminant).sqrt();
             // exponents joined, so that strong damping neither overflows nor cancels
             let slow = (-self.slowest_decay() * tau).exp();
-            let gap = -(-2.0 * w * tau).exp_m1();
-            (slow * (2.0 - gap) / 2.0, slow * gap / (2.0 * w))
+            let gap = -(T::of(-2.0) * w * tau).exp_m1();
+            (slow * (two - gap) / two, slow * gap / (two * w))
         }
     }
 }

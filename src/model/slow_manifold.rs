@@ -181,12 +181,12 @@ impl<const N: usize> SlowSeries<N> {
         } = self;
         let (u_dot, v_dot) = (derivative(u), derivative(v));
         let (u_ddot, v_ddot) = (derivative(&u_dot), derivative(&v_dot));
-        let factors = friction.factors(&1.0, &0.0);
+        let factors = friction.factors(1.0, 0.0);
         speed[0] = model.torsion.speed_of_momentum(momentum, u_dot[0]);
         for n in 0..N {
             x[n] = sense * (speed[n] - u_dot[n] - v_dot[n]);
             if n == 0 {
-                friction.start(&x[0], &1.0);
+                friction.start(x[0], 1.0);
             } else {
                 friction.extend_from(n, x);
             }
@@ -221,15 +221,15 @@ impl<const N: usize> SlowSeries<N> {
     /// The state at `tau` (s) from where it starts, with quadratures of zero.
     pub fn at(&self, tau: f64) -> TorsionState {
         let mut state = [0.0; DIMENSION];
-        (state[ROTOR_TWIST], state[ROTOR_TWIST_RATE]) = taylor::value_and_rate(&self.rotor_twist, &tau);
-        (state[STATOR_TWIST], state[STATOR_TWIST_RATE]) = taylor::value_and_rate(&self.stator_twist, &tau);
-        state[ROTOR_SPEED] = taylor::value_and_rate(&self.rotor_speed, &tau).0;
+        (state[ROTOR_TWIST], state[ROTOR_TWIST_RATE]) = taylor::value_and_rate(&self.rotor_twist, tau);
+        (state[STATOR_TWIST], state[STATOR_TWIST_RATE]) = taylor::value_and_rate(&self.stator_twist, tau);
+        state[ROTOR_SPEED] = taylor::value_and_rate(&self.rotor_speed, tau).0;
         state
     }
 
     /// |omega_r| at `tau` (s) from where it starts, rad/s, and its rate; negative beyond the stop.
     pub fn speed_at(&self, tau: f64) -> (f64, f64) {
-        taylor::value_and_rate(&self.speed, &tau)
+        taylor::value_and_rate(&self.speed, tau)
     }
 
     /// How long the series of |omega_r| holds to this error (rad/s), by the last of its trusted terms, s.

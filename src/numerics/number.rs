@@ -1,10 +1,14 @@
-//! What the series need of a number.
+//! What the recurrences need of a number.
 
+use std::array;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number of some precision: `f64`, or one with more digits.
+/// A real number: `f64` for a run, several of them side by side for an ensemble, an enclosure for a proof.
+///
+/// The recurrences take the same operations in the same order for every type. An enclosure whose operations hold what those of
+/// `f64` give for all points inside therefore holds what the recurrences give in `f64`.
 pub trait Number:
-    Clone
+    Copy
     + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -15,16 +19,54 @@ pub trait Number:
     /// The number nearest to `x`.
     fn of(x: f64) -> Self;
 
-    /// e to the power of it.
-    fn exp(&self) -> Self;
+    /// pi.
+    fn pi() -> Self;
 
-    /// The sum over k of `a[k] b[k]`: both slices have the same length.
+    /// e to the power of it.
+    fn exp(self) -> Self;
+
+    /// The same less 1.
+    fn exp_m1(self) -> Self;
+
+    /// Its square root.
+    fn sqrt(self) -> Self;
+
+    /// Its sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// Its hyperbolic tangent.
+    fn tanh(self) -> Self;
+
+    /// Its hyperbolic cosine.
+    fn cosh(self) -> Self;
+
+    /// Its arc tangent.
+    fn atan(self) -> Self;
+
+    /// Whether it is certainly below `bound` in magnitude.
+    fn is_within(self, bound: f64) -> bool {
+        Self::of(-bound) < self && self < Self::of(bound)
+    }
+
+    /// It times `factor`, which is often a sign.
+    #[inline]
+    fn times(self, factor: f64) -> Self {
+        Self::of(factor) * self
+    }
+
+    /// The sum over k of `a[k] b[k]`: both slices have the same length. In four partial sums, of every fourth product: one alone
+    /// would wait for each addition.
+    #[inline]
     fn dot(a: &[Self], b: &[Self]) -> Self {
-        let mut sum = Self::of(0.0);
-        for (x, y) in a.iter().zip(b) {
-            sum = sum + x.clone() * y.clone();
+        let mut sums = [Self::of(0.0); 4];
+        let ((quads, ends), (others, other_ends)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+        for (x, y) in quads.iter().zip(others) {
+            sums = array::from_fn(|j| sums[j] + x[j] * y[j]);
         }
-        sum
+        for (sum, (x, y)) in sums.iter_mut().zip(ends.iter().zip(other_ends)) {
+            *sum = *sum + *x * *y;
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
 }
 
@@ -35,24 +77,42 @@ impl Number for f64 {
     }
 
     #[inline]
-    fn exp(&self) -> f64 {
-        f64::exp(*self)
+    fn pi() -> f64 {
+        std::f64::consts::PI
     }
 
-    /// Four partial sums: one alone would wait for each addition.
     #[inline]
-    fn dot(a: &[f64], b: &[f64]) -> f64 {
-        let mut sums = [0.0; 4];
-        let (quads, others) = (a.chunks_exact(4), b.chunks_exact(4));
-        let (ends, other_ends) = (quads.remainder(), others.remainder());
-        for (x, y) in quads.zip(others) {
-            for j in 0..4 {
-                sums[j] += x[j] * y[j];
-            }
-        }
-        for (sum, (x, y)) in sums.iter_mut().zip(ends.iter().zip(other_ends)) {
-            *sum += x * y;
-        }
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
+    fn exp(self) -> f64 {
+        f64::exp(self)
+    }
+
+    #[inline]
+    fn exp_m1(self) -> f64 {
+        f64::exp_m1(self)
+    }
+
+    #[inline]
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (f64, f64) {
+        f64::sin_cos(self)
+    }
+
+    #[inline]
+    fn tanh(self) -> f64 {
+        f64::tanh(self)
+    }
+
+    #[inline]
+    fn cosh(self) -> f64 {
+        f64::cosh(self)
+    }
+
+    #[inline]
+    fn atan(self) -> f64 {
+        f64::atan(self)
     }
 }

@@ -5,44 +5,40 @@
 //! passed over, and none is found twice. A coefficient of zero counts as positive, as if the polynomial were raised by
 //! next to nothing; two roots closer than 2^-40 of the interval, or a root that only touches zero, are none.
 
-use super::{Number, taylor};
+use super::taylor;
 use std::ops::ControlFlow;
 
 /// Halvings after which what is left is decided by its ends.
 const DEPTH: u32 = 40;
 
 /// An interval within [0, 1] that holds exactly one change of sign.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bracket<T> {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bracket {
     /// Where the polynomial is still on the one side.
-    pub low: T,
+    pub low: f64,
     /// Where it is on the other.
-    pub high: T,
+    pub high: f64,
     /// From positive (or zero) to negative.
     pub falling: bool,
 }
 
 /// Hands each change of sign of the polynomial with these coefficients (lowest first) in (0, 1] to `visit`, from left
 /// to right, until that breaks.
-pub fn isolate<T: Number, const N: usize>(
-    coefficients: &[T; N],
-    visit: &mut impl FnMut(Bracket<T>) -> ControlFlow<()>,
-) {
+pub fn isolate<const N: usize>(coefficients: &[f64; N], visit: &mut impl FnMut(Bracket) -> ControlFlow<()>) {
     let bernstein = bernstein(coefficients);
-    let _ = search(&bernstein, T::of(0.0), T::of(1.0), 0, visit);
+    let _ = search(&bernstein, 0.0, 1.0, 0, visit);
 }
 
 /// The first root in (0, 1] at which the polynomial falls from positive to negative, to the last place.
-pub fn first_falling<T: Number, const N: usize>(coefficients: &[T; N]) -> Option<T> {
+pub fn first_falling<const N: usize>(coefficients: &[f64; N]) -> Option<f64> {
     // Most often there is plainly none: the constant outweighs everything that could pull it down.
-    let zero = T::of(0.0);
-    let mut least = coefficients[0].clone();
+    let mut least = coefficients[0];
     for c in &coefficients[1..] {
-        if *c < zero {
-            least = least + c.clone();
+        if *c < 0.0 {
+            least += c;
         }
     }
-    if least > zero {
+    if least > 0.0 {
         return None;
     }
     let mut found = None;
@@ -58,31 +54,29 @@ pub fn first_falling<T: Number, const N: usize>(coefficients: &[T; N]) -> Option
 }
 
 /// The root in a bracket, by Newton's method held inside it by bisection; to the last place or nearly so.
-pub fn refine<T: Number>(coefficients: &[T], bracket: Bracket<T>) -> T {
+pub fn refine(coefficients: &[f64], bracket: Bracket) -> f64 {
     let Bracket {
         mut low,
         mut high,
         falling,
     } = bracket;
-    let zero = T::of(0.0);
-    let half = T::of(0.5);
-    let mut x = (low.clone() + high.clone()) * half.clone();
+    let mut x = (low + high) * 0.5;
     // More rounds than the digits of any number in use; Newton's method takes five.
     for _ in 0..1000 {
-        let (value, rate) = taylor::value_and_rate(coefficients, &x);
-        if value == zero {
+        let (value, rate) = taylor::value_and_rate(coefficients, x);
+        if value == 0.0 {
             return x;
         }
-        if (value > zero) == falling {
-            low = x.clone();
+        if (value > 0.0) == falling {
+            low = x;
         } else {
-            high = x.clone();
+            high = x;
         }
-        let newton = x.clone() - value / rate.clone();
+        let newton = x - value / rate;
         let next = if newton > low && newton < high {
             newton
         } else {
-            (low.clone() + high.clone()) * half.clone()
+            (low + high) * 0.5
         };
         if next == x || next == low || next == high {
             return next;
@@ -93,32 +87,31 @@ pub fn refine<T: Number>(coefficients: &[T], bracket: Bracket<T>) -> T {
 }
 
 /// Bernstein coefficients on [0, 1]: b_j is the sum over k <= j of C(j, k) / C(N - 1, k) c_k.
-fn bernstein<T: Number, const N: usize>(coefficients: &[T; N]) -> [T; N] {
-    let mut b = coefficients.clone();
+fn bernstein<const N: usize>(coefficients: &[f64; N]) -> [f64; N] {
+    let mut b = *coefficients;
     let degree = N - 1;
     let mut binomial = 1.0;
     for (k, c) in b.iter_mut().enumerate().skip(1) {
         binomial *= (degree + 1 - k) as f64 / k as f64;
-        *c = c.clone() / T::of(binomial);
+        *c /= binomial;
     }
     // The binomial transform, by sums of neighbours.
     for round in 1..N {
         for j in (round..N).rev() {
-            b[j] = b[j].clone() + b[j - 1].clone();
+            b[j] += b[j - 1];
         }
     }
     b
 }
 
-fn search<T: Number, const N: usize>(
-    b: &[T; N],
-    low: T,
-    high: T,
+fn search<const N: usize>(
+    b: &[f64; N],
+    low: f64,
+    high: f64,
     depth: u32,
-    visit: &mut impl FnMut(Bracket<T>) -> ControlFlow<()>,
+    visit: &mut impl FnMut(Bracket) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let zero = T::of(0.0);
-    let negative = |x: &T| *x < zero;
+    let negative = |x: &f64| *x < 0.0;
     let changes = b.windows(2).filter(|p| negative(&p[0]) != negative(&p[1])).count();
     let (first, last) = (negative(&b[0]), negative(&b[N - 1]));
     if changes == 0 || (depth == DEPTH && first == last) {
@@ -131,17 +124,16 @@ fn search<T: Number, const N: usize>(
             falling: !first,
         });
     }
-    let half = T::of(0.5);
-    let middle = (low.clone() + high.clone()) * half.clone();
+    let middle = (low + high) * 0.5;
     // de Casteljau: the left half leaves the triangle at its beginning, the right half at its end.
-    let (mut left, mut right) = (b.clone(), b.clone());
+    let (mut left, mut right) = (*b, *b);
     for (round, coefficient) in left.iter_mut().enumerate().skip(1) {
         for j in 0..N - round {
-            right[j] = (right[j].clone() + right[j + 1].clone()) * half.clone();
+            right[j] = (right[j] + right[j + 1]) * 0.5;
         }
-        *coefficient = right[0].clone();
+        *coefficient = right[0];
     }
-    search(&left, low, middle.clone(), depth + 1, visit)?;
+    search(&left, low, middle, depth + 1, visit)?;
     search(&right, middle, high, depth + 1, visit)
 }
 
@@ -191,7 +183,7 @@ mod tests {
             let mut falling = c[0] > 0.0;
             for (&(x, down), &root) in found.iter().zip(&roots) {
                 // As near as the rounding of the coefficients lets a root be.
-                let (_, rate) = taylor::value_and_rate(&c, &root);
+                let (_, rate) = taylor::value_and_rate(&c, root);
                 prop_assert!((x - root).abs() < 1e-14 * size / rate.abs(), "{} {}", x, root);
                 prop_assert_eq!(down, falling);
                 falling = !falling;

@@ -16,14 +16,14 @@ impl<T: Number, const N: usize> Unfolding<T, N> {
     /// None is known.
     pub fn new() -> Self {
         Unfolding {
-            backwards: std::array::from_fn(|_| zeros()),
+            backwards: [zeros(); 2],
         }
     }
 
     /// Coefficient n, once known.
     #[inline]
     pub fn get(&self, n: usize) -> T {
-        self.backwards[0][N - 1 - n].clone()
+        self.backwards[0][N - 1 - n]
     }
 
     /// Makes coefficient n known.
@@ -47,9 +47,9 @@ impl<T: Number, const N: usize> Unfolding<T, N> {
 
     /// Makes coefficient n of exp(a) known, n >= 1, when those up to n - 1 are: e' = a' e. `rate` holds k a_k up to n.
     #[inline]
-    pub fn exponential(&mut self, rate: &[T; N], n: usize, reciprocal: &T) -> T {
-        let next = self.product(rate, n, 1, n) * reciprocal.clone();
-        self.set(n, next.clone());
+    pub fn exponential(&mut self, rate: &[T; N], n: usize, reciprocal: T) -> T {
+        let next = self.product(rate, n, 1, n) * reciprocal;
+        self.set(n, next);
         next
     }
 }
@@ -63,7 +63,7 @@ impl<T: Number, const N: usize> Default for Unfolding<T, N> {
 /// Coefficients of nothing.
 #[inline]
 pub fn zeros<T: Number, const N: usize>() -> [T; N] {
-    std::array::from_fn(|_| T::of(0.0))
+    [T::of(0.0); N]
 }
 
 /// The coefficients of a b, all of them. Those of both must be finite.
@@ -71,87 +71,108 @@ pub fn zeros<T: Number, const N: usize>() -> [T; N] {
 pub fn product<T: Number, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
     let mut unfolding = Unfolding::new();
     for (n, coefficient) in b.iter().enumerate() {
-        unfolding.set(n, coefficient.clone());
+        unfolding.set(n, *coefficient);
     }
     std::array::from_fn(|n| unfolding.product(a, n, 0, N - 1))
 }
 
+/// Coefficient `n` of a b, where those of both up to n are known and those of `a` beyond `degree` are zero. In partial sums as
+/// [`Number::dot`].
+#[inline]
+pub(crate) fn convolved<T: Number>(a: &[T], b: &[T], n: usize, degree: usize) -> T {
+    let mut sums = zeros::<T, 4>();
+    let (quads, rest) = a[..=degree.min(n)].as_chunks::<4>();
+    let mut behind = n + 1;
+    for a in quads {
+        let b = &b[behind - 4..behind];
+        for j in 0..4 {
+            sums[j] = sums[j] + a[j] * b[3 - j];
+        }
+        behind -= 4;
+    }
+    for (sum, a) in sums.iter_mut().zip(rest) {
+        behind -= 1;
+        *sum = *sum + *a * b[behind];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
 /// Adds `factor` a b to a series whose number of coefficients is a multiple of four, to as many as `b` has. `a` is zero beyond
 /// its end.
-pub(crate) fn add_product<const N: usize>(sum: &mut [f64; N], factor: f64, a: &[f64], b: &[f64]) {
+pub(crate) fn add_product<T: Number, const N: usize>(sum: &mut [T; N], factor: T, a: &[T], b: &[T]) {
     const { assert!(N.is_multiple_of(4)) };
     // Behind zeros, for those with a negative index.
-    let mut behind = [[0.0; N]; 2];
+    let mut behind = [zeros::<T, N>(); 2];
     behind[1][..b.len()].copy_from_slice(b);
     let behind = behind.as_flattened();
     let groups = sum.as_chunks_mut::<4>().0;
     for (group, sums) in groups.iter_mut().take(b.len().div_ceil(4)).enumerate() {
         let end = 4 * (group + 1);
-        let mut found = [0.0; 4];
+        let mut found = zeros::<T, 4>();
         for (a, b) in a[..end.min(a.len())].iter().zip(behind[..N + end].windows(4).rev()) {
             for (found, b) in found.iter_mut().zip(b) {
-                *found += a * b;
+                *found = *found + *a * *b;
             }
         }
         for (sum, found) in sums.iter_mut().zip(found) {
-            *sum += factor * found;
+            *sum = *sum + factor * found;
         }
     }
 }
 
 /// Adds `factor` a^2 to a series whose number of coefficients is a multiple of four, to as many as `a` has. Each pair is taken
 /// once.
-pub(crate) fn add_square<const N: usize>(sum: &mut [f64; N], factor: f64, a: &[f64]) {
+pub(crate) fn add_square<T: Number, const N: usize>(sum: &mut [T; N], factor: T, a: &[T]) {
     const { assert!(N.is_multiple_of(4)) };
-    let mut all = [0.0; N];
+    let mut all = zeros::<T, N>();
     all[..a.len()].copy_from_slice(a);
+    let two = T::of(2.0);
     let groups = sum.as_chunks_mut::<4>().0;
     for (group, sums) in groups.iter_mut().take(a.len().div_ceil(4)).enumerate() {
         // Coefficients 4 group + j, j < 4: pairs of which one is below `half`, and those of four from there on.
         let half = 2 * group;
-        let mut found = [0.0; 4];
+        let mut found = zeros::<T, 4>();
         for (a, b) in all[..half].iter().zip(all[..2 * half + 4].windows(4).rev()) {
             for (found, b) in found.iter_mut().zip(b) {
-                *found += a * b;
+                *found = *found + *a * *b;
             }
         }
         let [a, b, c, d] = std::array::from_fn(|j| all[half + j]);
-        let middle = [a * a, 2.0 * (a * b), 2.0 * (a * c) + b * b, 2.0 * (a * d + b * c)];
+        let middle = [a * a, two * (a * b), two * (a * c) + b * b, two * (a * d + b * c)];
         for (sum, (found, middle)) in sums.iter_mut().zip(found.into_iter().zip(middle)) {
-            *sum += factor * (2.0 * found + middle);
+            *sum = *sum + factor * (two * found + middle);
         }
     }
 }
 
 /// Fills `c` with the coefficients of the solution of q'' + 2 sigma q' + omega0_squared q = 0 from its value and its
 /// derivative; all of them in the unit of x. At least two coefficients.
-pub(crate) fn damped_oscillation<T: Number>(sigma: &T, omega0_squared: &T, value: T, rate: T, c: &mut [T]) {
+pub(crate) fn damped_oscillation<T: Number>(sigma: T, omega0_squared: T, value: T, rate: T, c: &mut [T]) {
     c[0] = value;
     c[1] = rate;
     for n in 0..c.len() - 2 {
-        let restoring = T::of(2.0 * (n + 1) as f64) * sigma.clone() * c[n + 1].clone();
-        let restoring = restoring + omega0_squared.clone() * c[n].clone();
+        let restoring = T::of(2.0 * (n + 1) as f64) * sigma * c[n + 1] + omega0_squared * c[n];
         c[n + 2] = -restoring / T::of(((n + 1) * (n + 2)) as f64);
     }
 }
 
 /// The value at `x`.
 #[inline]
-pub fn value<T: Number>(c: &[T], x: &T) -> T {
+pub fn value<T: Number>(c: &[T], x: T) -> T {
     let mut sum = T::of(0.0);
     for term in c.iter().rev() {
-        sum = sum * x.clone() + term.clone();
+        sum = sum * x + *term;
     }
     sum
 }
 
 /// Value and derivative at `x`.
 #[inline]
-pub(crate) fn value_and_rate<T: Number>(c: &[T], x: &T) -> (T, T) {
+pub(crate) fn value_and_rate<T: Number>(c: &[T], x: T) -> (T, T) {
     let (mut sum, mut rate) = (T::of(0.0), T::of(0.0));
     for term in c.iter().rev() {
-        rate = rate * x.clone() + sum.clone();
-        sum = sum * x.clone() + term.clone();
+        rate = rate * x + sum;
+        sum = sum * x + *term;
     }
     (sum, rate)
 }
@@ -187,7 +208,7 @@ mod tests {
                 let mut e = Unfolding::<f64, N>::new();
                 e.set(0, (sign * a[0]).exp());
                 for n in 1..N {
-                    e.exponential(&rate, n, &(1.0 / n as f64));
+                    e.exponential(&rate, n, 1.0 / n as f64);
                 }
                 std::array::from_fn::<f64, N, _>(|n| e.get(n))
             };
@@ -249,15 +270,15 @@ mod tests {
     fn analytic_an_oscillation_is_its_closed_form() {
         // Damping ratio 0.3: exp(-0.3 x) (cos w x + (0.7 + 0.3)/w sin w x) with w^2 = 0.91
         let mut c = [0.0; 32];
-        damped_oscillation(&0.3, &1.0, 1.0, 0.7, &mut c);
+        damped_oscillation(0.3, 1.0, 1.0, 0.7, &mut c);
         let w = 0.91f64.sqrt();
         for x in [0.1, 0.9, 2.0] {
             let exact = (-0.3 * x).exp() * ((w * x).cos() + (w * x).sin() / w);
             // Terms are at most 2^2/2 in size, and the first left out is 2^32/32!, 2e-26.
-            assert!((value(&c, &x) - exact).abs() < 1e-15 * 8.0);
-            let (again, rate) = value_and_rate(&c, &x);
-            let ahead = value(&c, &(x + 1e-5)) - value(&c, &(x - 1e-5));
-            assert_eq!(again, value(&c, &x));
+            assert!((value(&c, x) - exact).abs() < 1e-15 * 8.0);
+            let (again, rate) = value_and_rate(&c, x);
+            let ahead = value(&c, x + 1e-5) - value(&c, x - 1e-5);
+            assert_eq!(again, value(&c, x));
             // A central difference: 1e-10 of the third derivative, and rounding over 2e-5.
             assert!((rate - ahead / 2e-5).abs() < 1e-9);
         }

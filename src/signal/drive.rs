@@ -4,9 +4,9 @@
 //! and an antiderivative in closed form.
 
 use std::convert::Infallible;
-use std::f64::consts::TAU;
 
 use super::{Pieces, Signal};
+use crate::numerics::Number;
 
 /// A signal of a train. `T` is the type of its numbers: doubles, or exact ones.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,10 +139,7 @@ impl Drive {
 impl Wave {
     /// omega, rad/s.
     pub fn angular_frequency(&self) -> f64 {
-        match self.frequency {
-            Frequency::Cycles(frequency) => TAU * frequency,
-            Frequency::Angular(frequency) => frequency,
-        }
+        self.rate()
     }
 
     /// From when until when the harmonic part acts, s, of the time t >= 0.
@@ -150,19 +147,28 @@ impl Wave {
         (self.from.unwrap_or(0.0).max(0.0), self.to.unwrap_or(f64::INFINITY))
     }
 
+    /// omega, rad/s, in any numbers.
+    fn rate<T: Number>(&self) -> T {
+        match self.frequency {
+            Frequency::Cycles(frequency) => T::of(2.0) * T::pi() * T::of(frequency),
+            Frequency::Angular(frequency) => T::of(frequency),
+        }
+    }
+
     /// The sine or cosine at `t` (s), and its derivative by its argument. The product of frequency and time is not rounded.
-    fn shape_and_slope(&self, t: f64) -> (f64, f64) {
+    fn shape_and_slope<T: Number>(&self, t: f64) -> (T, T) {
         let (sine, cosine) = match self.frequency {
             Frequency::Cycles(frequency) => {
                 let turns = frequency * t;
                 let rest = frequency.mul_add(t, -turns);
-                (TAU * ((turns - turns.round()) + rest) + self.phase).sin_cos()
+                let turns = T::of(turns - turns.round()) + T::of(rest);
+                (T::of(2.0) * T::pi() * turns + T::of(self.phase)).sin_cos()
             }
             Frequency::Angular(frequency) => {
                 let angle = frequency * t;
                 let rest = frequency.mul_add(t, -angle);
-                let (sine, cosine) = angle.sin_cos();
-                let (phase_sine, phase_cosine) = (self.phase + rest).sin_cos();
+                let (sine, cosine) = T::of(angle).sin_cos();
+                let (phase_sine, phase_cosine) = (T::of(self.phase) + T::of(rest)).sin_cos();
                 (
                     sine * phase_cosine + cosine * phase_sine,
                     cosine * phase_cosine - sine * phase_sine,
@@ -178,7 +184,7 @@ impl Wave {
     /// The integral of the harmonic part over the `tau` (s) after `from` (s), as if it acted all the time.
     fn integral(&self, from: f64, tau: f64) -> f64 {
         let omega = self.angular_frequency();
-        let (shape, slope) = self.shape_and_slope(from);
+        let (shape, slope) = self.shape_and_slope::<f64>(from);
         let half = omega * tau / 2.0;
         if half.abs() < 1.0 {
             // From the middle, since the antiderivatives at both ends hardly differ.
@@ -188,7 +194,7 @@ impl Wave {
         let to = from + tau;
         let added = to - from;
         let rounded = (from - (to - added)) + (tau - added);
-        let (end, end_slope) = self.shape_and_slope(to);
+        let (end, end_slope) = self.shape_and_slope::<f64>(to);
         self.amplitude * ((slope - end_slope) / omega + end * rounded)
     }
 }
@@ -318,7 +324,9 @@ impl Timeline {
     /// The value of a drive at `t` (s).
     pub fn value(&self, drive: usize, stretch: usize, t: f64) -> f64 {
         let waves = self.waves(drive, stretch);
-        let harmonics: f64 = waves.map(|wave| wave.amplitude * wave.shape_and_slope(t).0).sum();
+        let harmonics: f64 = waves
+            .map(|wave| wave.amplitude * wave.shape_and_slope::<f64>(t).0)
+            .sum();
         self.tracks[drive].lines[stretch].at(t) + harmonics
     }
 
@@ -326,7 +334,7 @@ impl Timeline {
     pub fn slope(&self, drive: usize, stretch: usize, t: f64) -> f64 {
         let waves = self.waves(drive, stretch);
         let harmonics: f64 = waves
-            .map(|wave| wave.amplitude * wave.angular_frequency() * wave.shape_and_slope(t).1)
+            .map(|wave| wave.amplitude * wave.angular_frequency() * wave.shape_and_slope::<f64>(t).1)
             .sum();
         self.tracks[drive].lines[stretch].slope + harmonics
     }
@@ -357,25 +365,27 @@ impl Timeline {
         self.tracks[drive].lines[stretch].integral_from(from, tau) + harmonics
     }
 
-    /// Fills `out` with the Taylor coefficients of its value about `t` (s) by powers of tau/`unit` (s).
-    pub fn series(&self, drive: usize, stretch: usize, t: f64, unit: f64, out: &mut [f64]) {
+    /// Fills `out` with the Taylor coefficients of its value about `t` (s) by powers of tau/`unit` (s). An enclosure is that of the
+    /// lines and harmonics whose numbers are the doubles kept here.
+    pub fn series<T: Number>(&self, drive: usize, stretch: usize, t: f64, unit: f64, out: &mut [T]) {
         let line = &self.tracks[drive].lines[stretch];
+        let [now, start, value, slope, unit] = [t, line.start, line.value, line.slope, unit].map(T::of);
         for (n, coefficient) in out.iter_mut().enumerate() {
             *coefficient = match n {
-                0 => line.at(t),
-                1 => line.slope * unit,
-                _ => 0.0,
+                0 => value + slope * (now - start),
+                1 => slope * unit,
+                _ => T::of(0.0),
             };
         }
         for wave in self.waves(drive, stretch) {
-            let (shape, slope) = wave.shape_and_slope(t);
+            let (shape, slope) = wave.shape_and_slope::<T>(t);
             // The derivatives by the argument repeat with a period of four.
             let turning = [shape, slope, -shape, -slope];
-            let rate = wave.angular_frequency() * unit;
-            let mut size = wave.amplitude;
+            let rate = wave.rate::<T>() * unit;
+            let mut size = T::of(wave.amplitude);
             for (n, coefficient) in out.iter_mut().enumerate() {
-                *coefficient += size * turning[n % 4];
-                size *= rate / (n + 1) as f64;
+                *coefficient = *coefficient + size * turning[n % 4];
+                size = size * (rate / T::of((n + 1) as f64));
             }
         }
     }
@@ -415,7 +425,9 @@ impl Timeline {
         let start = self.start(stretch);
         let sum = |stretch: usize| -> f64 {
             let waves = self.waves(drive, stretch);
-            waves.map(|wave| wave.amplitude * wave.shape_and_slope(start).0).sum()
+            waves
+                .map(|wave| wave.amplitude * wave.shape_and_slope::<f64>(start).0)
+                .sum()
         };
         sum(stretch) - sum(before)
     }

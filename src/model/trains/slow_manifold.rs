@@ -374,12 +374,12 @@ impl<const N: usize> SlowSeries<N> {
                 *rate = derivative(twist);
             }
         }
-        let factors = self.friction.factors(&1.0, &0.0);
+        let factors = self.friction.factors(1.0, 0.0);
         for n in 0..N {
             let [rotor, stator] = [0, 1].map(|k| self.sides[k].speeds_at(sides[k].0, n));
             self.speed[n] = slip.sense * (rotor - stator);
             if n == 0 {
-                self.friction.start(&self.speed[0], &1.0);
+                self.friction.start(self.speed[0], 1.0);
             } else {
                 self.friction.extend_from(n, &self.speed);
             }
@@ -436,7 +436,7 @@ impl<const N: usize> SlowSeries<N> {
 
     /// r F_n mu', N m s/rad: what the slope of friction adds to the damping of the contact.
     pub fn contact_damping(&self, system: &TrainSystem, pressing: &[f64]) -> [f64; N] {
-        let slope = self.friction.factors(&1.0, &system.radius).slope;
+        let slope = self.friction.factors(1.0, system.radius).slope;
         std::array::from_fn(|n| slope * pressed(pressing, n, |n| self.friction.slope_shape(n)))
     }
 
@@ -452,7 +452,7 @@ impl<const N: usize> SlowSeries<N> {
     fn at(&self, system: &TrainSystem, tau: f64) -> Vec<f64> {
         let mut state = vec![0.0; system.dimension];
         self.states(system, |index, series| {
-            state[index] = crate::numerics::taylor::value(series, &tau)
+            state[index] = crate::numerics::taylor::value(series, tau)
         });
         state
     }
@@ -601,21 +601,21 @@ mod tests {
             let tau = 5e-4;
             let y = series.at(&system, tau);
             let mut now = outside;
-            now.normal_force = taylor::value(&pressing, &tau);
+            now.normal_force = taylor::value(&pressing, tau);
             let mode = Mode::sliding(slip.sense);
             let mut rates = vec![0.0; system.dimension];
             system.rates(mode, slip.sense, 0, &now, &y, &mut rates);
             let w = system.relative_velocity(&now, &y);
-            assert!((taylor::value(&series.relative_velocity(), &tau) - w).abs() <= 1e-13 * w.abs());
+            assert!((taylor::value(&series.relative_velocity(), tau) - w).abs() <= 1e-13 * w.abs());
             let torque = system.interface_torque(mode, slip.sense, 0, &now, &y);
-            assert!((taylor::value(series.torque(), &tau) - torque).abs() <= 1e-13 * torque.abs());
+            assert!((taylor::value(series.torque(), tau) - torque).abs() <= 1e-13 * torque.abs());
             let slope = system.law.coefficient_and_slope(w.abs()).1;
-            let damping = taylor::value(&series.contact_damping(&system, &pressing), &tau);
+            let damping = taylor::value(&series.contact_damping(&system, &pressing), tau);
             let expected = system.radius * now.normal_force * slope;
             assert!((damping - expected).abs() <= 1e-12 * expected.abs());
             let mut checked = 0;
             series.states(&system, |index, series| {
-                let rate = taylor::value(&derivative(series), &tau);
+                let rate = taylor::value(&derivative(series), tau);
                 // An acceleration is a sum of torques, of which T is the largest, over an inertia; 0.009 is the smallest.
                 let rounding = 8.0 * f64::EPSILON * torque.abs() / 0.009;
                 assert!(

@@ -16,43 +16,45 @@ use super::margin::twice_resistance;
 use super::parameters::{Bristles, ContactLaw, End, Regularisation, Smoothing, Train, Trains};
 use crate::friction::{Exponential, FrictionLaw, Law};
 use crate::model::{BreakawayTest, Mode};
+use crate::numerics::Number;
 use nalgebra::{DMatrix, DVector};
+use std::sync::OnceLock;
 
-/// What the drives do at a time, on each side.
+/// What the drives do at a time, on each side, in any type of [`Number`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Driving {
+pub struct Driving<T = f64> {
     /// Speed of the far end, rad/s; 0 of one that is fixed or free.
-    pub speed: f64,
+    pub speed: T,
     /// Its rate, rad/s^2.
-    pub acceleration: f64,
+    pub acceleration: T,
     /// External torque, N m.
-    pub torque: f64,
+    pub torque: T,
 }
 
 /// What acts on the trains from outside at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Outside {
+pub struct Outside<T = f64> {
     /// On the rotor's side.
-    pub rotor: Driving,
+    pub rotor: Driving<T>,
     /// On the stator's side.
-    pub stator: Driving,
+    pub stator: Driving<T>,
     /// F_n, N, smooth through zero.
-    pub normal_force: f64,
+    pub normal_force: T,
 }
 
-/// Where the quantities of one train are in the state.
+/// The coefficients of one train, in any type of [`Number`], and where its quantities are in the state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Side {
+pub struct Side<T = f64> {
     /// +1 for the rotor, -1 for the stator.
     pub sign: f64,
     /// kg m^2, from the surface outwards.
-    pub inertia: Vec<f64>,
+    pub inertia: Vec<T>,
     /// N m/rad.
-    pub stiffness: Vec<f64>,
+    pub stiffness: Vec<T>,
     /// N m s/rad.
-    pub damping: Vec<f64>,
+    pub damping: Vec<T>,
     /// N m s/rad.
-    pub viscous: Vec<f64>,
+    pub viscous: Vec<T>,
     /// The inertia that an external torque acts on.
     pub torque_on: Option<usize>,
     /// Whether the external torque acts on inertia i. The equations ask this: compared with `Some(i)`, the index of `None` is
@@ -73,6 +75,54 @@ struct Surface {
     speed: f64,
 }
 
+impl<T: Number> Side<T> {
+    /// The same in other numbers.
+    fn map<U>(&self, number: impl Fn(T) -> U) -> Side<U> {
+        let all = |values: &[T]| values.iter().map(|value| number(*value)).collect();
+        Side {
+            sign: self.sign,
+            inertia: all(&self.inertia),
+            stiffness: all(&self.stiffness),
+            damping: all(&self.damping),
+            viscous: all(&self.viscous),
+            torque_on: self.torque_on,
+            twists: self.twists,
+            speed: self.speed,
+        }
+    }
+
+    /// Shafts.
+    pub fn shafts(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    /// Twist i, rad.
+    #[inline]
+    pub fn twist(&self, i: usize, y: &[T]) -> T {
+        y[self.twists + 2 * i]
+    }
+
+    /// Twist rate i, rad/s.
+    #[inline]
+    pub fn twist_rate(&self, i: usize, y: &[T]) -> T {
+        y[self.twists + 2 * i + 1]
+    }
+
+    /// The speed beyond the last shaft, or of the outermost inertia of a free train, rad/s.
+    #[inline]
+    fn base(&self, driving: &Driving<T>, y: &[T]) -> T {
+        self.speed.map_or(driving.speed, |index| y[index])
+    }
+
+    /// Speed of the surface, rad/s.
+    #[inline]
+    pub fn surface_speed(&self, driving: &Driving<T>, y: &[T]) -> T {
+        let rates = (0..self.shafts()).rev().map(|i| self.twist_rate(i, y));
+        let rates = rates.fold(T::of(0.0), |sum, rate| sum + rate);
+        self.base(driving, y) - rates.times(self.sign)
+    }
+}
+
 impl Side {
     fn new(train: &Train, sign: f64, offset: usize) -> Side {
         let shafts = train.shafts();
@@ -89,11 +139,6 @@ impl Side {
             twists: offset,
             speed: free.then_some(offset + 2 * shafts),
         }
-    }
-
-    /// Shafts.
-    pub fn shafts(&self) -> usize {
-        self.stiffness.len()
     }
 
     fn length(&self) -> usize {
@@ -113,24 +158,6 @@ impl Side {
     /// The angular frequency of the inertia inside shaft i on that shaft alone, rad/s: compares a twist with a rate.
     pub fn own_frequency(&self, i: usize) -> f64 {
         (self.stiffness[i] / self.inertia[i]).sqrt()
-    }
-
-    /// Twist i, rad.
-    #[inline]
-    pub fn twist(&self, i: usize, y: &[f64]) -> f64 {
-        y[self.twists + 2 * i]
-    }
-
-    /// Twist rate i, rad/s.
-    #[inline]
-    pub fn twist_rate(&self, i: usize, y: &[f64]) -> f64 {
-        y[self.twists + 2 * i + 1]
-    }
-
-    /// The speed beyond the last shaft, or of the outermost inertia of a free train, rad/s.
-    #[inline]
-    fn base(&self, driving: &Driving, y: &[f64]) -> f64 {
-        self.speed.map_or(driving.speed, |index| y[index])
     }
 
     #[inline]
@@ -160,13 +187,6 @@ impl Side {
         } else {
             base
         })
-    }
-
-    /// Speed of the surface, rad/s.
-    #[inline]
-    pub fn surface_speed(&self, driving: &Driving, y: &[f64]) -> f64 {
-        let rates: f64 = (0..self.shafts()).rev().map(|i| self.twist_rate(i, y)).sum();
-        self.base(driving, y) - self.sign * rates
     }
 
     #[inline]
@@ -277,45 +297,59 @@ impl Side {
     }
 }
 
-/// What is not regular about a contact at rest, as numbers of the engines.
+/// How the contact behaves at rest: stick, a regularised law, or bristles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Engagement {
+pub enum Engagement<T = f64> {
     /// Stick and slip.
     StickSlip,
     /// A smooth function of omega_r/eps instead of the sign.
-    Regularised(Smoothing, f64),
+    Regularised(Smoothing, T),
     /// Bristles: sigma_0, sigma_1, sigma_2, and where the state has their deflection.
-    Bristles(f64, f64, f64, usize),
+    Bristles(T, T, T, usize),
 }
 
-/// The equations, without time: what acts from outside is handed in.
+impl<T> Engagement<T> {
+    /// The same in other numbers.
+    fn map<U>(self, number: impl Fn(T) -> U) -> Engagement<U> {
+        match self {
+            Engagement::StickSlip => Engagement::StickSlip,
+            Engagement::Regularised(smoothing, speed) => Engagement::Regularised(smoothing, number(speed)),
+            Engagement::Bristles(stiffness, damping, viscous, at) => {
+                Engagement::Bristles(number(stiffness), number(damping), number(viscous), at)
+            }
+        }
+    }
+}
+
+/// The equations, without time: what acts from outside is handed in. The coefficients may be any type of [`Number`], see
+/// [`Self::map`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct TrainSystem {
+pub struct TrainSystem<T = f64> {
     /// The rotor, side +1.
-    pub rotor: Side,
+    pub rotor: Side<T>,
     /// The stator, side -1.
-    pub stator: Side,
+    pub stator: Side<T>,
     /// r, m.
-    pub radius: f64,
+    pub radius: T,
     /// mu_0.
-    pub breakaway: f64,
+    pub breakaway: T,
     /// Which torque is held against mu_0 r F_n in stick.
     pub breakaway_test: BreakawayTest,
     /// The constant part of the margin of steady sliding, N m s/rad; `None` where there is no margin.
-    pub twice_resistance: Option<f64>,
+    pub twice_resistance: Option<T>,
     /// mu(x), or g(x).
     pub law: FrictionLaw,
     /// The law of each piece between its knots, smooth beyond them; empty for a law without any.
     pieces: Vec<FrictionLaw>,
     /// Stick, or none.
-    pub engagement: Engagement,
+    pub engagement: Engagement<T>,
     /// Quadratures: slip displacement, friction loss, damping loss, work of the drives, and with two free trains the angle of the
     /// stator's outermost inertia.
     pub slip: usize,
     /// Components of the state.
     pub dimension: usize,
     /// The linear part: rates of the states for T = 0, and per unit of T; and what omega_r and T_f are made of.
-    linear: LinearMaps,
+    linear: OnceLock<LinearMaps>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -334,6 +368,85 @@ pub const DAMPING_LOSS: usize = 2;
 pub const WORK: usize = 3;
 /// Index of the angle of the stator's outermost inertia, where both trains are free.
 pub const ANGLE: usize = 4;
+
+impl<T: Number> TrainSystem<T> {
+    /// The same equations with coefficients that are other numbers. The friction law keeps its parameters.
+    pub fn map<U>(&self, number: impl Fn(T) -> U) -> TrainSystem<U> {
+        TrainSystem {
+            rotor: self.rotor.map(&number),
+            stator: self.stator.map(&number),
+            radius: number(self.radius),
+            breakaway: number(self.breakaway),
+            breakaway_test: self.breakaway_test,
+            twice_resistance: self.twice_resistance.map(&number),
+            law: self.law.clone(),
+            engagement: self.engagement.map(&number),
+            pieces: self.pieces.clone(),
+            slip: self.slip,
+            dimension: self.dimension,
+            linear: OnceLock::new(),
+        }
+    }
+
+    /// States that the motion depends on: all before the quadratures.
+    pub fn mechanical(&self) -> usize {
+        self.slip
+    }
+
+    /// The law between its knots `piece` - 1 and `piece`.
+    #[inline]
+    pub fn law_in(&self, piece: usize) -> &FrictionLaw {
+        self.pieces.get(piece).unwrap_or(&self.law)
+    }
+
+    /// omega_r = phi_2' - phi_1', rad/s.
+    #[inline]
+    pub fn relative_velocity(&self, outside: &Outside<T>, y: &[T]) -> T {
+        self.rotor.surface_speed(&outside.rotor, y) - self.stator.surface_speed(&outside.stator, y)
+    }
+
+    /// J_2 and J_1 of the surfaces, kg m^2; `None` of one that is rigid.
+    #[inline]
+    fn surface_inertias(&self) -> (Option<T>, Option<T>) {
+        (
+            self.rotor.inertia.first().copied(),
+            self.stator.inertia.first().copied(),
+        )
+    }
+
+    /// T_f from the torques on the two surfaces and the accelerations of those that are rigid: linear in all four.
+    #[inline]
+    pub fn shared(&self, rotor: T, stator: T, rotor_acceleration: T, stator_acceleration: T) -> T {
+        match self.surface_inertias() {
+            (Some(j2), Some(j1)) => (j1 * rotor + j2 * stator) / (j1 + j2),
+            (None, Some(j1)) => stator + j1 * rotor_acceleration,
+            (Some(j2), None) => rotor - j2 * stator_acceleration,
+            (None, None) => T::of(0.0),
+        }
+    }
+
+    /// The acceleration that both surfaces have in stick, rad/s^2, from the same as [`Self::shared`]. Each of them under T_f would
+    /// have the same but for rounding, by which omega_r would creep away from zero.
+    #[inline]
+    pub fn joined(&self, rotor: T, stator: T, rotor_acceleration: T, stator_acceleration: T) -> T {
+        match self.surface_inertias() {
+            (Some(j2), Some(j1)) => (rotor - stator) / (j1 + j2),
+            (None, _) => rotor_acceleration,
+            (_, None) => stator_acceleration,
+        }
+    }
+
+    /// mu_0 r F_n, N m.
+    pub fn breakaway_torque(&self, normal_force: T) -> T {
+        self.breakaway * self.radius * normal_force
+    }
+
+    /// 2 r F_n, N m: what mu' is multiplied by in the margin.
+    #[inline]
+    pub fn slope_weight(&self, normal_force: T) -> T {
+        T::of(2.0) * self.radius * normal_force
+    }
+}
 
 impl TrainSystem {
     /// Of a case.
@@ -360,7 +473,7 @@ impl TrainSystem {
             0 => 0,
             knots => knots + 1,
         };
-        let mut system = TrainSystem {
+        let system = TrainSystem {
             pieces: (0..count).map(|piece| trains.law.continued(piece)).collect(),
             rotor,
             stator,
@@ -376,26 +489,10 @@ impl TrainSystem {
             engagement,
             slip,
             dimension,
-            linear: LinearMaps {
-                free: DMatrix::zeros(dimension, dimension),
-                interface: DVector::zeros(dimension),
-                relative_velocity: DVector::zeros(dimension),
-                transmitted: DVector::zeros(dimension),
-            },
+            linear: OnceLock::new(),
         };
-        system.linear = system.linear_maps();
+        system.linear();
         system
-    }
-
-    /// States that the motion depends on: all before the quadratures.
-    pub fn mechanical(&self) -> usize {
-        self.slip
-    }
-
-    /// The law between its knots `piece` - 1 and `piece`.
-    #[inline]
-    pub fn law_in(&self, piece: usize) -> &FrictionLaw {
-        self.pieces.get(piece).unwrap_or(&self.law)
     }
 
     /// Whether the law has knots.
@@ -406,12 +503,6 @@ impl TrainSystem {
     /// The piece of the law for a sliding speed (rad/s): at a knot the one below.
     pub fn piece_of(&self, speed: f64) -> usize {
         self.law.knots().iter().filter(|&&knot| knot < speed.abs()).count()
-    }
-
-    /// omega_r = phi_2' - phi_1', rad/s.
-    #[inline]
-    pub fn relative_velocity(&self, outside: &Outside, y: &[f64]) -> f64 {
-        self.rotor.surface_speed(&outside.rotor, y) - self.stator.surface_speed(&outside.stator, y)
     }
 
     /// The sum of the magnitudes that [`Self::relative_velocity`] is made of, rad/s.
@@ -460,33 +551,6 @@ impl TrainSystem {
         )
     }
 
-    /// T_f from the torques on the two surfaces and the accelerations of those that are rigid: linear in all four.
-    #[inline]
-    pub fn shared(&self, rotor: f64, stator: f64, rotor_acceleration: f64, stator_acceleration: f64) -> f64 {
-        match (self.rotor.inertia.first(), self.stator.inertia.first()) {
-            (Some(j2), Some(j1)) => (j1 * rotor + j2 * stator) / (j1 + j2),
-            (None, Some(j1)) => stator + j1 * rotor_acceleration,
-            (Some(j2), None) => rotor - j2 * stator_acceleration,
-            (None, None) => 0.0,
-        }
-    }
-
-    /// The acceleration that both surfaces have in stick, rad/s^2, from the same as [`Self::shared`]. Each of them under T_f would
-    /// have the same but for rounding, by which omega_r would creep away from zero.
-    #[inline]
-    pub fn joined(&self, rotor: f64, stator: f64, rotor_acceleration: f64, stator_acceleration: f64) -> f64 {
-        match (self.rotor.inertia.first(), self.stator.inertia.first()) {
-            (Some(j2), Some(j1)) => (rotor - stator) / (j1 + j2),
-            (None, _) => rotor_acceleration,
-            (_, None) => stator_acceleration,
-        }
-    }
-
-    /// mu_0 r F_n, N m.
-    pub fn breakaway_torque(&self, normal_force: f64) -> f64 {
-        self.breakaway * self.radius * normal_force
-    }
-
     /// 2 (R + r F_n mu'(|omega_r|)), N m s/rad: the damping left to the swing of the surfaces in steady sliding; infinite where
     /// there is no margin. Its zero is what the project calls instability.
     pub fn stability_margin(&self, sense: f64, piece: usize, outside: &Outside, y: &[f64]) -> f64 {
@@ -507,12 +571,6 @@ impl TrainSystem {
     pub(crate) fn compliance(&self) -> f64 {
         let shafts = self.rotor.stiffness.iter().chain(&self.stator.stiffness);
         shafts.map(|k| k.recip()).sum()
-    }
-
-    /// 2 r F_n, N m: what mu' is multiplied by in the margin.
-    #[inline]
-    pub fn slope_weight(&self, normal_force: f64) -> f64 {
-        2.0 * self.radius * normal_force
     }
 
     /// s mu(s omega_r) r F_n in slip with sense `sense`, N m.
@@ -621,7 +679,7 @@ impl TrainSystem {
 
     /// The rates of all states per unit of the interface's torque, 1/(N m).
     pub(crate) fn interface_rates(&self) -> &[f64] {
-        self.linear.interface.as_slice()
+        self.linear().interface.as_slice()
     }
 
     /// Up to which share (in 0 to 1) of a change of omega_r by `change` (rad/s, either way) from `w` the interface's torque may be
@@ -646,7 +704,7 @@ impl TrainSystem {
     /// The matrix of the rates in slip, of what the motion depends on, where the slope of friction adds `contact_damping` =
     /// r F_n mu' (N m s/rad): the sense and the speed matter in no other way.
     pub(crate) fn sliding_matrix(&self, contact_damping: f64) -> DMatrix<f64> {
-        let (maps, n) = (&self.linear, self.mechanical());
+        let (maps, n) = (self.linear(), self.mechanical());
         DMatrix::from_fn(n, n, |i, j| {
             maps.free[(i, j)] + contact_damping * maps.interface[i] * maps.relative_velocity[j]
         })
@@ -683,6 +741,10 @@ impl TrainSystem {
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
             matrix[(i, j)] * self.weight(j) / self.weight(i)
         })
+    }
+
+    fn linear(&self) -> &LinearMaps {
+        self.linear.get_or_init(|| self.linear_maps())
     }
 
     fn linear_maps(&self) -> LinearMaps {
@@ -723,14 +785,14 @@ impl TrainSystem {
         y: &[f64],
         jac: &mut nalgebra::DMatrixViewMut<'_, f64>,
     ) {
-        jac.copy_from(&self.linear.free);
-        let g = &self.linear.relative_velocity;
+        jac.copy_from(&self.linear().free);
+        let g = &self.linear().relative_velocity;
         match mode {
             Mode::Separated => {}
-            Mode::Stick => jac.ger(1.0, &self.linear.interface, &self.linear.transmitted, 1.0),
+            Mode::Stick => jac.ger(1.0, &self.linear().interface, &self.linear().transmitted, 1.0),
             Mode::SlipForward | Mode::SlipBackward => {
                 let damping = self.contact_damping(sense, piece, outside, y);
-                jac.ger(damping, &self.linear.interface, g, 1.0);
+                jac.ger(damping, &self.linear().interface, g, 1.0);
             }
             Mode::Engaged => {
                 let w = self.relative_velocity(outside, y);
@@ -748,17 +810,22 @@ impl TrainSystem {
                             }
                         };
                         let by_speed = sense * slope * shape + mu * rate / speed;
-                        jac.ger(by_speed * pressed, &self.linear.interface, g, 1.0);
+                        jac.ger(by_speed * pressed, &self.linear().interface, g, 1.0);
                     }
                     Engagement::Bristles(stiffness, damping, viscous, at) => {
                         let (x, z) = (sense * w, y[at]);
                         // z' = w - sigma_0 x z/g
                         let by_speed = 1.0 - stiffness * sense * z * (mu - x * slope) / (mu * mu);
                         let by_deflection = -stiffness * x / mu;
-                        jac.ger((damping * by_speed + viscous) * pressed, &self.linear.interface, g, 1.0);
+                        jac.ger(
+                            (damping * by_speed + viscous) * pressed,
+                            &self.linear().interface,
+                            g,
+                            1.0,
+                        );
                         let column = (stiffness + damping * by_deflection) * pressed;
                         for row in 0..self.mechanical() {
-                            jac[(row, at)] += column * self.linear.interface[row];
+                            jac[(row, at)] += column * self.linear().interface[row];
                         }
                         for k in 0..self.mechanical() {
                             jac[(at, k)] = by_speed * g[k];
@@ -812,7 +879,7 @@ impl TrainSystem {
 
     /// Of a jump of omega_r that keeps the momentum, the shares that rotor and stator surface take.
     pub fn shares(&self) -> (f64, f64) {
-        match (self.rotor.inertia.first(), self.stator.inertia.first()) {
+        match self.surface_inertias() {
             (Some(j2), Some(j1)) => (j1 / (j1 + j2), j2 / (j1 + j2)),
             (None, Some(_)) => (0.0, 1.0),
             (Some(_), None) => (1.0, 0.0),

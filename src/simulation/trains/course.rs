@@ -115,7 +115,7 @@ impl Course {
         let start = super::start(trains, &dynamics);
         let plan = TrainPlan::new(trains, &dynamics, &start, solver);
         Course {
-            expansion: Expansion::new(&dynamics),
+            expansion: Expansion::new(&dynamics.system, &dynamics.excitation),
             location: TrainLocation {
                 mode: Mode::Separated,
                 sense: 0,
@@ -296,8 +296,8 @@ impl Course {
         self.time = t;
         self.y.copy_from_slice(y);
         self.expansion.terms = terms;
-        let dynamics = self.dynamics.clone();
-        self.expansion.expand(&dynamics, &self.location, t, y, unit);
+        let TrainDynamics { system, excitation, .. } = &*self.dynamics;
+        self.expansion.expand((system, excitation), &self.location, t, y, unit);
     }
 
     /// Goes on from a state, and returns how long (s) that is good; no longer than `longest` (s).
@@ -376,7 +376,7 @@ impl Course {
             return step;
         }
         let known = &self.expansion.relative_velocity[..self.expansion.terms];
-        let w = |x: f64| taylor::value(known, &(x / self.expansion.unit));
+        let w = |x: f64| taylor::value(known, x / self.expansion.unit);
         let inside = |x: f64| {
             let w = w(x);
             let side = self.location.mode != Mode::Engaged || w * self.location.sign() >= 0.0;

@@ -7,7 +7,7 @@ use crate::model::trains::Trains;
 use crate::model::trains::closed_form;
 use crate::model::trains::slow_motion::{SlowMotion, SlowMotions};
 use crate::model::trains::stability::least_fast_frequency;
-use crate::model::trains::system::{Driving, Engagement, Outside, Side, TrainSystem};
+use crate::model::trains::system::{Engagement, Outside, Side, TrainSystem};
 use crate::model::{BreakawayTest, Mode};
 use crate::numerics::eigenvalues::eigenvalues;
 use nalgebra::{DMatrix, DMatrixViewMut};
@@ -314,18 +314,10 @@ impl TrainDynamics {
 
     /// The rates of what acts from outside, by the same names.
     fn outside_rates(&self, location: &TrainLocation, t: f64) -> Outside {
-        let mut series = OutsideSeries::<4>::new();
-        self.excitation.series(location.stretch, t, 1.0, &mut series);
-        let [rotor, stator] = series.sides.each_ref().map(|side| Driving {
-            speed: side.speed[1],
-            acceleration: side.acceleration[1],
-            torque: side.torque[1],
-        });
-        Outside {
-            rotor,
-            stator,
-            normal_force: series.normal_force[1],
-        }
+        let mut series = OutsideSeries::<_, 4>::new();
+        let ringing = self.excitation.ringing_in_doubles();
+        self.excitation.series(ringing, location.stretch, t, 1.0, &mut series);
+        series.coefficient(1)
     }
 
     /// The least velocity of a surface that swings on its shaft with the static twist under friction for its amplitude, rad/s; 0

@@ -1,12 +1,12 @@
 //! What acts on the trains from outside as functions of time: drives, external torques, and the normal force.
 
-use crate::model::axial::{AxialMotion, ChangeCause, ContactChange};
+use crate::model::axial::{AxialMotion, ChangeCause, ContactChange, Ringing};
 use crate::model::breakaway::Bounded;
 use crate::model::trains::stability::SmoothForce;
 use crate::model::trains::system::{Driving, Outside};
 use crate::model::trains::{End, Pressing, Trains};
 use crate::numerics::polynomial_roots::first_falling;
-use crate::numerics::taylor;
+use crate::numerics::{Number, taylor};
 use crate::signal::{Drive, Timeline};
 
 /// Coefficients of the expansions by which zeros of the normal force are found.
@@ -53,44 +53,59 @@ pub struct Excitation {
 
 /// Taylor coefficients of everything from outside, by powers of time over a unit.
 #[derive(Debug, Clone)]
-pub struct OutsideSeries<const N: usize> {
+pub struct OutsideSeries<T, const N: usize> {
     /// Speed, its rate (per second), and torque of each side, rotor first.
-    pub sides: [DrivingSeries<N>; 2],
+    pub sides: [DrivingSeries<T, N>; 2],
     /// F_n, N.
-    pub normal_force: [f64; N],
+    pub normal_force: [T; N],
     /// The degree beyond which F_n has no coefficients.
     pub degree: usize,
 }
 
 /// Of one side.
 #[derive(Debug, Clone)]
-pub struct DrivingSeries<const N: usize> {
+pub struct DrivingSeries<T, const N: usize> {
     /// rad/s.
-    pub speed: [f64; N],
+    pub speed: [T; N],
     /// The degree beyond which the speed has no coefficients; `None` of an end that stands or is free.
     pub speed_degree: Option<usize>,
     /// rad/s^2.
-    pub acceleration: [f64; N],
+    pub acceleration: [T; N],
     /// N m.
-    pub torque: [f64; N],
+    pub torque: [T; N],
     /// The degree beyond which the torque has no coefficients.
     pub torque_degree: usize,
 }
 
-impl<const N: usize> OutsideSeries<N> {
+impl<T: Number, const N: usize> OutsideSeries<T, N> {
     /// Nothing.
     pub fn new() -> Self {
+        let nothing = taylor::zeros();
         let side = DrivingSeries {
-            speed: [0.0; N],
+            speed: nothing,
             speed_degree: None,
-            acceleration: [0.0; N],
-            torque: [0.0; N],
+            acceleration: nothing,
+            torque: nothing,
             torque_degree: 0,
         };
         OutsideSeries {
             sides: [side.clone(), side],
-            normal_force: [0.0; N],
+            normal_force: nothing,
             degree: 0,
+        }
+    }
+
+    /// Coefficient `n` of all of them.
+    pub fn coefficient(&self, n: usize) -> Outside<T> {
+        let [rotor, stator] = self.sides.each_ref().map(|side| Driving {
+            speed: side.speed[n],
+            acceleration: side.acceleration[n],
+            torque: side.torque[n],
+        });
+        Outside {
+            rotor,
+            stator,
+            normal_force: self.normal_force[n],
         }
     }
 }
@@ -153,8 +168,8 @@ impl Excitation {
         if self.corners().contains(&t) {
             return 0.0;
         }
-        let mut series = OutsideSeries::<4>::new();
-        self.series(self.stretch(t), t, 1.0, &mut series);
+        let mut series = OutsideSeries::<_, 4>::new();
+        self.series(self.ringing_in_doubles(), self.stretch(t), t, 1.0, &mut series);
         let powers = series.normal_force.iter().enumerate().skip(1);
         powers
             .map(|(n, c)| (self.rounding() / c.abs()).powf(1.0 / n as f64))
@@ -281,16 +296,33 @@ impl Excitation {
         of(&self.rotor) - of(&self.stator)
     }
 
-    /// Its Taylor coefficients about `t`, by powers of time over `unit` (s).
-    pub fn series<const N: usize>(&self, stretch: usize, t: f64, unit: f64, out: &mut OutsideSeries<N>) {
+    /// The ringing of the axial motion in any numbers, for [`Self::series`].
+    pub(super) fn ringing<T: Number>(&self) -> Option<Ringing<T>> {
+        self.axial().map(AxialMotion::ringing)
+    }
+
+    pub(super) fn ringing_in_doubles(&self) -> Option<&Ringing> {
+        self.axial().map(AxialMotion::ringing_in_doubles)
+    }
+
+    /// Its Taylor coefficients about `t`, by powers of time over `unit` (s), with the [ringing](Self::ringing) of the axial
+    /// motion. An enclosure is that of the [signals](Timeline::series) and of the [force](AxialMotion::pressing_series) in doubles.
+    pub(super) fn series<T: Number, const N: usize>(
+        &self,
+        ringing: Option<&Ringing<T>>,
+        stretch: usize,
+        t: f64,
+        unit: f64,
+        out: &mut OutsideSeries<T, N>,
+    ) {
         for (places, side) in [&self.rotor, &self.stator].into_iter().zip(&mut out.sides) {
             if let Some(index) = places.speed {
                 self.timeline.series(index, stretch, t, unit, &mut side.speed);
                 let degree = degree(&side.speed);
                 side.speed_degree = Some(degree);
-                side.acceleration[degree..].fill(0.0);
+                side.acceleration[degree..].fill(T::of(0.0));
                 for n in 0..degree {
-                    side.acceleration[n] = (n + 1) as f64 * side.speed[n + 1] / unit;
+                    side.acceleration[n] = T::of((n + 1) as f64) * side.speed[n + 1] / T::of(unit);
                 }
             }
             if let Some(index) = places.torque {
@@ -303,14 +335,17 @@ impl Excitation {
                 self.timeline.series(*index, stretch, t, unit, &mut out.normal_force);
                 out.degree = degree(&out.normal_force);
             }
-            NormalForce::Axial(motion, _) => out.degree = motion.pressing_series(t, unit, &mut out.normal_force),
+            NormalForce::Axial(motion, _) => {
+                let ringing = ringing.expect("an axial motion comes with its ringing");
+                out.degree = motion.pressing_series(ringing, t, unit, &mut out.normal_force);
+            }
         }
     }
 
     /// F_n (N) at `t` (s) and its rate (N/s), where it [is a straight line](Self::is_silent).
     pub fn line(&self, stretch: usize, t: f64) -> [f64; 2] {
-        let mut series = OutsideSeries::<2>::new();
-        self.series(stretch, t, 1.0, &mut series);
+        let mut series = OutsideSeries::<_, 2>::new();
+        self.series(self.ringing_in_doubles(), stretch, t, 1.0, &mut series);
         series.normal_force
     }
 
@@ -503,8 +538,8 @@ impl Excitation {
 }
 
 /// The degree beyond which a series has no coefficients.
-fn degree(series: &[f64]) -> usize {
-    series.iter().rposition(|&c| c != 0.0).unwrap_or(0)
+fn degree<T: Number>(series: &[T]) -> usize {
+    series.iter().rposition(|&c| c != T::of(0.0)).unwrap_or(0)
 }
 
 /// A lower and an upper bound of a drive after the end of each stretch.
@@ -525,7 +560,7 @@ fn without_lift(c: &[f64], lift: f64, share: f64) -> f64 {
     let slope = c.iter().enumerate().skip(1).rev();
     let slope = slope.fold(0.0, |sum, (n, c)| sum * share + n as f64 * c);
     let earlier = (share + lift / slope).max(0.0);
-    if earlier < share && taylor::value(c, &earlier) <= 2.0 * lift {
+    if earlier < share && taylor::value(c, earlier) <= 2.0 * lift {
         earlier
     } else {
         share

@@ -201,7 +201,7 @@ impl TaylorEngine {
                 }
             }
             let value = self.guard_at(watched, start + root, &self.stage);
-            let (_, slope) = taylor::value_and_rate(&polynomial, &(root / length));
+            let (_, slope) = taylor::value_and_rate(&polynomial, root / length);
             let next = root - value * length / slope;
             if !(next > 0.0 && next <= length) || (next - root).abs() <= 2.0 * f64::EPSILON * (start + root) {
                 break;

@@ -131,7 +131,7 @@ impl TaylorEngine {
     pub fn new(dynamics: Arc<TrainDynamics>) -> TaylorEngine {
         let dimension = dynamics.system.dimension;
         TaylorEngine {
-            expansion: Expansion::new(&dynamics),
+            expansion: Expansion::new(&dynamics.system, &dynamics.excitation),
             location: TrainLocation {
                 mode: Mode::Separated,
                 sense: 0,
@@ -180,7 +180,9 @@ impl TaylorEngine {
     fn expand(&mut self) {
         let unit = self.dynamics.unit(self.location.stretch);
         let t = self.origin + self.tau;
-        self.expansion.expand(&self.dynamics, &self.location, t, &self.y, unit);
+        let TrainDynamics { system, excitation, .. } = &*self.dynamics;
+        self.expansion
+            .expand((system, excitation), &self.location, t, &self.y, unit);
         self.counters.rhs_evaluations += 1;
     }
 
@@ -208,7 +210,7 @@ impl TaylorEngine {
         }
         self.weigh();
         let sense = self.location.sign();
-        let pressing = self.expansion.pressing(&dynamics, &self.location, t);
+        let pressing = self.expansion.pressing(&dynamics.excitation, &self.location, t);
         let slip = Slip::undriven(sense, self.location.piece, pressing);
         let slow = SlowSeries::<TERMS>::new(system, &slip, slow_momenta(system, &slip.outside, &self.y));
         let start = slow.start(system);
