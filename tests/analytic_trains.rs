@@ -957,22 +957,62 @@ fn property_steps_see_a_narrow_friction_law() {
     }
 }
 
-/// A force that only just exceeds friction: a slip of some microseconds. The first steps of a multistep method are far shorter
-/// than rounding takes to be left behind; the run once stood still there.
+/// A mass that a cosine pushes just over the friction of its contact: it slips for 4.6 us at each largest force.
+const PUSHED: &str = "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend = \"fixed\"\n[stator]\nend = \"fixed\"\n\
+    inertia = 0.2252\nstiffness = 619.8\ndamping = 1.481\n\
+    torque = { profile = \"cosine\", amplitude = 36.87, angular_frequency = 13.47, phase = -2.003 }\ntorque_on = 0\n\
+    [contact]\nnormal_force = 83.4540515895505\n[friction]\nlaw = \"polynomial\"\nbreakaway = 0.4418\nlow_speed = 0.4418\n\
+    linear = -0.1837\nquadratic = 0.129\nvalid_below = 299700.0\n[output]\nend_time = 0.8683\ninterval = 0.0124\n";
+
+/// Two trains that swing as one and slip once, for 4.4 us, where the torque only just reaches its limit.
+const SWUNG: &str = "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend = \"fixed\"\ninertia = [59.16, 22.72]\n\
+    stiffness = [118.4, 15810.0]\ndamping = [7.066, 84.22]\n[stator]\nend = \"fixed\"\ninertia = 10.48\nstiffness = 83710.0\n\
+    damping = 6.547\nviscous = [13.48]\n\
+    torque = { profile = \"sine\", amplitude = 51.4, angular_frequency = 0.4212, phase = 1.511 }\ntorque_on = 0\n\
+    [contact]\nnormal_force = 22.047241897583\n[friction]\nlaw = \"exponential\"\nbreakaway = 0.5081\nlow_speed = 0.5081\n\
+    high_speed = 0.2287\ndecay = 70.18\n[output]\nend_time = 4.7\ninterval = 0.0671\n";
+
+/// Slips of some microseconds. Their speed is below what the tolerances of a multistep method resolve, and the slip is over
+/// before the method has left its first order: `cvode` was 1.5e-7 s off, and the run once stood still there. The single
+/// multistep methods are off by a third of the slip, or lose it, and say so.
 #[test]
-fn property_a_slip_of_microseconds_is_left_again() {
-    let case = written(
-        "title = \"graze\"\nmotion = \"translation\"\n[rotor]\nend = \"fixed\"\n[stator]\nend = \"fixed\"\ninertia = 0.2252\n\
-         stiffness = 619.8\ndamping = 1.481\ntorque = { profile = \"cosine\", amplitude = 36.87, angular_frequency = 13.47, \
-         phase = -2.003 }\ntorque_on = 0\n[contact]\nnormal_force = 83.4540515895505\n[friction]\nlaw = \"polynomial\"\n\
-         breakaway = 0.4418\nlow_speed = 0.4418\nlinear = -0.1837\nquadratic = 0.129\nvalid_below = 299700.0\n[output]\n\
-         end_time = 0.8683\ninterval = 0.0124\n",
-    );
-    for method in ["cvode", "cvode-adams", "cvode-bdf", "auto"] {
-        let (events, _) = from_series(&case, method);
-        println!("{method}: events {events:.1e} s");
-        // The end of so short a slip is where errors of 1e-12 of the torque put it.
-        assert!(events < 5e-6, "{method}: {events:e} s");
+fn property_a_slip_of_microseconds_is_right_or_said() {
+    // An error of 1e-12 of the torque moves the second case's breakaway by 6e-10 s, and its stop by twice that.
+    for (text, tolerance) in [(PUSHED, 1e-11), (SWUNG, 4e-9)] {
+        let case = written(text);
+        for method in ["auto", "erk", "esdirk", "cvode"] {
+            let (events, _) = from_series(&case, method);
+            println!("{method}: events {events:.1e} s");
+            assert!(events < tolerance, "{method}: {events:e} s");
+            assert_eq!(run(&with(&case, method)).1.grazing, None, "{method}");
+        }
+        for method in ["cvode-adams", "cvode-bdf"] {
+            let grazing = run(&with(&case, method)).1.grazing;
+            println!("{method}: {grazing:?}");
+            assert!(grazing.is_some(), "{method}");
+        }
+    }
+}
+
+/// A contact without stick that begins at rest leaves it as the square of time: omega_r, a difference of two speeds, is rounding
+/// for the first 2e-7 s, and its sign none. Each change of sign was once the end of a segment, thousands of them.
+#[test]
+fn property_rounding_of_a_speed_at_rest_ends_no_segment() {
+    for law in [
+        "law = \"hyperbolic\"\nlow_speed = 1.0\nhigh_speed = 0.0\nscale = 0.3\n\
+         regularisation = { function = \"arctan\", speed = 1e-3 }",
+        "law = \"lugre\"\nlow_speed = 1.5\nhigh_speed = 1.0\nscale = 1e-3\nexponent = 2\nbristle_stiffness = 1e5\n\
+         bristle_damping = 316.0\nviscous = 0.4",
+    ] {
+        let case = written(&format!(
+            "title = \"from rest\"\nmotion = \"translation\"\n[rotor]\nend = \"driven\"\nspeed = 0.1\ninertia = 1.0\nstiffness = 2.0\n\
+             [stator]\nend = \"fixed\"\n[contact]\nnormal_force = 1.0\n[friction]\n{law}\n[initial]\nrotor_speed = 0.0\n\
+             [output]\nend_time = 1.0\ninterval = 0.1\n"
+        ));
+        for method in ["series", "auto", "esdirk", "cvode"] {
+            let segments = run(&with(&case, method)).0.segments.len();
+            assert!(segments <= 2, "{method}: {segments}");
+        }
     }
 }
 

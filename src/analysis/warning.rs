@@ -35,7 +35,7 @@ pub enum Warning {
         /// What closes it.
         remedy: BalanceRemedy,
     },
-    /// A guard came as near to its boundary as the solver could tell, and turned.
+    /// A guard was as near to its boundary as the solver can tell: it turned there, or had just left it.
     Grazing {
         /// How often, when first, and which guard.
         grazing: Grazing,
@@ -260,8 +260,8 @@ impl fmt::Display for Warning {
                 solver,
             } => write!(
                 f,
-                "at t = {time:.9} s the run comes within its own error of an event ({guard}) and turns back{}: whether the \
-                 contact changes there, for however short a time, is not decided. {}",
+                "at t = {time:.9} s the run comes within its own error of an event ({guard}){}: whether the contact changes \
+                 there, and for how short a time, is not decided. {}",
                 if *count > 1 {
                     format!(", and so {} times more", count - 1)
                 } else {

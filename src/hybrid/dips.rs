@@ -5,7 +5,7 @@
 //! at on the states inside the step.
 
 use super::last_step::LastStep;
-use super::{Direction, Dynamics};
+use super::{ChosenSolver, Direction, Dynamics, SolverKind};
 use crate::sundials::SolverError;
 
 /// Of a step, how far ahead a guard is looked at for its rate: far below any time scale of a resolved solution, far
@@ -19,6 +19,9 @@ const CONVEXITY: f64 = 0.25;
 /// A guard that comes as near to its boundary as this multiple of the solver's relative tolerance, as a share of its largest
 /// value in the segment, may have reached it: the errors of some hundred steps add up.
 const NEAR: f64 = 100.0;
+
+/// The same of BDF, whose steps err alike, and by more.
+const NEAR_BY_BDF: f64 = 1e4;
 
 /// Halvings of an interval that end at neighbouring numbers.
 const MOST_HALVINGS: usize = 100;
@@ -58,8 +61,8 @@ pub(super) struct Dip {
 }
 
 impl Dips {
-    /// Of a segment at `location`, by a solver of this relative tolerance.
-    pub(super) fn new<D: Dynamics>(dynamics: &D, location: &D::Location, relative: f64) -> Self {
+    /// Of a segment at `location`, by a solver as `chosen`.
+    pub(super) fn new<D: Dynamics>(dynamics: &D, location: &D::Location, chosen: &ChosenSolver) -> Self {
         let sign = |direction| match direction {
             Direction::Falling => 1.0,
             Direction::Rising => -1.0,
@@ -75,7 +78,11 @@ impl Dips {
         Dips {
             signs: guards.iter().map(|guard| sign(guard.direction)).collect(),
             largest: vec![0.0; guards.len()],
-            near: NEAR * relative,
+            near: chosen.tolerances.relative
+                * match chosen.kind {
+                    SolverKind::CvodeBdf { .. } => NEAR_BY_BDF,
+                    _ => NEAR,
+                },
             grazed: None,
             before: readings(),
             after: readings(),
@@ -137,6 +144,11 @@ impl Dips {
             }
         }
         Ok(earliest)
+    }
+
+    /// The largest value of a guard so far.
+    pub(super) fn largest(&self, guard: usize) -> f64 {
+        self.largest[guard]
     }
 
     /// A dip since the last call that came so near to the boundary that it may have reached it.

@@ -109,7 +109,8 @@ pub trait Engine<L>: Send {
     /// Where the state inside a step is another step, which can fail like any.
     fn state_at(&mut self, tau: f64, out: &mut [f64]) -> Result<(), EngineError>;
 
-    /// When (s), and which guard, has come as near to its boundary in the last step as the engine can tell, and has turned.
+    /// When (s), and which guard, was as near to its boundary in the last step as the engine can tell, and turned, or had just
+    /// left it.
     fn grazed(&mut self) -> Option<(f64, usize)> {
         None
     }

@@ -195,7 +195,7 @@ pub trait Observer<L, K> {
     /// An event at time `t` (s), with the states on its two sides.
     fn event(&mut self, t: f64, kind: K, before: (&L, &[f64]), after: (&L, &[f64])) -> Result<(), ObserverError>;
 
-    /// At `t` (s) a guard of this name has come as near to its boundary as the solver can tell, and has turned.
+    /// At `t` (s) a guard of this name was as near to its boundary as the solver can tell, and turned, or had just left it.
     fn grazed(&mut self, _t: f64, _location: &L, _guard: &'static str) {}
 
     /// A segment has ended.

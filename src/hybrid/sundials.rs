@@ -3,11 +3,15 @@
 use super::dips::Dips;
 use super::last_step::{DynIntegrator, Flow, LastStep};
 use super::{Advance, ChosenSolver, Direction, Dynamics, Engine, EngineError, Fired, Segment, SolverKind};
-use crate::sundials::{Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Outcome, SolverError, Stepping, Task};
+use crate::sundials::{Counters, Cvode, CvodeOptions, Erk, ErkOptions, Esdirk, Outcome, SolverError, Stepping, Task, Tolerances};
 use std::sync::Arc;
 
 /// Newton's method on a root ends after so many rounds.
 const MOST_REFINEMENTS: usize = 4;
+
+/// A guard that has not come further from its boundary than this multiple of what the tolerances let it err by has an event
+/// that a multistep method does not resolve.
+const UNRESOLVED: f64 = 100.0;
 
 /// See the module.
 pub(super) struct SundialsEngine<D: Dynamics> {
@@ -20,6 +24,9 @@ pub(super) struct SundialsEngine<D: Dynamics> {
     /// Where the solver is to stop next, on the segment's clock: at its end, or within [`Dynamics::reach`].
     stop: f64,
     fixed_step: bool,
+    tolerances: Tolerances,
+    /// When a guard has fired that the tolerances do not resolve, and which.
+    unresolved: Option<(f64, usize)>,
     tau: f64,
     state: Vec<f64>,
     /// Scratch of the guards' values, the rates, and a state near by.
@@ -52,12 +59,14 @@ impl<D: Dynamics> SundialsEngine<D> {
         };
         let state = segment.state.to_vec();
         Ok(SundialsEngine {
-            dips: Dips::new(&*dynamics, &segment.location, chosen.tolerances.relative),
+            dips: Dips::new(&*dynamics, &segment.location, chosen),
             location: segment.location,
             origin: segment.start,
             span: segment.span(),
             stop: segment.span(),
             fixed_step: chosen.fixed_step.is_some(),
+            tolerances: chosen.tolerances.clone(),
+            unresolved: None,
             tau: 0.0,
             values: Vec::new(),
             ahead: Vec::new(),
@@ -67,6 +76,27 @@ impl<D: Dynamics> SundialsEngine<D> {
             step,
             dynamics,
         })
+    }
+
+    /// Whether a guard that fires has been no further from its boundary than the tolerances let it err, so that neither its event
+    /// nor the segment's length means anything. One-step methods follow even such a segment, whose steps are long enough.
+    fn is_unresolved(&mut self, guard: usize) -> bool {
+        if self.step.probe.is_some() {
+            return false;
+        }
+        let (t, dynamics, location) = (self.origin + self.tau, &self.dynamics, &self.location);
+        let guards = dynamics.guards(location).len();
+        self.values.resize(guards, 0.0);
+        self.ahead.resize(guards, 0.0);
+        dynamics.guard_values(location, t, &self.state, &mut self.values);
+        let mut tolerated = 0.0;
+        for (index, absolute) in self.tolerances.absolute.iter().enumerate() {
+            self.moved.copy_from_slice(&self.state);
+            self.moved[index] += absolute + self.tolerances.relative * self.state[index].abs();
+            dynamics.guard_values(location, t, &self.moved, &mut self.ahead);
+            tolerated += (self.ahead[guard] - self.values[guard]).abs();
+        }
+        self.dips.largest(guard) <= UNRESOLVED * tolerated
     }
 
     /// The root that the solver has found in its last step, to the accuracy of the method; leaves the state there in
@@ -140,7 +170,8 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
         step.solver.set_max_step(chosen.max_step)?;
         step.solver.set_stop_time(Some(self.span))?;
         (self.stop, self.fixed_step) = (self.span, chosen.fixed_step.is_some());
-        self.dips = Dips::new(&*self.dynamics, &segment.location, chosen.tolerances.relative);
+        self.dips = Dips::new(&*self.dynamics, &segment.location, chosen);
+        (self.tolerances, self.unresolved) = (chosen.tolerances.clone(), None);
         Ok(())
     }
 
@@ -183,6 +214,11 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
             self.step.state_at(self.tau, &mut self.state)?;
             advance = Advance::Guards(Fired::one(dip.guard));
         }
+        if let Advance::Guards(fired) = advance
+            && self.is_unresolved(fired.first())
+        {
+            self.unresolved = Some((self.tau, fired.first()));
+        }
         Ok(advance)
     }
 
@@ -199,7 +235,8 @@ impl<D: Dynamics> Engine<D::Location> for SundialsEngine<D> {
     }
 
     fn grazed(&mut self) -> Option<(f64, usize)> {
-        self.dips.grazed().map(|dip| (dip.time, dip.guard))
+        let dip = self.dips.grazed().map(|dip| (dip.time, dip.guard));
+        dip.or_else(|| self.unresolved.take())
     }
 
     fn counters(&mut self) -> Result<Counters, EngineError> {

@@ -15,8 +15,8 @@ pub struct Progress {
     pub events: usize,
 }
 
-/// Guards that came as near to their boundaries as the solver could tell, and turned: whether the contact changes there is not
-/// decided.
+/// Guards that were as near to their boundaries as the solver can tell, and turned, or had just left them: whether the contact
+/// changes there, and for how long, is not decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grazing {
     /// How often.

@@ -17,6 +17,25 @@ const SYMBOLS: [(&str, &str, &str); 3] = [
 /// A symbol is no longer than this: what stands before the comma of a description.
 const LONGEST_SYMBOL: usize = 8;
 
+/// Quantities that say how a run was computed, or what follows from its case alone.
+const NO_RESULTS: [&str; 12] = [
+    "energy_residual",
+    "steps",
+    "rhs_evaluations",
+    "jacobian_evaluations",
+    "attractor_agreement",
+    "attractor_distance",
+    "attractor_since",
+    "noise_determined",
+    "kicks_never_given",
+    "natural_period",
+    "stick_threshold",
+    "end_time",
+];
+
+/// Values that differ by less than this share of the largest are the same.
+const SAME: f64 = 1e-6;
+
 /// Codes of the status of a point.
 const COMPLETE: f64 = 0.0;
 const FAILED: f64 = 1.0;
@@ -163,6 +182,15 @@ impl StudyQuantity {
         let first = numbers.next();
         numbers.any(|value| Some(value) != first)
     }
+
+    /// How many different values it has.
+    fn different_values(&self) -> usize {
+        let mut values: Vec<f64> = self.values.iter().copied().filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let largest = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        values.dedup_by(|next, before| *next - *before <= SAME * largest);
+        values.len()
+    }
 }
 
 /// A sweep file, in memory.
@@ -307,19 +335,26 @@ impl StudyData {
         self.asked().next().is_some()
     }
 
-    /// The quantities that the study asks for. Where it asks for none, the first of `wishes` that differs from point to point; else the
-    /// first quantity that does, or the first of all.
+    /// The quantities that the study asks for. Where it asks for none, the first of `wishes` that differs from point to point; else
+    /// the result that tells most points apart, or the first of all.
     pub(super) fn of_interest(&self, wishes: &[&str]) -> Vec<&StudyQuantity> {
         if self.asks() {
             return self.asked().collect();
         }
-        let named = wishes.iter().filter_map(|wish| self.quantity(wish).ok());
-        let all = named.chain(&self.quantities);
-        all.clone()
-            .find(|quantity| quantity.varies())
-            .or_else(|| all.clone().next())
-            .into_iter()
-            .collect()
+        let mut named = wishes.iter().filter_map(|wish| self.quantity(wish).ok());
+        let wished = named.find(|quantity| quantity.varies());
+        let found = wished.or_else(|| self.most_telling()).or(self.quantities.first());
+        found.into_iter().collect()
+    }
+
+    /// The result with the most different values, of equals the first; `None` if none varies.
+    fn most_telling(&self) -> Option<&StudyQuantity> {
+        let results = self.quantities.iter().filter(|quantity| {
+            let name = quantity.name.as_str();
+            quantity.varies() && !NO_RESULTS.contains(&name)
+        });
+        // Of equals the last is the largest: from behind, that is the first.
+        results.rev().max_by_key(|quantity| quantity.different_values())
     }
 
     /// The place of the axis of a name, or of a key.

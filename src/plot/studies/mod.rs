@@ -104,7 +104,7 @@ pub fn figures(file: &SweepFile, choice: &Choice) -> Result<Vec<Figure>, PlotErr
             let mut figure = plane::or_curves(&data, quantity, choice)?;
             if choice.quantities.is_empty() && !data.asks() {
                 figure.title += if quantity.varies() {
-                    ", the first quantity that varies"
+                    ", the quantity that tells most points apart"
                 } else {
                     ", as no quantity varies"
                 };
@@ -143,7 +143,7 @@ pub fn distributions(file: &SweepFile, choice: &Choice) -> Result<Vec<(StudyQuan
     Ok(found)
 }
 
-/// Those that are asked for, here or by the study; else of a grid the first that varies, of a sample the onset.
+/// Those that are asked for, here or by the study; else of a sample the onset, of a grid what tells most of its points apart.
 fn quantities<'a>(data: &'a StudyData, choice: &Choice) -> Result<Vec<&'a StudyQuantity>, PlotError> {
     if choice.quantities.is_empty() {
         let wishes: &[&str] = if data.is_grid {

@@ -428,8 +428,8 @@ impl Dynamics for TrainDynamics {
         }
         for (value, &watched) in values.iter_mut().zip(watched) {
             *value = self.watched_value(watched, location, &outside, y);
-            if watched == Watched::Stopping && location.mode != Mode::Engaged {
-                // What rounding leaves of a departure that is slower than any power of time is no return.
+            if watched == Watched::Stopping {
+                // A departure from rest may be slower than any power of time. Rounding of omega_r is no return then.
                 *value += NOISE * self.system.relative_velocity_terms(&outside, y);
             }
         }

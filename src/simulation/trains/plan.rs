@@ -1,6 +1,7 @@
 //! Which solver integrates which location of two trains, and how accurately.
 
-use super::dynamics::{TrainDynamics, TrainLocation};
+use super::dynamics::{TrainDynamics, TrainLocation, VELOCITY_NOISE};
+use super::expansion::Expansion;
 use super::regime::{Regimes, Steps, Stride};
 use crate::friction::Law;
 use crate::hybrid::{ChosenSolver, SolverKind};
@@ -9,6 +10,7 @@ use crate::model::trains::slow_manifold::has_slow_manifold;
 use crate::model::trains::stability::least_fast_frequency;
 use crate::model::trains::system::{ANGLE, Driving, Engagement, Outside};
 use crate::model::trains::{End, Trains};
+use crate::numerics::polynomial_roots::first_falling;
 use crate::simulation::options::{Method, SolverOptions};
 use crate::sundials::{CvodeOptions, EsdirkTable, ShortSteps, Tolerances};
 use std::f64::consts::TAU;
@@ -46,6 +48,13 @@ const CVODE_TIGHTENING: f64 = 1e-3;
 /// above its rounding; a step of a one-step method is long past that.
 const SETTLING: f64 = 1e-7;
 
+/// A slip from rest that ends within this share of the shortest period is over before a multistep method has left its first
+/// order. Its speed is then far below what the tolerances know. By `cvode`, ARKODE takes it at order 8.
+const BRIEF: f64 = 0.02;
+
+/// An acceleration that changes by more than its own multiple of this within a brief slip is zero at its start but for rounding.
+const DEPARTURE_NOISE: f64 = 1e-9;
+
 /// Adams' method of `cvode`. With CVODE's own coefficient, 0.1, its iteration often ends after one round: that
 /// is an explicit method, whose stability holds order and step down.
 const CVODE_ADAMS: CvodeOptions = CvodeOptions {
@@ -68,6 +77,10 @@ const CVODE_ABSOLUTE_SHARE: f64 = 0.01;
 /// The same of its twists and their rates in a slip whose oscillation is resolved. A kick may be small against the twist that the
 /// friction torque causes, and it is the kick that grows: what a multistep method errs by while it is small grows with it.
 const CVODE_RINGING_SHARE: f64 = 0.001;
+
+/// Relative tolerance of `cvode` in a stick of a system that always resolves all modes, as a multiple of `rtol`. Where the torque only just reaches
+/// the limit, an error of the stick moves the breakaway by many times itself.
+const CVODE_STICK_TIGHTENING: f64 = 1e-4;
 
 /// |h lambda| of the slowest of the fast modes from which BDF of order 4 is stable near the imaginary axis (4.7), and a little.
 const STRIDE: f64 = 5.0;
@@ -320,6 +333,26 @@ impl TrainPlan {
         SolverKind::Cvode { options, settling }
     }
 
+    /// Whether a slip that begins at rest ends within [`BRIEF`] of the shortest period, by its expansion.
+    fn is_brief(&self, location: &TrainLocation, t: f64, y: &[f64]) -> bool {
+        let (dynamics, system) = (&self.dynamics, &self.dynamics.system);
+        let outside = dynamics.outside(location, t);
+        let rest = VELOCITY_NOISE * system.relative_velocity_terms(&outside, y);
+        if location.mode.sense() == 0 || system.relative_velocity(&outside, y).abs() > rest {
+            return false;
+        }
+        let mut expansion = Expansion::new(dynamics);
+        expansion.expand(dynamics, location, t, y, BRIEF * self.period);
+        // It leaves zero here: the root is divided out, and a double one where the acceleration begins at zero.
+        let mut speed = expansion.relative_velocity.map(|c| location.sign() * c);
+        let change = speed[2..].iter().fold(0.0, |sum, c| sum + c.abs());
+        let roots = if speed[1].abs() <= DEPARTURE_NOISE * change { 2 } else { 1 };
+        speed.rotate_left(roots);
+        let kept = speed.len() - roots;
+        speed[kept..].fill(0.0);
+        change.is_finite() && speed[0] > 0.0 && first_falling(&speed).is_some()
+    }
+
     /// For a segment that begins at `t` (s) with the state `y`.
     pub fn solver(&self, location: &TrainLocation, t: f64, y: &[f64]) -> ChosenSolver {
         // Of `cvode`: a contact without stick is stiff at rest, below what counts as stiff for the steps of order 8.
@@ -340,6 +373,7 @@ impl TrainPlan {
             Method::Cvode if strides => self.striding_bdf(),
             // Beyond order 2 BDF is unstable near the imaginary axis, where the fast modes are.
             Method::CvodeBdf if strides => SolverKind::CvodeBdf { max_order: 2 },
+            Method::Cvode if self.is_brief(location, t, y) => SolverKind::Erk(Method::BEST_PAIR),
             Method::Cvode if !implicit => self.multistep(CVODE_ADAMS, location.mode),
             Method::Cvode | Method::CvodeBdf => self.multistep(CvodeOptions::BDF, location.mode),
             Method::Paper => unreachable!("the paper's procedure steps by itself"),
@@ -363,6 +397,9 @@ impl TrainPlan {
             SolverKind::Erk(_) => (TIGHTENING * self.rtol).max(SMALLEST),
             _ if self.method == Method::Cvode && location.mode == Mode::Engaged => {
                 (ENGAGED_TIGHTENING * self.rtol).max(SMALLEST_ENGAGED)
+            }
+            _ if self.method == Method::Cvode && location.mode == Mode::Stick && !implicit && !self.has_regimes => {
+                (CVODE_STICK_TIGHTENING * self.rtol).max(SMALLEST)
             }
             _ if self.method == Method::Cvode => {
                 (CVODE_TIGHTENING * self.rtol).max(if implicit { SMALLEST_IMPLICIT } else { SMALLEST })
