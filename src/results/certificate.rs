@@ -95,10 +95,10 @@ pub struct BandColumns {
     pub name: String,
     /// UDUNITS.
     pub unit: String,
-    /// In that unit: at equal phase where there is a rate, else at a fixed time.
+    /// In that unit, at equal phase.
     pub band: Vec<f64>,
     /// Largest rate of change, in that unit per second, by which a band at equal phase becomes one at a fixed time.
-    pub rate: Option<Vec<f64>>,
+    pub rate: Vec<f64>,
 }
 
 impl BandColumns {
@@ -327,23 +327,18 @@ fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
     )?;
     for channel in &tables.bands {
         let name = &channel.name;
-        let where_to = match channel.rate {
-            Some(_) => "at the same share of its own way between the events",
-            None => "at the same time, in a row of the same mode",
-        };
         column(
             group,
             &format!("band_{name}"),
             &channel.band,
             &channel.unit,
-            &format!("how far {name} can be from the exact solution {where_to}"),
+            &format!("how far {name} can be from the exact solution at the same share of its own way between the events"),
             &stretch,
         )?;
-        let Some(rate) = &channel.rate else { continue };
         column(
             group,
             &format!("rate_{name}"),
-            rate,
+            &channel.rate,
             &channel.rate_unit(),
             &format!("largest |d({name})/dt|; times stretch_time_uncertainty, what to add to the band at a fixed time"),
             &stretch,
