@@ -6,9 +6,7 @@
 //! share of the way between its own two events. The band of a stretch is how far the exact solution can be at the phase of
 //! a row. What it can be at the row's time is more by the rate times the uncertainty of the times at the stretch's ends.
 
-use super::ladder::{
-    Finished, counterparts, finest_auto, shares_errors, time_scale, witnesses as witnesses_of,
-};
+use super::ladder::{Finished, counterparts, finest_auto, shares_errors, time_scale, witnesses as witnesses_of};
 use super::verdict::{CertifiedEvent, LEAST_WITNESSES, Verdict};
 use crate::case::CaseRef;
 use crate::friction::Law;
@@ -376,7 +374,9 @@ impl Compare<'_> {
         let force = if is_direct { self.course.largest_force() } else { 0.0 };
         let (system, fastest) = (
             self.course.system(),
-            named().find(|one| one.0 == "relative_velocity").map_or(0.0, |one| one.1),
+            named()
+                .find(|one| one.0 == "relative_velocity")
+                .map_or(0.0, |one| one.1),
         );
         let coefficient = system.breakaway.max(system.law.typical_coefficient(fastest));
         let size = |(name, largest): (&str, f64)| match name {

@@ -7,16 +7,16 @@
 //! What rounding does to all methods alike comes on top: no distance between them tells of it. The oracle can have the last
 //! word ([`super::exact`]).
 
+use super::Summary;
 use super::bands::{Bands, bands, compared_output};
 use super::deadline::Deadline;
 use super::ladder::{
-    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest_auto, many_periods, matched, run,
-    shares_errors, time_scale, witnesses,
+    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest_auto, many_periods, matched, run, shares_errors,
+    time_scale, witnesses,
 };
 use super::linearised::{Linearised, linearise};
 use super::verdict::LEAST_WITNESSES;
 use super::warning::{Warning, warnings};
-use super::Summary;
 
 pub use super::verdict::{CertifiedEvent, Verdict};
 

@@ -159,9 +159,13 @@ const OF_GROWTH: [&str; 3] = ["relative-velocity-growth", "phase-growth-stator",
 fn reason(name: &str, run: &Run) -> Option<&'static str> {
     let (rotor, stator, stops) = (&run.system.rotor, &run.system.stator, run.stops());
     let of_axial_mode = name.contains("axial") || name == "phase-plateau";
-    let of_cycles = ["stick-slip", "close-up", "durations"].iter().any(|part| name.contains(part));
+    let of_cycles = ["stick-slip", "close-up", "durations"]
+        .iter()
+        .any(|part| name.contains(part));
     Some(match name {
-        _ if name.starts_with("rotor-speed") && rotor.is_rigid() => "its rotor has no inertia and moves as it is driven",
+        _ if name.starts_with("rotor-speed") && rotor.is_rigid() => {
+            "its rotor has no inertia and moves as it is driven"
+        }
         PORTRAIT if stops => {
             "it shows the motion that a run comes to, and this one slows down by itself to a stop; see phase-stick-slip-stator"
         }
@@ -199,7 +203,9 @@ impl Entry {
         if let Some(why) = reason(self.name, run) {
             let has = of_runs().filter(|other| reason(other.name, run).is_none());
             let has: Vec<&str> = has.map(|other| other.name).collect();
-            return Ok(Err(format!("{why}; this run has {}, and any channel", has.join(", ")).as_str().into()));
+            return Ok(Err(format!("{why}; this run has {}, and any channel", has.join(", "))
+                .as_str()
+                .into()));
         }
         let outcome = (self.draw)(self, subject)?;
         Ok(outcome.map(|figure| Figure {

@@ -1,10 +1,10 @@
 //! What is read from a state vector, by the coordinates that it is in.
 
+use crate::model::Mode;
 use crate::model::absolute_angles::{
     AbsoluteModel, AbsoluteState, DAMPING_LOSS, DIMENSION, FRICTION_LOSS, PHI1, PHI1_DOT, PHI2, PHI2_DOT, THETA,
     THETA_DOT, WORK, Z, Z_DOT,
 };
-use crate::model::Mode;
 use crate::record::{Channels, State};
 
 /// Where a run is, as far as what is recorded depends on it.
