@@ -2,6 +2,7 @@
 
 use crate::case::{Case, CaseRef, Form, Motion};
 use crate::model::trains::Trains;
+use crate::quote::in_shell;
 use crate::results::schema::{Extension, META_MOTION};
 use crate::results::{Header, MetaValue};
 use crate::simulation::{Method, procedure, trains};
@@ -50,13 +51,6 @@ pub(crate) fn source() -> String {
 
 /// The command line as it was given, quoted where a shell would need it.
 pub(crate) fn command_line() -> String {
-    let quoted = |argument: String| {
-        if !argument.is_empty() && argument.chars().all(|c| c.is_alphanumeric() || "-_./=:,+@".contains(c)) {
-            argument
-        } else {
-            format!("'{}'", argument.replace('\'', r"'\''"))
-        }
-    };
     let mut arguments = std::env::args_os().map(|a| a.to_string_lossy().into_owned());
     // The program's own name without the folder it happens to stand in.
     let program = arguments.next().unwrap_or_default();
@@ -66,7 +60,7 @@ pub(crate) fn command_line() -> String {
         .unwrap_or("stickslip")
         .to_owned();
     std::iter::once(program)
-        .chain(arguments.map(quoted))
+        .chain(arguments.map(|argument| in_shell(&argument)))
         .collect::<Vec<_>>()
         .join(" ")
 }

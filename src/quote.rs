@@ -28,6 +28,16 @@ pub(crate) fn shown(text: &str) -> String {
     spelt_out(&short, |_| false) + more
 }
 
+/// An argument as a POSIX shell takes it.
+pub(crate) fn in_shell(argument: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        argument.to_owned()
+    } else {
+        format!("'{}'", argument.replace('\'', r"'\''"))
+    }
+}
+
 /// The lines of an error, each of bounded length; those beyond [`MOST_LINES`] are counted.
 pub(crate) fn lines(text: &str) -> String {
     let mut lines = text.lines();

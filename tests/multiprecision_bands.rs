@@ -14,9 +14,8 @@ use stickslip::model::trains::ExactTrains;
 use stickslip::model::{ExactParameters, nearest_double};
 use stickslip::model::{Mode, Parameters};
 use stickslip::oracle::{self, Number, OracleOptions, OracleReport, OracleState};
-use stickslip::record::{Event, EventKind, MemoryRecorder, Sample};
+use stickslip::record::{Channels, Event, EventKind, MemoryRecorder, Sample, State};
 use stickslip::signal::{Ramp, Signal};
-use stickslip::simulation::nearby::columns;
 
 /// Rows of a stretch that are held against the oracle.
 const ROWS: usize = 12;
@@ -121,13 +120,18 @@ fn value(row: &Sample, name: &str) -> f64 {
     let c = &row.channels;
     match name {
         "gone" => c.dissipated_friction + c.dissipated_damping - c.work_applied - c.work_perturbation,
-        _ => stickslip::simulation::nearby::values(row)[column(name)],
+        _ => {
+            let mut values = row.state.values().into_iter().chain(c.values());
+            values.nth(column(name)).expect("a column")
+        }
     }
 }
 
 fn column(name: &str) -> usize {
-    columns()
-        .position(|c| c.0 == name)
+    let columns = State::DESCRIPTIONS.iter().chain(Channels::DESCRIPTIONS);
+    columns
+        .map(|column| column.0)
+        .position(|known| known == name)
         .unwrap_or_else(|| panic!("no column {name}"))
 }
 

@@ -4,9 +4,10 @@ mod common;
 
 use common::random_brakes::{difference, exact_events, random_brake};
 use stickslip::Run;
+use stickslip::analysis::Certify;
 use stickslip::analysis::advice::shortfall;
 use stickslip::analysis::certificate::{Certificate, Verdict, certify};
-use stickslip::analysis::exact::{certify_exactly, last_word};
+use stickslip::analysis::exact::last_word;
 use stickslip::case::{AnyCase, Case, CaseSource, Override};
 use stickslip::record::{Event, EventKind, MemoryRecorder};
 
@@ -174,7 +175,8 @@ fn multiprecision_the_oracle_contradicts_what_is_wrong() {
     let exact = AnyCase::exact(&source, &overrides).unwrap();
     let mut result = MemoryRecorder::default();
     Run::new(&case).record(&mut result).start().unwrap();
-    let (true_one, solution) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();
+    let certified = Certify::new(&case).oracle(&exact, 25).start(&result).unwrap();
+    let (true_one, solution) = (certified.certificate, certified.exact.expect("asked for"));
     assert!(true_one.by_oracle && true_one.contradiction.is_none());
     assert_eq!(true_one.verdict, Verdict::Converged);
     let stop = || false;

@@ -10,7 +10,7 @@ mod common;
 use common::random_brakes::{Random, difference, exact_events};
 use std::ops::ControlFlow;
 use stickslip::Run;
-use stickslip::analysis::exact::certify_exactly;
+use stickslip::analysis::Certify;
 use stickslip::analysis::linearised::linearise;
 use stickslip::case::{AnyCase, Case, CaseRef, CaseSource, Override, WrittenCase};
 use stickslip::friction::FrictionLaw;
@@ -110,7 +110,11 @@ fn hold_and_certify(friction: &str, more: &[&str], least: usize) {
     let exact = AnyCase::exact(&source, &overrides).unwrap();
     let case = case(&overrides, &[]);
     let result = run(&case);
-    let (certificate, _) = certify_exactly(&case, &exact, &result, 25, &|| false, &mut |_| {}).unwrap();
+    let certificate = Certify::new(&case)
+        .oracle(&exact, 25)
+        .start(&result)
+        .unwrap()
+        .certificate;
     assert_eq!(certificate.contradiction, None, "{friction}");
     for event in &certificate.events {
         let error = event.true_error.expect("the oracle has it").abs();

@@ -7,16 +7,16 @@
 //! What rounding does to all methods alike comes on top: no distance between them tells of it. The oracle can have the last
 //! word ([`super::exact`]).
 
+use super::Summary;
 use super::bands::{Bands, bands, compared_output};
 use super::deadline::Deadline;
 use super::ladder::{
-    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest, finest_auto, many_periods, matched, run,
-    shares_errors, time_scale, witnesses,
+    Finished, Ladder, Rung, agree, can_lose_stability, climb, finest_auto, many_periods, matched, run, shares_errors,
+    time_scale, witnesses,
 };
 use super::linearised::{Linearised, linearise};
 use super::verdict::LEAST_WITNESSES;
 use super::warning::{Warning, warnings};
-use super::{Summary, trains};
 
 pub use super::verdict::{CertifiedEvent, Verdict};
 
@@ -201,7 +201,7 @@ pub(super) fn certify_until(
     };
     let near = LARGEST_SHARE * time_scale(case);
     let others_agree = (1..witnesses.len()).any(|k| witnesses[..k].iter().any(|run| agree(witnesses[k], run, near)));
-    let bands = bands_of(case, result, &ladder, &events);
+    let bands = bands(case, result, &ladder, &events);
     Ok(Certificate {
         kick_above_methods: kick_above_methods(&events, &linearised),
         others_agree,
@@ -220,19 +220,6 @@ pub(super) fn certify_until(
         linearised,
         events,
     })
-}
-
-/// The error bands of the rows of a result.
-fn bands_of(case: CaseRef, result: &MemoryRecorder, ladder: &[Finished], events: &[CertifiedEvent]) -> Bands {
-    let of = case.solver().method;
-    match case {
-        CaseRef::Brake(case) => bands(case, result, &witnesses(ladder, of), finest_auto(ladder), events),
-        CaseRef::Trains(case) => {
-            let others = finest(ladder).into_iter().filter(|run| run.method != of);
-            let others: Vec<&MemoryRecorder> = others.map(|run| &run.recorder).collect();
-            trains::bands(case, result, events, &others)
-        }
-    }
 }
 
 /// ln of what the largest kick does to the time of the first stick, over the uncertainty of that.

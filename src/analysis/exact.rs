@@ -4,12 +4,12 @@
 //! is wide where the result is better than every witness. The oracle's events settle both: the distance to them is the
 //! error, up to the oracle's own.
 
-use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict, certify};
+use super::certificate::{Certificate, CertifiedEvent, CertifyError, LARGEST_SHARE, Verdict};
 use super::ladder::time_scale;
 use crate::case::{CaseRef, ExactCase};
 use crate::oracle::{self, Number, OracleProgress, OracleRequest, OracleSolution};
 use crate::record::sequence::{Alignment, SequenceEvent};
-use crate::record::{Event, EventKind, MemoryRecorder};
+use crate::record::{Event, EventKind};
 use crate::simulation::{OutputOptions, SolverOptions};
 use num_rational::BigRational;
 use std::ops::ControlFlow;
@@ -21,43 +21,20 @@ pub(crate) const ORACLE_DIGITS: u32 = 25;
 /// The oracle takes no longer, unless the runs of the case have a limit.
 pub const LONGEST: Duration = Duration::from_secs(24 * 3600);
 
-/// Certifies a result as [`certify`] does, solves the case by the oracle with `digits` true digits of every event time, and gives
-/// the oracle the last word. `exact` is the case without rounding, as by [`AnyCase::exact`](crate::case::AnyCase::exact).
-///
-/// `stop` and `progress` are asked now and then.
-///
-/// # Errors
-/// Those of [`certify`] and of [`oracle::solve`].
-pub fn certify_exactly<'a>(
-    case: impl Into<CaseRef<'a>>,
-    exact: &ExactCase,
-    result: &MemoryRecorder,
-    digits: u32,
-    stop: &(dyn Fn() -> bool + Sync),
-    progress: &mut dyn FnMut(OracleProgress),
-) -> Result<(Certificate, OracleSolution), CertifyError> {
-    let case = case.into();
-    let mut certificate = certify(case, result, stop)?;
-    let asked = (digits, LONGEST);
-    let solution = settle(&mut certificate, case, exact, &result.events, asked, stop, progress)?;
-    Ok((certificate, solution))
-}
-
-/// Solves the case by the oracle as [`certify_exactly`] does, and gives it the last word on the certificate of these events. It is
-/// `asked` for so many digits, and takes no longer than that.
+/// Solves the case by the oracle, and gives it the last word on the certificate of these events. It is `asked` for so many true
+/// digits of every event time, and takes no longer than that. `exact` is the case without rounding.
 ///
 /// # Errors
 /// Those of [`oracle::solve`].
-pub fn settle<'a>(
+pub(super) fn settle(
     certificate: &mut Certificate,
-    case: impl Into<CaseRef<'a>>,
+    case: CaseRef,
     exact: &ExactCase,
     result: &[Event],
     asked: (u32, Duration),
     stop: &dyn Fn() -> bool,
     progress: &mut dyn FnMut(OracleProgress),
 ) -> Result<OracleSolution, CertifyError> {
-    let case = case.into();
     let mut solution = solve(case, exact, certificate, asked, stop, progress)?;
     drop_events_at_the_end(&mut solution, result, case.output().end_time);
     last_word(certificate, case, result, &solution);

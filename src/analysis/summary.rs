@@ -104,43 +104,13 @@ pub struct Summary {
     /// Speed (rad/s) below which a contact without stick counts as stuck; `None` of one that sticks.
     pub stick_threshold: Option<f64>,
     /// One row for each solver.
-    pub work: Vec<SolverWorkRow>,
+    pub work: Vec<SolverWork>,
     /// Time of the last stick, slip, reversal, separation or contact, s, where it is known.
     #[serde(skip)]
     pub last_event_time: Option<f64>,
     /// Statistics of its cycles.
     #[serde(skip)]
     pub stick_slip: CycleStatistics,
-}
-
-/// What one solver did.
-#[derive(Debug, Clone, Serialize)]
-pub struct SolverWorkRow {
-    /// Name of the solver.
-    pub solver: &'static str,
-    /// Number of segments.
-    pub segments: u64,
-    /// s.
-    pub simulated_time: f64,
-    /// Number of accepted steps.
-    pub steps: u64,
-    /// Number of evaluations of the rates.
-    pub rhs_evaluations: u64,
-    /// Number of evaluations of the Jacobian.
-    pub jacobian_evaluations: u64,
-}
-
-impl From<&SolverWork> for SolverWorkRow {
-    fn from(w: &SolverWork) -> Self {
-        SolverWorkRow {
-            solver: w.solver,
-            segments: w.segments,
-            simulated_time: w.time,
-            steps: w.steps,
-            rhs_evaluations: w.rhs_evaluations,
-            jacobian_evaluations: w.jacobian_evaluations,
-        }
-    }
 }
 
 impl Summary {
@@ -169,13 +139,9 @@ impl Summary {
     pub(super) fn of_motion(case: CaseRef, report: &RunReport, recurrence: &Recurrence<'_>) -> Summary {
         let attractor = recurrence.attractor(&case.system(), case.threshold());
         let (last_event_time, mode) = recurrence.end();
-        let summary = match case {
-            CaseRef::Brake(case) => Summary::of_run(&case.parameters, report),
-            CaseRef::Trains(_) => Summary::of_report(report),
-        };
         Summary {
             last_event_time,
-            ..summary
+            ..Summary::of_case(case, report)
         }
         .with_statics(case)
         .coming_to(attractor, mode.name())
@@ -219,7 +185,7 @@ impl Summary {
             kicks_never_given: report.kicks_never_given,
             kicks_without_instability: report.kicks_without_instability,
             interrupted: report.interrupted,
-            work: report.work.iter().map(SolverWorkRow::from).collect(),
+            work: report.work.clone(),
             ..Summary::of_cycles(report.digest.cycles.clone())
         }
     }

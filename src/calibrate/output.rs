@@ -90,10 +90,19 @@ fn column(name: &str, long_name: &str, data: ColumnData) -> Column {
     }
 }
 
+fn numbers(name: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Column {
+    column(name, long_name, ColumnData::Numbers(values.into_iter().collect()))
+}
+
+/// Codes of words.
+fn codes(name: &str, long_name: &str, codes: impl Iterator<Item = i8>, words: Vec<(i8, String)>) -> Column {
+    column(name, long_name, ColumnData::Codes(codes.collect(), words))
+}
+
+/// A code for each of these words.
 fn index(name: &str, long_name: &str, words: impl Iterator<Item = String>) -> Column {
     let words: Vec<(i8, String)> = (0..).zip(words).collect();
-    let codes = words.iter().map(|(code, _)| *code).collect();
-    column(name, long_name, ColumnData::Codes(codes, words))
+    codes(name, long_name, 0..words.len() as i8, words)
 }
 
 fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
@@ -101,126 +110,88 @@ fn parameter_names(study: &CalibrationStudy) -> impl Iterator<Item = String> {
 }
 
 fn parameter_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
-    let numbers = |values: Vec<f64>| ColumnData::Numbers(values);
     let ends = |share: f64| {
         let axes = study.runs.axes.iter();
-        axes.map(|axis| axis.at(share).as_number().unwrap_or(f64::NAN))
-            .collect::<Vec<_>>()
+        axes.map(move |axis| axis.at(share).as_number().unwrap_or(f64::NAN))
     };
+    let optimum = "where the largest residual is least, in the unit of the parameter";
     let mut columns = vec![
         index("parameter", "the key of the parameter", parameter_names(study)),
-        column(
-            "optimum",
-            "where the largest residual is least, in the unit of the parameter",
-            numbers(calibration.parameters.clone()),
-        ),
-        column(
-            "range_from",
-            "one end of the range it was looked for in",
-            numbers(ends(0.0)),
-        ),
-        column("range_to", "the other end", numbers(ends(1.0))),
+        numbers("optimum", optimum, calibration.parameters.iter().copied()),
+        numbers("range_from", "one end of the range it was looked for in", ends(0.0)),
+        numbers("range_to", "the other end", ends(1.0)),
     ];
     if let Some(compromise) = &calibration.compromise {
-        columns.push(column(
-            "compromise",
-            "where the largest residual is least if no target is set aside",
-            numbers(compromise.parameters.clone()),
-        ));
+        let long_name = "where the largest residual is least if no target is set aside";
+        columns.push(numbers("compromise", long_name, compromise.parameters.iter().copied()));
     }
     if !calibration.intervals.is_empty() {
-        let intervals = &calibration.intervals;
-        let words = Determined::ALL.map(|found| (found as i8, found.name().to_owned()));
-        columns.push(column(
-            "least",
-            "least value for which the held targets hold",
-            numbers(intervals.iter().map(|interval| interval.least).collect()),
-        ));
-        columns.push(column(
+        let intervals = || calibration.intervals.iter();
+        let long_name = "least value for which the held targets hold";
+        columns.push(numbers("least", long_name, intervals().map(|interval| interval.least)));
+        let long_name = "largest value for which the held targets hold";
+        columns.push(numbers(
             "largest",
-            "largest value for which the held targets hold",
-            numbers(intervals.iter().map(|interval| interval.largest).collect()),
+            long_name,
+            intervals().map(|interval| interval.largest),
         ));
-        columns.push(column(
+        columns.push(codes(
             "determined",
             "from which sides the targets bound it within the range",
-            ColumnData::Codes(
-                intervals.iter().map(|interval| interval.determined as i8).collect(),
-                words.to_vec(),
-            ),
+            intervals().map(|interval| interval.determined as i8),
+            Determined::ALL
+                .map(|found| (found as i8, found.name().to_owned()))
+                .into(),
         ));
     }
     columns
 }
 
 fn target_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
-    let (targets, results) = (&study.targets, &calibration.targets);
-    let roles = Role::ALL.map(|role| (role as i8, role.name().to_owned()));
-    let of_targets = |f: fn(&super::Target) -> f64| ColumnData::Numbers(targets.iter().map(f).collect());
-    let of_results = |f: fn(&super::TargetResult) -> f64| ColumnData::Numbers(results.iter().map(f).collect());
+    let (targets, results) = (|| study.targets.iter(), || calibration.targets.iter());
+    let half_width = "how far the quantity may lie from it, in the unit of the target";
+    let here = "of the run with the calibrated parameters, in the unit of the target";
+    let nearest = "the least residual found anywhere in the ranges";
+    let together = "the largest residual that is left if it is held with the others; only of those that contradict";
+    let measured = targets().map(|target| target.name().to_owned());
     vec![
-        index(
-            "target",
-            "the quantity that was measured",
-            targets.iter().map(|target| target.name().to_owned()),
-        ),
-        column(
+        index("target", "the quantity that was measured", measured),
+        numbers(
             "value",
             "as measured, in the unit of the target",
-            of_targets(|target| target.value),
+            targets().map(|target| target.value),
         ),
-        column(
-            "half_width",
-            "how far the quantity may lie from it, in the unit of the target",
-            of_targets(|target| target.half_width),
-        ),
-        column(
-            "here",
-            "of the run with the calibrated parameters, in the unit of the target",
-            of_results(|result| result.here),
-        ),
-        column(
+        numbers("half_width", half_width, targets().map(|target| target.half_width)),
+        numbers("here", here, results().map(|result| result.here)),
+        numbers(
             "residual",
             "distance from the measured value in half-widths",
-            of_results(|result| result.residual),
+            results().map(|result| result.residual),
         ),
-        column(
-            "nearest",
-            "the least residual found anywhere in the ranges",
-            of_results(|result| result.nearest),
-        ),
-        column(
-            "together",
-            "the largest residual that is left if it is held with the others; only of those that contradict",
-            of_results(|result| result.together),
-        ),
-        column(
+        numbers("nearest", nearest, results().map(|result| result.nearest)),
+        numbers("together", together, results().map(|result| result.together)),
+        codes(
             "role",
             "what became of the target",
-            ColumnData::Codes(results.iter().map(|result| result.role as i8).collect(), roles.to_vec()),
+            results().map(|result| result.role as i8),
+            Role::ALL.map(|role| (role as i8, role.name().to_owned())).into(),
         ),
     ]
 }
 
 fn correlation_columns(study: &CalibrationStudy, calibration: &Calibration) -> Vec<Column> {
-    let correlations = &calibration.correlations;
+    let pairs = || calibration.correlations.iter();
     let words: Vec<(i8, String)> = (0..).zip(parameter_names(study)).collect();
-    let side = |k: usize| {
-        let codes = correlations.iter().map(|pair| pair.parameters[k] as i8);
-        ColumnData::Codes(codes.collect(), words.clone())
-    };
+    let side = |k: usize| pairs().map(move |pair| pair.parameters[k] as i8);
+    let long_name = "of their places in the ranges, over the points at which the held targets hold";
     vec![
         column(
             "pair",
             "index of the pair",
-            ColumnData::Counts((0..correlations.len() as i64).collect()),
+            ColumnData::Counts((0..pairs().len() as i64).collect()),
         ),
-        column("first", "one parameter", side(0)),
-        column("second", "the other", side(1)),
-        column(
-            "correlation",
-            "of their places in the ranges, over the points at which the held targets hold",
-            ColumnData::Numbers(correlations.iter().map(|pair| pair.coefficient).collect()),
-        ),
+        codes("first", "one parameter", side(0), words.clone()),
+        codes("second", "the other", side(1), words),
+        numbers("correlation", long_name, pairs().map(|pair| pair.coefficient)),
     ]
 }

@@ -249,8 +249,7 @@ fn read_search(reader: &mut Reader, root: &Node) -> Option<Search> {
     if let Some(node) = root.at("search") {
         reader.check_keys(node, "search", &["points", "starts", "seed"]);
         if !matches!(node.value, Value::Table(_)) {
-            let message = format!("expected a table, but got {}", node.value.describe());
-            reader.report(node, "search", message);
+            reader.expected::<()>(node, "search", "a table");
         }
     }
     Some(Search {

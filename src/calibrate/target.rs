@@ -119,9 +119,7 @@ fn is_measured(quantity: &Quantity) -> bool {
 /// Reads one `[[target]]`.
 pub(super) fn read(reader: &mut Reader, form: Form, node: &Node, path: &str) -> Option<Target> {
     let Value::Table(_) = &node.value else {
-        let message = format!("expected a table, but got {}", node.value.describe());
-        reader.report(node, path, message);
-        return None;
+        return reader.expected(node, path, "a table");
     };
     reader.check_keys(node, path, &["quantity", "value", "half_width", "weight"]);
     let at = |name: &str| format!("{path}.{name}");

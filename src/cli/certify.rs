@@ -7,10 +7,9 @@ use super::plot::{bad, save};
 use super::progress::OracleBar;
 use super::{CommandError, End, certify_report, complain, print, print_json, strictly, wants_json, wants_text};
 use crate::analysis::advice::{DIGITS_OF_DOUBLE, remedy, shortfall};
-use crate::analysis::bands::{Compared, compared_output};
+use crate::analysis::bands::{Compared, columns, compared_output};
 use crate::analysis::certificate::{Certificate, CertifyError, Verdict};
 use crate::analysis::onset::{Onset, onsets};
-use crate::analysis::trains::columns;
 use crate::analysis::{Certified, Certify, Deadline, SavedRun, Stage, Warning, Written};
 use crate::case::{AnyCase, Case, CaseRef, CaseSource, Form, Origin};
 use crate::oracle::{self, OracleError};
@@ -286,7 +285,16 @@ fn read_back(file: &ResultFile, case: CaseRef) -> Result<MemoryRecorder, ResultE
         .skip(State::COUNT + Channels::COUNT)
         .map(|(name, _)| name)
         .collect();
-    let mut record = MemoryRecorder::of_events(file.events()?);
+    let mut record = MemoryRecorder::default();
+    let at_events: Vec<Vec<f64>> = ["before", "after"]
+        .iter()
+        .flat_map(|side| further.iter().map(move |name| format!("{name}_{side}")))
+        .map(|name| file.event_column(&name))
+        .collect::<Result<_, _>>()?;
+    for (index, event) in file.events()?.iter().enumerate() {
+        let of_event: Vec<f64> = at_events.iter().map(|column| column[index]).collect();
+        record.push_event(event, &of_event);
+    }
     let count = file.sample_count()?;
     for from in (0..count).step_by(ROWS_AT_A_TIME) {
         let range = from..count.min(from + ROWS_AT_A_TIME);

@@ -558,7 +558,7 @@ pub(super) fn tables(case: CaseRef, certified: &Certified) -> CertificateTables 
                 name: channel.name.clone(),
                 unit: channel.unit.clone(),
                 band: c.bands.stretches.iter().map(|s| s.bands[column]).collect(),
-                rate: c.bands.stretches.iter().map(|s| s.rates.get(column).copied()).collect(),
+                rate: c.bands.stretches.iter().map(|s| s.rates[column]).collect(),
             })
             .collect(),
         oracle: certified

@@ -6,9 +6,9 @@ use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, terminal};
 use crate::case::{CaseRef, Motion};
 use crate::compare::{CompareError, Reference};
-use crate::plot::catalogue::{self, ENTRIES};
+use crate::plot::catalogue::{self, ENTRIES, in_words_of};
 use crate::plot::comparison::Beside;
-use crate::plot::entry::{Entry, Subject, in_words_of};
+use crate::plot::entry::{Entry, Subject};
 use crate::plot::target::{self, Product, TargetError};
 use crate::plot::{
     Figure, Layout, PlotError, Run, certified, own, page, portraits, raster, studies, svg, vector, work_precision,

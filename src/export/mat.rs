@@ -2,7 +2,7 @@
 //! JSON, for `jsondecode`.
 
 use super::ExportError;
-use super::metadata::{MARK, Origin, is_short, metadata};
+use super::metadata::{MARK, Origin, metadata, raw};
 use super::table::{Kind, Table};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -97,23 +97,16 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
         sink.write_all(&[MATRIX.to_le_bytes(), (whole as u32).to_le_bytes()].concat())
             .and_then(|()| sink.write_all(&head))
             .map_err(failed)?;
-        let raw = |values: &[f64]| -> Vec<u8> {
-            match column.kind {
-                Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
-                _ if is_short(column) => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
-                _ => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
-            }
-        };
         if small {
             let values = table.read(k, 0..table.rows)?;
-            sink.write_all(&element(kind, &raw(&values))).map_err(failed)?;
+            sink.write_all(&element(kind, &raw(column, &values))).map_err(failed)?;
             continue;
         }
         sink.write_all(&[kind.to_le_bytes(), (bytes as u32).to_le_bytes()].concat())
             .map_err(failed)?;
         for rows in table.blocks() {
             let values = table.read(k, rows)?;
-            sink.write_all(&raw(&values)).map_err(failed)?;
+            sink.write_all(&raw(column, &values)).map_err(failed)?;
         }
         sink.write_all(&vec![0; padded - bytes]).map_err(failed)?;
     }

@@ -76,7 +76,11 @@ pub(super) fn metadata(table: &Table, origin: &Origin) -> String {
     ascii
 }
 
-/// How many bytes a whole number of a column takes: 1 for codes, 8 for others.
-pub(super) fn is_short(column: &Column) -> bool {
-    matches!(column.kind, Kind::Code | Kind::Boolean)
+/// Values of a column as formats without words store them: doubles, whole numbers of 8 bytes, codes of one; little-endian.
+pub(super) fn raw(column: &Column, values: &[f64]) -> Vec<u8> {
+    match column.kind {
+        Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        Kind::Whole => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
+        Kind::Code | Kind::Boolean => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
+    }
 }

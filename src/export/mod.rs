@@ -29,7 +29,7 @@ pub use metadata::Origin;
 pub use request::{Request, Times, Which, evaluated, read_times, span, stored};
 pub use table::{Column, Kind, Table};
 
-use crate::results::disk::is_pipe_or_device;
+use crate::results::disk::{is_pipe_or_device, same_file, temporary_in};
 use crate::results::folder_of;
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -55,12 +55,7 @@ impl Export<'_> {
     pub fn save(&self, path: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<(), ExportError> {
         check_target(path, inputs, force, |path| format.is_own(path, &self.table))?;
         let failed = |error| ExportError::io(path, "writing", error);
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".stickslip-");
-        // As for any file that a program makes, and not for its owner alone; the umask takes from it.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder_of(path)).map_err(failed)?;
+        let file = temporary_in(&folder_of(path)).map_err(failed)?;
         format.write(&self.table, &self.origin, file.as_file(), path)?;
         file.persist(path).map_err(|error| failed(error.error))?;
         Ok(())
@@ -92,7 +87,7 @@ fn check_target(
     if !folder_of(path).is_dir() {
         return refuse("the folder does not exist; create it, or choose another with -o");
     }
-    if inputs.iter().any(|input| crate::results::disk::same_file(input, path)) {
+    if inputs.iter().any(|input| same_file(input, path)) {
         return refuse("this is the file to be exported; choose another name with -o");
     }
     let found = match fs::symlink_metadata(path) {

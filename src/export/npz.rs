@@ -1,7 +1,7 @@
 //! NumPy's archives: an array for each column, and one with the metadata as JSON.
 
 use super::ExportError;
-use super::metadata::{MARK, Origin, is_short, metadata};
+use super::metadata::{MARK, Origin, metadata, raw};
 use super::table::{Kind, Table};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -52,12 +52,7 @@ pub(super) fn write(table: &Table, origin: &Origin, file: &File, path: &Path) ->
             .map_err(failed)?;
         for rows in table.blocks() {
             let values = table.read(k, rows)?;
-            let bytes: Vec<u8> = match column.kind {
-                Kind::Number => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
-                _ if is_short(column) => values.iter().map(|&value| (value as i8).cast_unsigned()).collect(),
-                _ => values.iter().flat_map(|&value| (value as i64).to_le_bytes()).collect(),
-            };
-            archive.write_all(&bytes).map_err(failed)?;
+            archive.write_all(&raw(column, &values)).map_err(failed)?;
         }
     }
     let text = metadata(table, origin);

@@ -235,21 +235,8 @@ fn rows_within(file: &ResultFile, request: &Request, rows: Range<usize>) -> Resu
         check_window(file, request.window, span)?;
     }
     let name = request.table.name();
-    // The first row of which `is_past` holds; the values increase.
-    let first = |column: &str, is_past: &dyn Fn(f64) -> bool| -> Result<usize, ExportError> {
-        let (mut low, mut high) = (rows.start, rows.end);
-        while low < high {
-            let middle = low + (high - low) / 2;
-            if is_past(file.table_values(name, column, middle..middle + 1)?[0]) {
-                high = middle;
-            } else {
-                low = middle + 1;
-            }
-        }
-        Ok(low)
-    };
-    let start = first(ends, &|time| time >= from)?;
-    let end = first(starts, &|time| time > to)?;
+    let start = file.first_row(name, ends, rows.clone(), |time| time >= from)?;
+    let end = file.first_row(name, starts, rows, |time| time > to)?;
     Ok(start..end.max(start))
 }
 

@@ -1,15 +1,18 @@
-//! The figures of the paper, from one run or several: each knows its window of time by the events.
+//! The figures of a run, or of several: each knows its window of time by the events, and which systems have it.
 
 use super::certified;
-use super::entry::{Absent, Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, Subject, without};
+use super::entry::{Absent, Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, View};
 use super::error::{PlotError, hint};
 use super::figure::{Axis, Curve, CurveStyle, Figure, Panel};
+use super::labels::in_translation;
 use super::law;
 use super::own::over_time;
 use super::portraits;
 use super::run::Run;
 use super::style::{BLUE, GREY, VERMILLION, line_color};
-use crate::case::CaseRef;
+use crate::analysis::headline::is_paper_case;
+use crate::case::{CaseRef, Motion};
+use crate::record::Cycle;
 use crate::simulation::OutputWindow;
 
 /// The figure of the paper that is a critical curve in (alpha, c_t).
@@ -25,13 +28,13 @@ pub const ENTRIES: &[Entry] = &[
         "axial-settling",
         "Axial displacement after the last corner of F(t)",
         None,
-        axial_settling,
+        |e, s| close_up(e, s, &[&["z"]], settling(s)),
     ),
     entry("rotor-speed", "Rotor speed", None, |e, s| {
         whole(e, s, &[&["theta_dot"]])
     }),
     entry("rotor-speed-stop", "Rotor speed before the stop", None, |e, s| {
-        stop(e, s, &[&["theta_dot"]])
+        close_up(e, s, &[&["theta_dot"]], stop(s))
     }),
     entry("surface-speeds", "Speeds of the contact surfaces", None, |e, s| {
         // Surfaces that stick together and slide apart belong into common axes; those of a brake are too far apart.
@@ -43,103 +46,179 @@ pub const ENTRIES: &[Entry] = &[
         "surface-speeds-stop",
         "Speeds of the contact surfaces before the stop",
         None,
-        |e, s| stop(e, s, &[&["phi2_dot"], &["phi1_dot"]]),
+        |e, s| close_up(e, s, &[&["phi2_dot"], &["phi1_dot"]], stop(s)),
     ),
     entry(
         "surface-speeds-close-up",
         "Speeds of the contact surfaces, first sticks",
         None,
-        |e, s| first_cycles(e, s, &[&["phi2_dot", "phi1_dot"]]),
+        |e, s| close_up(e, s, &[&["phi2_dot", "phi1_dot"]], first_cycles(s)),
     ),
     entry("relative-velocity", "Relative velocity", None, |e, s| {
-        whole(e, s, &[&["relative_velocity"]])
+        whole(e, s, RELATIVE_VELOCITY)
     }),
     entry(
         "relative-velocity-growth",
         "Relative velocity before the first stick",
         None,
-        growth,
+        |e, s| close_up(e, s, RELATIVE_VELOCITY, growth(s)),
     ),
-    entry("stick-slip-transition", "Stick-slip", None, transition),
+    entry("stick-slip-transition", "Stick-slip", None, |e, s| {
+        close_up(e, s, RELATIVE_VELOCITY, transition(s))
+    }),
     entry(
         "stick-slip-close-up",
         "First sticks: relative velocity and torques",
         None,
-        |e, s| {
-            first_cycles(
-                e,
-                s,
-                &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]],
-            )
-        },
+        |e, s| close_up(e, s, WITH_TORQUES, first_cycles(s)),
     ),
     entry(
         "stick-slip-end",
         "Last sticks: relative velocity and torques",
         None,
-        last_cycles,
+        |e, s| close_up(e, s, WITH_TORQUES, last_cycles(s)),
     ),
     entry("durations", "Durations of the sticks and slips", Some(15), durations),
     entry(
         "phase-axial",
         "Axial motion after the last corner of F(t)",
         None,
-        portraits::axial,
+        |e, s| portraits::after_corner(e, s, ("z", "z_dot"), s.axial_period),
     ),
     entry(
         "phase-plateau",
         "Stator surface after the last corner of F(t)",
         None,
-        portraits::plateau,
+        |e, s| portraits::after_corner(e, s, STATOR, s.period),
     ),
     entry(
         "phase-growth-stator",
         "Stator surface before the first stick",
         None,
-        portraits::growth_stator,
+        |e, s| portraits::before_onset(e, s, STATOR),
     ),
     entry(
         "phase-growth-rotor",
         "Rotor surface before the first stick",
         None,
-        portraits::growth_rotor,
+        |e, s| portraits::before_onset(e, s, ROTOR),
     ),
     entry(
         "phase-stick-slip-stator",
         "Stator surface during stick-slip",
         None,
-        portraits::stick_slip_stator,
+        |e, s| portraits::during(e, s, STATOR),
     ),
     entry(
         "phase-stick-slip-rotor",
         "Rotor surface during stick-slip",
         None,
-        portraits::stick_slip_rotor,
+        |e, s| portraits::during(e, s, ROTOR),
     ),
     entry(
         "phase-stick-slip-torque",
         "Torque and relative velocity during stick-slip",
         None,
-        portraits::torque,
+        |e, s| portraits::during(e, s, ("relative_velocity", "transmitted_torque")),
     ),
     entry(
         "phase-final-stick-stator",
         "Stator surface in the last stick",
         None,
-        portraits::final_stick_stator,
+        |e, s| portraits::final_stick(e, s, STATOR),
     ),
     entry(
         "phase-final-stick-rotor",
         "Rotor surface in the last stick",
         None,
-        portraits::final_stick_rotor,
+        |e, s| portraits::final_stick(e, s, ROTOR),
     ),
 ];
 
+/// Those, and the figures of a motion that does not stop.
+fn of_runs() -> impl Iterator<Item = &'static Entry> {
+    ENTRIES.iter().chain(portraits::ENTRIES)
+}
+
+const RELATIVE_VELOCITY: &[&[&str]] = &[&["relative_velocity"]];
+const WITH_TORQUES: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
+/// The axes of the phase portraits of the surfaces.
+const STATOR: (&str, &str) = ("phi1", "phi1_dot");
+const ROTOR: (&str, &str) = ("rotor_twist", "rotor_twist_rate");
+
+/// The figures of a motion that slows down to a stop, and of the growth before it.
+const OF_A_STOP: [&str; 4] = [
+    "rotor-speed-stop",
+    "surface-speeds-stop",
+    "phase-final-stick-stator",
+    "phase-final-stick-rotor",
+];
+const OF_GROWTH: [&str; 3] = ["relative-velocity-growth", "phase-growth-stator", "phase-growth-rotor"];
+
+/// Why a run has not a figure, whatever its events and samples are; `None` if it has.
+fn reason(name: &str, run: &Run) -> Option<&'static str> {
+    let (rotor, stator, stops) = (&run.system.rotor, &run.system.stator, run.stops());
+    let of_axial_mode = name.contains("axial") || name == "phase-plateau";
+    let of_cycles = ["stick-slip", "close-up", "durations"]
+        .iter()
+        .any(|part| name.contains(part));
+    Some(match name {
+        _ if name.starts_with("rotor-speed") && rotor.is_rigid() => {
+            "its rotor has no inertia and moves as it is driven"
+        }
+        PORTRAIT if stops => {
+            "it shows the motion that a run comes to, and this one slows down by itself to a stop; see phase-stick-slip-stator"
+        }
+        _ if of_axial_mode && !run.has_axial_mode() => {
+            "it shows how an axial mode answers F(t), and here the normal force is given directly"
+        }
+        _ if name.ends_with("-rotor") && rotor.shafts() == 0 => "its rotor has no shaft",
+        _ if name.ends_with("-stator") && stator.shafts() == 0 => "its stator has no shaft",
+        _ if OF_GROWTH.contains(&name) && !stops => {
+            "it shows what grows from a loss of stability on, as sliding slows down by itself; `stickslip modes` says where steady \
+             sliding is unstable"
+        }
+        _ if OF_A_STOP.contains(&name) && !stops => "it shows a stop, and this run does not slow down by itself to one",
+        // A run that stops says so where it would be drawn, with its sampling.
+        _ if of_cycles && !stops && run.cycles.is_empty() => NO_CYCLE,
+        _ => return None,
+    })
+}
+
+/// A title in the words of the motion of a run: in translation there are forces, not torques.
+pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
+    match CaseRef::from(&run.case).motion() {
+        Motion::Translation => in_translation(title),
+        Motion::Rotation => title.to_owned(),
+    }
+}
+
+impl Entry {
+    /// Makes the figure.
+    ///
+    /// # Errors
+    /// If a file cannot be read. That a run does not have the figure is no error.
+    pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
+        let run = subject.run;
+        if let Some(why) = reason(self.name, run) {
+            let has = of_runs().filter(|other| reason(other.name, run).is_none());
+            let has: Vec<&str> = has.map(|other| other.name).collect();
+            return Ok(Err(format!("{why}; this run has {}, and any channel", has.join(", "))
+                .as_str()
+                .into()));
+        }
+        let outcome = (self.draw)(self, subject)?;
+        Ok(outcome.map(|figure| Figure {
+            title: in_words_of(run, &figure.title),
+            paper_figure: self.paper_figure.filter(|_| is_paper_case(&run.case)),
+            ..figure
+        }))
+    }
+}
+
 /// Those that a run can have, in that order, and what its certificate says.
 pub fn of_run(run: &Run) -> Vec<&'static Entry> {
-    let all = ENTRIES.iter().chain(portraits::ENTRIES);
-    let mut found: Vec<&'static Entry> = all.filter(|entry| without(entry, run).is_none()).collect();
+    let mut found: Vec<&'static Entry> = of_runs().filter(|entry| reason(entry.name, run).is_none()).collect();
     if run.time_uncertainty().is_some() {
         found.extend(certified::ENTRIES);
     }
@@ -173,14 +252,12 @@ pub fn find(name: &str) -> Result<&'static Entry, PlotError> {
             None => Err(unknown_figure(name)),
         };
     }
-    let all = ENTRIES.iter().chain(portraits::ENTRIES).chain(certified::ENTRIES);
-    all.into_iter()
-        .find(|e| e.name == name)
-        .ok_or_else(|| unknown_figure(name))
+    let mut all = of_runs().chain(certified::ENTRIES);
+    all.find(|e| e.name == name).ok_or_else(|| unknown_figure(name))
 }
 
 fn unknown_figure(name: &str) -> PlotError {
-    let all = ENTRIES.iter().chain(portraits::ENTRIES).chain(certified::ENTRIES);
+    let all = of_runs().chain(certified::ENTRIES);
     let names: Vec<&str> = all.map(|e| e.name).collect();
     PlotError::UnknownFigure {
         name: name.to_owned(),
@@ -223,15 +300,9 @@ fn whole(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome
     over_time(subject.runs, entry.name, entry.title, panels, subject.run.times).map(Ok)
 }
 
-/// A figure over a window in which motions of `period` are to be seen.
-fn close_up(
-    entry: &Entry,
-    subject: &Subject,
-    panels: &[&[&str]],
-    window: (f64, f64),
-    period: f64,
-) -> Result<Outcome, PlotError> {
-    match subject.resolved(window, period)? {
+/// A figure over a window in which a motion is to be seen.
+fn close_up(entry: &Entry, subject: &Subject, panels: &[&[&str]], view: View) -> Result<Outcome, PlotError> {
+    match subject.resolved(view)? {
         Ok(window) => over_time(subject.runs, entry.name, entry.title, panels, window).map(Ok),
         Err(reason) => Ok(Err(reason)),
     }
@@ -245,72 +316,44 @@ fn axial_displacement(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotE
     over_time(subject.runs, entry.name, entry.title, &[&["z"]], (first, end)).map(Ok)
 }
 
-fn axial_settling(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    let Some(corner) = subject.corner else {
-        return Ok(Err(NO_CORNER.into()));
-    };
-    let window = (corner - subject.axial_period, corner + 5.0 * subject.axial_period);
-    close_up(entry, subject, &[&["z"]], window, subject.axial_period)
+fn settling(subject: &Subject) -> View {
+    let (corner, period) = (subject.last_corner()?, subject.axial_period);
+    Ok(((corner - period, corner + 5.0 * period), period))
 }
 
 /// From the loss of stability, or a little before the first stick, to a little after the last.
-fn stop(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
-    let Some(onset) = subject.onset else {
-        return Ok(Err(NO_STICK.into()));
-    };
-    let end = subject
-        .final_stick
-        .or(subject.run.events.last().map(|e| e.time))
-        .unwrap_or(onset);
-    let from = subject.instability.unwrap_or(onset - 60.0 * subject.period);
-    close_up(
-        entry,
-        subject,
-        panels,
-        (from, end + 8.0 * subject.period),
-        subject.period,
-    )
+fn stop(subject: &Subject) -> View {
+    let (onset, period) = (subject.first_stick()?, subject.period);
+    let from = subject.instability.unwrap_or(onset - 60.0 * period);
+    Ok(((from, subject.end() + 8.0 * period), period))
 }
 
-fn growth(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    let Some(onset) = subject.onset else {
-        return Ok(Err(NO_STICK.into()));
-    };
-    let window = (onset - 24.0 * subject.period, onset + 2.0 * subject.period);
-    close_up(entry, subject, &[&["relative_velocity"]], window, subject.period)
+fn growth(subject: &Subject) -> View {
+    let (onset, period) = (subject.first_stick()?, subject.period);
+    Ok(((onset - 24.0 * period, onset + 2.0 * period), period))
 }
 
-fn transition(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    let Some(onset) = subject.onset else {
-        return Ok(Err(NO_STICK.into()));
-    };
-    let end = subject
-        .final_stick
-        .or(subject.run.events.last().map(|e| e.time))
-        .unwrap_or(onset);
-    let window = (onset - 12.0 * subject.period, end + 6.0 * subject.period);
-    close_up(entry, subject, &[&["relative_velocity"]], window, subject.period)
+fn transition(subject: &Subject) -> View {
+    let (onset, period) = (subject.first_stick()?, subject.period);
+    Ok(((onset - 12.0 * period, subject.end() + 6.0 * period), period))
 }
 
-fn first_cycles(entry: &Entry, subject: &Subject, panels: &[&[&str]]) -> Result<Outcome, PlotError> {
-    let cycles = &subject.run.cycles;
-    let (Some(onset), false) = (subject.onset, cycles.is_empty()) else {
-        return Ok(Err(NO_CYCLE.into()));
-    };
-    let length: f64 = cycles.iter().take(5).map(|c| c.period).sum();
-    let window = (onset - subject.period, onset + length + 0.2 * subject.period);
-    close_up(entry, subject, panels, window, subject.period)
+fn first_cycles(subject: &Subject) -> View {
+    let (onset, period) = (subject.first_stick().map_err(|_| NO_CYCLE)?, subject.period);
+    let length = length(subject.run.cycles.iter().take(5))?;
+    Ok(((onset - period, onset + length + 0.2 * period), period))
 }
 
-fn last_cycles(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    let cycles = &subject.run.cycles;
-    let (Some(end), false) = (subject.final_stick, cycles.is_empty()) else {
-        return Ok(Err(NO_CYCLE.into()));
-    };
-    let length: f64 = cycles.iter().rev().take(4).map(|c| c.period).sum();
-    let window = (end - length - 0.2 * subject.period, end + 2.0 * subject.period);
-    let panels: &[&[&str]] = &[&["relative_velocity"], &["transmitted_torque", "friction_torque"]];
-    close_up(entry, subject, panels, window, subject.period)
+fn last_cycles(subject: &Subject) -> View {
+    let (end, period) = (subject.end(), subject.period);
+    let length = length(subject.run.cycles.iter().rev().take(4))?;
+    Ok(((end - length - 0.2 * period, end + 2.0 * period), period))
+}
+
+/// How long some cycles last, s.
+fn length<'a>(cycles: impl Iterator<Item = &'a Cycle>) -> Result<f64, Absent> {
+    let lengths = cycles.map(|cycle| cycle.period);
+    lengths.reduce(|one, other| one + other).ok_or_else(|| NO_CYCLE.into())
 }
 
 /// Stick durations as A exp(k/K): the factor from stick to stick and how well it fits.
@@ -364,7 +407,7 @@ fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
     let mut curves = Vec::new();
     for (number, run) in subject.runs.iter().enumerate() {
         let cycles = &run.cycles;
-        let indexed = |f: fn(&crate::record::Cycle) -> f64| -> Vec<(f64, f64)> {
+        let indexed = |f: fn(&Cycle) -> f64| -> Vec<(f64, f64)> {
             cycles.iter().enumerate().map(|(k, c)| (k as f64, f(c))).collect()
         };
         let (sticks, slips) = (indexed(|c| c.stick_duration), indexed(|c| c.slip_duration));
@@ -375,7 +418,8 @@ fn durations(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
         };
         curves.push(Curve::line(&format!("{prefix}sticks"), stick_color, sticks).styled(CurveStyle::Points));
         curves.push(Curve::line(&format!("{prefix}slips"), slip_color, slips).styled(CurveStyle::OpenPoints));
-        if !several {
+        // Before a stop sticks grow longer; in a periodic motion there is nothing to fit.
+        if !several && run.stops() {
             let durations: Vec<f64> = cycles.iter().map(|c| c.stick_duration).collect();
             if let Some(fit) = ExponentialFit::of(&durations) {
                 let line = (0..durations.len()).map(|k| (k as f64, fit.first * fit.factor.powi(k as i32)));

@@ -38,19 +38,6 @@ pub fn of_code(number: usize, count: usize) -> RGBColor {
     at(number as f64 / (count.max(2) - 1) as f64)
 }
 
-/// Relative luminance of a colour, 0 to 1 (ITU-R BT.709): what is left of it in grey.
-pub fn luminance(RGBColor(r, g, b): RGBColor) -> f64 {
-    let part = |value: u8| {
-        let value = f64::from(value) / 255.0;
-        if value <= 0.04045 {
-            value / 12.92
-        } else {
-            ((value + 0.055) / 1.055).powf(2.4)
-        }
-    };
-    0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b)
-}
-
 /// CIE L*a*b* under D65 as linear sRGB (IEC 61966-2-1), which may lie outside of 0 to 1.
 fn linear_rgb(lightness: f64, a: f64, b: f64) -> [f64; 3] {
     let middle = (lightness + 16.0) / 116.0;
@@ -85,9 +72,14 @@ fn encoded(linear: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// L* of a colour, back from its luminance: what a grey print and eyes without a kind of cone have.
-    fn lightness(color: RGBColor) -> f64 {
-        116.0 * luminance(color).cbrt() - 16.0
+    /// L* of a colour, back from its luminance (ITU-R BT.709): what a grey print and eyes without a kind of cone have.
+    fn lightness(RGBColor(r, g, b): RGBColor) -> f64 {
+        let part = |value: u8| match f64::from(value) / 255.0 {
+            value if value <= 0.04045 => value / 12.92,
+            value => ((value + 0.055) / 1.055).powf(2.4),
+        };
+        let luminance: f64 = 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b);
+        116.0 * luminance.cbrt() - 16.0
     }
 
     /// 64 steps, each lighter than the one before by what an even scale has; rounding to 8 bits is below half a unit of L*.

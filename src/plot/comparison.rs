@@ -207,58 +207,43 @@ impl Beside<'_> {
         )?;
         let axis = self.run.axis(&view.channel)?;
         let error: Vec<Vec<(f64, f64)>> = traced.error.into_iter().map(MinMax::finish).collect();
-        if let Some(panel) = figure.panels.first_mut() {
-            if let Some(curve) = panel.curves.first_mut() {
-                curve.label = self.run.label();
-                curve.color = BLUE;
-            }
-            let points = traced.candidate.finish();
-            let label = self.label();
-            if traced.samples <= FEW {
-                panel
-                    .curves
-                    .push(Curve::line("", VERMILLION, points.clone()).styled(CurveStyle::Thin));
-                panel
-                    .curves
-                    .push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Points));
-            } else {
-                panel
-                    .curves
-                    .push(Curve::line(&label, VERMILLION, points).styled(CurveStyle::Thin));
-            }
+        let few = traced.samples <= FEW;
+        let Some(panel) = figure.panels.first_mut() else {
+            return Ok(figure);
+        };
+        if let Some(curve) = panel.curves.first_mut() {
+            curve.label = self.run.label();
+            curve.color = BLUE;
+        }
+        let (points, label, ground) = (traced.candidate.finish(), self.label(), panel.modes.clone());
+        let line = |label: &str| Curve::line(label, VERMILLION, points.clone());
+        if few {
+            panel.curves.push(line("").styled(CurveStyle::Thin));
+            panel.curves.push(line(&label).styled(CurveStyle::Points));
+        } else {
+            panel.curves.push(line(&label).styled(CurveStyle::Thin));
         }
         if error.is_empty() {
-            let why = if traced.compared > 0 {
-                "no difference at its samples"
-            } else {
-                "it has no sample here"
+            let why = match traced.compared {
+                0 => "it has no sample here",
+                _ => "no difference at its samples",
             };
             figure.title = format!("{}; {why}", figure.title);
-        } else {
-            let style = if traced.samples <= FEW {
-                CurveStyle::Points
-            } else {
-                CurveStyle::Solid
-            };
-            let curve = Curve {
-                label: "|error| at the same time".to_owned(),
-                color: BLACK,
-                style,
-                pieces: error,
-            };
-            let size = Axis::new(&format!("error of {}", axis.short()), &axis.unit)
-                .with_symbol("")
-                .by_powers();
-            let ground = figure
-                .panels
-                .first()
-                .map(|panel| panel.modes.clone())
-                .unwrap_or_default();
-            figure.panels.push(Panel {
-                modes: ground,
-                ..Panel::new(time_axis(view.window), size, vec![curve])
-            });
+            return Ok(figure);
         }
+        let curve = Curve {
+            label: "|error| at the same time".to_owned(),
+            color: BLACK,
+            style: if few { CurveStyle::Points } else { CurveStyle::Solid },
+            pieces: error,
+        };
+        let size = Axis::new(&format!("error of {}", axis.short()), &axis.unit)
+            .with_symbol("")
+            .by_powers();
+        figure.panels.push(Panel {
+            modes: ground,
+            ..Panel::new(time_axis(view.window), size, vec![curve])
+        });
         Ok(figure)
     }
 }

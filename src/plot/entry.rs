@@ -2,10 +2,7 @@
 
 use super::error::PlotError;
 use super::figure::Figure;
-use super::labels::in_translation;
 use super::run::{Run, SAMPLES_PER_PERIOD};
-use crate::analysis::headline::is_paper_case;
-use crate::case::{CaseRef, Motion};
 use crate::model::trains::Pressing;
 use crate::record::EventKind;
 use crate::simulation::OutputWindow;
@@ -44,98 +41,14 @@ pub struct Entry {
     pub(super) draw: fn(&Entry, &Subject) -> Result<Outcome, PlotError>,
 }
 
-/// A title in the words of the motion of a run: in translation there are forces, not torques.
-pub(crate) fn in_words_of(run: &Run, title: &str) -> String {
-    match CaseRef::from(&run.case).motion() {
-        Motion::Translation => in_translation(title),
-        Motion::Rotation => title.to_owned(),
-    }
-}
-
-impl Entry {
-    /// Makes the figure.
-    ///
-    /// # Errors
-    /// If a file cannot be read. That a run does not have the figure is no error.
-    pub fn build(&self, subject: &Subject) -> Result<Outcome, PlotError> {
-        if let Some(absent) = without(self, subject.run) {
-            return Ok(Err(absent));
-        }
-        let outcome = (self.draw)(self, subject)?;
-        Ok(outcome.map(|figure| Figure {
-            title: in_words_of(subject.run, &figure.title),
-            paper_figure: self.paper_figure.filter(|_| is_paper_case(&subject.run.case)),
-            ..figure
-        }))
-    }
-}
-
-/// The figure of runs that do not stop.
+/// The figure of the motion that a run comes to.
 pub(super) const PORTRAIT: &str = "phase-portrait";
 
-/// The figures of a certificate, which any run can have.
+/// The figures of a certificate.
 pub(super) const CERTIFIED: [&str; 2] = ["event-uncertainties", "error-bands"];
 
-/// The figures that all runs have.
-const SHARED: [&str; 6] = [
-    "friction-law",
-    "rotor-speed",
-    "surface-speeds",
-    "surface-speeds-close-up",
-    "relative-velocity",
-    "stick-slip-close-up",
-];
-
-/// Those of them that show cycles.
-const OF_CYCLES: [&str; 2] = ["surface-speeds-close-up", "stick-slip-close-up"];
-
-/// Why a run does not have a figure, whatever its events and samples are; `None` if it has.
-pub(super) fn without(entry: &Entry, run: &Run) -> Option<Absent> {
-    let (name, rotor, stator) = (entry.name, &run.system.rotor, &run.system.stator);
-    let of_axial_mode = name.contains("axial") || name == "phase-plateau";
-    if name == "rotor-speed" && rotor.is_rigid() {
-        return Some(unlike(run, "its rotor has no inertia and moves as it is driven"));
-    }
-    if run.stops() {
-        let why = match name {
-            PORTRAIT => {
-                "it shows the motion that a run of two trains comes to, and this one is of a brake, which stops; see \
-                 phase-stick-slip-stator"
-            }
-            _ if of_axial_mode && !run.has_axial_mode() => {
-                "it shows how an axial mode answers F(t), and here the normal force is given directly"
-            }
-            _ if name.ends_with("-rotor") && rotor.shafts() == 0 => "its rotor has no shaft",
-            _ if name.ends_with("-stator") && stator.shafts() == 0 => "its stator has no shaft",
-            _ => return None,
-        };
-        return Some(why.into());
-    }
-    let why = match name {
-        _ if OF_CYCLES.contains(&name) && run.cycles.is_empty() => return Some(NO_CYCLE.into()),
-        _ if SHARED.contains(&name) || CERTIFIED.contains(&name) => return None,
-        PORTRAIT => return None,
-        _ if of_axial_mode => "it shows how the brake's axial mode answers F(t)",
-        _ if name.contains("growth") => {
-            "it shows the growth from the brake's loss of stability on; of trains `stickslip modes` says where sliding is unstable"
-        }
-        _ => "its window is found by the stop of the brake",
-    };
-    Some(unlike(run, why))
-}
-
-/// Why a run has not a figure that others have.
-fn unlike(run: &Run, why: &str) -> Absent {
-    match run.stops() {
-        true => why.into(),
-        false => {
-            let has = SHARED.join(", ");
-            let why =
-                format!("{why}, and this run is of two trains; such a run has {has}, {PORTRAIT}, and any channel");
-            Absent::from(why.as_str())
-        }
-    }
-}
+/// A window of time (s), and the period (s) of the motion that is to be seen in it; or why there is none.
+pub(super) type View = Result<((f64, f64), f64), Absent>;
 
 /// The runs to draw and the moments of the first of them that divide its subject.
 #[derive(Debug)]
@@ -181,12 +94,28 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The part of a window that the first run covers, if its samples there resolve motions of `period`; or why not.
-    pub(super) fn resolved(
-        &self,
-        (from, to): (f64, f64),
-        period: f64,
-    ) -> Result<Result<(f64, f64), Absent>, PlotError> {
+    /// The first stick, s.
+    pub(super) fn first_stick(&self) -> Result<f64, Absent> {
+        self.onset.ok_or_else(|| "the run has no stick".into())
+    }
+
+    /// The last corner of F(t), s.
+    pub(super) fn last_corner(&self) -> Result<f64, Absent> {
+        self.corner.ok_or_else(|| "F(t) has no corner after the start".into())
+    }
+
+    /// The stick in which the run ends, or its last event, s.
+    pub(super) fn end(&self) -> f64 {
+        let last = self.run.events.last().map(|event| event.time);
+        self.final_stick.or(last).unwrap_or(f64::NAN)
+    }
+
+    /// The part of a view that the first run covers, if its samples there resolve the motion; or why not.
+    pub(super) fn resolved(&self, view: View) -> Result<Result<(f64, f64), Absent>, PlotError> {
+        let ((from, to), period) = match view {
+            Ok(view) => view,
+            Err(absent) => return Ok(Err(absent)),
+        };
         let window = (from.max(self.run.times.0), to.min(self.run.times.1));
         if self.run.is_dense(window) {
             return Ok(Ok(window));
@@ -222,6 +151,4 @@ pub(super) fn too_sparse((from, to): (f64, f64), period: f64) -> Absent {
     }
 }
 
-pub(super) const NO_STICK: &str = "the run has no stick";
-pub(super) const NO_CORNER: &str = "F(t) has no corner after the start";
 pub(super) const NO_CYCLE: &str = "the run has no stick that ends";

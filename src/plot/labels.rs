@@ -43,7 +43,8 @@ pub fn axis(channel: &str) -> Option<Axis> {
 
 /// What words of rotation are called in translation.
 pub(super) fn in_translation(words: &str) -> String {
-    words.replace("angle", "position").replace("torque", "force")
+    let words = words.replace("angle", "position").replace("torque", "force");
+    words.replace("Torque", "Force")
 }
 
 /// The axis of a variable of /trajectory, in a run with that motion, whose rotor is one shaft between two inertias or another chain.

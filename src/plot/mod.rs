@@ -13,6 +13,7 @@ pub mod entry;
 pub mod error;
 pub mod figure;
 pub mod font;
+mod html;
 pub mod labels;
 mod law;
 mod marks;

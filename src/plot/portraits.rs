@@ -1,6 +1,6 @@
 //! Phase portraits, each in the window that the events give it.
 
-use super::entry::{Entry, NO_CORNER, NO_CYCLE, NO_STICK, Outcome, PORTRAIT, Subject, too_sparse};
+use super::entry::{Entry, NO_CYCLE, Outcome, PORTRAIT, Subject, View, too_sparse};
 use super::error::PlotError;
 use super::own::phase;
 use super::run::{Run, SAMPLES_PER_PERIOD};
@@ -38,91 +38,50 @@ fn spiral(entry: &Entry, subject: &Subject, axes: (&str, &str), window: (f64, f6
     phase(subject.runs, entry.name, &title, axes, window).map(Ok)
 }
 
-fn in_window(
-    entry: &Entry,
-    subject: &Subject,
-    axes: (&str, &str),
-    window: (f64, f64),
-    period: f64,
-) -> Result<Outcome, PlotError> {
-    match subject.resolved(window, period)? {
+fn in_window(entry: &Entry, subject: &Subject, axes: (&str, &str), view: View) -> Result<Outcome, PlotError> {
+    match subject.resolved(view)? {
         Ok(window) => spiral(entry, subject, axes, window),
         Err(reason) => Ok(Err(reason)),
     }
 }
 
-fn after_corner(entry: &Entry, subject: &Subject, axes: (&str, &str), period: f64) -> Result<Outcome, PlotError> {
-    let Some(corner) = subject.corner else {
-        return Ok(Err(NO_CORNER.into()));
-    };
+pub(super) fn after_corner(
+    entry: &Entry,
+    subject: &Subject,
+    axes: (&str, &str),
+    period: f64,
+) -> Result<Outcome, PlotError> {
+    let corner = subject.last_corner();
+    let view = corner.map(|corner| ((corner, corner + 6.0 * subject.axial_period), period));
+    in_window(entry, subject, axes, view)
+}
+
+pub(super) fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
+    let (onset, period) = (subject.first_stick(), subject.period);
     in_window(
         entry,
         subject,
         axes,
-        (corner, corner + 6.0 * subject.axial_period),
-        period,
+        onset.map(|onset| ((onset - TURNS * period, onset), period)),
     )
 }
 
-pub(super) fn axial(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    after_corner(entry, subject, ("z", "z_dot"), subject.axial_period)
-}
-
-pub(super) fn plateau(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    after_corner(entry, subject, ("phi1", "phi1_dot"), subject.period)
-}
-
-fn before_onset(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    match subject.onset {
-        Some(onset) => in_window(
-            entry,
-            subject,
-            axes,
-            (onset - TURNS * subject.period, onset),
-            subject.period,
-        ),
-        None => Ok(Err(NO_STICK.into())),
-    }
-}
-
-pub(super) fn growth_stator(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    before_onset(entry, subject, ("phi1", "phi1_dot"))
-}
-
-pub(super) fn growth_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    before_onset(entry, subject, ("rotor_twist", "rotor_twist_rate"))
-}
-
 /// From the first stick to the last: no spiral, but an orbit for each cycle.
-fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
-    let (Some(onset), Some(last)) = (subject.onset, subject.run.events.last()) else {
-        return Ok(Err(NO_STICK.into()));
-    };
-    let end = subject.final_stick.unwrap_or(last.time);
-    if end <= onset {
-        return Ok(Err(NO_CYCLE.into()));
-    }
-    match subject.resolved((onset, end), subject.period)? {
+pub(super) fn during(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
+    let end = subject.end();
+    let view = subject.first_stick().and_then(|onset| match end <= onset {
+        true => Err(NO_CYCLE.into()),
+        false => Ok(((onset, end), subject.period)),
+    });
+    match subject.resolved(view)? {
         Ok(window) => phase(subject.runs, entry.name, entry.title, axes, window).map(Ok),
         Err(reason) => Ok(Err(reason)),
     }
 }
 
-pub(super) fn stick_slip_stator(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    during(entry, subject, ("phi1", "phi1_dot"))
-}
-
-pub(super) fn stick_slip_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    during(entry, subject, ("rotor_twist", "rotor_twist_rate"))
-}
-
-pub(super) fn torque(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    during(entry, subject, ("relative_velocity", "transmitted_torque"))
-}
-
 /// The last stick, as long as the samples resolve the swing of the rotor on both springs, which is some twenty times
 /// slower than the surfaces' own mode and decays as slowly; two turns at least.
-fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
+pub(super) fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<Outcome, PlotError> {
     let Some(start) = subject.final_stick else {
         return Ok(Err("the run does not end in a stick".into()));
     };
@@ -141,15 +100,7 @@ fn final_stick(entry: &Entry, subject: &Subject, axes: (&str, &str)) -> Result<O
     }
 }
 
-pub(super) fn final_stick_stator(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    final_stick(entry, subject, ("phi1", "phi1_dot"))
-}
-
-pub(super) fn final_stick_rotor(entry: &Entry, subject: &Subject) -> Result<Outcome, PlotError> {
-    final_stick(entry, subject, ("rotor_twist", "rotor_twist_rate"))
-}
-
-/// The figures of runs that do not stop.
+/// The figures of a motion that does not stop.
 pub const ENTRIES: &[Entry] = &[Entry {
     name: PORTRAIT,
     title: "Relative velocity over position",

@@ -280,16 +280,10 @@ impl Run {
 
     /// The first row whose time is not below `t`.
     fn row_at(&self, t: f64) -> Result<usize, PlotError> {
-        let (mut low, mut high) = (0, self.rows);
-        while low < high {
-            let middle = low + (high - low) / 2;
-            if self.file.column("time", middle..middle + 1)?[0] < t {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        Ok(low)
+        let rows = 0..self.rows;
+        Ok(self
+            .file
+            .first_row(schema::group::TRAJECTORY, "time", rows, |time| time >= t)?)
     }
 
     /// The rows of a window of time, both ends included.

@@ -5,6 +5,7 @@ use super::colors;
 use super::error::PlotError;
 use super::figure::{Area, Axis, Cell, ColorKey, Curve, CurveStyle, Figure, Map, Panel};
 use super::font::{self, text_width, wrapped_title};
+use super::html::escaped;
 use super::marks::marks;
 use super::scale::Scale;
 use super::signature;
@@ -166,15 +167,6 @@ fn typeset(body: &str) -> String {
         rest = after;
     }
     set + rest
-}
-
-/// A text as the content of an element. Control characters are none that XML allows, and would steer a terminal on which
-/// the file is listed.
-fn escaped(text: &str) -> String {
-    crate::quote::for_terminal(text)
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }
 
 /// Scales, ticks and heights of the panels, and the margins that all of them share.
@@ -392,34 +384,28 @@ fn draw_legend(area: &Ground, row: &[(f64, String, Swatch)], y: f64) -> Result<(
     for (x, name, swatch) in row {
         let (left, right) = (x.round() as i32, (x + SWATCH).round() as i32);
         let center = ((x + SWATCH / 2.0).round() as i32, middle);
+        let line = [(left, middle), (right, middle)];
+        let corners = [(left, middle - 90), (right, middle + 90)];
         match swatch {
-            Swatch::Curve(color, CurveStyle::Solid) => area.draw(&PathElement::new(
-                [(left, middle), (right, middle)],
-                stroke(*color, CURVE_STROKE),
-            )),
-            Swatch::Curve(color, CurveStyle::Thin) => area.draw(&PathElement::new(
-                [(left, middle), (right, middle)],
-                stroke(*color, CURVE_STROKE / 2),
-            )),
+            Swatch::Curve(color, CurveStyle::Solid) => area.draw(&PathElement::new(line, stroke(*color, CURVE_STROKE))),
+            Swatch::Curve(color, CurveStyle::Thin) => {
+                area.draw(&PathElement::new(line, stroke(*color, CURVE_STROKE / 2)))
+            }
             Swatch::Curve(color, CurveStyle::Dashed) => {
-                let line = [(left, middle), (right, middle)];
                 area.draw(&DashedPathElement::new(line, 90, 60, stroke(*color, CURVE_STROKE)))
             }
-            Swatch::Curve(color, CurveStyle::Points) => area.draw(&Circle::new(center, POINT_RADIUS, color.filled())),
+            Swatch::Curve(color, CurveStyle::Points | CurveStyle::Dots) => {
+                area.draw(&Circle::new(center, POINT_RADIUS, color.filled()))
+            }
             Swatch::Curve(color, CurveStyle::OpenPoints) => {
                 area.draw(&Circle::new(center, POINT_RADIUS, stroke(*color, THIN_STROKE)))
             }
-            Swatch::Ground(color, opacity) => {
-                let corners = [(left, middle - 90), (right, middle + 90)];
-                area.draw(&Rectangle::new(corners, color.mix(*opacity).filled()))
-            }
+            Swatch::Ground(color, opacity) => area.draw(&Rectangle::new(corners, color.mix(*opacity).filled())),
             Swatch::Event(color) => {
                 let line = [(center.0, middle - 110), (center.0, middle + 110)];
                 area.draw(&PathElement::new(line, stroke(*color, THIN_STROKE + 4)))
             }
-            Swatch::Curve(color, CurveStyle::Dots) => area.draw(&Circle::new(center, POINT_RADIUS, color.filled())),
             Swatch::Cell(cell) => {
-                let corners = [(left, middle - 90), (right, middle + 90)];
                 let (ground, lines) = unlike_a_value(*cell, corners);
                 area.draw(&Rectangle::new(corners, ground.filled())).map_err(failed)?;
                 for line in lines {

@@ -66,17 +66,25 @@ pub struct MemoryRecorder {
     pub events: Vec<Event>,
     /// All segments, in order of time.
     pub segments: Vec<Segment>,
-    /// What the samples have beyond [`State`](super::State) and [`Channels`](super::Channels).
+    /// What samples and events have beyond [`State`](super::State) and [`Channels`](super::Channels).
     pub further: FurtherColumns,
 }
 
-/// Numbers of samples beyond those that every case has.
+/// Numbers of samples and events beyond those that every case has.
 #[derive(Debug, Default)]
 pub struct FurtherColumns {
     /// Row after row, as many for each sample.
     rows: Vec<f64>,
-    /// Those of the next sample.
+    /// Event after event: as many before it, then as many after it.
+    at_events: Vec<f64>,
+    /// Those of the next sample or event.
     next: Vec<f64>,
+}
+
+/// The numbers of row `index` in a list of `count` rows of equal length.
+fn part(list: &[f64], index: usize, count: usize) -> &[f64] {
+    let length = list.len() / count;
+    &list[length * index..length * (index + 1)]
 }
 
 impl MemoryRecorder {
@@ -94,15 +102,28 @@ impl MemoryRecorder {
         self.further.rows.extend_from_slice(further);
     }
 
+    /// Takes an event with its further numbers, those before it first.
+    pub fn push_event(&mut self, event: &Event, further: &[f64]) {
+        self.events.push(*event);
+        self.further.at_events.extend_from_slice(further);
+    }
+
+    /// The further numbers of the sample of this index.
+    pub fn further(&self, index: usize) -> &[f64] {
+        part(&self.further.rows, index, self.samples.len())
+    }
+
+    /// The further numbers before and after the event of this index.
+    pub fn further_at_event(&self, index: usize) -> (&[f64], &[f64]) {
+        let both = part(&self.further.at_events, index, self.events.len());
+        both.split_at(both.len() / 2)
+    }
+
     /// Every number of the row of this index: state, channels and the further ones, in the order of a file.
     pub fn values(&self, index: usize) -> Vec<f64> {
         let sample = &self.samples[index];
-        let further = &self.further.rows;
-        let count = further.len() / self.samples.len();
         let known = sample.state.values().into_iter().chain(sample.channels.values());
-        known
-            .chain(further[count * index..count * (index + 1)].iter().copied())
-            .collect()
+        known.chain(self.further(index).iter().copied()).collect()
     }
 }
 
@@ -119,6 +140,7 @@ impl Recorder for MemoryRecorder {
     }
     fn event(&mut self, event: &Event) -> Result<(), RecorderError> {
         self.events.push(*event);
+        self.further.at_events.extend_from_slice(&self.further.next);
         Ok(())
     }
     fn segment(&mut self, segment: &Segment) -> Result<(), RecorderError> {

@@ -1,7 +1,7 @@
 //! Attributes of HDF5 files: their values, written and read.
 
 use hdf5::types::VarLenUnicode;
-use hdf5::{Group, Location};
+use hdf5::{Dataset, File, Group, H5Type, Location};
 use serde::Serialize;
 
 use super::{raw, schema};
@@ -44,6 +44,52 @@ impl std::fmt::Display for AttributeValue {
     }
 }
 
+impl AttributeValue {
+    /// The number, or the first of several.
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            AttributeValue::Number(number) => Some(*number),
+            AttributeValue::Numbers(list) => list.first().copied(),
+            other => other.integer().map(|number| number as f64),
+        }
+    }
+
+    /// The whole number, or the first of several.
+    pub(super) fn integer(&self) -> Option<i64> {
+        match self {
+            AttributeValue::Integer(number) => Some(*number),
+            AttributeValue::Integers(list) => list.first().copied(),
+            _ => None,
+        }
+    }
+}
+
+/// Writes the root attributes of a file, and the version of its format.
+pub(super) fn write_root(file: &File, texts: &[(&str, &str)]) -> hdf5::Result<()> {
+    for (name, text) in texts {
+        write_text_attribute(file, name, text)?;
+    }
+    let version = file.new_attr::<i32>().create(schema::root::FORMAT_VERSION)?;
+    version.write_scalar(&schema::FORMAT_VERSION)
+}
+
+/// Writes the unit and the description of a variable.
+pub(super) fn describe(dataset: &Dataset, units: &str, long_name: &str) -> hdf5::Result<()> {
+    write_text_attribute(dataset, schema::attribute::UNITS, units)?;
+    write_text_attribute(dataset, schema::attribute::LONG_NAME, long_name)
+}
+
+/// Writes what the codes of a variable mean.
+pub(super) fn write_codes<'a, T: H5Type>(
+    dataset: &Dataset,
+    codes: impl IntoIterator<Item = (T, &'a str)>,
+) -> hdf5::Result<()> {
+    let (values, meanings): (Vec<T>, Vec<&str>) = codes.into_iter().unzip();
+    let attribute = dataset.new_attr_builder().with_data(&values[..]);
+    attribute.create(schema::attribute::FLAG_VALUES)?;
+    write_text_attribute(dataset, schema::attribute::FLAG_MEANINGS, &meanings.join(" "))
+}
+
 pub(super) fn write_companions(location: &Location, name: &str, units: &str, long_name: &str) -> hdf5::Result<()> {
     write_text_attribute(location, &format!("{name}{}", schema::attribute::UNITS_SUFFIX), units)?;
     write_text_attribute(
@@ -80,7 +126,5 @@ pub(super) fn text_value(text: &str) -> hdf5::Result<VarLenUnicode> {
 
 /// A text of /input.
 pub(super) fn write_input(group: &Group, name: &str, text: &str, long_name: &str) -> hdf5::Result<()> {
-    let dataset = raw::write_text(group, name, text)?;
-    write_text_attribute(&dataset, schema::attribute::UNITS, "1")?;
-    write_text_attribute(&dataset, schema::attribute::LONG_NAME, long_name)
+    describe(&raw::write_text(group, name, text)?, "1", long_name)
 }

@@ -4,14 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use hdf5::Group;
+use hdf5::{Group, H5Type};
 use serde::{Deserialize, Serialize};
 
-use super::attributes::{write_number_attribute, write_text_attribute};
-use super::schema::{self, attribute};
+use super::attributes::{describe, write_codes, write_number_attribute, write_text_attribute};
+use super::schema;
 use super::table::create_group;
 use super::target::{self, Overwrite};
-use super::{ResultError, checksums, raw, seal, source};
+use super::{ResultError, checksums, raw, source};
 
 /// What is added, in the form in which it is stored: tables of equal columns.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -95,10 +95,10 @@ pub struct BandColumns {
     pub name: String,
     /// UDUNITS.
     pub unit: String,
-    /// In that unit: at equal phase where there is a rate, else at a fixed time.
+    /// In that unit, at equal phase.
     pub band: Vec<f64>,
     /// Largest rate of change, in that unit per second, by which a band at equal phase becomes one at a fixed time.
-    pub rate: Option<Vec<f64>>,
+    pub rate: Vec<f64>,
 }
 
 impl BandColumns {
@@ -122,9 +122,7 @@ pub fn write_certified(
 ) -> Result<(), ResultError> {
     target::check_target(to, overwrite, &[from.to_owned()])?;
     let partial: PathBuf = target::partial_path(to);
-    let whole = copy_with(from, &partial, tables).and_then(|()| {
-        fs::rename(&partial, to).map_err(|error| ResultError::io(to, "giving the finished file its name", error))
-    });
+    let whole = copy_with(from, &partial, tables).and_then(|()| target::rename(&partial, to, overwrite));
     if whole.is_err() {
         // Half a copy would stand in the way of the next.
         let _ = fs::remove_file(&partial);
@@ -138,7 +136,7 @@ fn copy_with(from: &Path, partial: &Path, tables: &CertificateTables) -> Result<
         ResultError::write_detail(partial, false, format!("the certificate cannot be sent: {error}"))
     })?;
     source::change_apart(partial, tables, add_to)?;
-    seal::write(partial).map_err(|error| ResultError::io(partial, "saving the file", error))
+    target::save(partial)
 }
 
 /// Reads HDF5 files for the program that started this one, and certifies them, if that is what the arguments ask for: to
@@ -171,17 +169,16 @@ fn add(file: &hdf5::File, tables: &CertificateTables) -> hdf5::Result<()> {
     if events.link_exists(schema::TIME_UNCERTAINTY) {
         events.unlink(schema::TIME_UNCERTAINTY)?;
     }
-    let scale = events.dataset("event")?;
-    let uncertainty = events
-        .new_dataset_builder()
-        .with_data(&tables.time_uncertainty)
-        .create(schema::TIME_UNCERTAINTY)?;
-    describe(
-        &uncertainty,
+    let event = Dimension {
+        scale: events.dataset("event")?,
+        group: events,
+    };
+    event.column(
+        schema::TIME_UNCERTAINTY,
+        &tables.time_uncertainty,
         "s",
         "how far from the exact solution of the stated model the event can be; NaN: not converged",
     )?;
-    raw::attach_scale(&uncertainty, &scale, 0)?;
     certificate(&create_group(file, schema::group::CERTIFICATE)?, tables)?;
     sensitivity(&create_group(file, schema::group::SENSITIVITY)?, tables)
 }
@@ -193,169 +190,99 @@ fn certificate(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
     for (name, number) in &tables.numbers {
         write_number_attribute(group, name, *number)?;
     }
-    let event = dimension(group, "event", tables.verdict.len(), "index of the event")?;
-    let verdict = column(
-        group,
-        "verdict",
-        &tables.verdict,
-        "1",
-        "what can be said of the event",
-        &event,
-    )?;
-    flags(&verdict, &tables.verdicts)?;
-    let by_ladder = column(
-        group,
-        "ladder_verdict",
-        &tables.ladder_verdict,
-        "1",
-        "what the ladder of methods alone says of the event",
-        &event,
-    )?;
-    flags(&by_ladder, &tables.verdicts)?;
-    column(
-        group,
+    let event = Dimension::new(group, "event", tables.verdict.len(), "index of the event")?;
+    for (name, codes, long_name) in [
+        ("verdict", &tables.verdict, "what can be said of the event"),
+        (
+            "ladder_verdict",
+            &tables.ladder_verdict,
+            "what the ladder of methods alone says of the event",
+        ),
+    ] {
+        event.codes(name, codes, long_name, &tables.verdicts)?;
+    }
+    event.column(
         "ladder_uncertainty",
         &tables.ladder_uncertainty,
         "s",
         "uncertainty of the event by the ladder of methods alone; NaN: not converged",
-        &event,
     )?;
     if let Some(errors) = &tables.true_error {
-        column(
-            group,
-            "true_error",
-            errors,
-            "s",
-            "distance of the event from that of the oracle, own less exact; NaN: the oracle has none near it",
-            &event,
-        )?;
+        let long_name =
+            "distance of the event from that of the oracle, own less exact; NaN: the oracle has none near it";
+        event.column("true_error", errors, "s", long_name)?;
     }
-    column(
-        group,
+    event.column(
         "rounding",
         &tables.rounding,
         "s",
         "how far rounding to double precision, of the input and of the state and the clock at every event before, moves the event",
-        &event,
     )?;
-    column(
-        group,
+    event.column(
         "growth",
         &tables.growth,
         "1",
         "e-folds by which a deviation has grown from the loss of stability to the event",
-        &event,
     )?;
-    let rung = dimension(group, "rung", tables.ladder.len(), "index of the run of the ladder")?;
-    let methods: Vec<&str> = tables.ladder.iter().map(|row| row.0.as_str()).collect();
+    let rung = Dimension::new(group, "rung", tables.ladder.len(), "index of the run of the ladder")?;
     let mut names: Vec<&str> = Vec::new();
-    for method in &methods {
-        if !names.contains(method) {
+    let mut codes = Vec::new();
+    for (method, ..) in &tables.ladder {
+        let known = names.iter().position(|name| name == method);
+        codes.push(known.unwrap_or(names.len()) as i8);
+        if known.is_none() {
             names.push(method);
         }
     }
-    let code = |method: &str| names.iter().position(|name| *name == method).map_or(-1, |k| k as i8);
-    let codes: Vec<i8> = methods.iter().map(|method| code(method)).collect();
-    let method = column(group, "rung_method", &codes, "1", "integration method", &rung)?;
-    let numbered: Vec<(i8, &str)> = names.iter().map(|name| (code(name), *name)).collect();
-    flags(&method, &numbered)?;
+    let numbered: Vec<(i8, &str)> = (0..).zip(names).collect();
+    rung.codes("rung_method", &codes, "integration method", &numbered)?;
     let list = |f: fn(&(String, f64, i64, f64)) -> f64| tables.ladder.iter().map(f).collect::<Vec<f64>>();
-    column(group, "rung_rtol", &list(|row| row.1), "1", "relative tolerance", &rung)?;
+    rung.column("rung_rtol", &list(|row| row.1), "1", "relative tolerance")?;
     let agreeing: Vec<i64> = tables.ladder.iter().map(|row| row.2).collect();
-    column(
-        group,
-        "rung_agreeing",
-        &agreeing,
-        "1",
-        "events of the sequence that agree with the result's, from the first on",
-        &rung,
-    )?;
-    column(
-        group,
-        "rung_distance",
-        &list(|row| row.3),
-        "s",
-        "largest distance to the result over the agreeing events",
-        &rung,
-    )?;
+    let long_name = "events of the sequence that agree with the result's, from the first on";
+    rung.column("rung_agreeing", &agreeing, "1", long_name)?;
+    let long_name = "largest distance to the result over the agreeing events";
+    rung.column("rung_distance", &list(|row| row.3), "s", long_name)?;
     bands(group, tables)?;
     if !tables.oracle.is_empty() {
         let oracle = raw::write_text(group, "oracle", &tables.oracle)?;
-        describe(
-            &oracle,
-            "1",
-            "exact events by the multiprecision oracle: time (s), kind, states (CSV)",
-        )?;
+        let long_name = "exact events by the multiprecision oracle: time (s), kind, states (CSV)";
+        describe(&oracle, "1", long_name)?;
     }
     Ok(())
 }
 
 fn bands(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
-    let stretch = dimension(
+    let stretch = Dimension::new(
         group,
         "stretch",
         tables.stretches.len(),
         "index of the stretch: before the event of the same index, the last before the end of the run",
     )?;
     let list = |f: fn(&(f64, f64, i8, f64)) -> f64| tables.stretches.iter().map(f).collect::<Vec<f64>>();
-    column(
-        group,
-        "stretch_start",
-        &list(|row| row.0),
-        "s",
-        "where it starts",
-        &stretch,
-    )?;
-    column(group, "stretch_end", &list(|row| row.1), "s", "where it ends", &stretch)?;
+    stretch.column("stretch_start", &list(|row| row.0), "s", "where it starts")?;
+    stretch.column("stretch_end", &list(|row| row.1), "s", "where it ends")?;
     let modes: Vec<i8> = tables.stretches.iter().map(|row| row.2).collect();
-    let mode = column(
-        group,
-        "stretch_mode",
-        &modes,
-        "1",
-        "what the contact does in it",
-        &stretch,
-    )?;
-    flags(&mode, &tables.modes)?;
-    column(
-        group,
-        "stretch_time_uncertainty",
-        &list(|row| row.3),
-        "s",
-        "larger uncertainty of the events at its ends; NaN: not converged",
-        &stretch,
-    )?;
+    stretch.codes("stretch_mode", &modes, "what the contact does in it", &tables.modes)?;
+    let long_name = "larger uncertainty of the events at its ends; NaN: not converged";
+    stretch.column("stretch_time_uncertainty", &list(|row| row.3), "s", long_name)?;
     for channel in &tables.bands {
         let name = &channel.name;
-        let where_to = match channel.rate {
-            Some(_) => "at the same share of its own way between the events",
-            None => "at the same time, in a row of the same mode",
-        };
-        column(
-            group,
-            &format!("band_{name}"),
-            &channel.band,
-            &channel.unit,
-            &format!("how far {name} can be from the exact solution {where_to}"),
-            &stretch,
-        )?;
-        let Some(rate) = &channel.rate else { continue };
-        column(
-            group,
-            &format!("rate_{name}"),
-            rate,
-            &channel.rate_unit(),
-            &format!("largest |d({name})/dt|; times stretch_time_uncertainty, what to add to the band at a fixed time"),
-            &stretch,
-        )?;
+        let long_name = format!(
+            "how far {name} can be from the exact solution at the same share of its own way between the events"
+        );
+        stretch.column(&format!("band_{name}"), &channel.band, &channel.unit, &long_name)?;
+        let long_name =
+            format!("largest |d({name})/dt|; times stretch_time_uncertainty, what to add to the band at a fixed time");
+        stretch.column(&format!("rate_{name}"), &channel.rate, &channel.rate_unit(), &long_name)?;
     }
     Ok(())
 }
 
 fn sensitivity(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
     let (rows, columns) = (tables.sensitivity.len(), tables.parameters.len());
-    let event = dimension(group, "event", rows, "index of the event")?;
-    let parameter = dimension(group, "parameter", columns, "index of the parameter")?;
+    let event = Dimension::new(group, "event", rows, "index of the event")?;
+    let parameter = Dimension::new(group, "parameter", columns, "index of the parameter")?;
     let paths: Vec<&str> = tables.parameters.iter().map(|p| p.0.as_str()).collect();
     let units: Vec<&str> = tables.parameters.iter().map(|p| p.1.as_str()).collect();
     write_text_attribute(group, "parameters", &paths.join(", "))?;
@@ -365,8 +292,8 @@ fn sensitivity(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         let table = group.new_dataset::<f64>().shape([rows, columns]).create(name)?;
         table.write_raw(&flat)?;
         describe(&table, "s", long_name)?;
-        raw::attach_scale(&table, &event, 0)?;
-        raw::attach_scale(&table, &parameter, 1)
+        raw::attach_scale(&table, &event.scale, 0)?;
+        raw::attach_scale(&table, &parameter.scale, 1)
     };
     matrix(
         "time_sensitivity",
@@ -374,105 +301,73 @@ fn sensitivity(group: &Group, tables: &CertificateTables) -> hdf5::Result<()> {
         "d(event time)/d(parameter), s for each unit of the parameter (attribute parameter_units of the group)",
     )?;
     if let Some(uncertainty) = &tables.sensitivity_uncertainty {
-        matrix(
-            "time_sensitivity_uncertainty",
-            uncertainty,
-            "how far time_sensitivity can be off, in its unit",
-        )?;
+        let long_name = "how far time_sensitivity can be off, in its unit";
+        matrix("time_sensitivity_uncertainty", uncertainty, long_name)?;
     }
     result(group, &tables.sensitivities, &parameter)
 }
 
-fn result(group: &Group, tables: &SensitivityTables, parameter: &hdf5::Dataset) -> hdf5::Result<()> {
+fn result(group: &Group, tables: &SensitivityTables, parameter: &Dimension) -> hdf5::Result<()> {
     for (name, text) in &tables.texts {
         write_text_attribute(group, name, text)?;
     }
-    column(
-        group,
+    parameter.column(
         "half_last_digit",
         &tables.half_last_digit,
         "1",
         "half a unit in the last written digit, in the unit of the parameter (attribute parameter_units of the group)",
-        parameter,
     )?;
+    let none = (SensitivityTables::NONE, "not-made");
+    let outcomes = [&[none], tables.outcomes.as_slice()].concat();
     for (side, (name, where_to)) in [("minus", "lower"), ("plus", "higher")].into_iter().enumerate() {
-        column(
-            group,
-            &format!("shift_{name}"),
-            &tables.shift[side],
-            "s",
-            &format!(
-                "{} with the parameter half_last_digit {where_to}, by a run",
-                tables.shifts
-            ),
-            parameter,
-        )?;
-        let outcome = column(
-            group,
-            &format!("outcome_{name}"),
-            &tables.outcome[side],
-            "1",
-            "what that run came to",
-            parameter,
-        )?;
-        let none = (SensitivityTables::NONE, "not-made");
-        flags(&outcome, &[&[none], tables.outcomes.as_slice()].concat())?;
-        column(
-            group,
-            &format!("sticks_{name}"),
-            &tables.sticks[side],
-            "1",
-            "number of sticks of that run; -1 without one",
-            parameter,
-        )?;
+        let shifts = format!(
+            "{} with the parameter half_last_digit {where_to}, by a run",
+            tables.shifts
+        );
+        parameter.column(&format!("shift_{name}"), &tables.shift[side], "s", &shifts)?;
+        let outcome = &tables.outcome[side];
+        parameter.codes(&format!("outcome_{name}"), outcome, "what that run came to", &outcomes)?;
+        let long_name = "number of sticks of that run; -1 without one";
+        parameter.column(&format!("sticks_{name}"), &tables.sticks[side], "1", long_name)?;
     }
-    let nonlinear = column(
-        group,
+    parameter.codes(
         "nonlinear",
         &tables.nonlinear,
-        "1",
         "whether these runs differ from what time_sensitivity says by more than a tenth, or in their events",
-        parameter,
-    )?;
-    let none = (SensitivityTables::NONE, "unknown");
-    flags(&nonlinear, &[none, (0, "linear"), (1, "nonlinear")])
+        &[(SensitivityTables::NONE, "unknown"), (0, "linear"), (1, "nonlinear")],
+    )
 }
 
-/// A dimension of the group with its coordinate, 0, 1, ...
-fn dimension(group: &Group, name: &str, length: usize, long_name: &str) -> hdf5::Result<hdf5::Dataset> {
-    let indices: Vec<i32> = (0..length).map(|k| i32::try_from(k).unwrap_or(i32::MAX)).collect();
-    let scale = group.new_dataset_builder().with_data(&indices).create(name)?;
-    describe(&scale, "1", long_name)?;
-    raw::set_scale(&scale, name)?;
-    Ok(scale)
+/// A dimension of a group, whose columns it describes.
+struct Dimension {
+    group: Group,
+    scale: hdf5::Dataset,
 }
 
-fn column<T: hdf5::H5Type>(
-    group: &Group,
-    name: &str,
-    values: &[T],
-    units: &str,
-    long_name: &str,
-    scale: &hdf5::Dataset,
-) -> hdf5::Result<hdf5::Dataset> {
-    let dataset = group.new_dataset_builder().with_data(values).create(name)?;
-    describe(&dataset, units, long_name)?;
-    raw::attach_scale(&dataset, scale, 0)?;
-    Ok(dataset)
-}
+impl Dimension {
+    /// With its coordinate, 0, 1, ...
+    fn new(group: &Group, name: &str, length: usize, long_name: &str) -> hdf5::Result<Dimension> {
+        let indices: Vec<i32> = (0..length).map(|k| i32::try_from(k).unwrap_or(i32::MAX)).collect();
+        let scale = group.new_dataset_builder().with_data(&indices).create(name)?;
+        describe(&scale, "1", long_name)?;
+        raw::set_scale(&scale, name)?;
+        let group = group.clone();
+        Ok(Dimension { group, scale })
+    }
 
-fn describe(dataset: &hdf5::Dataset, units: &str, long_name: &str) -> hdf5::Result<()> {
-    write_text_attribute(dataset, attribute::UNITS, units)?;
-    write_text_attribute(dataset, attribute::LONG_NAME, long_name)
-}
+    fn write<T: H5Type>(&self, name: &str, values: &[T], units: &str, long_name: &str) -> hdf5::Result<hdf5::Dataset> {
+        let dataset = self.group.new_dataset_builder().with_data(values).create(name)?;
+        describe(&dataset, units, long_name)?;
+        raw::attach_scale(&dataset, &self.scale, 0)?;
+        Ok(dataset)
+    }
 
-fn flags(dataset: &hdf5::Dataset, flags: &[(i8, &str)]) -> hdf5::Result<()> {
-    let codes: Vec<i8> = flags.iter().map(|flag| flag.0).collect();
-    dataset
-        .new_attr::<i8>()
-        .shape(codes.len())
-        .create(attribute::FLAG_VALUES)?
-        .write_raw(&codes)?;
-    let names: Vec<&str> = flags.iter().map(|flag| flag.1).collect();
-    write_text_attribute(dataset, attribute::FLAG_MEANINGS, &names.join(" "))
+    fn column<T: H5Type>(&self, name: &str, values: &[T], units: &str, long_name: &str) -> hdf5::Result<()> {
+        self.write(name, values, units, long_name).map(drop)
+    }
+
+    fn codes(&self, name: &str, codes: &[i8], long_name: &str, meanings: &[(i8, &str)]) -> hdf5::Result<()> {
+        let dataset = self.write(name, codes, "1", long_name)?;
+        write_codes(&dataset, meanings.iter().copied())
+    }
 }

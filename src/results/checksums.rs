@@ -113,9 +113,7 @@ pub(super) fn write(file: &File, known: &Known) -> hdf5::Result<()> {
     }
     let _ = writeln!(lines, "/{CHECKSUMS} {:08x}", own.finalize());
     let dataset = raw::write_text(&meta, name, &lines)?;
-    let describe = super::attributes::write_text_attribute;
-    describe(&dataset, attribute::UNITS, "1")?;
-    describe(&dataset, attribute::LONG_NAME, DESCRIPTION)
+    super::attributes::describe(&dataset, "1", DESCRIPTION)
 }
 
 /// The line of the checksums themselves, of whose attributes alone it is.

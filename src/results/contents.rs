@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use super::attributes::AttributeValue;
 use super::check::check_sound;
-use super::schema::attribute;
 use super::source::{DatasetInfo, Fault, Kind, Source};
 use super::{ResultError, ResultFile};
 
@@ -69,12 +68,7 @@ fn of_file(source: &Source) -> Result<Contents, ResultError> {
     source.walk(&mut |path, member| match &member.is {
         Kind::Group(_) => list(source, path, &mut contents),
         Kind::Dataset(info) => {
-            let group = path
-                .strip_suffix(&member.name)
-                .unwrap_or_default()
-                .trim_end_matches('/');
-            let variable = describe(source, &format!("/{group}"), path, &member.name, info)?;
-            contents.variables.push(variable);
+            contents.variables.push(describe(source, path, &member.name, info)?);
             Ok(())
         }
         Kind::Not(Fault::Unnamed(_)) => {
@@ -99,11 +93,16 @@ fn list(source: &Source, group: &str, contents: &mut Contents) -> Result<(), Res
     Ok(())
 }
 
+/// The group of an object, with a leading slash.
+fn group_of(path: &str, name: &str) -> String {
+    let group = path.strip_suffix(name).unwrap_or_default().trim_end_matches('/');
+    format!("/{group}")
+}
+
 /// What has a name by which nobody can ask for it; whether it is a variable is not known.
 fn unnamed(path: &str, name: &str) -> VariableInfo {
-    let group = path.strip_suffix(name).unwrap_or_default().trim_end_matches('/');
     VariableInfo {
-        group: format!("/{group}"),
+        group: group_of(path, name),
         name: name.to_owned(),
         kind: "not read: the name is not UTF-8".to_owned(),
         shape: Vec::new(),
@@ -115,49 +114,22 @@ fn unnamed(path: &str, name: &str) -> VariableInfo {
     }
 }
 
-fn describe(
-    source: &Source,
-    group: &str,
-    path: &str,
-    name: &str,
-    info: &DatasetInfo,
-) -> Result<VariableInfo, ResultError> {
-    let attributes = source.attributes(path)?;
-    let find = |name: &str| {
-        attributes
-            .iter()
-            .find(|(known, _)| known == name)
-            .map(|(_, value)| value.clone())
-    };
+fn describe(source: &Source, path: &str, name: &str, info: &DatasetInfo) -> Result<VariableInfo, ResultError> {
+    let described = source.described(path)?;
     let bounds = if info.holds.is_number() && !info.shape.is_empty() {
-        bounds(source, path, info, find(attribute::FILL_VALUE))?
+        bounds(source, path, info, described.fill.and_then(|fill| fill.number()))?
     } else {
         None
     };
-    let codes = match find(attribute::FLAG_VALUES) {
-        Some(AttributeValue::Integers(codes)) => codes,
-        Some(AttributeValue::Integer(code)) => vec![code],
-        _ => Vec::new(),
-    };
-    let text = |name: &str| match find(name) {
-        Some(AttributeValue::Text(text)) => Some(text),
-        _ => None,
-    };
-    let meanings = text(attribute::FLAG_MEANINGS).unwrap_or_default();
-    let flags = codes.into_iter().zip(meanings.split_whitespace());
+    let flag = |(value, meaning)| FlagInfo { value, meaning };
     Ok(VariableInfo {
-        group: group.to_owned(),
+        group: group_of(path, name),
         name: name.to_owned(),
         kind: info.holds.name(),
         shape: info.shape.clone(),
-        units: text(attribute::UNITS),
-        long_name: text(attribute::LONG_NAME),
-        flags: flags
-            .map(|(value, meaning)| FlagInfo {
-                value,
-                meaning: meaning.to_owned(),
-            })
-            .collect(),
+        units: described.units,
+        long_name: described.long_name,
+        flags: described.flags.into_iter().map(flag).collect(),
         min: bounds.map(|bounds| bounds.0),
         max: bounds.map(|bounds| bounds.1),
     })
@@ -168,15 +140,8 @@ fn bounds(
     source: &Source,
     path: &str,
     info: &DatasetInfo,
-    fill: Option<AttributeValue>,
+    fill: Option<f64>,
 ) -> Result<Option<(f64, f64)>, ResultError> {
-    let fill = match fill {
-        Some(AttributeValue::Number(fill)) => Some(fill),
-        Some(AttributeValue::Integer(fill)) => Some(fill as f64),
-        Some(AttributeValue::Numbers(fill)) => fill.first().copied(),
-        Some(AttributeValue::Integers(fill)) => fill.first().map(|&fill| fill as f64),
-        _ => None,
-    };
     let mut bounds: Option<(f64, f64)> = None;
     source.blocks(path, &info.shape, BLOCK, &mut |values: Vec<f64>| {
         for value in values

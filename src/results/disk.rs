@@ -25,7 +25,7 @@ pub(crate) fn is_pipe_or_device(path: &Path) -> bool {
 /// Of the operating system; nothing is left of the file then.
 #[cfg(feature = "plot")]
 pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
-    temporary_in(&folder_of(path), parts)?.persist(path)?;
+    temporary_with(&folder_of(path), parts)?.persist(path)?;
     Ok(())
 }
 
@@ -36,22 +36,31 @@ pub(crate) fn write_whole(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
 /// Of the operating system.
 #[cfg(feature = "plot")]
 pub(crate) fn try_folder(folder: &Path) -> io::Result<()> {
-    temporary_in(folder, &[b"stickslip"]).map(drop)
+    temporary_with(folder, &[b"stickslip"]).map(drop)
 }
 
 #[cfg(feature = "plot")]
-fn temporary_in(folder: &Path, parts: &[&[u8]]) -> io::Result<tempfile::NamedTempFile> {
+fn temporary_with(folder: &Path, parts: &[&[u8]]) -> io::Result<tempfile::NamedTempFile> {
     use std::io::Write;
+    let mut file = temporary_in(folder)?;
+    for part in parts {
+        file.write_all(part)?;
+    }
+    Ok(file)
+}
+
+/// A file under a temporary name in this folder, which is removed unless it is given its own.
+///
+/// # Errors
+/// Of the operating system.
+#[cfg(feature = "plot")]
+pub(crate) fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".stickslip-");
     // As for any file that a program makes, and not for its owner alone; the umask takes from it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    for part in parts {
-        file.write_all(part)?;
-    }
-    Ok(file)
+    builder.tempfile_in(folder)
 }
 
 /// Whether a file begins as HDF5 does. (One named so without a signature is a damaged one, not a case.)

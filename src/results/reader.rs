@@ -121,6 +121,29 @@ impl ResultFile {
         self.values(group::TRAJECTORY, name, range)
     }
 
+    /// The first of `rows` of a column from which on a condition holds.
+    ///
+    /// # Errors
+    /// There is no such column or row; or of the file.
+    pub(crate) fn first_row(
+        &self,
+        group: &str,
+        name: &str,
+        rows: Range<usize>,
+        is_past: impl Fn(f64) -> bool,
+    ) -> Result<usize, ResultError> {
+        let (mut low, mut high) = (rows.start, rows.end);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if is_past(self.values::<f64>(group, name, middle..middle + 1)?[0]) {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        Ok(low)
+    }
+
     /// A column of the trajectory, block by block.
     pub fn column_blocks(
         &self,
@@ -346,9 +369,10 @@ impl ResultFile {
             let Kind::Dataset(info) = member.is else { continue };
             if info.shape.len() == 1 && info.holds.is_number() {
                 let path = format!("{name}/{}", member.name);
+                let described = self.source.described(&path)?;
                 columns.push(AddedColumn {
-                    units: self.source.text_attribute(&path, attribute::UNITS)?,
-                    long_name: self.source.text_attribute(&path, attribute::LONG_NAME)?,
+                    units: described.units,
+                    long_name: described.long_name,
                     rows: info.size(),
                     values: self.values(name, &member.name, 0..info.size().min(limit))?,
                     name: member.name,
@@ -419,31 +443,12 @@ impl ResultFile {
                 continue;
             }
             let path = format!("{group}/{}", member.name);
-            let attributes = self.source.attributes(&path)?;
-            let find = |name: &str| {
-                attributes
-                    .iter()
-                    .find(|(known, _)| known == name)
-                    .map(|(_, value)| value)
-            };
-            let text = |name: &str| match find(name) {
-                Some(AttributeValue::Text(text)) => text.clone(),
-                _ => String::new(),
-            };
-            let codes = match find(attribute::FLAG_VALUES) {
-                Some(AttributeValue::Integers(codes)) => codes.clone(),
-                Some(AttributeValue::Integer(code)) => vec![*code],
-                _ => Vec::new(),
-            };
-            let meanings = text(attribute::FLAG_MEANINGS);
+            let described = self.source.described(&path)?;
             columns.push(TableColumn {
-                units: text(attribute::UNITS),
-                long_name: text(attribute::LONG_NAME),
+                units: described.units.unwrap_or_default(),
+                long_name: described.long_name.unwrap_or_default(),
                 whole: !matches!(info.holds, Holds::Floats(_)),
-                flags: codes
-                    .into_iter()
-                    .zip(meanings.split_whitespace().map(str::to_owned))
-                    .collect(),
+                flags: described.flags,
                 rows: info.size(),
                 name: member.name,
             });

@@ -137,7 +137,7 @@ pub struct Variable {
 }
 
 impl Variable {
-    fn new(name: &str, kind: Kind, units: &'static str, long_name: &str) -> Self {
+    pub(super) fn new(name: &str, kind: Kind, units: &'static str, long_name: &str) -> Self {
         Variable {
             name: name.to_owned(),
             kind,
@@ -151,14 +151,14 @@ impl Variable {
         Variable::new(name, Kind::Float64, units, long_name)
     }
 
-    fn code(name: &str, long_name: &str, flags: Vec<Flag>) -> Self {
+    pub(super) fn code(name: &str, long_name: &str, flags: Vec<Flag>) -> Self {
         Variable {
             flags,
             ..Variable::new(name, Kind::Int8, "1", long_name)
         }
     }
 
-    fn count(name: &str, long_name: &str) -> Self {
+    pub(super) fn count(name: &str, long_name: &str) -> Self {
         Variable::new(name, Kind::Int64, "1", long_name)
     }
 

@@ -6,10 +6,10 @@ use hdf5::plist::file_access::LibraryVersion;
 use hdf5::plist::file_create::{FileSpaceStrategy, LinkCreationOrder};
 use hdf5::{Dataset, Group};
 
-use super::attributes::write_text_attribute;
+use super::attributes::{describe, write_codes};
 use super::checksums::{Known, Summed, Sums};
 use super::raw;
-use super::schema::{self, Kind, Table, Variable};
+use super::schema::{Kind, Table, Variable};
 
 /// gzip: the smallest level does nearly all that can be done to shuffled doubles, at a third of the time.
 pub(super) const DEFLATE_LEVEL: u8 = 1;
@@ -68,7 +68,7 @@ impl Values {
 }
 
 /// Writes `rows` to `dataset` from row `start` on, and forgets them.
-pub(super) fn append<T: hdf5::H5Type + Summed>(
+fn append<T: hdf5::H5Type + Summed>(
     rows: &mut Vec<T>,
     dataset: &Dataset,
     start: usize,
@@ -124,8 +124,13 @@ impl TableWriter {
         self.sums.known()
     }
 
+    /// Rows, with those that are buffered.
+    pub(super) fn rows(&self) -> usize {
+        self.written + self.buffered
+    }
+
     pub(super) fn next_index(&self) -> i32 {
-        i32::try_from(self.written + self.buffered).unwrap_or(i32::MAX)
+        i32::try_from(self.rows()).unwrap_or(i32::MAX)
     }
 
     /// Buffers a row; true if it is the last of a chunk.
@@ -135,7 +140,7 @@ impl TableWriter {
             buffer.push(cell);
         }
         self.buffered += 1;
-        (self.written + self.buffered).is_multiple_of(self.chunk)
+        self.rows().is_multiple_of(self.chunk)
     }
 
     /// Writes what is buffered.
@@ -205,15 +210,9 @@ fn create_variable(group: &Group, variable: &Variable, chunk: usize) -> hdf5::Re
     }
     .shape(0..)
     .create(variable.name.as_str())?;
-    write_text_attribute(&dataset, schema::attribute::UNITS, variable.units)?;
-    write_text_attribute(&dataset, schema::attribute::LONG_NAME, &variable.long_name)?;
+    describe(&dataset, variable.units, &variable.long_name)?;
     if !variable.flags.is_empty() {
-        let (values, meanings): (Vec<i8>, Vec<&str>) = variable.flags.iter().copied().unzip();
-        dataset
-            .new_attr_builder()
-            .with_data(&values[..])
-            .create(schema::attribute::FLAG_VALUES)?;
-        write_text_attribute(&dataset, schema::attribute::FLAG_MEANINGS, &meanings.join(" "))?;
+        write_codes(&dataset, variable.flags.iter().copied())?;
     }
     Ok(dataset)
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use super::ResultError;
 use super::disk::{folder_of, has_hdf5_signature, is_pipe_or_device, same_file};
 use super::lock::WriteLock;
-use super::schema;
 use super::source::Source;
+use super::{schema, seal};
 
 /// What a run may replace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,6 +47,21 @@ impl Reservation {
             lock,
         })
     }
+}
+
+/// Seals a file that is whole and closed, and has the system write it to the disk.
+pub(super) fn save(path: &Path) -> Result<(), ResultError> {
+    let saved = seal::write(path).and_then(|()| fs::File::open(path)?.sync_all());
+    saved.map_err(|error| ResultError::io(path, "saving the file", error))
+}
+
+/// Gives a file that is saved its own name.
+pub(super) fn rename(made: &Path, path: &Path, overwrite: Overwrite) -> Result<(), ResultError> {
+    check_replaceable(path, overwrite)?;
+    fs::rename(made, path).map_err(|error| ResultError::io(path, "giving the finished file its name", error))?;
+    // The folder's entry too; not every system can, and the file itself is safe by now.
+    let _ = fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all());
+    Ok(())
 }
 
 /// `paper.h5` is written as `paper.partial.h5`, next to it.

@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::attributes::{self, write_attributes, write_text_attribute};
+use super::attributes::{self, write_attributes, write_root, write_text_attribute};
+use super::cells;
 use super::source::Source;
 use super::table::{self, Cell, TableWriter};
 use super::target::{self, Reservation};
-use super::{AttributeValue, MetaValue, ResultError, Status, schema, seal};
+use super::{MetaValue, ResultError, Status, schema};
 
 /// A row of /runs; NaN where there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,14 +110,8 @@ impl WorkPrecisionFile {
         let written = self
             .store(&made, status)
             .map_err(|error| ResultError::write(target, false, &error))
-            .and_then(|()| {
-                let saved = seal::write(&made).and_then(|()| fs::File::open(&made)?.sync_all());
-                saved.map_err(|error| ResultError::io(target, "saving the file", error))
-            })
-            .and_then(|()| {
-                let renamed = fs::rename(&made, target);
-                renamed.map_err(|error| ResultError::io(target, "giving the finished file its name", error))
-            });
+            .and_then(|()| target::save(&made))
+            .and_then(|()| target::rename(&made, target, place.overwrite));
         if written.is_err() {
             let _ = fs::remove_file(&made);
         }
@@ -135,8 +130,8 @@ impl WorkPrecisionFile {
     /// A file that is not there, of another kind, of a newer version of the program, or damaged.
     pub fn read(path: &Path) -> Result<WorkPrecisionRead, ResultError> {
         let source = Source::open_known(path)?;
-        if source.text_attribute("", schema::root::FORMAT)?.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
-            let found = source.text_attribute("", schema::root::FORMAT)?;
+        let found = source.text_attribute("", schema::root::FORMAT)?;
+        if found.as_deref() != Some(schema::WORK_PRECISION_FORMAT) {
             return Err(ResultError::NotAResult {
                 path: path.to_owned(),
                 found,
@@ -146,47 +141,25 @@ impl WorkPrecisionFile {
             path: path.to_owned(),
             what,
         };
-        let methods = super::sweep::flags(&source, "runs/method");
+        let methods = source.described("runs/method")?.flags;
         let column = |name: &str| -> Result<Vec<f64>, ResultError> {
             let variable = format!("runs/{name}");
             let found = source.dataset(&variable)?;
             let info = found.ok_or_else(|| missing(format!("variable {variable}")))?;
             source.read_rows(&variable, 0..info.size())
         };
-        let (method, rtol, fixed_step) = (column("method")?, column("rtol")?, column("fixed_step")?);
-        let (outcome, same_sequence, events) = (column("outcome")?, column("same_sequence")?, column("events")?);
-        let errors = [
-            column("onset_error")?,
-            column("final_stick_error")?,
-            column("largest_event_error")?,
-        ];
-        let (steps, rhs, jacobians) = (
-            column("steps")?,
-            column("rhs_evaluations")?,
-            column("jacobian_evaluations")?,
-        );
-        let wall_time = column("wall_time")?;
+        let columns = schema::work_precision_runs(&[]).variables;
+        let columns = columns.iter().skip(1).map(|variable| column(&variable.name));
+        let columns: Vec<Vec<f64>> = columns.collect::<Result<_, _>>()?;
         let mut uncertainties = [f64::NAN; 3];
         for ((name, ..), value) in schema::WORK_PRECISION_UNCERTAINTIES.iter().zip(&mut uncertainties) {
-            if let Some(AttributeValue::Number(number)) = source.attribute(schema::group::REFERENCE, name)? {
-                *value = number;
-            }
+            let number = source
+                .attribute(schema::group::REFERENCE, name)?
+                .and_then(|known| known.number());
+            *value = number.unwrap_or(f64::NAN);
         }
-        let rows = (0..method.len()).map(|k| WorkPrecisionRow {
-            method: method[k] as i8,
-            rtol: rtol[k],
-            fixed_step: fixed_step[k],
-            failed: outcome[k] != 0.0,
-            same_sequence: same_sequence[k] != 0.0,
-            events: events[k] as u64,
-            onset_error: errors[0][k],
-            final_stick_error: errors[1][k],
-            largest_event_error: errors[2][k],
-            steps: steps[k] as u64,
-            rhs_evaluations: rhs[k] as u64,
-            jacobian_evaluations: jacobians[k] as u64,
-            wall_time: wall_time[k],
-        });
+        let row = |row: usize| WorkPrecisionRow::of(std::array::from_fn(|k| columns[k][row]));
+        let rows = (0..columns[0].len()).map(row);
         Ok(WorkPrecisionRead {
             title: source.text_attribute("", schema::root::TITLE)?.unwrap_or_default(),
             runs: rows.collect(),
@@ -200,19 +173,15 @@ impl WorkPrecisionFile {
 
     fn store(&self, path: &Path, status: &Status) -> hdf5::Result<()> {
         let file = table::create_file(path)?;
-        for (name, text) in [
+        let texts = [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &self.title),
             (schema::root::SOURCE, &self.source),
             (schema::root::HISTORY, &self.history),
             (schema::root::FORMAT, schema::WORK_PRECISION_FORMAT),
             (schema::root::STATUS, status.name()),
-        ] {
-            write_text_attribute(&file, name, text)?;
-        }
-        file.new_attr::<i32>()
-            .create(schema::root::FORMAT_VERSION)?
-            .write_scalar(&schema::FORMAT_VERSION)?;
+        ];
+        write_root(&file, &texts)?;
         let mut runs = TableWriter::create(&file, &schema::work_precision_runs(&self.methods))?;
         for row in &self.runs {
             let cells = row.cells(runs.next_index());
@@ -242,8 +211,41 @@ impl WorkPrecisionFile {
 }
 
 impl WorkPrecisionRow {
+    /// Of the columns of /runs after its index.
+    fn of(columns: [f64; 13]) -> WorkPrecisionRow {
+        let [
+            method,
+            rtol,
+            fixed_step,
+            outcome,
+            same_sequence,
+            events,
+            errors @ ..,
+            steps,
+            rhs,
+            jacobians,
+            wall_time,
+        ] = columns;
+        let [onset_error, final_stick_error, largest_event_error] = errors;
+        WorkPrecisionRow {
+            method: method as i8,
+            rtol,
+            fixed_step,
+            failed: outcome != 0.0,
+            same_sequence: same_sequence != 0.0,
+            events: events as u64,
+            onset_error,
+            final_stick_error,
+            largest_event_error,
+            steps: steps as u64,
+            rhs_evaluations: rhs as u64,
+            jacobian_evaluations: jacobians as u64,
+            wall_time,
+        }
+    }
+
     fn cells(&self, index: i32) -> [Cell; 14] {
-        let count = |value: u64| Cell::I64(i64::try_from(value).unwrap_or(i64::MAX));
+        let count = |value| Cell::I64(cells::count(value));
         [
             Cell::I32(index),
             Cell::I8(self.method),

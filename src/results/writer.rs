@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::attributes::{
-    MetaValue, text_value, write_attributes, write_companions, write_input, write_number_attribute,
+    MetaValue, text_value, write_attributes, write_companions, write_input, write_number_attribute, write_root,
     write_text_attribute,
 };
 use super::cells::{self, EVENTS, SEGMENTS, STICK_SLIP, TRAJECTORY, count};
-use super::disk;
 use super::kept::{KeptEnd, KeptView, PIECES};
 use super::lock::WriteLock;
+use super::schema;
 use super::table::{Cell, TableWriter, create_file, create_group};
 use super::target::{self, Overwrite, Reservation};
 use super::{Header, ResultError, Status, StickSlipTable, WitnessAttributes, checksums};
-use super::{schema, seal};
 use crate::numerics::chebyshev::COEFFICIENTS;
 use crate::record::{Cycle, Event, Piece, Recorder, RecorderError, Sample, Segment};
 
@@ -144,17 +143,11 @@ impl ResultWriter {
         }
         self.with_open(|open, lock| open.finish(&status, stick_slip, wall_time_s, lock))?;
         self.close()?;
-        let sealed = seal::write(&self.partial);
-        let saved = sealed.and_then(|()| fs::File::open(&self.partial)?.sync_all());
-        saved.map_err(|error| ResultError::io(&self.partial, "saving the file", error))?;
+        target::save(&self.partial)?;
         if status != Status::Complete {
             return Ok(self.partial.clone());
         }
-        target::check_replaceable(&self.path, self.overwrite)?;
-        fs::rename(&self.partial, &self.path)
-            .map_err(|error| ResultError::io(&self.path, "giving the finished file its name", error))?;
-        // The folder's entry too; not every system can, and the file itself is safe by now.
-        let _ = fs::File::open(disk::folder_of(&self.path)).and_then(|folder| folder.sync_all());
+        target::rename(&self.partial, &self.path, self.overwrite)?;
         Ok(self.path.clone())
     }
 
@@ -340,7 +333,7 @@ struct Open {
 impl Open {
     fn create(path: &Path, header: &Header) -> hdf5::Result<Self> {
         let file = create_file(path)?;
-        for (name, text) in [
+        let texts = [
             (schema::root::CONVENTIONS, schema::CONVENTIONS),
             (schema::root::TITLE, &header.title),
             (schema::root::SOURCE, &header.source),
@@ -348,12 +341,8 @@ impl Open {
             (schema::root::REFERENCES, &header.references),
             (schema::root::FORMAT, schema::FORMAT),
             (schema::root::STATUS, Status::Interrupted.name()),
-        ] {
-            write_text_attribute(&file, name, text)?;
-        }
-        file.new_attr::<i32>()
-            .create(schema::root::FORMAT_VERSION)?
-            .write_scalar(&schema::FORMAT_VERSION)?;
+        ];
+        write_root(&file, &texts)?;
         let described = schema::extended_tables(&header.extension);
         let dense = header
             .extension
@@ -439,11 +428,7 @@ impl Open {
             let number = coefficients.next_index();
             full |= coefficients.push(cells::of_coefficients(number, piece, degree));
         }
-        if full {
-            pieces.append()?;
-            coefficients.append()?;
-        }
-        Ok(())
+        if full { self.append_dense() } else { Ok(()) }
     }
 
     /// Appends a piece that was kept.
@@ -455,11 +440,11 @@ impl Open {
         for row in piece * COEFFICIENTS..(piece + 1) * COEFFICIENTS {
             full |= coefficients.push(rows.cells(PIECES + 1, row));
         }
-        if full {
-            pieces.append()?;
-            coefficients.append()?;
-        }
-        Ok(())
+        if full { self.append_dense() } else { Ok(()) }
+    }
+
+    fn append_dense(&mut self) -> hdf5::Result<()> {
+        self.dense.iter_mut().flatten().try_for_each(TableWriter::append)
     }
 
     fn finish(
@@ -470,20 +455,14 @@ impl Open {
         lock: &mut WriteLock,
     ) -> hdf5::Result<()> {
         let table = &mut self.tables[STICK_SLIP];
-        let rows = stick_slip
-            .stick_duration
-            .iter()
-            .zip(&stick_slip.slip_duration)
-            .zip(&stick_slip.period);
-        for ((stick, slip), period) in rows {
-            let index = table.next_index();
-            let cells = [
-                Cell::I32(index),
-                Cell::F64(*stick),
-                Cell::F64(*slip),
-                Cell::F64(*period),
-            ];
-            if table.push(cells) {
+        let rows = stick_slip.stick_duration.iter().zip(&stick_slip.slip_duration);
+        for ((&stick_duration, &slip_duration), &period) in rows.zip(&stick_slip.period) {
+            let cycle = Cycle {
+                stick_duration,
+                slip_duration,
+                period,
+            };
+            if table.push(cells::of_cycle(table.next_index(), &cycle)) {
                 table.append()?;
             }
         }

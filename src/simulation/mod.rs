@@ -1,7 +1,6 @@
 //! A system run by the automaton, or by the procedure of the paper: which solver where, and what is recorded.
 
 pub mod fixed_step;
-pub mod nearby;
 pub mod options;
 pub mod procedure;
 pub mod sampling;

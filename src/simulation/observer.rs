@@ -210,7 +210,7 @@ impl<'a, R: Readings> Recording<'a, R> {
             work.push(SolverWork {
                 solver,
                 segments: 0,
-                time: 0.0,
+                simulated_time: 0.0,
                 steps: 0,
                 rhs_evaluations: 0,
                 jacobian_evaluations: 0,
@@ -219,7 +219,7 @@ impl<'a, R: Readings> Recording<'a, R> {
         });
         let row = &mut work[position];
         row.segments += 1;
-        row.time += end - start;
+        row.simulated_time += end - start;
         row.steps += c.steps;
         row.rhs_evaluations += c.rhs_evaluations;
         row.jacobian_evaluations += c.jacobian_evaluations;

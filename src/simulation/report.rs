@@ -76,14 +76,14 @@ impl RunReport {
 }
 
 /// What one solver did in a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SolverWork {
     /// Its name, as in [`Segment::solver`](crate::record::Segment::solver).
     pub solver: &'static str,
     /// Segments that it integrated.
     pub segments: u64,
-    /// Simulated time, s.
-    pub time: f64,
+    /// s.
+    pub simulated_time: f64,
     /// Accepted steps.
     pub steps: u64,
     /// Evaluations of the right-hand side.

@@ -101,12 +101,7 @@ const AXIS_KEYS: &[&str] = &["key", "values", "from", "to", "count", "spacing"];
 /// Reads one `[[axis]]` over `known` keys; `sampled` says that a range has no count, because a sample is drawn from it.
 pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &str, sampled: bool) -> Option<Axis> {
     let Value::Table(entries) = &node.value else {
-        reader.report(
-            node,
-            path,
-            format!("expected a table, but got {}", node.value.describe()),
-        );
-        return None;
+        return reader.expected(node, path, "a table");
     };
     reader.check_keys(node, path, AXIS_KEYS);
     let given = |name: &str| entries.iter().find(|(key, _)| key == name).map(|(_, node)| node);
@@ -175,12 +170,7 @@ pub(crate) fn read(reader: &mut Reader, known: &CaseKeys, node: &Node, path: &st
 
 fn read_values(reader: &mut Reader, values: &Node, keys: &[Slot], path: &str) -> Option<Vec<Setting>> {
     let Value::Array(elements) = &values.value else {
-        let message = format!(
-            "expected a list, as in values = [1, 2, 3], but got {}",
-            values.value.describe()
-        );
-        reader.report(values, path, message);
-        return None;
+        return reader.expected(values, path, "a list, as in values = [1, 2, 3]");
     };
     if elements.is_empty() {
         reader.report(values, path, "an axis without values; give at least one");
@@ -247,11 +237,7 @@ fn read_range(reader: &mut Reader, node: &Node, keys: &[Slot], path: &str, sampl
         Some(given) => match &given.value {
             Value::Text(word) if word == "linear" => Some(Spacing::Linear),
             Value::Text(word) if word == "log" => Some(Spacing::Log),
-            other => {
-                let message = format!("expected \"linear\" or \"log\", but got {}", other.describe());
-                reader.report(given, &format!("{path}.spacing"), message);
-                None
-            }
+            _ => reader.expected(given, &format!("{path}.spacing"), "\"linear\" or \"log\""),
         },
     };
     let count_path = format!("{path}.count");

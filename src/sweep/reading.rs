@@ -30,6 +30,12 @@ impl Reader {
         ));
     }
 
+    /// Reports that a node is not what was expected; nothing, in place of what would be read.
+    pub(crate) fn expected<T>(&mut self, node: &Node, key: &str, what: &str) -> Option<T> {
+        self.report(node, key, format!("expected {what}, but got {}", node.value.describe()));
+        None
+    }
+
     pub(crate) fn is_clean(&self) -> bool {
         self.problems.is_empty()
     }
@@ -62,14 +68,7 @@ impl Reader {
     pub(crate) fn text(&mut self, node: &Node, path: &str) -> Option<String> {
         match &node.value {
             Value::Text(text) => Some(text.clone()),
-            other => {
-                self.report(
-                    node,
-                    path,
-                    format!("expected text in quotes, but got {}", other.describe()),
-                );
-                None
-            }
+            _ => self.expected(node, path, "text in quotes"),
         }
     }
 
@@ -81,11 +80,9 @@ impl Reader {
                 value: Value::Flag(flag),
                 ..
             }) => *flag,
-            Some(node) => {
-                let message = format!("expected true or false, but got {}", node.value.describe());
-                self.report(node, &join(table, name), message);
-                default
-            }
+            Some(node) => self
+                .expected(node, &join(table, name), "true or false")
+                .unwrap_or(default),
         }
     }
 
@@ -103,14 +100,7 @@ impl Reader {
             _ => None,
         };
         let number = number.filter(|&number| number.is_finite() && fits(number));
-        if number.is_none() {
-            self.report(
-                node,
-                path,
-                format!("expected {expected}, but got {}", node.value.describe()),
-            );
-        }
-        number
+        number.or_else(|| self.expected(node, path, expected))
     }
 }
 
@@ -121,14 +111,7 @@ pub(crate) fn whole_number(reader: &mut Reader, node: &Node, path: &str, least: 
         _ => None,
     };
     let number = number.filter(|number| (least..=most).contains(number));
-    if number.is_none() {
-        let message = format!(
-            "expected a whole number from {least} to {most}, but got {}",
-            node.value.describe()
-        );
-        reader.report(node, path, message);
-    }
-    number
+    number.or_else(|| reader.expected(node, path, &format!("a whole number from {least} to {most}")))
 }
 
 /// A key, or a list of keys, as dotted paths with `[0]` written as `.0`.
@@ -143,14 +126,7 @@ pub(crate) fn keys_of(reader: &mut Reader, node: &Node, path: &str) -> Option<Ve
             }
             Some(keys)
         }
-        other => {
-            let message = format!(
-                "expected a key in quotes, or a list of them, but got {}",
-                other.describe()
-            );
-            reader.report(node, path, message);
-            None
-        }
+        _ => reader.expected(node, path, "a key in quotes, or a list of them"),
     }
 }
 

@@ -8,6 +8,7 @@ use super::sampling::{self, MOST_SOBOL_AXES, MOST_SOBOL_POINTS, SampleMethod};
 use super::source::StudySource;
 use crate::case::document::{self, Node, Value};
 use crate::case::{AnyCase, CaseError, CaseKeys, CaseSource, Form, Origin, Override, Problem, Setting};
+use crate::quote::in_shell;
 use crate::results::{is_hdf5, open_sound};
 use crate::simulation::Method;
 use sha2::{Digest, Sha256};
@@ -369,16 +370,6 @@ impl Study {
     }
 }
 
-/// An argument as a POSIX shell takes it.
-fn in_shell(argument: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_./=:,+-".contains(c);
-    if !argument.is_empty() && argument.chars().all(plain) {
-        argument.to_owned()
-    } else {
-        format!("'{}'", argument.replace('\'', "'\\''"))
-    }
-}
-
 /// The keys of the base case, of which form it is; those of a brake where there is none.
 pub(crate) fn keys_of(base: Option<&CaseSource>, settings: &[Override]) -> CaseKeys {
     base.map_or(CaseKeys::OF_BRAKES, |base| CaseKeys::of(base, settings))
@@ -532,8 +523,7 @@ pub(crate) fn read_settings(
             }
         }
         _ if path.is_empty() => {
-            let message = format!("expected a table of keys and values, but got {}", node.value.describe());
-            reader.report(node, "set", message);
+            reader.expected::<()>(node, "set", "a table of keys and values");
         }
         _ => {
             let whole_array = matches!(node.value, Value::Array(_));

@@ -10,6 +10,7 @@ use crate::analysis::certificate::Verdict;
 use crate::analysis::headline::HeadlineRow;
 use crate::model::Mode;
 use crate::plot::PlotError;
+use crate::plot::html::doubles;
 use crate::record::{CycleStatistics, Event, EventKind};
 use crate::results::schema::{self, group, root};
 use crate::results::{AttributeValue, ResultError, ResultFile, Status};
@@ -212,7 +213,7 @@ fn certificate(file: &ResultFile) -> Result<Option<Certificate>, ResultError> {
         unit: column.units.unwrap_or_default(),
         description: column.long_name.unwrap_or_default(),
         rows: column.rows,
-        values: encoding::doubles(&column.values),
+        values: doubles(&column.values),
     });
     Ok(Some(Certificate {
         attributes: attributes.collect(),
@@ -233,7 +234,7 @@ fn certified(file: &ResultFile, events: usize) -> Result<Option<Certified>, Resu
     let codes: Vec<i8> = verdict.values.iter().map(|&code| code as i8).collect();
     Ok(
         (codes.len() == events && uncertainty.len() == events).then(|| Certified {
-            uncertainty: encoding::doubles(&uncertainty),
+            uncertainty: doubles(&uncertainty),
             verdict: encoding::codes(&codes),
             verdicts: Verdict::ALL.iter().map(|verdict| verdict.name()).collect(),
         }),
@@ -288,18 +289,18 @@ pub(super) fn events(file: &ResultFile, form: &Form, events: &[Event], count: us
         before.truncate(events.len());
         after.truncate(events.len());
         states.push(EventState {
-            before: encoding::doubles(&before),
-            after: encoding::doubles(&after),
+            before: doubles(&before),
+            after: doubles(&after),
             name,
         });
     }
     Ok(Events {
         count,
         kinds: EventKind::ALL.iter().map(|kind| kind.name()).collect(),
-        time: encoding::doubles(&times),
+        time: doubles(&times),
         kind: encoding::codes(&kinds),
         mode_after: encoding::codes(&modes),
-        internal_force: encoding::doubles(&forces),
+        internal_force: doubles(&forces),
         states,
     })
 }
@@ -315,9 +316,9 @@ fn cycles(all: &[Event], events: &[Event]) -> Cycles {
         slip.push(cycle.slip_duration);
     }
     Cycles {
-        start: encoding::doubles(&start),
-        stick_duration: encoding::doubles(&stick),
-        slip_duration: encoding::doubles(&slip),
+        start: doubles(&start),
+        stick_duration: doubles(&stick),
+        slip_duration: doubles(&slip),
     }
 }
 
@@ -354,7 +355,7 @@ pub(super) fn modes(file: &ResultFile, notes: &mut Vec<String>) -> Result<Modes,
     }
     Ok(Modes {
         names: Mode::ALL.iter().map(|mode| mode.name()).collect(),
-        start: encoding::doubles(&starts),
+        start: doubles(&starts),
         code: encoding::codes(&codes),
     })
 }

@@ -1,20 +1,14 @@
-//! Arrays as texts: base64 of little-endian numbers.
+//! Arrays as texts in less space than doubles take.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use crate::plot::html::{doubles, encoded};
 use serde::Serialize;
 
 /// Values that share a base in [`Packed`].
 pub(super) const BLOCK: usize = 128;
 
-/// Doubles, exactly.
-pub(super) fn doubles(values: &[f64]) -> String {
-    STANDARD.encode(values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
-}
-
 /// Codes.
 pub(super) fn codes(values: &[i8]) -> String {
-    STANDARD.encode(values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
+    encoded(values.iter().map(|code| code.cast_unsigned()))
 }
 
 /// A column in half the space of doubles: for each [`BLOCK`] of values a base as a double, and every value as
@@ -38,7 +32,7 @@ impl Packed {
         let offsets = values.iter().enumerate().map(|(i, v)| (v - bases[i / BLOCK]) as f32);
         Packed {
             base: doubles(&bases),
-            offset: STANDARD.encode(offsets.flat_map(f32::to_le_bytes).collect::<Vec<u8>>()),
+            offset: encoded(offsets.flat_map(f32::to_le_bytes)),
         }
     }
 }

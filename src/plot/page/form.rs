@@ -6,6 +6,7 @@ use std::fmt::{self, Display};
 use super::sparse::Sparse;
 use crate::analysis::headline::{self, HeadlineRow, is_paper_case};
 use crate::case::CaseRef;
+use crate::plot::html::escaped;
 use crate::plot::{PlotError, Run};
 use crate::record::{Event, State};
 use crate::results::{ResultError, ResultFile, schema};
@@ -154,8 +155,8 @@ impl Display for Portrait {
 pub(super) fn card(heading: &str, id: &str, hint: &str) -> String {
     format!(
         "<section class=\"card\"><h2>{}</h2><div class=\"figure\" id=\"{id}\"></div><p class=\"hint\">{}</p></section>\n",
-        super::escape(heading),
-        super::escape(hint)
+        escaped(heading),
+        escaped(hint)
     )
 }
 

@@ -19,9 +19,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::html::{self, filled, json};
 use super::target::{self, Product};
 use super::{PlotError, Run};
-use crate::case::{AnyCase, CaseSource, TrainCase};
+use crate::case::{AnyCase, CaseSource};
+use crate::results::schema::META_MOTION;
 use crate::results::{ResultFile, Status};
 use document::Document;
 use form::Form;
@@ -137,8 +139,7 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
         second: pair.map(|(_, second)| second),
     })?;
     let trajectory = json(&trajectory)?;
-    let generator = format!("{} {}\">", super::signature::PAGE, env!("CARGO_PKG_VERSION"));
-    let title = escape(file.title());
+    let (generator, title) = (html::generator(), html::escaped(file.title()));
     let page = filled(&template, |name| {
         Some(match name {
             "generator" => generator.clone(),
@@ -158,54 +159,15 @@ fn write_runs(file: &ResultFile, second: Option<&ResultFile>, path: &Path, force
     })
 }
 
-/// The form of a file.
+/// The form of a file. Without its case there is only what all files have, in the words of a brake.
 ///
 /// # Errors
-/// It cannot be read, or is of trains with a case that this version cannot read.
+/// It cannot be read, or says what its coordinates are but has a case that this version cannot read.
 fn form_of(file: &ResultFile) -> Result<Form, PlotError> {
     let source = CaseSource::result(file.path(), file.resolved()?);
     panels::form(match AnyCase::read(&source, &[]) {
         Ok(_) => Some(Run::open(file.path())?),
-        Err(error) if TrainCase::is_one(&source, &[]) => return Err(error.into()),
+        Err(error) if file.meta()?.iter().any(|(name, _)| name == META_MOTION) => return Err(error.into()),
         Err(_) => None,
     })
-}
-
-/// A text with what stands for the names in double braces; other braces stay.
-fn filled(template: &str, part: impl Fn(&str) -> Option<String>) -> String {
-    let mut text = String::with_capacity(template.len());
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        text.push_str(before);
-        let known = after
-            .split_once("}}")
-            .and_then(|(name, after)| Some((part(name)?, after)));
-        match known {
-            Some((part, after)) => {
-                text.push_str(&part);
-                rest = after;
-            }
-            None => {
-                text.push_str("{{");
-                rest = after;
-            }
-        }
-    }
-    text.push_str(rest);
-    text
-}
-
-/// JSON that can stand in a script element: no text in it ends the element or opens a comment, or would steer a terminal on
-/// which the page is listed.
-fn json(value: &impl Serialize) -> Result<String, PlotError> {
-    let text = serde_json::to_string(value).map_err(|error| PlotError::Drawing(error.to_string()))?;
-    Ok(crate::quote::in_json(&text, |c| c == '<'))
-}
-
-/// A text as the content of an element, without characters that would steer a terminal on which the page is listed.
-fn escape(text: &str) -> String {
-    crate::quote::for_terminal(text)
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }

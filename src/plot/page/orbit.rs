@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::encoding;
+use crate::plot::html::doubles;
 use crate::plot::portraits::{Shown, shown};
 use crate::plot::{PlotError, Run};
 
@@ -53,8 +53,7 @@ pub(super) fn orbit(run: &Run) -> Result<(Orbit, Option<String>), PlotError> {
             cut |= piece.len() > room;
             piece.truncate(room);
             room -= piece.len();
-            let coordinate =
-                |of: fn(&(f64, f64)) -> f64| encoding::doubles(&piece.iter().map(of).collect::<Vec<f64>>());
+            let coordinate = |of: fn(&(f64, f64)) -> f64| doubles(&piece.iter().map(of).collect::<Vec<f64>>());
             lines.push(OrbitLine {
                 mode: mode.name(),
                 x: coordinate(|point| point.0),

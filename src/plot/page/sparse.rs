@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::encoding;
+use crate::plot::html::doubles;
 use crate::plot::run::widest_gap;
 use crate::plot::{PlotError, Run};
 
@@ -42,8 +42,8 @@ impl Sparse {
         stretches.truncate(MOST);
         let (from, to): (Vec<f64>, Vec<f64>) = stretches.into_iter().unzip();
         Ok(Sparse {
-            from: encoding::doubles(&from),
-            to: encoding::doubles(&to),
+            from: doubles(&from),
+            to: doubles(&to),
             stretches: whole,
         })
     }

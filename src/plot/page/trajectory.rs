@@ -2,12 +2,14 @@
 
 use serde::Serialize;
 
-use super::encoding::{self, BLOCK, Packed};
+use super::encoding::{BLOCK, Packed};
 use super::form::Form;
 use super::pair::{DIFFERENCE, Pair};
 use super::thinning::{Column, Plan};
 use crate::plot::PlotError;
+use crate::plot::html::doubles;
 use crate::plot::run::dense_points;
+use crate::results::schema::group;
 use crate::results::{DenseOutput, ResultError, ResultFile, Side};
 
 /// The samples, or what stands for them.
@@ -113,8 +115,8 @@ impl Trajectory {
             kept: plan.kept(),
             block: BLOCK,
             stretches: plan.stretches.iter().map(stretch).collect(),
-            time: encoding::doubles(&time.firsts),
-            bucket_end: encoding::doubles(&time.lasts),
+            time: doubles(&time.firsts),
+            bucket_end: doubles(&time.lasts),
             channels,
             notes,
         })
@@ -203,7 +205,8 @@ impl<'f> Source<'f> {
         if let Some((_, times)) = &self.dense {
             return Ok(times.partition_point(|time| *time < t));
         }
-        first_row(self.file, t)
+        self.file
+            .first_row(group::TRAJECTORY, "time", 0..self.rows, |time| time >= t)
     }
 
     /// For each event the first row that is not before it, in order.
@@ -223,22 +226,4 @@ impl<'f> Source<'f> {
         rows.resize(times.len(), before);
         Ok(rows)
     }
-}
-
-/// The first row whose time is not before `t`.
-fn first_row(file: &ResultFile, t: f64) -> Result<usize, ResultError> {
-    let (mut low, mut high) = (0, file.sample_count()?);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if file
-            .column("time", middle..middle + 1)?
-            .first()
-            .is_some_and(|&time| time < t)
-        {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    Ok(low)
 }

@@ -3,8 +3,10 @@
 use crate::case;
 use crate::plot::PlotError;
 use crate::plot::figure::{Axis, Cell};
+use crate::plot::html::as_doubles;
 use crate::results::schema::{META_POINT_COMMAND, META_SHOW, group};
 use crate::results::{ResultError, SweepFile};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Symbols of the keys that the paper's figure has.
@@ -81,7 +83,7 @@ pub(in crate::plot) fn short(name: &str) -> &str {
 }
 
 /// What a study varies.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StudyAxis {
     /// Of its variable.
     pub name: String,
@@ -94,10 +96,13 @@ pub struct StudyAxis {
     /// Where its values are codes of words: these, by code.
     pub words: Vec<String>,
     /// Of the axes of a traced boundary: whether it was looked for by the logarithm.
+    #[serde(skip)]
     pub traced_by_logarithm: Option<bool>,
     /// Of a grid: its levels in the order of the file.
+    #[serde(skip)]
     pub levels: Vec<f64>,
     /// Of every point.
+    #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 
@@ -154,7 +159,7 @@ impl StudyAxis {
 }
 
 /// What is known of every run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StudyQuantity {
     /// Of its variable.
     pub name: String,
@@ -167,6 +172,7 @@ pub struct StudyQuantity {
     /// Whether it is a whole number.
     pub whole: bool,
     /// Of every point; NaN where it has none.
+    #[serde(serialize_with = "as_doubles")]
     pub values: Vec<f64>,
 }
 

@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::attributes::AttributeValue;
+use super::schema::attribute;
 use super::{ResultError, disk, lock, schema};
 pub(super) use guard::serve_if_asked;
 use guard::{Guard, Lost};
@@ -124,6 +125,24 @@ impl std::fmt::Debug for Source {
             .debug_struct("Source")
             .field("path", &self.path)
             .finish_non_exhaustive()
+    }
+}
+
+/// What a variable says of itself.
+#[derive(Debug, Default)]
+pub(super) struct Described {
+    pub(super) units: Option<String>,
+    pub(super) long_name: Option<String>,
+    /// What its codes mean; empty where it has none.
+    pub(super) flags: Vec<(i64, String)>,
+    /// What stands for nothing.
+    pub(super) fill: Option<AttributeValue>,
+}
+
+impl Described {
+    /// What stands for nothing in a variable of counts.
+    pub(super) fn count_fill(&self) -> Option<i64> {
+        self.fill.as_ref().and_then(AttributeValue::integer)
     }
 }
 
@@ -410,6 +429,26 @@ impl Source {
             Some(AttributeValue::Text(text)) => Some(text),
             _ => None,
         })
+    }
+
+    /// What the attributes of a variable say of it.
+    pub(super) fn described(&self, path: &str) -> Result<Described, ResultError> {
+        let mut described = Described::default();
+        let (mut codes, mut meanings) = (Vec::new(), String::new());
+        for (name, value) in self.attributes(path)? {
+            match (name.as_str(), value) {
+                (attribute::UNITS, AttributeValue::Text(text)) => described.units = Some(text),
+                (attribute::LONG_NAME, AttributeValue::Text(text)) => described.long_name = Some(text),
+                (attribute::FLAG_MEANINGS, AttributeValue::Text(text)) => meanings = text,
+                (attribute::FLAG_VALUES, AttributeValue::Integers(list)) => codes = list,
+                (attribute::FLAG_VALUES, AttributeValue::Integer(code)) => codes = vec![code],
+                (attribute::FILL_VALUE, fill) => described.fill = Some(fill),
+                _ => {}
+            }
+        }
+        let words = meanings.split_whitespace().map(str::to_owned);
+        described.flags = codes.into_iter().zip(words).collect();
+        Ok(described)
     }
 
     /// What a dataset is; `None` if there is none of this path.

@@ -4,18 +4,15 @@ use hdf5::{Dataset, Group, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayViewD, IxDyn};
 
 use super::schema::{
-    Column, ColumnData, EVENTS, EventForm, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepCell,
-    SweepLayout, SweepPlan, SweepRow,
+    BLOCK, Column, ColumnData, FAILURES, POINT, POINT_STATUS, POINT_STATUSES, SweepAxis, SweepLayout, SweepPlan,
+    SweepRow,
 };
 use super::storage::{Rows, Storage, Stored};
-use crate::results::attributes::write_text_attribute;
-use crate::results::checksums::{Summed, Sums};
+use crate::results::attributes::{describe, write_codes, write_text_attribute};
+use crate::results::checksums::{Known, Summed, Sums};
 use crate::results::raw;
-use crate::results::schema::{self, attribute};
-use crate::results::table::{DEFLATE_LEVEL, append, create_group};
-
-/// Points that are buffered before they are written, at least; also the size of a chunk.
-const BLOCK: usize = 16_384;
+use crate::results::schema::{Kind, Table, attribute};
+use crate::results::table::{Cell, DEFLATE_LEVEL, TableWriter, create_group};
 
 /// The datasets of the points with what is buffered for them.
 pub(super) struct Columns {
@@ -28,26 +25,14 @@ pub(super) struct Columns {
     numbers: Option<(Dataset, Vec<i64>)>,
     values: Vec<(Dataset, Buffer)>,
     failures: Vec<(i64, String)>,
-    events: Option<Events>,
-    /// Of the values in the file.
-    pub(super) sums: Sums,
+    events: Option<TableWriter>,
+    /// Of the values in the file, but those of the events.
+    sums: Sums,
 }
 
 enum Buffer {
     Counts(Vec<i64>, i64),
     Numbers(Vec<f64>),
-}
-
-/// The events of all points, one after the other.
-struct Events {
-    index: (Dataset, Vec<i64>),
-    point: (Dataset, Vec<i64>),
-    time: (Dataset, Vec<f64>),
-    kind: (Dataset, Vec<i8>),
-    mode_after: (Dataset, Vec<i8>),
-    relative_velocity: (Dataset, Vec<f64>),
-    internal_force: (Dataset, Vec<f64>),
-    written: usize,
 }
 
 impl Columns {
@@ -95,7 +80,7 @@ impl Columns {
             }
         }
         let status = create::<i8>(file, POINT_STATUS, &shape, "1", "what came of the point", storage)?;
-        write_flags(&status, &POINT_STATUSES)?;
+        write_codes(&status, POINT_STATUSES)?;
         attach(&status)?;
         let mut values = Vec::with_capacity(variables.len());
         for variable in variables {
@@ -134,9 +119,9 @@ impl Columns {
             sums: Sums::default(),
             events: match (events, storage) {
                 (None, _) => None,
-                (Some(form), Storage::Own) => Some(Events::create(file, form)?),
+                (Some(form), Storage::Own) => Some(TableWriter::create(file, &form.table())?),
                 (Some(form), Storage::Shards(_)) => {
-                    Events::create_virtual(file, form, storage)?;
+                    create_virtual(file, &form.table(), storage)?;
                     None
                 }
             },
@@ -167,7 +152,13 @@ impl Columns {
             self.failures.push((number, message));
         }
         if let Some(events) = &mut self.events {
-            events.push(number, &row.events, &mut self.sums)?;
+            for &(time, kind, mode_after, relative_velocity, internal_force) in &row.events {
+                let (index, time, codes) = (events.rows() as i64, Cell::F64(time), [kind, mode_after].map(Cell::I8));
+                let head = [Cell::I64(index), Cell::I64(number), time].into_iter().chain(codes);
+                if events.push(head.chain([relative_velocity, internal_force].map(Cell::F64))) {
+                    events.append()?;
+                }
+            }
         }
         if self.status.1.len() == self.block {
             self.flush()?;
@@ -178,6 +169,13 @@ impl Columns {
     /// Adds a point that failed to the table of failures alone.
     pub(super) fn push_failure(&mut self, number: i64, message: String) {
         self.failures.push((number, message));
+    }
+
+    /// The checksums of the values in the file.
+    pub(super) fn known(&self) -> Known {
+        let mut known = self.sums.known();
+        known.extend(self.events.iter().flat_map(TableWriter::sums));
+        known
     }
 
     /// Writes the points that are buffered: whole indices of the first dimension.
@@ -211,7 +209,7 @@ impl Columns {
 
     pub(super) fn finish(&mut self, file: &hdf5::File) -> hdf5::Result<()> {
         if let Some(events) = &mut self.events {
-            events.flush(&mut self.sums)?;
+            events.append()?;
         }
         if self.failures.is_empty() {
             return Ok(());
@@ -235,153 +233,42 @@ impl Columns {
         raw::attach_scale(&point, &index, 0)?;
         let texts: Vec<String> = self.failures.drain(..).map(|failure| failure.1).collect();
         let message = raw::write_texts(&group, "message", &texts)?;
-        write_text_attribute(&message, attribute::UNITS, "1")?;
-        write_text_attribute(&message, attribute::LONG_NAME, "why the point failed")?;
+        describe(&message, "1", "why the point failed")?;
         raw::attach_scale(&message, &index, 0)
     }
 }
 
-/// Name, unit and description of the float64 columns of the events; between them stand the codes.
-const EVENT_TIME: [&str; 3] = ["time", "s", "time of the event"];
-const EVENT_VELOCITY: [&str; 3] = [
-    "relative_velocity",
-    "rad s-1",
-    "relative velocity omega_r before the event",
-];
-const EVENT_FORCE: [&str; 3] = ["internal_force", "N", "T_f / r just before the event"];
-const EVENT_POINT: [&str; 3] = [POINT, "1", "number of the point that the event belongs to"];
-const EVENT_KIND: [&str; 3] = ["kind", "1", "what happened"];
-const EVENT_MODE: [&str; 3] = ["mode_after", "1", "mode after the event"];
-
-impl EventForm {
-    /// Codes of the mode.
-    fn modes(self) -> Vec<(i8, &'static str)> {
-        match self.trains {
-            true => schema::all_mode_flags(),
-            false => schema::mode_flags(),
+/// The columns of the events over those of the shards, one shard after the other.
+fn create_virtual(file: &hdf5::File, table: &Table, storage: Storage) -> hdf5::Result<()> {
+    let length = [storage.events()];
+    let group = create_group(file, table.group)?;
+    let mut index = None;
+    for variable in &table.variables {
+        let storage = match index {
+            None => Storage::Own,
+            Some(_) => storage.of(Rows::Events),
+        };
+        let (name, units, long_name) = (&variable.name, variable.units, &variable.long_name);
+        let create = match variable.kind {
+            Kind::Int8 => create::<i8>,
+            Kind::Int32 => create::<i32>,
+            Kind::Int64 => create::<i64>,
+            Kind::Float64 => create::<f64>,
+        };
+        let dataset = create(&group, name, &length, units, long_name, storage)?;
+        if !variable.flags.is_empty() {
+            write_codes(&dataset, variable.flags.iter().copied())?;
         }
-    }
-
-    /// The column of the relative velocity.
-    fn velocity(self) -> [&'static str; 3] {
-        let [name, units, long_name] = EVENT_VELOCITY;
-        [name, if self.translation { "m s-1" } else { units }, long_name]
-    }
-}
-
-impl Events {
-    fn create(file: &hdf5::File, form: EventForm) -> hdf5::Result<Self> {
-        let (group, dimension) = EVENTS;
-        let group = create_group(file, group)?;
-        fn column<T: H5Type>(group: &Group, [name, units, long_name]: [&str; 3]) -> hdf5::Result<(Dataset, Vec<T>)> {
-            let dataset = group
-                .new_dataset_builder()
-                .obj_track_times(false)
-                .shuffle()
-                .deflate(DEFLATE_LEVEL)
-                .fletcher32()
-                .chunk(BLOCK)
-                .empty::<T>()
-                .shape(0..)
-                .create(name)?;
-            write_text_attribute(&dataset, attribute::UNITS, units)?;
-            write_text_attribute(&dataset, attribute::LONG_NAME, long_name)?;
-            Ok((dataset, Vec::new()))
-        }
-        let index = column::<i64>(&group, [dimension, "1", "index of the event"])?;
-        let point = column::<i64>(&group, EVENT_POINT)?;
-        let time = column::<f64>(&group, EVENT_TIME)?;
-        let kind = column::<i8>(&group, EVENT_KIND)?;
-        write_flags(&kind.0, &schema::kind_flags())?;
-        let mode_after = column::<i8>(&group, EVENT_MODE)?;
-        write_flags(&mode_after.0, &form.modes())?;
-        let relative_velocity = column::<f64>(&group, form.velocity())?;
-        let internal_force = column::<f64>(&group, EVENT_FORCE)?;
-        raw::set_scale(&index.0, dimension)?;
-        for dataset in [
-            &point.0,
-            &time.0,
-            &kind.0,
-            &mode_after.0,
-            &relative_velocity.0,
-            &internal_force.0,
-        ] {
-            raw::attach_scale(dataset, &index.0, 0)?;
-        }
-        Ok(Events {
-            index,
-            point,
-            time,
-            kind,
-            mode_after,
-            relative_velocity,
-            internal_force,
-            written: 0,
-        })
-    }
-
-    /// The same columns over those of the shards, one shard after the other.
-    fn create_virtual(file: &hdf5::File, form: EventForm, storage: Storage) -> hdf5::Result<()> {
-        let (group, dimension) = EVENTS;
-        let length = [storage.events()];
-        let storage = storage.of(Rows::Events);
-        let group = create_group(file, group)?;
-        let index = create::<i64>(&group, dimension, &length, "1", "index of the event", Storage::Own)?;
-        index.write(&(0..length[0] as i64).collect::<Vec<_>>())?;
-        raw::set_scale(&index, dimension)?;
-        fn column<T: Stored>(
-            group: &Group,
-            [name, units, long_name]: [&str; 3],
-            length: [usize; 1],
-            storage: Storage,
-            index: &Dataset,
-        ) -> hdf5::Result<Dataset> {
-            let dataset = create::<T>(group, name, &length, units, long_name, storage)?;
-            raw::attach_scale(&dataset, index, 0)?;
-            Ok(dataset)
-        }
-        column::<i64>(&group, EVENT_POINT, length, storage, &index)?;
-        column::<f64>(&group, EVENT_TIME, length, storage, &index)?;
-        let kind = column::<i8>(&group, EVENT_KIND, length, storage, &index)?;
-        write_flags(&kind, &schema::kind_flags())?;
-        let mode_after = column::<i8>(&group, EVENT_MODE, length, storage, &index)?;
-        write_flags(&mode_after, &form.modes())?;
-        column::<f64>(&group, form.velocity(), length, storage, &index)?;
-        column::<f64>(&group, EVENT_FORCE, length, storage, &index)?;
-        Ok(())
-    }
-
-    fn push(&mut self, point: i64, events: &[SweepCell], sums: &mut Sums) -> hdf5::Result<()> {
-        for &(time, kind, mode_after, relative_velocity, internal_force) in events {
-            self.index.1.push((self.written + self.point.1.len()) as i64);
-            self.point.1.push(point);
-            self.time.1.push(time);
-            self.kind.1.push(kind);
-            self.mode_after.1.push(mode_after);
-            self.relative_velocity.1.push(relative_velocity);
-            self.internal_force.1.push(internal_force);
-            if self.point.1.len() == BLOCK {
-                self.flush(sums)?;
+        match &index {
+            Some(index) => raw::attach_scale(&dataset, index, 0)?,
+            None => {
+                dataset.write(&(0..length[0] as i64).collect::<Vec<_>>())?;
+                raw::set_scale(&dataset, name)?;
+                index = Some(dataset);
             }
         }
-        Ok(())
     }
-
-    fn flush(&mut self, sums: &mut Sums) -> hdf5::Result<()> {
-        let (start, count) = (self.written, self.point.1.len());
-        if count == 0 {
-            return Ok(());
-        }
-        append(&mut self.index.1, &self.index.0, start, sums)?;
-        append(&mut self.point.1, &self.point.0, start, sums)?;
-        append(&mut self.time.1, &self.time.0, start, sums)?;
-        append(&mut self.kind.1, &self.kind.0, start, sums)?;
-        append(&mut self.mode_after.1, &self.mode_after.0, start, sums)?;
-        append(&mut self.relative_velocity.1, &self.relative_velocity.0, start, sums)?;
-        append(&mut self.internal_force.1, &self.internal_force.0, start, sums)?;
-        self.written += count;
-        Ok(())
-    }
+    Ok(())
 }
 
 /// Writes `rows` at the points from `start` on, and forgets them.
@@ -423,17 +310,9 @@ fn create_axis(group: &Group, axis: &SweepAxis, length: usize, storage: Storage)
         create::<f64>(group, &axis.name, &[length], &axis.units, &axis.long_name, storage)?
     } else {
         let dataset = create::<i32>(group, &axis.name, &[length], "1", &axis.long_name, storage)?;
-        let codes: Vec<i32> = (0..axis.words.len() as i32).collect();
-        dataset
-            .new_attr_builder()
-            .with_data(&codes[..])
-            .create(attribute::FLAG_VALUES)?;
-        let words: Vec<String> = axis
-            .words
-            .iter()
-            .map(|word| word.replace(char::is_whitespace, "_"))
-            .collect();
-        write_text_attribute(&dataset, attribute::FLAG_MEANINGS, &words.join(" "))?;
+        let words = axis.words.iter().map(|word| word.replace(char::is_whitespace, "_"));
+        let words: Vec<String> = words.collect();
+        write_codes(&dataset, (0i32..).zip(words.iter().map(String::as_str)))?;
         dataset
     };
     write_text_attribute(&dataset, "keys", &axis.keys)?;
@@ -464,22 +343,8 @@ fn create<T: Stored>(
             .create(name)?,
         Storage::Shards(shards) => shards.create::<T>(group, name, shape)?,
     };
-    write_text_attribute(&dataset, attribute::UNITS, units)?;
-    write_text_attribute(&dataset, attribute::LONG_NAME, long_name)?;
+    describe(&dataset, units, long_name)?;
     Ok(dataset)
-}
-
-fn write_flags(dataset: &Dataset, flags: &[(i8, &str)]) -> hdf5::Result<()> {
-    write_codes(dataset, flags.iter().copied())
-}
-
-fn write_codes<'a, T: H5Type>(dataset: &Dataset, flags: impl Iterator<Item = (T, &'a str)>) -> hdf5::Result<()> {
-    let (values, meanings): (Vec<T>, Vec<&str>) = flags.unzip();
-    dataset
-        .new_attr_builder()
-        .with_data(&values[..])
-        .create(attribute::FLAG_VALUES)?;
-    write_text_attribute(dataset, attribute::FLAG_MEANINGS, &meanings.join(" "))
 }
 
 pub(super) fn write_column(group: &Group, column: &Column) -> hdf5::Result<Dataset> {
@@ -498,8 +363,7 @@ pub(super) fn write_column(group: &Group, column: &Column) -> hdf5::Result<Datas
         ColumnData::Codes(rows, flags) => {
             let dataset = create::<i8>(group, name, &[rows.len()], units, long_name, Storage::Own)?;
             dataset.write(&rows[..])?;
-            let flags: Vec<(i8, &str)> = flags.iter().map(|(code, word)| (*code, word.as_str())).collect();
-            write_flags(&dataset, &flags)?;
+            write_codes(&dataset, flags.iter().map(|(code, word)| (*code, word.as_str())))?;
             dataset
         }
     };

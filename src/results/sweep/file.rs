@@ -4,27 +4,14 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::schema::{DIGEST, FAILURES, INPUT_CASE, POINT};
+use crate::results::ResultError;
 use crate::results::schema;
 use crate::results::source::{DatasetInfo, Kind, Source};
-use crate::results::{AttributeValue, ResultError};
 
 /// A sweep file, open for reading.
 #[derive(Debug)]
 pub struct SweepFile {
     pub(super) source: Source,
-}
-
-/// The codes of a variable and what they mean.
-pub(in crate::results) fn flags(source: &Source, variable: &str) -> Vec<(i64, String)> {
-    let codes = match source.attribute(variable, schema::attribute::FLAG_VALUES) {
-        Ok(Some(AttributeValue::Integers(codes))) => codes,
-        Ok(Some(AttributeValue::Integer(code))) => vec![code],
-        _ => return Vec::new(),
-    };
-    let meanings = source.text_attribute(variable, schema::attribute::FLAG_MEANINGS);
-    let meanings = meanings.ok().flatten().unwrap_or_default();
-    let words = meanings.split(' ').map(str::to_owned);
-    codes.into_iter().zip(words).collect()
 }
 
 /// Opens an HDF5 file of this or an earlier version of the program, whatever its format.
@@ -118,13 +105,8 @@ impl SweepFile {
     /// If there is none of that name, or it cannot be read.
     pub fn values(&self, variable: &str) -> Result<Vec<f64>, ResultError> {
         let mut values = self.numbers(variable)?;
-        let fill = match self.source.attribute(variable, schema::attribute::FILL_VALUE)? {
-            Some(AttributeValue::Integer(fill)) => fill as f64,
-            Some(AttributeValue::Integers(fill)) if fill.len() == 1 => fill[0] as f64,
-            _ => return Ok(values),
-        };
-        for value in &mut values {
-            if *value == fill {
+        if let Some(fill) = self.source.described(variable)?.count_fill() {
+            for value in values.iter_mut().filter(|value| **value == fill as f64) {
                 *value = f64::NAN;
             }
         }
@@ -133,23 +115,21 @@ impl SweepFile {
 
     /// The codes of a variable and what they mean; none of one whose values are numbers.
     pub fn flags(&self, variable: &str) -> Vec<(i64, String)> {
-        flags(&self.source, variable)
+        self.source
+            .described(variable)
+            .map_or_else(|_| Vec::new(), |described| described.flags)
     }
 
     /// A number among the attributes of the file, or of a group, as in `meta/default_rtol`.
     pub fn number(&self, name: &str) -> Option<f64> {
         let (group, name) = name.rsplit_once('/').unwrap_or(("", name));
-        match self.source.attribute(group, name).ok()?? {
-            AttributeValue::Number(number) => Some(number),
-            AttributeValue::Integer(number) => Some(number as f64),
-            _ => None,
-        }
+        self.source.attribute(group, name).ok()??.number()
     }
 
     /// Whether the values of a variable are whole numbers.
     pub fn is_whole(&self, variable: &str) -> bool {
-        let fill = self.source.attribute(variable, schema::attribute::FILL_VALUE);
-        matches!(fill, Ok(Some(AttributeValue::Integer(_) | AttributeValue::Integers(_))))
+        let described = self.source.described(variable);
+        described.is_ok_and(|described| described.count_fill().is_some())
     }
 
     /// Whether its points lie in a grid, whose axes are its dimensions.

@@ -20,7 +20,6 @@ mod storage;
 mod writer;
 
 pub use file::SweepFile;
-pub(super) use file::flags;
 pub use merge::{MergeError, MergeOptions, MergeReport, merge};
 pub(crate) use partition::Partition;
 pub(crate) use schema::SweepHeader;

@@ -2,7 +2,10 @@
 
 use super::partition::Partition;
 use crate::results::MetaValue;
+use crate::results::schema::{self, Kind, Table, Variable};
 
+/// Points that are buffered before they are written, at least; also the size of a chunk.
+pub(super) const BLOCK: usize = 16_384;
 /// Name of the variable that says what came of a point.
 pub(super) const POINT_STATUS: &str = "status";
 /// Codes of [`POINT_STATUS`].
@@ -75,6 +78,32 @@ pub(crate) struct EventForm {
     pub trains: bool,
     /// Metres for radians.
     pub translation: bool,
+}
+
+impl EventForm {
+    /// The table of the events of all points, one point after the other.
+    pub(super) fn table(self) -> Table {
+        let modes = match self.trains {
+            true => schema::all_mode_flags(),
+            false => schema::mode_flags(),
+        };
+        let speed = if self.translation { "m s-1" } else { "rad s-1" };
+        let (group, dimension) = EVENTS;
+        let number = |name, unit, long_name| Variable::new(name, Kind::Float64, unit, long_name);
+        Table {
+            group,
+            chunk: BLOCK,
+            variables: vec![
+                Variable::count(dimension, "index of the event"),
+                Variable::count(POINT, "number of the point that the event belongs to"),
+                number("time", "s", "time of the event"),
+                Variable::code("kind", "what happened", schema::kind_flags()),
+                Variable::code("mode_after", "mode after the event", modes),
+                number("relative_velocity", speed, "relative velocity omega_r before the event"),
+                number("internal_force", "N", "T_f / r just before the event"),
+            ],
+        }
+    }
 }
 
 /// How the points lie in the file.

@@ -15,7 +15,7 @@ use super::schema::{
 };
 use crate::results::ResultError;
 use crate::results::attributes::{AttributeValue, MetaValue, write_text_attribute};
-use crate::results::schema::{self, attribute, root};
+use crate::results::schema::{self, root};
 use crate::results::source::{Numeric, Source};
 use crate::results::table::create_group;
 
@@ -254,13 +254,12 @@ impl ShardFile {
         };
         let mut axes = Vec::new();
         for name in names(AXES)? {
-            let attribute = |what: &str| self.inner.attribute(&name, what).unwrap_or_default();
-            let words = attribute(attribute::FLAG_MEANINGS);
+            let described = self.inner.source.described(&name).unwrap_or_default();
             axes.push(SweepAxis {
-                keys: attribute("keys"),
-                units: attribute(attribute::UNITS),
-                long_name: attribute(attribute::LONG_NAME),
-                words: words.split_whitespace().map(str::to_owned).collect(),
+                keys: self.inner.attribute(&name, "keys").unwrap_or_default(),
+                units: described.units.unwrap_or_default(),
+                long_name: described.long_name.unwrap_or_default(),
+                words: described.flags.into_iter().map(|flag| flag.1).collect(),
                 values: match self.layout {
                     SweepLayout::Grid => self.inner.numbers(&format!("{AXES_GROUP}/{name}"))?,
                     SweepLayout::Table => Vec::new(),
@@ -270,26 +269,13 @@ impl ShardFile {
         }
         let mut variables = Vec::new();
         for name in names(VARIABLES)? {
-            let attribute = |what: &str| self.inner.attribute(&name, what).unwrap_or_default();
             self.inner.dataset(&name)?;
-            let count_fill = match self.inner.source.attribute(&name, attribute::FILL_VALUE)? {
-                Some(AttributeValue::Integer(fill)) => Some(fill),
-                Some(AttributeValue::Integers(fill)) => fill.first().copied(),
-                _ => None,
-            };
-            let codes = match self.inner.source.attribute(&name, attribute::FLAG_VALUES)? {
-                Some(AttributeValue::Integers(codes)) => codes,
-                _ => Vec::new(),
-            };
-            let meanings = attribute(attribute::FLAG_MEANINGS);
+            let described = self.inner.source.described(&name)?;
             variables.push(SweepVariable {
-                flags: codes
-                    .into_iter()
-                    .zip(meanings.split_whitespace().map(str::to_owned))
-                    .collect(),
-                units: attribute(attribute::UNITS),
-                long_name: attribute(attribute::LONG_NAME),
-                count_fill,
+                count_fill: described.count_fill(),
+                flags: described.flags,
+                units: described.units.unwrap_or_default(),
+                long_name: described.long_name.unwrap_or_default(),
                 name,
             });
         }

@@ -10,12 +10,11 @@ use super::columns::{Columns, write_column};
 use super::schema::{Column, DIGEST, INPUT_CASE, INPUT_STUDY, SweepHeader, SweepPlan, SweepRow};
 use super::shard;
 use super::storage::Storage;
-use crate::results::attributes::{write_attributes, write_input, write_text_attribute};
-use crate::results::disk;
+use crate::results::attributes::{write_attributes, write_input, write_root, write_text_attribute};
 use crate::results::schema;
 use crate::results::table::{self, create_group};
 use crate::results::target::{self, Reservation};
-use crate::results::{ResultError, Status, checksums, raw, seal};
+use crate::results::{ResultError, Status, checksums, raw};
 
 /// Writes one sweep file, beside its name until it is whole.
 pub(crate) struct SweepWriter {
@@ -134,23 +133,19 @@ impl SweepWriter {
         let closed = (|| {
             columns.flush()?;
             columns.finish(&file)?;
-            checksums::write(&file, &columns.sums.known())?;
+            checksums::write(&file, &columns.known())?;
             write_text_attribute(&file, schema::root::STATUS, status.name())?;
             drop(columns);
             file.close()
         })();
         closed.map_err(|error| ResultError::write(path, false, &error))?;
-        let saved = seal::write(&made).and_then(|()| fs::File::open(&made)?.sync_all());
-        saved.map_err(|error| ResultError::io(&made, "saving the file", error))?;
+        target::save(&made)?;
         let target = if *status == Status::Complete { path } else { partial };
-        target::check_replaceable(target, place.overwrite)?;
-        fs::rename(&made, target)
-            .map_err(|error| ResultError::io(target, "giving the finished file its name", error))?;
+        target::rename(&made, target, place.overwrite)?;
         if *status == Status::Complete {
             // Of an interruption before; it may not be there.
             let _ = fs::remove_file(partial);
         }
-        let _ = fs::File::open(disk::folder_of(target)).and_then(|folder| folder.sync_all());
         Ok(target.clone())
     }
 }
@@ -162,7 +157,7 @@ fn create_file(path: &Path, header: &SweepHeader, format: &str, storage: Storage
         // block, in a time that grows with the square of their number.
         Storage::Shards(_) => table::create_file_since(path, LibraryVersion::V110)?,
     };
-    for (name, text) in [
+    let texts = [
         (schema::root::CONVENTIONS, schema::CONVENTIONS),
         (schema::root::TITLE, &header.title),
         (schema::root::SOURCE, &header.source),
@@ -170,12 +165,8 @@ fn create_file(path: &Path, header: &SweepHeader, format: &str, storage: Storage
         (schema::root::REFERENCES, &header.references),
         (schema::root::FORMAT, format),
         (DIGEST, &header.digest),
-    ] {
-        write_text_attribute(&file, name, text)?;
-    }
-    file.new_attr::<i32>()
-        .create(schema::root::FORMAT_VERSION)?
-        .write_scalar(&schema::FORMAT_VERSION)?;
+    ];
+    write_root(&file, &texts)?;
     let input = create_group(&file, schema::group::INPUT)?;
     for (name, text, long_name) in [
         (INPUT_STUDY, &header.study_text, "the study as it was given (TOML)"),

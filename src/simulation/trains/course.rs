@@ -4,20 +4,16 @@ use super::dynamics::Watch;
 use super::expansion::{Expansion, Series};
 use super::plan::TrainPlan;
 use super::portrait::{shown, state_of};
-#[cfg(feature = "plot")]
-use super::readings::TrainReadings;
-use super::readings::{Further, further_names};
+use super::readings::{Further, TrainReadings, further_names};
 use super::{TrainDynamics, TrainLocation};
+use crate::hybrid::Dynamics as _;
 use crate::model::Mode;
 use crate::model::axial::AxialMotion;
 use crate::model::trains::system::{ANGLE, DAMPING_LOSS, Engagement, FRICTION_LOSS, Outside, Side, TrainSystem, WORK};
 use crate::model::trains::{End, Trains};
 use crate::numerics::taylor;
-#[cfg(feature = "plot")]
-use crate::record::Channels;
-use crate::record::State;
+use crate::record::{Channels, Sample, State};
 use crate::simulation::options::SolverOptions;
-#[cfg(feature = "plot")]
 use crate::simulation::readings::Readings as _;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -156,9 +152,7 @@ impl Course {
 
     /// The shortest period of a harmonic that drives the case, s.
     pub fn period_of_signals(&self) -> Option<f64> {
-        let corners = self.dynamics.excitation.corners().len();
-        let fastest = (0..=corners).map(|stretch| self.dynamics.excitation.fastest(stretch));
-        let fastest = fastest.fold(0.0, f64::max);
+        let fastest = self.fastest_signal();
         (fastest > 0.0).then(|| TAU / fastest)
     }
 
@@ -256,20 +250,70 @@ impl Course {
         location
     }
 
+    fn readings(&self, further: bool) -> TrainReadings<'_> {
+        TrainReadings {
+            dynamics: &self.dynamics,
+            further,
+        }
+    }
+
     /// Forces, torques, and kinetic and elastic energy of a state; what the history gives is 0.
     #[cfg(feature = "plot")]
     pub fn channels(&self, mode: Mode, t: f64, y: &[f64]) -> Channels {
-        let readings = TrainReadings {
-            dynamics: &self.dynamics,
-            further: false,
-        };
-        readings.channels(t, &self.place(mode, t, y, true), y)
+        self.readings(false).channels(t, &self.place(mode, t, y, true), y)
     }
 
     /// The period (s) by which samples are dense or sparse; `None` where nothing moves by itself.
-    #[cfg(feature = "plot")]
     pub fn natural_period(&self) -> Option<f64> {
         self.dynamics.natural_period()
+    }
+
+    /// The rate (1/s) of the fastest motion of the system or of its signals; 0 where nothing moves.
+    pub fn fastest_rate(&self) -> f64 {
+        self.dynamics.fastest_rate().max(self.fastest_signal())
+    }
+
+    fn fastest_signal(&self) -> f64 {
+        let stretches = 0..=self.dynamics.excitation.corners().len();
+        let rates = stretches.map(|stretch| self.dynamics.excitation.fastest(stretch));
+        rates.fold(0.0, f64::max)
+    }
+
+    /// The change of every number of a row (state, channels, further ones) from a sample to `dt` (s) after it, in the sample's
+    /// mode: one step of the classical Runge-Kutta method, with the axial motion in closed form. For |dt| up to a hundredth of
+    /// the shortest period the error is some 1e-8 of the oscillation. The work of kicks and the residual of the energy come of
+    /// the whole history: here they do not change.
+    pub fn change(&self, sample: &Sample, further: &[f64], dt: f64) -> Vec<f64> {
+        let (t, mode, channels) = (sample.time, sample.mode, &sample.channels);
+        let mut y = self.state(&sample.state, further);
+        let axial = self.axial().map(|motion| motion.at(t));
+        let slip = self.system().slip;
+        y[slip + FRICTION_LOSS] = channels.dissipated_friction;
+        y[slip + DAMPING_LOSS] = channels.dissipated_damping - axial.map_or(0.0, |axial| axial.dissipated);
+        y[slip + WORK] = channels.work_applied - axial.map_or(0.0, |axial| axial.work);
+        let place = self.place(mode, t, &y, dt >= 0.0);
+        let (mut at, mut later, mut slope) = (y.clone(), y.clone(), vec![0.0; y.len()]);
+        for (share, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+            for ((at, y), slope) in at.iter_mut().zip(&y).zip(&slope) {
+                *at = y + share * dt * slope;
+            }
+            self.dynamics.rhs(&place, t + share * dt, &at, &mut slope);
+            for (later, slope) in later.iter_mut().zip(&slope) {
+                *later += dt / 6.0 * weight * slope;
+            }
+        }
+        let readings = self.readings(!further.is_empty());
+        let read = |t: f64, y: &[f64]| {
+            let (state, channels) = (readings.state(t, &place, y), readings.channels(t, &place, y));
+            let mut values: Vec<f64> = state.values().into_iter().chain(channels.values()).collect();
+            readings.further(t, &place, y, &mut values);
+            values
+        };
+        let mut change = read(t + dt, &later);
+        for (change, before) in change.iter_mut().zip(read(t, &y)) {
+            *change -= before;
+        }
+        change
     }
 
     /// The power of friction (W), and that of the dampers less that of the drives, each with its rate (W/s).

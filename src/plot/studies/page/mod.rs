@@ -1,16 +1,12 @@
 //! The interactive page of a study: one HTML file that a browser opens from disk, without a network. A map or dots of any
 //! quantity over two axes; the pointer reads values, and a click shows the command that runs the point.
 
-use super::data::StudyData;
+use super::data::{StudyAxis, StudyData, StudyQuantity};
 use super::refused;
-use crate::plot::colors;
-use crate::plot::critical;
 use crate::plot::figure::CurveStyle;
 use crate::plot::target::{self, Product};
-use crate::plot::{PlotError, signature};
+use crate::plot::{PlotError, colors, critical, html};
 use crate::results::SweepFile;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
@@ -38,48 +34,32 @@ pub struct StudyPage {
 }
 
 #[derive(Serialize)]
-struct Document {
-    title: String,
+struct Document<'a> {
+    title: &'a str,
     file: String,
     /// What results of single points are named after.
     stem: String,
     complete: bool,
     is_grid: bool,
     points: usize,
-    axes: Vec<AxisDocument>,
-    quantities: Vec<QuantityDocument>,
+    axes: Vec<AxisDocument<'a>>,
+    quantities: &'a [&'a StudyQuantity],
     first: usize,
     /// Code of each point, base64 of bytes.
     status: String,
     /// (number, message)
-    failures: Vec<(u64, String)>,
-    command: Option<String>,
+    failures: &'a [(u64, String)],
+    command: &'a Option<String>,
     default_tolerance: Option<f64>,
     boundary: Option<BoundaryDocument>,
     colors: Vec<String>,
 }
 
 #[derive(Serialize)]
-struct AxisDocument {
-    name: String,
-    keys: Vec<String>,
-    units: String,
-    long_name: String,
-    words: Vec<String>,
+struct AxisDocument<'a> {
+    #[serde(flatten)]
+    axis: &'a StudyAxis,
     logarithmic: bool,
-    /// Of every point, base64 of doubles.
-    values: String,
-}
-
-#[derive(Serialize)]
-struct QuantityDocument {
-    name: String,
-    units: String,
-    long_name: String,
-    flags: Vec<(i64, String)>,
-    whole: bool,
-    /// Of every point, base64 of doubles.
-    values: String,
 }
 
 #[derive(Serialize)]
@@ -133,43 +113,23 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
         .iter()
         .position(|quantity| Some(quantity.name.as_str()) == interest.first().map(|q| q.name.as_str()));
     let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let mut failures = data.failures.clone();
-    failures.truncate(MESSAGES);
+    let axes = data.axes.iter().map(|axis| AxisDocument {
+        axis,
+        logarithmic: axis.words.is_empty() && axis.is_logarithmic(),
+    });
     let document = Document {
-        title: data.title.clone(),
+        title: &data.title,
         file: name(file.path().file_name()),
         stem: name(file.path().file_stem()),
         complete: data.complete,
         is_grid: data.is_grid,
         points,
-        axes: data
-            .axes
-            .iter()
-            .map(|axis| AxisDocument {
-                name: axis.name.clone(),
-                keys: axis.keys.clone(),
-                units: axis.units.clone(),
-                long_name: axis.long_name.clone(),
-                words: axis.words.clone(),
-                logarithmic: axis.words.is_empty() && axis.is_logarithmic(),
-                values: doubles(&axis.values),
-            })
-            .collect(),
-        quantities: chosen
-            .iter()
-            .map(|quantity| QuantityDocument {
-                name: quantity.name.clone(),
-                units: quantity.units.clone(),
-                long_name: quantity.long_name.clone(),
-                flags: quantity.flags.clone(),
-                whole: quantity.whole,
-                values: doubles(&quantity.values),
-            })
-            .collect(),
+        axes: axes.collect(),
+        quantities: &chosen,
         first: first.unwrap_or(0),
-        status: STANDARD.encode(data.status.iter().map(|code| *code as u8).collect::<Vec<u8>>()),
-        failures,
-        command: data.command.clone(),
+        status: html::encoded(data.status.iter().map(|code| *code as u8)),
+        failures: &data.failures[..data.failures.len().min(MESSAGES)],
+        command: &data.command,
         default_tolerance: data.default_tolerance,
         boundary: critical::boundary(file)?.map(|boundary| BoundaryDocument {
             x: boundary.x,
@@ -189,41 +149,23 @@ pub fn write(file: &SweepFile, quantities: &[String], path: &Path, force: bool) 
             .map(|k| hex(colors::at((k as f64 + 0.5) / COLORS as f64)))
             .collect(),
     };
-    let json = serde_json::to_string(&document).map_err(|error| PlotError::Drawing(error.to_string()))?;
-    let json = crate::quote::in_json(&json, |c| c == '<');
-    let title = crate::quote::for_terminal(&data.title)
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;");
-    let generator = format!("{} {}\">", signature::PAGE, env!("CARGO_PKG_VERSION"));
-    let mut page = String::with_capacity(TEMPLATE.len() + STYLE.len() + SCRIPT.len() + json.len());
-    let mut rest = TEMPLATE;
-    let parts = [
-        ("{{generator}}", generator.as_str()),
-        ("{{title}}", &title),
-        ("{{style}}", STYLE),
-        ("{{data}}", &json),
-        ("{{script}}", SCRIPT),
-    ];
-    // In the order of the template, so that no text of the file is taken for a place in it.
-    for (place, part) in parts {
-        if let Some((before, after)) = rest.split_once(place) {
-            page.push_str(before);
-            page.push_str(part);
-            rest = after;
-        }
-    }
-    page.push_str(rest);
+    let (json, title) = (html::json(&document)?, html::escaped(&data.title));
+    let page = html::filled(TEMPLATE, |name| {
+        Some(match name {
+            "generator" => html::generator(),
+            "title" => title.clone(),
+            "style" => STYLE.to_owned(),
+            "data" => json.clone(),
+            "script" => SCRIPT.to_owned(),
+            _ => return None,
+        })
+    });
     target::write(path, Product::Page, &[page.as_bytes()])?;
     Ok(StudyPage {
         points,
         quantities: chosen.len(),
         bytes: page.len() as u64,
     })
-}
-
-fn doubles(values: &[f64]) -> String {
-    STANDARD.encode(values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())
 }
 
 fn hex(RGBColor(r, g, b): RGBColor) -> String {
