@@ -1,15 +1,15 @@
 //! `stickslip work-precision`.
 
 use super::arguments::{Common, DPI, Format, WorkPrecisionOptions};
-use super::input::{bad_case, bad_file, interrupt_flag};
+use super::input::{bad_case, bad_file, interrupt_flag, overwrite};
 use super::modes::FIGURE;
 use super::plot::{bad, check_target, save};
-use super::progress::CountBar;
-use super::{CommandError, End, complain, print, print_json, terminal};
+use super::progress::Bar;
+use super::{CommandError, End, complain, tell, terminal};
 use crate::analysis::work_precision::{Errors, Knob, Measurement, Study, StudyError, StudyResult, run};
 use crate::plot::{PlotError, style, svg, work_precision as figure};
 use crate::provenance;
-use crate::results::{Overwrite, ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
+use crate::results::{ReferenceRow, Reservation, Status, WorkPrecisionFile, WorkPrecisionRow};
 use crate::simulation::Method;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -78,19 +78,14 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}.h5", study.name)));
-    let overwrite = if options.force {
-        Overwrite::Force
-    } else {
-        Overwrite::OwnResults
-    };
     // Everything that can be refused is refused before minutes are spent.
     let stop = interrupt_flag()?;
-    let place = Reservation::take(&path, overwrite, &study.files).map_err(bad_file)?;
+    let place = Reservation::take(&path, overwrite(options.force), &study.files).map_err(bad_file)?;
     let figures = figure_targets(options.figure.as_deref(), options.force, &study.files)?;
     let started = provenance::now();
-    let bar = CountBar::new(common, "runs");
+    let bar = Bar::new(common);
     let result = run(&study, &mut |progress| {
-        bar.show(progress.done, progress.of, progress.method.name());
+        bar.count(progress.done, progress.of, "runs", progress.method.name());
         if stop.load(Ordering::Relaxed) {
             ControlFlow::Break(())
         } else {
@@ -117,16 +112,15 @@ pub(super) fn work_precision(options: &WorkPrecisionOptions, common: &Common) ->
         .write(&place, &status)
         .map_err(|error| CommandError::Computation(error.to_string()))?;
     let figures = draw(&study, &result, &figures).map_err(bad)?;
-    if common.json {
-        print_json(&document(&study, &result, &status, &file, &figures))?;
-    } else if !common.quiet {
-        print(&report(&study, &result))?;
-        let lines: String = std::iter::once(&file)
-            .chain(&figures)
-            .map(|path| format!("{}\n", path.display()))
-            .collect();
-        print(&format!("\n{lines}"))?;
-    }
+    tell(
+        common,
+        || document(&study, &result, &status, &file, &figures),
+        || {
+            let files = std::iter::once(&file).chain(&figures);
+            let lines: String = files.map(|path| format!("{}\n", path.display())).collect();
+            format!("{}\n{lines}", report(&study, &result))
+        },
+    )?;
     if result.interrupted {
         if !common.quiet {
             complain(&format!(

@@ -150,12 +150,7 @@ impl Reference {
             (0.0, last.max(0.0))
         };
         let in_word = events.iter().filter(|e| e.kind.in_event_sequence());
-        let word: Vec<SequenceEvent> = in_word
-            .map(|e| SequenceEvent {
-                time: e.time,
-                kind: e.kind,
-            })
-            .collect();
+        let word: Vec<SequenceEvent> = in_word.map(SequenceEvent::from).collect();
         let resolved = case.resolved();
         let physics = Physics::new(case, &word, end);
         let attractor = Attractor::of_file(&file)?;
@@ -259,13 +254,7 @@ impl Reference {
         let span = self.span(&candidate, &survey);
         let events_given = candidate.events().is_some();
 
-        let all: Vec<SequenceEvent> = found
-            .iter()
-            .map(|f| SequenceEvent {
-                time: f.time,
-                kind: f.kind,
-            })
-            .collect();
+        let all: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
         // Both ends of a period that is found in samples may err by an interval.
         let slack = survey
             .interval
@@ -337,7 +326,10 @@ impl Reference {
             alignment: &alignment,
             errors: &errors,
             units: unit_faults,
-            kick: self.kick(),
+            kick: self.kick_event().map(|event| Kick {
+                time: event.time,
+                delta: event.after.relative_velocity - event.before.relative_velocity,
+            }),
             probes: states.as_ref().map_or(&[][..], |s| &s.probes),
             grid: states.as_ref().map_or(Grid::default(), |s| s.grid),
             interval: survey.interval,
@@ -360,23 +352,19 @@ impl Reference {
         diagnosis::add_case(&mut causes, &case_differences);
 
         Ok(comparison::compose(comparison::Parts {
-            reference: self.file.path(),
+            reference: self,
             candidate: &candidate,
             causes,
             case_differences,
             detection: (!events_given).then_some(detection),
             resolution,
-            offset: (candidate.clock().offset != 0.0).then_some(candidate.clock().offset),
             found_offset: applied.or(proposed),
             span,
             words: (&reference_word, &word),
-            uncovered: self.word.len() - reference_word.len(),
             alignment,
             errors,
             states: states.as_ref(),
             interval: survey.interval,
-            rerun: self.rerun.was_made(),
-            physics: &self.physics,
             attractors,
             other,
         }))
@@ -645,9 +633,8 @@ impl Reference {
             }
         }
         if from.is_nan() {
-            return Err(CompareError::content(
+            return Err(CompareError::whole(
                 candidate.path(),
-                "",
                 "holds no samples",
                 "check how it was written",
             ));
@@ -667,13 +654,7 @@ impl Reference {
 
     /// What has to be added to the times of events so that they agree with those of the reference.
     fn offset(&self, found: &[Found]) -> Option<FoundOffset> {
-        let word: Vec<SequenceEvent> = found
-            .iter()
-            .map(|f| SequenceEvent {
-                time: f.time,
-                kind: f.kind,
-            })
-            .collect();
+        let word: Vec<SequenceEvent> = found.iter().map(SequenceEvent::from).collect();
         clock::find(&self.word, &word, self.physics.natural_period() / 8.0)
     }
 
@@ -742,19 +723,6 @@ impl Reference {
         pairs
     }
 
-    /// The last kick before the first event of the word, if there is one.
-    fn kick(&self) -> Option<Kick> {
-        let onset = self.word.first().map_or(f64::INFINITY, |e| e.time);
-        let mut kicks = self
-            .events
-            .iter()
-            .filter(|e| e.kind == EventKind::Kick && e.time < onset);
-        kicks.next_back().map(|e| Kick {
-            time: e.time,
-            delta: e.after.relative_velocity - e.before.relative_velocity,
-        })
-    }
-
     fn states<'a>(
         &'a self,
         candidate: &Candidate,
@@ -775,7 +743,7 @@ impl Reference {
             to,
             points: Vec::new(),
         };
-        let kick = self.kick().map_or(f64::NEG_INFINITY, |kick| kick.time);
+        let kick = self.kick_event().map_or(f64::NEG_INFINITY, |kick| kick.time);
         let probes = vec![
             probe(kick - 2.0 * period, kick),
             probe(kick, kick + 2.0 * period),
@@ -783,8 +751,7 @@ impl Reference {
         ];
         let mut pass = StatePass::new(self.walk()?, &self.physics, &channels[..compared], windows, probes);
         let place = |channel: &Channel| channels.iter().position(|known| known == channel);
-        let energy_columns: Option<Vec<usize>> = self.physics.state.iter().map(place).collect();
-        let energy_columns = energy_columns.filter(|columns| !columns.is_empty());
+        let energy_columns = self.physics.columns(&channels);
         let mut range = position.and_then(|(channel, (from, to))| Some((place(&channel)?, Range::new(from, to))));
         let mut energy = EnergyPass::new(&self.physics, detection.velocity_tolerance, self.kick_works()?);
         // What a candidate of another program does in its equations.

@@ -7,7 +7,7 @@ mod target;
 
 use super::arguments::{Common, CompareOptions};
 use super::input::bad_file;
-use super::progress::CompareBar;
+use super::progress::Bar;
 use super::{CommandError, End, print, print_json, wants_json, wants_text};
 use crate::compare::{CompareError, Comparison, Mapping, Reference, Requirement};
 use serde::Serialize;
@@ -38,8 +38,8 @@ pub(super) fn compare(options: &CompareOptions, common: &Common) -> Result<End, 
     let reference = Reference::open(&options.reference).map_err(input)?;
     let mapping = mapping(options, reference.mapping()).map_err(input)?;
     let comparisons = options.candidates.iter().map(|path| {
-        let bar = CompareBar::new(common, path);
-        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.show(progress));
+        let bar = Bar::new(common);
+        let comparison = reference.compare_watched(path, &mapping, &mut |progress| bar.comparison(progress, path));
         bar.finish();
         comparison.map_err(input)
     });

@@ -43,7 +43,7 @@ impl CsvTable {
             match lines.next() {
                 Some(Ok(line)) if line.contains(&0) => {
                     let remedy = "give a CSV, NPZ or HDF5 file";
-                    return Err(CompareError::content(path, "", "this is no text", remedy));
+                    return Err(CompareError::whole(path, "this is no text", remedy));
                 }
                 // Whatever the encoding: numbers and the known names are the same in all that have no zero bytes.
                 Some(Ok(line)) => {
@@ -56,9 +56,8 @@ impl CsvTable {
                 }
                 Some(Err(error)) => return Err(CompareError::io(path, &error)),
                 None => {
-                    return Err(CompareError::content(
+                    return Err(CompareError::whole(
                         path,
-                        "",
                         "holds no line of data",
                         "check how it was written",
                     ));
@@ -146,9 +145,8 @@ impl CsvTable {
                     super::listed(&self.names()),
                     name = shown(name)
                 );
-                CompareError::content(
+                CompareError::whole(
                     self.source.path(),
-                    "",
                     what,
                     "name the column with --column or in a mapping",
                 )

@@ -3,15 +3,12 @@
 use super::super::resolution::Rounding;
 use super::super::{CompareError, Found};
 use super::csv::CsvTable;
-use super::hdf5::ForeignTable;
 use super::mapping::{Mapping, known_kind};
-use super::npz::NpzTable;
 use super::source::Source;
 use super::table::Table;
-use super::unit_factor;
+use super::{hdf5_or_npz, unit_factor};
 use crate::case::quantity::Dimension;
 use crate::record::{Event, EventKind};
-use crate::results::{ForeignFile, check_sound};
 use std::path::Path;
 
 /// Names of the columns of an events table, where nothing else is said.
@@ -77,18 +74,10 @@ pub(super) fn find(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<
 
 fn open(path: &Path) -> Result<Box<dyn Table>, CompareError> {
     let source = Source::open(path)?;
-    let start = source.head(8)?;
-    if start.starts_with(b"\x89HDF") {
-        super::refuse_pipe(&source)?;
-        let file = ForeignFile::open(path)?;
-        check_sound(path)?;
-        return Ok(Box::new(ForeignTable { file }));
+    match hdf5_or_npz(&source, &source.head(8)?)? {
+        Some((_, table)) => Ok(table),
+        None => Ok(Box::new(CsvTable::open(source)?)),
     }
-    Ok(if start.starts_with(b"PK") {
-        Box::new(NpzTable::open(&source)?)
-    } else {
-        Box::new(CsvTable::open(source)?)
-    })
 }
 
 fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, CompareError> {
@@ -101,9 +90,8 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, Compa
             .map(|name| (*name).to_owned())
             .ok_or_else(|| {
                 let remedy = format!("name it with --column events.{what}=NAME or in a mapping");
-                CompareError::content(
+                CompareError::whole(
                     table.path(),
-                    "",
                     format!("has no column with the {what}s of events"),
                     remedy,
                 )
@@ -148,9 +136,8 @@ fn read(table: &dyn Table, mapping: &Mapping, alone: bool) -> Result<Read, Compa
     };
     if kinds.len() != times.len() {
         let what = format!("there are {} times, but {} kinds", times.len(), kinds.len());
-        return Err(CompareError::content(
+        return Err(CompareError::whole(
             table.path(),
-            "",
             what,
             "each event has a time and a kind",
         ));

@@ -29,10 +29,6 @@ impl Table for OwnTable {
         self.names().iter().any(|known| known == name)
     }
 
-    fn unit(&self, _: &str) -> Option<String> {
-        None
-    }
-
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {
         // A second handle, so that the pass can outlive this borrow.
         let file = ResultFile::open(self.path())?;
@@ -43,10 +39,6 @@ impl Table for OwnTable {
             row: 0,
             rows,
         }))
-    }
-
-    fn texts(&self, _: &str) -> Result<Vec<String>, CompareError> {
-        Ok(Vec::new())
     }
 
     fn place(&self, row: u64, column: &str) -> String {

@@ -52,7 +52,7 @@ impl NpzTable {
     pub(super) fn open(source: &Source) -> Result<NpzTable, CompareError> {
         let path = source.path();
         let open = || source.file();
-        let damaged = |what: String| CompareError::content(path, "", what, "write it again with numpy.savez");
+        let damaged = |what: String| CompareError::whole(path, what, "write it again with numpy.savez");
         let mut archive = zip::ZipArchive::new(open()?).map_err(|error| damaged(format!("no NPZ archive: {error}")))?;
         let mut table = NpzTable {
             path: path.to_owned(),
@@ -64,7 +64,7 @@ impl NpzTable {
         let too_much = || {
             let what = format!("unpacks to more than {} GB", MOST_UNPACKED >> 30);
             let remedy = "write it with numpy.savez, which does not compress";
-            CompareError::content(path, "", what, remedy)
+            CompareError::whole(path, what, remedy)
         };
         for index in 0..archive.len() {
             let mut member = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
@@ -271,10 +271,6 @@ impl Table for NpzTable {
         let slice = Slice::parse(name);
         self.find(slice.array)
             .is_some_and(|array| array.elements(&slice).is_some())
-    }
-
-    fn unit(&self, _: &str) -> Option<String> {
-        None
     }
 
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass>, CompareError> {

@@ -48,17 +48,21 @@ pub trait Table: std::fmt::Debug {
         None
     }
     /// The unit that the file itself states for a column.
-    fn unit(&self, name: &str) -> Option<String>;
+    fn unit(&self, _name: &str) -> Option<String> {
+        None
+    }
     /// Starts reading columns from their first row.
     ///
     /// # Errors
     /// Of the file, or if the columns differ in length.
     fn pass(&self, columns: &[String]) -> Result<Box<dyn Pass + '_>, CompareError>;
-    /// A column as text, for kinds of events.
+    /// A column as text, for kinds of events; nothing of a format without texts.
     ///
     /// # Errors
     /// Of the file.
-    fn texts(&self, column: &str) -> Result<Vec<String>, CompareError>;
+    fn texts(&self, _column: &str) -> Result<Vec<String>, CompareError> {
+        Ok(Vec::new())
+    }
     /// How messages name a row, counted from 0: "line 12", "row 10".
     fn place(&self, row: u64, column: &str) -> String {
         format!("row {row} of {column}")

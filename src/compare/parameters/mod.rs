@@ -228,13 +228,13 @@ fn past_kick(kicks: &[Kick], path: &str, start: &Start) -> bool {
 
 /// The case run with the changes.
 fn confirmed(trials: &Trials<'_>, changes: &[(&str, f64)]) -> Option<Rerun> {
-    if trials.word().is_empty() {
+    if trials.word.is_empty() {
         return None;
     }
     let before = trials.agreement(&trials.run(&[])?);
     let after = trials.agreement(&trials.run(changes)?);
     Some(Rerun {
-        events: trials.word().len(),
+        events: trials.word.len(),
         before,
         after,
         explained: if before.cost > 0.0 {

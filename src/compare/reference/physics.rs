@@ -184,6 +184,12 @@ impl Physics {
         }
     }
 
+    /// Where `channels` have those of [`Self::state`]; `None` if they lack one.
+    pub(crate) fn columns(&self, channels: &[Channel]) -> Option<Vec<usize>> {
+        let place = |channel: &Channel| channels.iter().position(|known| known == channel);
+        self.state.iter().map(place).collect()
+    }
+
     /// Where the state has the channels of [`Self::state`].
     pub(crate) fn places(&self) -> &[usize] {
         &self.places
