@@ -46,7 +46,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
         (None, None, None) => None,
     };
     let request = Request {
-        table: options.table.into(),
+        table: options.table,
         columns: options.channels.clone(),
         window: options.window.unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
     };
@@ -93,7 +93,7 @@ pub(super) fn export(options: &ExportOptions, common: &Common) -> Result<End, Co
 }
 
 fn format(options: &ExportOptions, streams: bool) -> Result<Format, CommandError> {
-    let named = options.format.map(Format::from);
+    let named = options.format;
     if streams {
         return match named {
             None | Some(Format::Csv) => Ok(Format::Csv),

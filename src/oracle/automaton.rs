@@ -171,20 +171,13 @@ impl<const N: usize> Run<N> {
         let scales = scales(exact, &courses);
         let mut run = Run {
             state: State {
-                chains: [
-                    ChainState {
-                        twist: Vec::new(),
-                        rate: Vec::new(),
-                        free: None,
-                        angle: Float::zero(),
-                    },
-                    ChainState {
-                        twist: Vec::new(),
-                        rate: Vec::new(),
-                        free: None,
-                        angle: Float::zero(),
-                    },
-                ],
+                // They follow from the speeds of the ends, which the run knows.
+                chains: [(); 2].map(|()| ChainState {
+                    twist: Vec::new(),
+                    rate: Vec::new(),
+                    free: None,
+                    angle: Float::zero(),
+                }),
                 axial: actuation.is_some().then(|| [Float::zero(); 2]),
                 deflection: Float::zero(),
             },
