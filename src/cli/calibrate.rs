@@ -4,10 +4,11 @@ use super::arguments::{CalibrateOptions, Common};
 use super::input::{bad_case, bad_file, interrupt_flag, overrides, overwrite, study_source};
 use super::plot::bad;
 use super::progress::Bar;
-use super::terminal::{align_right, show, table};
+use super::terminal::lines;
 use super::{CommandError, End, complain, tell};
 use crate::calibrate::{
-    Calibration, CalibrationError, CalibrationStudy, Determined, Role, calibrate as find, write_file,
+    Calibration, CalibrationError, CalibrationStudy, Determined, Role, Target, TargetResult, calibrate as find,
+    write_file,
 };
 use crate::case::CaseError;
 use crate::plot::target::{self, Product};
@@ -286,33 +287,32 @@ fn text_report(
 }
 
 fn parameter_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
-    let mut parameters = table(&["parameter", "optimum", "least", "largest", "unit", ""]);
-    for (k, axis) in study.runs.axes.iter().enumerate() {
+    let row = |k: usize| {
+        let axis = &study.runs.axes[k];
         let interval = calibration.intervals.get(k);
         let number = |value: Option<f64>| value.map_or_else(String::new, six_digits);
-        parameters.add_row([
+        vec![
             axis.keys[0].clone(),
             six_digits(calibration.parameters[k]),
             number(interval.map(|interval| interval.least)),
             number(interval.map(|interval| interval.largest)),
             axis.unit.unwrap_or("1").to_owned(),
             interval.map_or_else(String::new, |interval| interval.determined.name().to_owned()),
-        ]);
-    }
-    align_right(&mut parameters, 1..4);
-    show(&parameters)
+        ]
+    };
+    let header = ["parameter", "optimum", "least", "largest", "unit", ""];
+    lines(&header, (0..study.runs.axes.len()).map(row), 1..4)
 }
 
 fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
-    let mut targets = table(&["target", "measured", "+-", "here", "unit", "residual", ""]);
-    for (target, result) in study.targets.iter().zip(&calibration.targets) {
+    let row = |(target, result): (&Target, &TargetResult)| {
         // To a hundredth of the interval, so that the residual can be read off; as many digits for each.
         let places = (2.0 - target.half_width.log10().floor()).clamp(0.0, 12.0) as usize;
         let number = |value: f64| match value.is_finite() {
             true => format!("{value:.places$}"),
             false => "none".to_owned(),
         };
-        targets.add_row([
+        vec![
             target.name().to_owned(),
             number(target.value),
             number(target.half_width),
@@ -323,10 +323,11 @@ fn target_table(study: &CalibrationStudy, calibration: &Calibration) -> String {
                 false => "none".to_owned(),
             },
             result.role.name().to_owned(),
-        ]);
-    }
-    align_right(&mut targets, [1, 2, 3, 5]);
-    show(&targets)
+        ]
+    };
+    let rows = study.targets.iter().zip(&calibration.targets).map(row);
+    let header = ["target", "measured", "+-", "here", "unit", "residual", ""];
+    lines(&header, rows, [1, 2, 3, 5])
 }
 
 /// What the numbers say, in sentences.

@@ -4,6 +4,7 @@ use super::arguments::{Common, Format, PlotOptions};
 use super::input::bad_file;
 use super::plot_studies::{self, Drawn, Kind};
 use super::{CommandError, End, complain, print, print_json, tell, terminal};
+use crate::analysis::advice::capitalised;
 use crate::case::{CaseRef, Motion};
 use crate::compare::{CompareError, Reference};
 use crate::plot::catalogue::{self, ENTRIES};
@@ -126,6 +127,11 @@ fn one_kind(runs: &[Run]) -> Result<(), CommandError> {
 const CAN_DRAW: &str = "plot draws the results of `stickslip run` and `certify`, sweeps (also merged ones), calibrations and \
                         work-precision studies";
 
+/// Why a file is not drawn.
+fn refusal(path: &Path, why: &str) -> CommandError {
+    CommandError::Input(format!("{}: {why}", path.display()))
+}
+
 /// The figures of a file that holds many runs; `None` if the files are those of single runs.
 fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
     let choice = plot_studies::choice(options).map_err(CommandError::Input)?;
@@ -134,7 +140,7 @@ fn of_many_runs(options: &PlotOptions) -> Result<Option<Drawn>, CommandError> {
         if matches!(kind, Kind::Run) {
             continue;
         }
-        let refused = |why: &str| Err(CommandError::Input(format!("{}: {why}", path.display())));
+        let refused = |why: &str| Err(refusal(path, why));
         if options.files.len() > 1 {
             return refused("holds many runs, and is drawn by itself; give one file");
         }
@@ -256,22 +262,15 @@ fn html(options: &PlotOptions, path: &Path, common: &Common) -> Result<End, Comm
         match plot_studies::kind(file).map_err(bad)? {
             Kind::Run if options.quantities.is_empty() => {}
             Kind::Run => {
-                return Err(CommandError::Input(format!(
-                    "{}: --quantity is for the page of a sweep; leave it out, the page of a run has all channels",
-                    file.display()
-                )));
+                let why = "--quantity is for the page of a sweep; leave it out, the page of a run has all channels";
+                return Err(refusal(file, why));
             }
             Kind::WorkPrecision => {
-                return Err(CommandError::Input(format!(
-                    "{}: a work-precision study has no page; leave out --html to draw its figure",
-                    file.display()
-                )));
+                let why = "a work-precision study has no page; leave out --html to draw its figure";
+                return Err(refusal(file, why));
             }
             Kind::Sweep(_) if options.files.len() > 1 => {
-                return Err(CommandError::Input(format!(
-                    "{}: a sweep has a page of its own; give one file",
-                    file.display()
-                )));
+                return Err(refusal(file, "a sweep has a page of its own; give one file"));
             }
             Kind::Sweep(sweep) => {
                 let page = studies::page::write(&sweep, &options.quantities, path, options.force).map_err(bad)?;
@@ -340,13 +339,11 @@ fn list(options: &PlotOptions, common: &Common) -> Result<End, CommandError> {
         print_json(&listed)?;
         return Ok(End::Done);
     }
-    let mut table = terminal::table(&["figure", "paper", "of", "shows"]);
-    for entry in listed {
+    let rows = listed.into_iter().map(|entry| {
         let number = entry.paper_figure.map(|n| n.to_string()).unwrap_or_default();
-        table.add_row([entry.figure, number, entry.of.to_owned(), entry.title]);
-    }
-    terminal::align_right(&mut table, [1]);
-    print(&terminal::show(&table))?;
+        vec![entry.figure, number, entry.of.to_owned(), entry.title]
+    });
+    print(&terminal::lines(&["figure", "paper", "of", "shows"], rows, [1]))?;
     Ok(End::Done)
 }
 
@@ -516,14 +513,6 @@ fn own_figures(options: &PlotOptions, runs: &[Run]) -> Result<Vec<Figure>, PlotE
         figures.push(against(&pair[0], &pair[1])?);
     }
     Ok(figures)
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters
-        .next()
-        .map(|first| first.to_uppercase().chain(letters).collect())
-        .unwrap_or_default()
 }
 
 /// Extensions by which nobody means a folder.

@@ -34,7 +34,7 @@ struct SweepDocument<'a> {
     run_now: u64,
     failed: u64,
     failures: Vec<Failure>,
-    /// Points whose runs end before a stick that lasts; of trains, before the motion repeats itself or settles.
+    /// Points whose runs end before it is certain what they come to: a stick that lasts, or a motion that repeats itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     unfinished: Option<u64>,
     jobs: usize,
@@ -294,11 +294,11 @@ fn text_report(
         );
     }
     if !curves.is_empty() {
-        let mut table = super::terminal::table(&["curve", "points", "x from", "to", "y from", "to", "fold x", "y"]);
-        for curve in curves {
+        let header = ["curve", "points", "x from", "to", "y from", "to", "fold x", "y"];
+        let row = |curve: &CurveDocument| {
             let number = |x: f64| format!("{x:.6}");
             let [fold_x, fold_y] = curve.nose.map(|fold| fold.map(number)).unwrap_or_default();
-            table.add_row([
+            vec![
                 curve.plane.clone(),
                 curve.points.to_string(),
                 number(curve.x_range[0]),
@@ -307,10 +307,9 @@ fn text_report(
                 number(curve.y_range[1]),
                 fold_x,
                 fold_y,
-            ]);
-        }
-        super::terminal::align_right(&mut table, 1..8);
-        text += &format!("\n{}", super::terminal::show(&table));
+            ]
+        };
+        text += &format!("\n{}", super::terminal::lines(&header, curves.iter().map(row), 1..8));
     }
     format!("{text}{}\n{}\n", spread(study, shard, report), report.file.display())
 }

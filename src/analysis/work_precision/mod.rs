@@ -17,6 +17,7 @@ use crate::oracle::{OracleError, OracleRequest, solve};
 use crate::record::{Event, EventKind, NoRecorder};
 use crate::run::Run;
 use crate::simulation::{Method, RunReport};
+use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -75,26 +76,28 @@ pub struct Reference {
 }
 
 /// Errors of one run, s; `None` where there is nothing to compare.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Errors {
     /// Of the first stick.
     pub onset: Option<f64>,
     /// Of the stick in which the run ends.
     pub final_stick: Option<f64>,
     /// The largest of all events, if their sequence is the reference's.
+    #[serde(rename = "largest_event")]
     pub largest: Option<f64>,
 }
 
 /// One run of a study.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measurement {
     /// How it was integrated.
+    #[serde(serialize_with = "by_name")]
     pub method: Method,
     /// With what accuracy.
+    #[serde(flatten)]
     pub knob: Knob,
-    /// Why it failed, if it did.
-    pub failure: Option<String>,
     /// Against the reference.
+    #[serde(rename = "error")]
     pub errors: Errors,
     /// Events of its sequence.
     pub events: usize,
@@ -108,6 +111,13 @@ pub struct Measurement {
     pub jacobian_evaluations: u64,
     /// The least of the repetitions, s.
     pub wall_time: f64,
+    /// Why it failed, if it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+fn by_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(method.name())
 }
 
 /// A study as far as it came.
@@ -395,7 +405,6 @@ fn measure(
     let mut measurement = Measurement {
         method,
         knob,
-        failure: None,
         errors: Errors::default(),
         events: 0,
         same_sequence: false,
@@ -403,6 +412,7 @@ fn measure(
         rhs_evaluations: 0,
         jacobian_evaluations: 0,
         wall_time: f64::INFINITY,
+        failure: None,
     };
     for _ in 0..repeat {
         let clock = Instant::now();

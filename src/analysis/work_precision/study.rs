@@ -8,6 +8,8 @@ use crate::case::{
 use crate::quote::shown;
 use crate::simulation::Method;
 use crate::simulation::trains::is_short;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 
 /// Every built-in study; the first is run if none is named.
@@ -50,6 +52,27 @@ pub enum Knob {
     Tolerance(f64),
     /// `solver.fixed_step`, s.
     FixedStep(f64),
+}
+
+impl Knob {
+    /// The tolerance, or the step (s).
+    pub fn rtol_and_step(self) -> (Option<f64>, Option<f64>) {
+        match self {
+            Knob::Tolerance(rtol) => (Some(rtol), None),
+            Knob::FixedStep(step) => (None, Some(step)),
+        }
+    }
+}
+
+impl Serialize for Knob {
+    /// As `rtol` and `fixed_step`, of which one is null.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (rtol, fixed_step) = self.rtol_and_step();
+        let mut both = serializer.serialize_struct("Knob", 2)?;
+        both.serialize_field("rtol", &rtol)?;
+        both.serialize_field("fixed_step", &fixed_step)?;
+        both.end()
+    }
 }
 
 /// A valid study: every run of it is a valid case.

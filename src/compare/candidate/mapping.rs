@@ -96,18 +96,10 @@ pub(super) fn factor(unit: &str, dimension: Dimension) -> Result<f64, String> {
 }
 
 impl Mapping {
-    /// Reads a mapping file for a brake.
-    ///
-    /// # Errors
-    /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
-    pub fn file(path: &Path) -> Result<Mapping, CompareError> {
-        Mapping::default().with_file(path)
-    }
-
     /// Reads a mapping file over what is known.
     ///
     /// # Errors
-    /// Those of [`Self::file`].
+    /// If it cannot be read, is no TOML, or has an unknown key, channel or unit.
     pub fn with_file(self, path: &Path) -> Result<Mapping, CompareError> {
         let text = crate::input::text(path).map_err(|error| CompareError::io(path, &error))?;
         let text = text.map_err(|line| {

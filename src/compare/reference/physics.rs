@@ -134,8 +134,8 @@ impl Physics {
         CaseRef::from(&self.case).form()
     }
 
-    /// Whether it is one free train that nothing drives, as a brake is: it slows down by itself, and its stick-slip, which comes
-    /// from an instability on the way, has an end and no period.
+    /// Whether sliding slows down by itself: one train is free, and nothing is driven. Stick-slip then comes from an instability on
+    /// the way, and has an end and no period.
     pub(crate) fn coasts(&self) -> bool {
         self.coasting.is_some()
     }
